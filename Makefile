@@ -1,0 +1,74 @@
+# Everything starts here, on a machine that has Python >= 3.11 and make:
+#   make design    the NREL 5-MW controller, its certificate and report, in build/nrel5mw
+#   make test      all tests, except those marked slow or tex
+# The virtual environment is made and filled on the way; a second run finds it ready.
+
+PYTHON ?= python3
+OUT ?= build/nrel5mw
+VENV := .venv
+BIN := $(VENV)/bin
+
+.DEFAULT_GOAL := help
+.PHONY: help design test marked-tests lint format types layers packaging bench check clean
+
+help:
+	@echo "make design      design, prove and report the NREL 5-MW controller in $(OUT)"
+	@echo "make test        run all tests (marked-tests: those that need TeX or minutes)"
+	@echo "make check       lint, types and layers: what a change must pass beside the tests"
+	@echo "make packaging   build the distribution and try it in a clean environment"
+	@echo "make bench       measure the times that the documentation promises"
+	@echo "make format      write the code as the linter wants it"
+	@echo "make clean       remove all that was made, the environment included"
+
+design: $(VENV)/.installed
+	$(BIN)/takagi design nrel5mw --out $(OUT)
+
+test: $(VENV)/.installed-dev
+	$(BIN)/python -m pytest
+
+marked-tests: $(VENV)/.installed-dev
+	$(BIN)/python -m pytest -m "tex or slow"
+
+check: lint types layers
+
+lint: $(VENV)/.installed-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+format: $(VENV)/.installed-dev
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+types: $(VENV)/.installed-dev
+	$(BIN)/mypy
+
+layers: $(VENV)/.installed-dev
+	$(BIN)/lint-imports
+
+packaging: $(VENV)/.installed-dev
+	.ci/try-wheel $(BIN)/python
+
+bench: $(VENV)/.installed-dev
+	@for script in benchmarks/*.py; do echo "$$script"; $(BIN)/python "$$script" || exit 1; done
+
+clean:
+	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis \
+	    .import_linter_cache .coverage
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# Each stamp is made again when what it depends on has changed.
+$(VENV)/.made:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	    { echo "Python >= 3.11 is needed, and $(PYTHON) is another: make PYTHON=python3.12 ..."; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || \
+	    { echo "$(PYTHON) cannot make virtual environments: install its venv package"; exit 1; }
+	@touch $@
+
+$(VENV)/.installed: $(VENV)/.made pyproject.toml
+	$(BIN)/python -m pip install --quiet --editable .
+	@touch $@
+
+# The tools of development bring the package with them, so `make design` has nothing left to do.
+$(VENV)/.installed-dev: $(VENV)/.made pyproject.toml
+	$(BIN)/python -m pip install --quiet --editable ".[dev]"
+	@touch $(VENV)/.installed $@

@@ -1,0 +1,76 @@
+"""Definiteness of integer matrices, decided exactly.
+
+Source: Bareiss (1968), Math. Comp. 22, fraction-free elimination: every pivot is a leading
+principal minor, and by Sylvester a symmetric matrix is positive definite iff all are positive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from math import lcm
+
+__all__ = [
+    "is_positive_definite",
+    "is_positive_semidefinite",
+    "positive_definite_integers",
+    "to_integers",
+]
+
+Rows = Sequence[Sequence[int]]
+
+
+def positive_definite_integers(matrix: Rows) -> bool:
+    """Return whether a symmetric integer matrix is positive definite; only its lower half is read."""
+    rows = [list(row[: i + 1]) for i, row in enumerate(matrix)]
+    previous, size = 1, len(rows)
+    for k in range(size):
+        pivot = rows[k][k]
+        if pivot <= 0:
+            return False
+        for i in range(k + 1, size):
+            row, factor = rows[i], rows[i][k]
+            for j in range(k + 1, i + 1):
+                row[j] = (row[j] * pivot - factor * rows[j][k]) // previous
+        previous = pivot
+    return True
+
+
+def to_integers(matrix: Sequence[Sequence[Fraction]]) -> list[list[int]]:
+    """Return the matrix times the least common denominator of its entries."""
+    scale = lcm(*(entry.denominator for row in matrix for entry in row))
+    return [[entry.numerator * (scale // entry.denominator) for entry in row] for row in matrix]
+
+
+def is_positive_definite(matrix: Sequence[Sequence[Fraction]]) -> bool:
+    """Return whether a symmetric rational matrix is positive definite; False if not symmetric."""
+    size = len(matrix)
+    if any(len(row) != size for row in matrix):
+        return False
+    if any(matrix[i][j] != matrix[j][i] for i in range(size) for j in range(i)):
+        return False
+    return size > 0 and positive_definite_integers(to_integers(matrix))
+
+
+def is_positive_semidefinite(matrix: Sequence[Sequence[Fraction]]) -> bool:
+    """Return whether a symmetric rational matrix is positive semidefinite; False if not symmetric.
+
+    LDL' over the rationals: a zero pivot needs a zero column, a negative one decides.
+    """
+    size = len(matrix)
+    rows = [list(row) for row in matrix]
+    if any(len(row) != size for row in rows):
+        return False
+    if any(rows[i][j] != rows[j][i] for i in range(size) for j in range(i)):
+        return False
+    for k in range(size):
+        pivot = rows[k][k]
+        if pivot < 0 or (pivot == 0 and any(rows[i][k] for i in range(k + 1, size))):
+            return False
+        if pivot == 0:
+            continue
+        for i in range(k + 1, size):
+            factor = rows[i][k] / pivot
+            for j in range(k + 1, size):
+                rows[i][j] -= factor * rows[k][j]
+    return True

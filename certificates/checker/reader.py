@@ -1,0 +1,171 @@
+"""A strict JSON reader for untrusted certificates.
+
+Numbers stay the text they were written as, so that what is proved is about the emitted decimals.
+Duplicate keys, non-finite numbers, huge numbers, deep nesting and large files are refused.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, NoReturn
+
+from takagi.certificates.checker.refusal import CertificateError
+
+__all__ = ["Number", "canonical", "digest", "integer", "matrix", "member", "number", "numbers"]
+__all__ += ["read_json", "text"]
+
+LARGEST_FILE = 16_000_000
+DEEPEST = 40
+LONGEST_NUMBER = 60
+LARGEST_EXPONENT = 40
+
+
+class Number(str):
+    """A number as it stands in the file."""
+
+    __slots__ = ()
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Return the object in a file; numbers are ``Number``.
+
+    Raises
+    ------
+    CertificateError : unreadable, too large, not strict JSON, or not an object.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise CertificateError(f"{path}: cannot be read: {error.strerror or error}") from error
+    if len(data) > LARGEST_FILE:
+        raise CertificateError(f"{path}: larger than {LARGEST_FILE} bytes; no certificate is")
+    try:
+        _check_depth(data)
+        value = json.loads(
+            data.decode("utf-8"),
+            parse_float=_literal,
+            parse_int=_literal,
+            parse_constant=_constant,
+            object_pairs_hook=_object,
+        )
+    except CertificateError as error:
+        raise CertificateError(f"{path}: {error}") from error
+    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        raise CertificateError(f"{path}: not JSON: {error}") from error
+    if not isinstance(value, dict):
+        raise CertificateError(f"{path}: an object is needed at the top")
+    return value
+
+
+def _check_depth(data: bytes) -> None:
+    """Refuse deep nesting before the recursive parser meets it; brackets in strings count too."""
+    depth = 0
+    for byte in data:
+        if byte in b"[{":
+            depth += 1
+            if depth > DEEPEST:
+                raise CertificateError(f"nested deeper than {DEEPEST}")
+        elif byte in b"]}":
+            depth -= 1
+
+
+def _literal(written: str) -> Number:
+    if len(written) > LONGEST_NUMBER:
+        raise CertificateError(f"a number of {len(written)} characters; at most {LONGEST_NUMBER}")
+    _, _, exponent = written.lower().partition("e")
+    if exponent and abs(int(exponent)) > LARGEST_EXPONENT:
+        raise CertificateError(f"number {written}: exponents go to {LARGEST_EXPONENT}")
+    return Number(written)
+
+
+def _constant(written: str) -> NoReturn:
+    raise CertificateError(f"{written} is not a number")
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        seen: set[str] = set()
+        twice = next(key for key, _ in pairs if key in seen or seen.add(key))
+        raise CertificateError(f"key {twice!r} appears twice in one object")
+    return found
+
+
+def canonical(value: Any) -> str:
+    """Return one text for one value: sorted keys, no space, numbers as they were written."""
+    if isinstance(value, Number):
+        return value
+    if isinstance(value, dict):
+        inner = ",".join(f"{json.dumps(k)}:{canonical(value[k])}" for k in sorted(value))
+        return f"{{{inner}}}"
+    if isinstance(value, list):
+        return f"[{','.join(map(canonical, value))}]"
+    return json.dumps(value)
+
+
+def digest(value: Any) -> str:
+    """Return the SHA-256 of the canonical text."""
+    return hashlib.sha256(canonical(value).encode()).hexdigest()
+
+
+def member(owner: Any, key: str, where: str) -> Any:
+    """Return owner[key]; refuses with the place when it is missing."""
+    if not isinstance(owner, dict) or key not in owner:
+        raise CertificateError(f"{where}: {key!r} is missing")
+    return owner[key]
+
+
+def text(owner: Any, key: str, where: str) -> str:
+    value = member(owner, key, where)
+    if not isinstance(value, str) or isinstance(value, Number):
+        raise CertificateError(f"{where}.{key}: a text is needed")
+    return value
+
+
+def number(owner: Any, key: str, where: str) -> Fraction:
+    """Return a number exactly."""
+    return _fraction(member(owner, key, where), f"{where}.{key}")
+
+
+def integer(owner: Any, key: str, where: str) -> int:
+    value = number(owner, key, where)
+    if value.denominator != 1:
+        raise CertificateError(f"{where}.{key}: a whole number is needed")
+    return int(value)
+
+
+def numbers(owner: Any, key: str, where: str, count: int | None = None) -> list[Fraction]:
+    """Return a row of numbers exactly; ``count`` asks for that many."""
+    return _row(member(owner, key, where), f"{where}.{key}", count)
+
+
+def matrix(owner: Any, key: str, where: str) -> list[list[Fraction]]:
+    """Return a rectangular matrix of numbers exactly."""
+    rows = member(owner, key, where)
+    if not isinstance(rows, list) or not rows:
+        raise CertificateError(f"{where}.{key}: rows of numbers are needed")
+    return [_row(row, f"{where}.{key}", None if not i else len(rows[0])) for i, row in enumerate(rows)]
+
+
+def _row(values: Any, where: str, count: int | None) -> list[Fraction]:
+    if not isinstance(values, list) or not values or (count is not None and len(values) != count):
+        needed = "numbers" if count is None else f"{count} numbers"
+        raise CertificateError(f"{where}: a row of {needed} is needed")
+    return [_fraction(value, where) for value in values]
+
+
+def _fraction(value: Any, where: str) -> Fraction:
+    if not isinstance(value, Number):
+        raise CertificateError(f"{where}: a number is needed, not {type(value).__name__}")
+    return Fraction(value)
+
+
+def increasing(values: Sequence[Fraction], where: str) -> None:
+    """Refuse a row that does not strictly increase."""
+    if any(b <= a for a, b in zip(values, values[1:], strict=False)):
+        raise CertificateError(f"{where}: the numbers must increase")

@@ -1,0 +1,108 @@
+"""The certificate file: model, law and claims as decimals, with hashes and provenance."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from takagi.certificates.checker.certificate import FORMAT, VERSION
+from takagi.certificates.checker.reader import Number, digest
+from takagi.models.law.coherent import CoherentLaw
+from takagi.models.surface import Surface
+from takagi.models.turbine.data import Turbine
+
+__all__ = ["certificate_document", "coherent_law_data", "dumps", "turbine_data"]
+
+
+def certificate_document(
+    *,
+    model: Mapping[str, Any],
+    gains: Mapping[str, Any] | None,
+    claims: Sequence[Mapping[str, Any]],
+    provenance: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Return the whole certificate; its hashes are those of its own parts."""
+    parts = {"model": dict(model), "gains": gains, "claims": list(claims)}
+    read_back = {key: _as_read(value) for key, value in parts.items()}
+    hashes = {key: digest(value) for key, value in read_back.items()}
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        **parts,
+        "provenance": {**provenance, "sha256": hashes},
+    }
+
+
+def _as_read(value: Any) -> Any:
+    """Return the value as the strict reader sees it: numbers as the text they are written as."""
+    return json.loads(json.dumps(value), parse_float=Number, parse_int=Number)
+
+
+def dumps(document: Mapping[str, Any]) -> str:
+    """Return the file's text: one line per cell or row, so that differences are readable."""
+    return json.dumps(document, allow_nan=False, separators=(",", ":")).replace("},{", "},\n{") + "\n"
+
+
+def turbine_data(turbine: Turbine, files: Sequence[Path]) -> dict[str, Any]:
+    """Return the plant's numbers as the certificate states them.
+
+    Parameters
+    ----------
+    files : the data files they came from; their SHA-256 are recorded by name.
+    """
+    names = (
+        "torque_constant",
+        "rotor_radius",
+        "rotor_inertia",
+        "generator_inertia",
+        "gear_ratio",
+        "rated_rotor_speed",
+        "pitch_time_constant",
+        "pitch_rate_limit",
+        "pitch_min",
+        "pitch_max",
+    )
+    return {
+        "kind": "turbine",
+        "name": turbine.name,
+        "units": "SI, angles in rad, generator inertia on the high-speed shaft",
+        **{name: float(getattr(turbine, name)) for name in names},
+        "torque_surface": _surface(turbine.torque),
+        "files_sha256": {
+            file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files
+        },
+    }
+
+
+def _surface(surface: Surface) -> dict[str, Any]:
+    return {
+        "formula": "c_Q(lambda, beta) = sum_ij c_ij N_i(lambda) N_j(beta), cubic B-splines",
+        "tip_speed_ratio_knots": surface.x_knots.tolist(),
+        "pitch_knots": surface.y_knots.tolist(),
+        "coefficients": surface.coefficients.tolist(),
+    }
+
+
+def coherent_law_data(law: CoherentLaw) -> dict[str, Any]:
+    """Return the law as plain data, the same in gain file and certificate."""
+    table, gains = law.schedule, law.gains
+    return {
+        "name": law.name,
+        "wind": table.wind.tolist(),
+        "rotor_speed": table.rotor_speed.tolist(),
+        "trim_effort": table.trim_effort.tolist(),
+        "effectiveness": table.effectiveness.tolist(),
+        "effectiveness_limit": table.effectiveness_limit.tolist(),
+        "overlap": table.overlap,
+        "proportional": gains.proportional.tolist(),
+        "integral_rate": gains.integral_rate.tolist(),
+        "rated_torque": law.rated_torque,
+        "effort_torque": law.effort_torque,
+        "pitch_min": law.pitch_min,
+        "pitch_max": law.pitch_max,
+        "wind_filter": law.wind_filter,
+        "integral_limit": law.integral_limit,
+    }

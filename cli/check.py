@@ -1,0 +1,143 @@
+"""`takagi check`: prove a certificate file, with the standard library and the checker alone.
+
+The one verb that is parsed by argparse: it runs in continuous integration and on small machines,
+and must need nothing that it does not trust.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+from takagi.cli.errors import MISUSE, PROVED, UNPROVED
+
+if TYPE_CHECKING:
+    from takagi.reports.ci_formats import Checked
+
+__all__ = ["run"]
+
+_USAGE = "takagi check [OPTIONS] CERT"
+
+_DESCRIPTION = """\
+Check a certificate: prove each of its claims again, in exact arithmetic.
+
+The checker reads the file with its own strict reader and trusts no number in it. It imports
+neither the solver nor any code that made the certificate.
+"""
+
+_EPILOG = """\
+Examples:
+  takagi check build/nrel5mw/certificate.json
+  takagi check certificate.json --gains gains.json    the claims are about these very gains
+  takagi check certificate.json --junit checks.xml    for continuous integration
+
+Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED; 2 the file is refused.
+"""
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the verb; return its exit status."""
+    try:
+        options = _parser().parse_args(list(arguments))
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else MISUSE
+    return _check(options)
+
+
+def _check(options: argparse.Namespace) -> int:
+    from takagi.certificates.checker import CertificateError, check
+
+    try:
+        checked = check(options.certificate, gains=options.gains, model=options.model)
+    except CertificateError as error:
+        # Continuous integration shows the refusal where it shows results; the status is the
+        # boundary's, as for any misuse.
+        _write_reports(options, _refused(str(error)))
+        raise
+    _write_reports(options, checked)
+    print(_as_json(options, checked) if options.json else _as_text(options, checked))
+    return PROVED if checked.verdict.name == "PROVED" else UNPROVED
+
+
+def _write_reports(options: argparse.Namespace, checked: Checked) -> None:
+    if not (options.junit or options.sarif or options.summary):
+        return
+    # Imported here: most checks write no report.
+    from takagi.reports import ci_formats
+    from takagi.reports.output import write_file
+
+    source = str(options.certificate)
+    if options.junit:
+        write_file(options.junit, ci_formats.junit(checked, source=source))
+    if options.sarif:
+        write_file(options.sarif, ci_formats.sarif(checked, source=source))
+    if options.summary:
+        write_file(options.summary, ci_formats.markdown(checked, source=source))
+
+
+def _refused(reason: str) -> Checked:
+    from takagi.reports.ci_formats import refusal
+
+    return refusal(reason)
+
+
+def _as_text(options: argparse.Namespace, checked: Checked) -> str:
+    width = max((len(claim.verdict.name) for claim in checked.claims), default=0)
+    lines = [f"{options.certificate}: {checked.verdict.name}"]
+    lines += [
+        f"  {claim.verdict.name:<{width}}  {claim.name}: {claim.text}" for claim in checked.claims
+    ]
+    return "\n".join([*lines, *checked.messages])
+
+
+def _as_json(options: argparse.Namespace, checked: Checked) -> str:
+    claims = [
+        {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}
+        for claim in checked.claims
+    ]
+    answer = {
+        "certificate": str(options.certificate),
+        "verdict": checked.verdict.name,
+        "claims": claims,
+        "messages": list(checked.messages),
+    }
+    return json.dumps(answer, indent=2)
+
+
+class _Parser(argparse.ArgumentParser):
+    """argparse, speaking like the other verbs."""
+
+    def error(self, message: str) -> NoReturn:
+        text = f"Usage: {_USAGE}\nTry 'takagi check --help' for help.\n\nError: {message}"
+        print(text, file=sys.stderr)
+        raise SystemExit(MISUSE)
+
+    def format_help(self) -> str:
+        # argparse alone writes "usage:" and "options:" in small letters.
+        text = super().format_help()
+        return text.replace("usage: ", "Usage: ", 1).replace("\noptions:", "\nOptions:", 1)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="takagi check",
+        usage=_USAGE,
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    arguments = parser.add_argument_group("Arguments")
+    arguments.add_argument("certificate", metavar="CERT", type=Path, help="the certificate file")
+    add = parser.add_argument
+    add("--gains", metavar="FILE", type=Path, help="a gain file that must hold the proved gains")
+    add("--model", metavar="FILE", type=Path, help="a model file that must be the proved model")
+    add("--junit", metavar="FILE", type=Path, help="write the results as JUnit XML")
+    add("--sarif", metavar="FILE", type=Path, help="write what is not proved as SARIF 2.1.0")
+    add("--summary", metavar="FILE", type=Path, help="write the results as a Markdown table")
+    add("--json", action="store_true", help="print JSON, for machines")
+    return parser

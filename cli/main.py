@@ -1,0 +1,85 @@
+"""The `takagi` command: finds the verb, imports it alone, and returns its exit status."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+
+from takagi.cli.errors import MISUSE, guard
+from takagi.cli.verbs import VERBS
+
+__all__ = ["main"]
+
+_INTRODUCTION = """\
+Usage: takagi VERB [OPTIONS] ...
+
+Design gain-scheduled controllers for Takagi-Sugeno models, and prove what is claimed of them.
+"""
+
+_CLOSING = """\
+`takagi VERB --help` explains a verb; `takagi --version` says which release this is.
+MODEL is a built-in name (see `takagi models`) or the path of a TOML file.
+
+Exit status:
+  0  everything that was asked is proved and passes
+  1  something is not: DISPROVED, UNDECIDED, or a margin below its threshold
+  2  misuse: the message says what was given, what was needed, and what to do
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run ``takagi`` with the given arguments (default: the command line's); return its status.
+
+    0: everything asked is proved and passes.  1: something is not.  2: misuse.
+    130: interrupted.  70: an error in takagi itself.
+    """
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    return guard(lambda: _dispatch(given))
+
+
+def _dispatch(arguments: list[str]) -> int:
+    if not arguments:
+        print(_help(), end="", file=sys.stderr)
+        return MISUSE
+    first, rest = arguments[0], arguments[1:]
+    if first in ("--help", "-h", "help"):
+        print(_help(), end="")
+        return 0
+    if first == "--version":
+        print(f"takagi {_version()}")
+        return 0
+    for verb in VERBS:
+        if verb.name == first:
+            status: int = import_module(verb.module).run(rest)
+            return status
+    print(_unknown(first), file=sys.stderr)
+    return MISUSE
+
+
+def _help() -> str:
+    width = max(len(verb.name) for verb in VERBS)
+    verbs = [f"  {verb.name:<{width}}  {verb.help}" for verb in VERBS]
+    steps = [f"  takagi {verb.example}" for verb in VERBS if verb.example]
+    return "\n".join(
+        [_INTRODUCTION, "Verbs:", *verbs, "", "First steps:", *steps, "", _CLOSING],
+    )
+
+
+def _unknown(given: str) -> str:
+    # Imported here because only a mistyped verb needs it.
+    from takagi.models.errors import did_you_mean
+
+    kind = "option" if given.startswith("-") else "verb"
+    known = ["--help", "--version"] if kind == "option" else [verb.name for verb in VERBS]
+    return (
+        f"Error: {kind} {given!r} is not known{did_you_mean(given, known)}\n"
+        f"Known: {', '.join(known)}; `takagi --help` explains them."
+    )
+
+
+def _version() -> str:
+    # Imported here: reading the distribution's metadata takes longer than the whole of --help.
+    from importlib.metadata import version
+
+    return version("takagi")

@@ -1,0 +1,126 @@
+"""What is handed back: a candidate, a no, or neither, with how it was found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.term import Condition
+from takagi.models.errors import ModelError
+
+__all__ = ["Answer", "Design", "Status", "Try"]
+
+Floats = NDArray[np.float64]
+Status: TypeAlias = Literal["candidate", "infeasible", "unknown"]
+
+
+@dataclass(frozen=True, slots=True)
+class Try:
+    """One call of a solver: what it said, and what the check of its numbers said."""
+
+    solver: str
+    status: str
+    margin: float
+    iterations: int
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Answer:
+    """What floating point can say about a condition.  Nothing here is a proof.
+
+    Attributes
+    ----------
+    status : "candidate", the unknowns were put back and every LMI held by eigenvalues;
+        "infeasible", multipliers bound the margin by zero to solver accuracy; "unknown", neither.
+    P : (n, n) for V = x' P x with smallest eigenvalue of order 1 in balanced states; None unless
+        a candidate.
+    margin : the t up to which every LMI holds, in balanced states and relative to the LMI's
+        weight; negative or zero when not a candidate.
+    decay_rate : alpha in 1/s with V' <= -2 alpha V, recomputed from P; None unless a candidate.
+    bound : upper bound on the margin from the multipliers (on the decay rate, for
+        ``max_decay_rate``), to solver accuracy.
+    values : unknown -> (count, rows, cols), in the coordinates of ``condition``.
+    multipliers : LMI -> (items, size, size), in the coordinates of ``condition``.
+    coordinates : (n,) s: the condition is posed in x_k / s_k.
+    condition : what was solved.
+    diagnosis : in words, which item binds and what to relax; empty for a candidate.
+    tries : every solver call, in order.
+    """
+
+    status: Status
+    P: Floats | None
+    margin: float
+    decay_rate: float | None = None
+    bound: float = np.inf
+    values: Mapping[str, Floats] = field(default_factory=dict)
+    multipliers: Mapping[str, Floats] = field(default_factory=dict)
+    coordinates: Floats | None = None
+    condition: Condition | None = None
+    diagnosis: str = ""
+    tries: tuple[Try, ...] = ()
+
+    @property
+    def found(self) -> bool:
+        """Return whether there is a candidate."""
+        return self.status == "candidate"
+
+    @property
+    def solver(self) -> dict[str, object]:
+        """Return the last try's solver, its own words, iterations, and the seconds of all."""
+        if not self.tries:
+            return {"name": "none", "status": "not called", "iterations": 0, "seconds": 0.0}
+        last = self.tries[-1]
+        return {
+            "name": last.solver,
+            "status": last.status,
+            "iterations": last.iterations,
+            "seconds": sum(one.seconds for one in self.tries),
+            "tries": len(self.tries),
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Design:
+    """Gains with the Lyapunov function they were found with.
+
+    Attributes
+    ----------
+    gains : (r, m, n) for u = -sum_i h_i K_i x; of an observer (r, n, p); None unless found.
+    P : (n, n), V = x' P x; None unless found.
+    decay_rate : alpha in 1/s that was asked for and holds: V' <= -2 alpha V.
+    margin : as in ``Answer``.
+    relaxation : name of the double-sum relaxation.
+    answer : how it was found; its condition is in balanced states and inputs.
+    """
+
+    gains: Floats | None
+    P: Floats | None
+    decay_rate: float
+    margin: float
+    relaxation: str
+    answer: Answer
+
+    @property
+    def status(self) -> Status:
+        return self.answer.status
+
+    @property
+    def found(self) -> bool:
+        """Return whether there are gains."""
+        return self.answer.found
+
+    def require(self) -> tuple[Floats, Floats]:
+        """Return (gains, P).
+
+        Raises
+        ------
+        ModelError : there are none; the message is the diagnosis.
+        """
+        if self.gains is None or self.P is None:
+            raise ModelError(f"no gains were found ({self.status}): {self.answer.diagnosis}")
+        return self.gains, self.P

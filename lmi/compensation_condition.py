@@ -1,0 +1,142 @@
+"""The LMIs of parallel distributed compensation; nothing here solves them."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from takagi.lmi.double_sum import ClosedLoop
+from takagi.lmi.intake import input_stack, number, vertex_stack
+from takagi.lmi.limits import Limits, gain_lmis, initial_lmis, input_lmis, state_lmis
+from takagi.lmi.quadratic import vertex_weight
+from takagi.lmi.relaxations import relaxation_named
+from takagi.lmi.term import LMI, Array, Condition, Constant, Term, Unknown
+
+__all__ = ["Controlled", "effort_lmi", "pdc_condition"]
+
+
+class Controlled(Protocol):
+    """What pdc reads of a model: A (r, n, n) and B (r, n, m)."""
+
+    @property
+    def A(self) -> Array: ...
+
+    @property
+    def B(self) -> Array: ...
+
+
+# Size of Q, in scaled states, where limits fix the ellipsoid and it is not a matter of scale.
+LARGEST_ELLIPSOID = 1e3
+
+
+def pdc_condition(
+    model: Controlled,
+    *,
+    decay_rate: float = 0.0,
+    relaxation: str = "wang-tanaka-griffin",
+    limits: Limits | None = None,
+) -> Condition:
+    """Pose sum_ij h_i h_j Gamma_ij < 0, Gamma_ij = He(A_i Q - B_i M_j) + 2 alpha Q, Q > 0.
+
+    Then u = -sum_j h_j K_j x with K_j = M_j Q^-1 gives V' <= -2 alpha V for V = x' Q^-1 x.  The
+    objective is the input effort nu, K_j Q K_j' <= nu I: the largest input on x' P x <= 1.
+
+    Parameters
+    ----------
+    model : A (r, n, n) and B (r, n, m).
+    decay_rate : alpha in 1/s.
+    relaxation : how the double sum is made LMIs; see ``relaxations``.
+    limits : on inputs, states and gains, in the model's coordinates.
+
+    Returns
+    -------
+    The condition, in the model's coordinates as they are.  Nothing is solved.
+
+    Raises
+    ------
+    ModelError : shapes, entries that are not finite, an unknown relaxation.
+
+    Source: Tanaka and Wang (2001), section 3.3.
+    """
+    pose = relaxation_named(relaxation)
+    A = vertex_stack(model)
+    B = input_stack(model, A)
+    alpha = number("decay_rate", decay_rate)
+    r, n, m = B.shape
+    Q = Unknown("Q", n, n, symmetric=True)
+    M = Unknown("M", m, n, count=1 if relaxation == "common-gain" else r)
+    nu = Unknown("nu", 1, 1, latex=r"\nu")
+    loop = ClosedLoop(A, B, Q, M, vertex_weight(A))
+    slack, double_sum = pose(loop)
+    more, restrictions = _restrictions(Q, M, limits)
+    largest = LARGEST_ELLIPSOID if limits is not None and limits.level else 1.0
+    return Condition(
+        name=f"parallel distributed compensation, {relaxation}",
+        unknowns=(Q, M, nu, *slack, *more),
+        lmis=(*_scale_of(Q, largest), *double_sum, effort_lmi(Q, M, nu), *restrictions),
+        objective={"nu": np.ones((1, 1, 1))},
+        parameters={"alpha": float(alpha)},
+        source="Tanaka and Wang (2001), section 3.3",
+    )
+
+
+def effort_lmi(Q: Unknown, M: Unknown, nu: Unknown) -> LMI:
+    """Pose [[Q, M_i'], [M_i, nu I]] >= 0, which is K_i Q K_i' <= nu I."""
+    n, m, r = Q.rows, M.rows, M.count
+    one = np.eye(n)[None]
+    return LMI(
+        name="input effort",
+        blocks=(n, m),
+        terms=(
+            Term(unknown=Q, left=one, right=one),
+            Term(
+                unknown=M,
+                left=np.eye(m)[None],
+                right=one,
+                at=(1, 0),
+                members=np.arange(r),
+                symbol=M.symbol if r == 1 else f"{M.symbol}_i",
+            ),
+            Term(unknown=nu, left=np.eye(m)[None], at=(1, 1), latex=("", "I")),
+        ),
+        count=r,
+        weight=0.0,
+        index=rf"i = 1, \dots, {r}",
+    )
+
+
+def _scale_of(Q: Unknown, largest: float) -> tuple[LMI, LMI]:
+    one = np.eye(Q.rows)[None]
+    term = Term(unknown=Q, left=one, right=one)
+    bound = Constant(value=-largest * one, latex="-I" if largest == 1 else f"-{largest:g} I")
+    return (
+        LMI(name="Q positive definite", blocks=(Q.rows,), terms=(term,)),
+        LMI(
+            name="scale of Q",
+            blocks=(Q.rows,),
+            terms=(term,),
+            constants=(bound,),
+            sign=-1,
+            weight=0.0,
+        ),
+    )
+
+
+def _restrictions(
+    Q: Unknown, M: Unknown, limits: Limits | None
+) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
+    if limits is None:
+        return (), ()
+    unknowns: tuple[Unknown, ...] = ()
+    lmis: tuple[LMI, ...] = ()
+    if limits.inputs is not None:
+        lmis += input_lmis(Q, M, limits.inputs)
+    if limits.initial is not None:
+        lmis += initial_lmis(Q, limits.initial)
+    if limits.states is not None:
+        lmis += state_lmis(Q, limits.states)
+    if limits.gain is not None:
+        unknowns, bounds = gain_lmis(Q, M, limits)
+        lmis += bounds
+    return unknowns, lmis

@@ -1,0 +1,266 @@
+r"""Invariant ellipsoid of a family of systems under bounded disturbances, one P for all vertices.
+
+For x' = A x + d with (A, d) in the hull of the vertices (A_k, d_k), the set {x' P x <= 1} is
+invariant when for each k some alpha_k > 0 gives
+
+    [ A_k' P + P A_k + alpha_k P   P d_k   ]
+    [ d_k' P                      -alpha_k ]  < 0,
+
+for then V' < 0 wherever V >= 1.  It lies inside |h_i' x| <= sqrt(eta) for each direction when
+[[P, h_i], [h_i', eta]] >= 0.  With alpha fixed both are LMIs in (P, eta); alpha and P are improved
+in turn.
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.1.3 (bounded peak inputs), with the
+disturbance taken at the corners of its box.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.quadratic import common_lyapunov
+from takagi.lmi.stages import optimise
+from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
+from takagi.models.errors import ModelError
+
+__all__ = [
+    "Ellipsoid",
+    "decay_rates",
+    "invariant_ellipsoid",
+    "invariant_ellipsoid_condition",
+    "largest_scale",
+    "slacks",
+]
+
+Floats = NDArray[np.float64]
+Groups = NDArray[np.intp]
+
+FIRST, ADDED, ROUNDS = 60, 60, 25
+MULTIPLIERS = np.geomspace(5e-4, 0.8, 60)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ellipsoid:
+    """A candidate {x' P x <= 1} that is invariant under ``scale`` times the disturbances.
+
+    Attributes
+    ----------
+    P : (n, n), or None where no common P was found.
+    multipliers : (G,) alpha per group of vertices.
+    scale : how much of the stated disturbance it survives while inside the stated bounds.
+    diagnosis : why there is none, in words.
+    words : what the solver said, last step.
+    """
+
+    P: Floats | None
+    multipliers: Floats
+    scale: float
+    diagnosis: str
+    words: str
+
+
+def invariant_ellipsoid_condition(
+    A: Floats, d: Floats, alpha: Floats, directions: Floats
+) -> Condition:
+    """Pose the invariance LMIs with [[P, h_i], [h_i', eta]] >= 0 and eta least.
+
+    Parameters
+    ----------
+    A : (N, n, n);  d : (N, n), the disturbance at a corner of its box;  alpha : (N,).
+    directions : (D, n) rows h_i.
+
+    Raises
+    ------
+    ModelError : sizes that do not fit, or a multiplier that is not positive.
+    """
+    count, n = d.shape
+    if A.shape != (count, n, n) or alpha.shape != (count,) or directions.shape[1:] != (n,):
+        raise ModelError(
+            f"vertices {A.shape}, disturbances {d.shape}, multipliers {alpha.shape}, directions "
+            f"{directions.shape}: (N, n, n), (N, n), (N,) and (D, n) are needed"
+        )
+    if np.any(alpha <= 0):
+        raise ModelError(f"multiplier {alpha.min():.4g} of vertex {alpha.argmin()}: give alpha > 0")
+    P = Unknown("P", n, n, symmetric=True)
+    eta = Unknown("eta", 1, 1, symmetric=True, latex=r"\eta")
+    one = np.eye(n)[None]
+    invariant = LMI(
+        name="invariance",
+        blocks=(n, 1),
+        terms=(
+            Term(unknown=P, left=one, right=A, plus_transpose=True, latex=("", "A_{k}")),
+            Term(
+                unknown=P,
+                left=alpha[:, None, None] * one,
+                right=one,
+                latex=(r"\alpha_{k}", ""),
+            ),
+            Term(unknown=P, left=one, right=d[:, :, None], at=(0, 1), latex=("", "d_{k}")),
+        ),
+        constants=(Constant(value=-alpha[:, None, None], at=(1, 1), latex=r"-\alpha_{k}"),),
+        sign=-1,
+        count=count,
+        index=rf"k = 1, \dots, {count}",
+    )
+    inside = LMI(
+        name="inside the bounds",
+        blocks=(n, 1),
+        terms=(
+            Term(unknown=P, left=one, right=one),
+            Term(unknown=eta, left=np.ones((1, 1, 1)), right=np.ones((1, 1, 1)), at=(1, 1)),
+        ),
+        constants=(Constant(value=directions[:, :, None], at=(0, 1), latex="h_{i}"),),
+        count=len(directions),
+        index=rf"i = 1, \dots, {len(directions)}",
+    )
+    return Condition(
+        name="invariant ellipsoid",
+        unknowns=(P, eta),
+        lmis=(invariant, inside),
+        objective={"eta": np.ones((1, 1, 1))},
+        source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.1.3",
+    )
+
+
+def invariant_ellipsoid(
+    A: Floats,
+    d: Floats,
+    groups: Groups,
+    directions: Floats,
+    *,
+    speed: Floats | None = None,
+    rounds: int = 5,
+) -> Ellipsoid:
+    """Return a candidate ellipsoid inside |h_i' x| <= 1 under the largest scale of d.
+
+    Parameters
+    ----------
+    A : (N, n, n) vertices;  d : (N, n) disturbances at scale 1.
+    groups : (N,) group of each vertex, 0 ... G-1; vertices of one group share one multiplier.
+    directions : (D, n) rows h_i, so scaled that the bound is 1.
+    speed : (N,) time scale of each vertex [1/s]; the first P weighs every vertex by it.
+    rounds : how often P and the multipliers are improved in turn.
+
+    Source: the module's.
+    """
+    count = int(groups.max()) + 1
+    pace = np.ones(len(A)) if speed is None else speed
+    first = common_lyapunov(A / pace[:, None, None])
+    if first.P is None:
+        return Ellipsoid(None, np.zeros(count), 0.0, first.diagnosis, first.status)
+    P = np.asarray(first.P)
+    alpha = 0.5 * _least(2 * decay_rates(P, A), groups, count)
+    scale, words = 0.0, ""
+    # Coordinates in which the set is about a unit ball keep the solver's numbers near one.
+    units = 1 / np.abs(directions).max(axis=0)
+    scaled_A, scaled_d, h = A * units / units[:, None], d / units, directions * units
+    for _ in range(rounds):
+        found = _step(scaled_A, scaled_d, alpha[groups], h)
+        if found is None:
+            break
+        better, eta, words = found
+        P = better / np.outer(units, units) * eta
+        scale = eta**-0.5
+        alpha = _multipliers(P, A, d * scale, groups, count)
+    if scale == 0.0:
+        return Ellipsoid(None, alpha, 0.0, "the invariance condition found no P", words)
+    return Ellipsoid(P, alpha, scale, "", words)
+
+
+def _step(A: Floats, d: Floats, alpha: Floats, h: Floats) -> tuple[Floats, float, str] | None:
+    """Return (P, eta) with least eta for fixed multipliers, adding violated vertices in rounds."""
+    chosen = np.unique(np.linspace(0, len(A) - 1, min(FIRST, len(A))).astype(np.intp))
+    for _ in range(ROUNDS):
+        condition = invariant_ellipsoid_condition(A[chosen], d[chosen], alpha[chosen], h)
+        outcome = optimise(condition, slack=1e-3)
+        if outcome.status != "candidate":
+            return None
+        P, eta = outcome.values["P"][0], float(outcome.values["eta"][0, 0, 0])
+        worst = slacks(P, A, d, alpha)
+        fresh = np.setdiff1d(np.nonzero(worst >= 0)[0], chosen)
+        if len(fresh) == 0:
+            return P, eta, outcome.tries[-1].solver if outcome.tries else ""
+        chosen = np.union1d(chosen, fresh[np.argsort(-worst[fresh])[:ADDED]])
+    return None
+
+
+def slacks(P: Floats, A: Floats, d: Floats, alpha: Floats) -> Floats:
+    """Return (N,): largest eigenvalue of each invariance matrix over its alpha; negative holds."""
+    count, n = d.shape
+    M = np.zeros((count, n + 1, n + 1))
+    PA = P @ A
+    M[:, :n, :n] = PA + PA.transpose(0, 2, 1) + alpha[:, None, None] * P
+    M[:, :n, n] = d @ P
+    M[:, n, :n] = M[:, :n, n]
+    M[:, n, n] = -alpha
+    # Congruence by the root of diag(P) puts speeds, efforts and integrals on one scale.
+    root = 1 / np.sqrt(np.append(np.diag(P), 1.0))
+    M *= root[:, None] * root
+    return np.asarray(np.linalg.eigvalsh(M)[:, -1] / alpha, dtype=np.float64)
+
+
+def decay_rates(P: Floats, A: Floats) -> Floats:
+    """Return (N,): the largest rate with A_k' P + P A_k + 2 rate P <= 0 [1/s]."""
+    inverse = np.linalg.inv(np.linalg.cholesky(P))
+    PA = P @ A
+    H = inverse @ (PA + PA.transpose(0, 2, 1)) @ inverse.T
+    return np.asarray(-np.linalg.eigvalsh(H)[:, -1] / 2, dtype=np.float64)
+
+
+def largest_scale(
+    P: Floats, A: Floats, fixed: Floats, scaled: Floats, *, limit: float = 1e3
+) -> tuple[float, float]:
+    """Return (s, alpha): the largest s for which ``fixed + s scaled`` keeps the unit ellipsoid.
+
+    With N = -(A'P + PA + alpha P) > 0 the invariance LMI is d' P N^-1 P d < alpha, a quadratic
+    inequality in s for each vertex.
+
+    Parameters
+    ----------
+    A, fixed, scaled : (N, n, n), (N, n), (N, n) of vertices that share one multiplier.
+    limit : the largest s that is looked for.
+
+    Returns
+    -------
+    s = 0 with its alpha when even ``fixed`` alone is too much.
+    """
+    found = [(_scale_at(P, A, fixed, scaled, float(alpha)), float(alpha)) for alpha in MULTIPLIERS]
+    scale, alpha = max(found)
+    return min(max(scale, 0.0), limit), alpha
+
+
+def _scale_at(P: Floats, A: Floats, fixed: Floats, scaled: Floats, alpha: float) -> float:
+    PA = P @ A
+    N = -(PA + PA.transpose(0, 2, 1) + alpha * P)
+    if np.linalg.eigvalsh(N)[:, 0].min() <= 0:
+        return -1.0
+    f, g = fixed @ P, scaled @ P
+    Nf, Ng = np.linalg.solve(N, f[:, :, None])[:, :, 0], np.linalg.solve(N, g[:, :, None])[:, :, 0]
+    a, b, c = (g * Ng).sum(axis=1), (f * Ng).sum(axis=1), (f * Nf).sum(axis=1) - alpha
+    if np.any(c >= 0):
+        return -1.0
+    root = np.sqrt(np.maximum(b * b - a * c, 0.0))
+    # The stable form of the larger root of a s^2 + 2 b s + c = 0 with c < 0.
+    roots = np.where(a > 0, -c / np.maximum(b + root, 1e-300), np.inf)
+    return float(roots.min())
+
+
+def _multipliers(P: Floats, A: Floats, d: Floats, groups: Groups, count: int) -> Floats:
+    """Return (G,): per group the multiplier whose worst vertex has most room."""
+    table = np.stack(
+        [_worst(slacks(P, A, d, np.full(len(A), a)), groups, count) for a in MULTIPLIERS]
+    )
+    return np.asarray(MULTIPLIERS[table.argmin(axis=0)], dtype=np.float64)
+
+
+def _worst(values: Floats, groups: Groups, count: int) -> Floats:
+    out = np.full(count, -np.inf)
+    np.maximum.at(out, groups, values)
+    return out
+
+
+def _least(values: Floats, groups: Groups, count: int) -> Floats:
+    return -_worst(-values, groups, count)

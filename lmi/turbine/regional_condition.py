@@ -1,0 +1,234 @@
+r"""The LMIs of one region's gains: decay, and actuator bounds on an ellipsoid that holds a set.
+
+In scaled states and input, with Q = P^-1 > 0 and M_i = K_i Q, u = -sum_i h_i K_i x:
+
+    A_i Q - B M_i + (.)' + 2 alpha Q < 0                        decay of V = x' P x
+    [[1, x_k'], [x_k, Q]] >= 0                                  the set's corners lie in V <= 1
+    [[u_max^2, M_i], [M_i', Q]] >= 0                            |u| <= u_max on V <= 1
+    [[mu, M_i + c Q], [(.)', Q]] >= 0,  mu <= r_max^2           |u - c x| <= r_max on V <= 1
+    Q_ll <= b_l^2                                               |x_l| <= b_l: inside the box
+
+with mu least: of all gains that meet the requirement, those that ask least of the actuator.
+
+B is the same in every rule, so sum_ij h_i h_j (A_i Q - B M_j) = sum_i h_i (A_i Q - B M_i): the
+rules' own inequalities are the double sum, and no relaxation can add anything.  Bounds at the
+rules hold for every blend, because u is a convex sum of the rules' commands.
+
+Source: Tanaka and Wang (2001), Fuzzy Control Systems Design and Analysis, sections 3.3-3.4 (decay
+rate, constraint on the input); Boyd et al. (1994), section 7.2.3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
+from takagi.models.errors import ModelError
+
+__all__ = ["ActuatorBound", "regional_gain_condition"]
+
+Floats = NDArray[np.float64]
+
+# Largest eigenvalue of Q in scaled states: the ellipsoid may reach this many times (squared) the
+# states' ranges.  It only keeps the unknowns bounded.
+LARGEST_Q = 1e3
+# Weight of the set and bound inequalities: they hold with a little room, decay gets the rest.
+SLIGHT = 1e-6
+ONE = np.ones((1, 1, 1))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ActuatorBound:
+    """|u - c x| <= limit on the ellipsoid.
+
+    Attributes
+    ----------
+    name : what is bounded, in words.
+    limit : in the condition's coordinates, > 0.
+    offset : c, (n,); zero for the command itself.
+    least : whether the bound is made as small as it can be, instead of just kept.
+    """
+
+    name: str
+    limit: float
+    offset: Floats
+    least: bool = False
+
+
+def regional_gain_condition(
+    A: Floats,
+    B: Floats,
+    *,
+    decay_rate: float,
+    corners: Floats,
+    bounds: tuple[ActuatorBound, ...],
+    box: Floats,
+) -> Condition:
+    """Pose decay at every rule, set inside ellipsoid inside box, and the actuator bounds.
+
+    Parameters
+    ----------
+    A : (r, n, n);  B : (n, 1), the same in every rule; both in scaled coordinates.
+    decay_rate : alpha [1/s].
+    corners : (s, n), the operating set is their hull (and its mirror image).
+    bounds : what must hold on the ellipsoid; one of them is made least.
+    box : (n,) half widths of the model's box; inf where a state is free.
+
+    Returns
+    -------
+    The condition in Q (n, n), M (r, 1, n) and mu.  Nothing is solved.
+
+    Raises
+    ------
+    ModelError : shapes that do not fit, or a bound that is not positive.
+    """
+    rules, n = A.shape[:2]
+    if A.shape != (rules, n, n) or B.shape != (n, 1) or corners.shape[1:] != (n,):
+        raise ModelError(
+            f"A {A.shape}, B {B.shape} and corners {corners.shape} were given; (r, n, n), (n, 1) "
+            "and (s, n) are needed"
+        )
+    Q = Unknown("Q", n, n, symmetric=True)
+    M = Unknown("M", 1, n, count=rules)
+    mu = Unknown("mu", 1, 1, symmetric=True, latex=r"\mu")
+    lmis = (
+        _scale(Q),
+        _decay(Q, M, A, B),
+        _operating_set(Q, corners),
+        *((_inside_box(Q, box),) if np.isfinite(box).any() else ()),
+        *(_bound(Q, M, mu, bound) for bound in bounds),
+        *(_largest_demand(mu, bound.limit) for bound in bounds if bound.least),
+    )
+    least = any(bound.least for bound in bounds)
+    return Condition(
+        name="regional gains with decay rate and actuator bounds",
+        unknowns=(Q, M, mu) if least else (Q, M),
+        lmis=lmis,
+        objective={"mu": np.ones((1, 1, 1))} if least else {},
+        parameters={"alpha": decay_rate},
+        source="Tanaka and Wang (2001), sections 3.3-3.4",
+    )
+
+
+def _scale(Q: Unknown) -> LMI:
+    one = np.eye(Q.rows)[None]
+    return LMI(
+        name="scale of Q",
+        blocks=(Q.rows,),
+        terms=(Term(unknown=Q, left=one, right=one),),
+        constants=(Constant(value=-LARGEST_Q * one, latex=r"-\kappa I"),),
+        sign=-1,
+        weight=0.0,
+    )
+
+
+def _decay(Q: Unknown, M: Unknown, A: Floats, B: Floats) -> LMI:
+    rules, n = A.shape[:2]
+    one = np.eye(n)[None]
+    own = np.arange(rules)
+    return LMI(
+        name="decay of rule",
+        blocks=(n,),
+        terms=(
+            Term(unknown=Q, left=A, right=one, plus_transpose=True, latex=("A_{i}", "")),
+            Term(
+                unknown=M,
+                left=-B[None],
+                right=one,
+                plus_transpose=True,
+                items=own,
+                members=own,
+                latex=("-B", ""),
+                symbol="M_{i}",
+            ),
+            Term(unknown=Q, left=2 * one, right=one, parameter="alpha", latex=(r"2\alpha", "")),
+        ),
+        sign=-1,
+        count=rules,
+        index=rf"i = 1, \dots, {rules}",
+    )
+
+
+def _operating_set(Q: Unknown, corners: Floats) -> LMI:
+    n = Q.rows
+    one = np.eye(n)[None]
+    return LMI(
+        name="operating set",
+        blocks=(1, n),
+        terms=(Term(unknown=Q, left=one, right=one, at=(1, 1)),),
+        constants=(
+            Constant(value=ONE, latex="1"),
+            Constant(value=corners[:, None, :], at=(0, 1), latex=r"x_{k}^\top"),
+        ),
+        count=len(corners),
+        weight=SLIGHT,
+        index=rf"k = 1, \dots, {len(corners)}",
+    )
+
+
+def _inside_box(Q: Unknown, box: Floats) -> LMI:
+    limited = np.flatnonzero(np.isfinite(box))
+    rows = np.eye(Q.rows)[limited][:, None, :]
+    return LMI(
+        name="inside the model's box",
+        blocks=(1,),
+        terms=(
+            Term(
+                unknown=Q,
+                left=-rows,
+                right=rows.transpose(0, 2, 1),
+                latex=("-e_{l}^\\top", "e_{l}"),
+            ),
+        ),
+        constants=(Constant(value=box[limited][:, None, None] ** 2, latex="b_{l}^2"),),
+        count=len(limited),
+        weight=SLIGHT,
+        index="l",
+    )
+
+
+def _largest_demand(mu: Unknown, limit: float) -> LMI:
+    return LMI(
+        name="demand within the limit",
+        blocks=(1,),
+        terms=(Term(unknown=mu, left=-ONE, right=ONE),),
+        constants=(Constant(value=limit**2 * ONE, latex=r"\bar r^2"),),
+        weight=SLIGHT,
+    )
+
+
+def _bound(Q: Unknown, M: Unknown, mu: Unknown, bound: ActuatorBound) -> LMI:
+    if not bound.limit > 0:
+        raise ModelError(f"{bound.name}: limit {bound.limit!r} was given; it must exceed 0")
+    n, own = Q.rows, np.arange(M.count)
+    one = np.eye(n)[None]
+    terms = [
+        Term(unknown=Q, left=one, right=one, at=(1, 1)),
+        Term(
+            unknown=M,
+            left=ONE,
+            right=one,
+            at=(0, 1),
+            items=own,
+            members=own,
+            symbol="M_{i}",
+        ),
+    ]
+    if np.any(bound.offset):
+        row = bound.offset[None, None, :]
+        terms.append(Term(unknown=Q, left=row, right=one, at=(0, 1), latex=("c", "")))
+    limit = Constant(value=bound.limit**2 * ONE, latex=r"\bar u^2")
+    if bound.least:
+        terms.append(Term(unknown=mu, left=ONE, right=ONE))
+    return LMI(
+        name=bound.name,
+        blocks=(1, n),
+        terms=tuple(terms),
+        constants=() if bound.least else (limit,),
+        count=M.count,
+        weight=SLIGHT,
+        index=rf"i = 1, \dots, {M.count}",
+    )

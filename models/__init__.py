@@ -1,0 +1,81 @@
+"""What is controlled and by which law: Takagi-Sugeno models, their derivation, wind turbines.
+
+    ts_model, premise       TSModel: vertices, premises with proved ranges, rules, box
+    sector/                 sector_model: symbolic sector nonlinearity, bounds by ball arithmetic
+    surface, enclosure/     spline surfaces and rigorous ranges in exact arithmetic
+    turbine/                wind turbines: data, aerodynamics, trim, regional models, observer
+    loading, library        models from files and built-in ones by name
+
+Importing this package imports nothing heavy: names are looked up when they are used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from takagi.models.derivation import Derivation, Step
+    from takagi.models.enclosure.interval import Interval
+    from takagi.models.errors import ModelError
+    from takagi.models.library import built_in_models
+    from takagi.models.loading import load_model
+    from takagi.models.premise import Premise
+    from takagi.models.sector.model import sector_model
+    from takagi.models.surface import Surface
+    from takagi.models.ts_model import Matrices, TSModel
+    from takagi.models.turbine.data import Turbine
+    from takagi.models.turbine.full_load import full_load_model
+    from takagi.models.turbine.loader import nrel5mw
+    from takagi.models.turbine.partial_load import partial_load_model
+    from takagi.models.turbine.wind_observer import WindObserver, wind_observer_model
+
+__all__ = [
+    "Derivation",
+    "Interval",
+    "Matrices",
+    "ModelError",
+    "Premise",
+    "Step",
+    "Surface",
+    "TSModel",
+    "Turbine",
+    "WindObserver",
+    "built_in_models",
+    "full_load_model",
+    "load_model",
+    "nrel5mw",
+    "partial_load_model",
+    "sector_model",
+    "wind_observer_model",
+]
+
+_HOME = {
+    "Derivation": "derivation",
+    "Interval": "enclosure.interval",
+    "Matrices": "ts_model",
+    "ModelError": "errors",
+    "Premise": "premise",
+    "Step": "derivation",
+    "Surface": "surface",
+    "TSModel": "ts_model",
+    "Turbine": "turbine.data",
+    "WindObserver": "turbine.wind_observer",
+    "built_in_models": "library",
+    "full_load_model": "turbine.full_load",
+    "load_model": "loading",
+    "nrel5mw": "turbine.loader",
+    "partial_load_model": "turbine.partial_load",
+    "sector_model": "sector.model",
+    "wind_observer_model": "turbine.wind_observer",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOME:
+        return getattr(import_module(f"takagi.models.{_HOME[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

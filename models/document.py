@@ -1,0 +1,79 @@
+"""A TOML file that can say where in it something is wrong."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from takagi.models.errors import ModelError
+
+__all__ = ["Document", "read_document", "read_text"]
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A parsed file: where it is, its text, and its tables."""
+
+    path: Path
+    text: str
+    data: dict[str, Any]
+
+    def error(self, field: str, problem: str) -> ModelError:
+        """Return (not raise) an error that names file, line if it can be found, and field."""
+        line = self._line_of(field)
+        place = f"{self.path}:{line}" if line else f"{self.path}"
+        return ModelError(f"{place}: field {field!r}: {problem}")
+
+    def _line_of(self, field: str) -> int | None:
+        """Return the line where ``section.key`` is set, or its section begins."""
+        section, _, key = field.rpartition(".")
+        current, header_line = "", None
+        for number, line in enumerate(self.text.splitlines(), start=1):
+            header = re.match(r"\s*\[+\s*([^\]]+?)\s*\]+", line)
+            if header:
+                current = header.group(1)
+                if current == section or current == field:
+                    header_line = header_line or number
+            elif current == section and re.match(rf"\s*\"?{re.escape(key)}\"?\s*[=.]", line):
+                return number
+        if header_line is None and "." in section:
+            return self._line_of(section)
+        return header_line
+
+
+def read_text(path: Path) -> str:
+    """Return a UTF-8 text file's content; ModelError says why it cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        raise ModelError(f"{path}: no such file; check the path") from error
+    except IsADirectoryError as error:
+        raise ModelError(f"{path}: is a folder; name the file in it") from error
+    except UnicodeDecodeError as error:
+        raise ModelError(
+            f"{path}: is not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8"
+        ) from error
+    except OSError as error:
+        raise ModelError(f"{path}: cannot be read ({error.strerror})") from error
+
+
+def read_document(path: Path) -> Document:
+    """Return the parsed file.
+
+    Raises
+    ------
+    ModelError : the file cannot be read, or is not TOML (the message has line and column).
+    """
+    text = read_text(path)
+    try:
+        return Document(path, text, tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        found = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        place = f"{path}:{found.group(1)}:{found.group(2)}" if found else f"{path}"
+        raise ModelError(
+            f"{place}: not valid TOML: {error}; expected lines such as "
+            'key = { value = 1.0, unit = "m", source = "..." }'
+        ) from error

@@ -1,0 +1,26 @@
+"""The one exception of this floor: misuse, told so that it can be mended."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+__all__ = ["ModelError", "did_you_mean"]
+
+
+class ModelError(ValueError):
+    """What was asked makes no sense for the model it was asked of.
+
+    The message says which item is meant, what was given, what was needed and what to do.
+    "No such controller exists" is an answer, not a ``ModelError``.
+    """
+
+
+def did_you_mean(given: str, known: Iterable[str]) -> str:
+    """Return ``" (did you mean ...?)"`` with the known names near the given one, or ``""``."""
+    names = list(known)
+    by_lower = {name.lower(): name for name in names}
+    near = get_close_matches(given.lower(), by_lower, n=3, cutoff=0.6)
+    if not near:
+        return ""
+    return " (did you mean " + " or ".join(repr(by_lower[name]) for name in near) + "?)"

@@ -1,0 +1,182 @@
+r"""The coherent law: one effort, shared between torque and pitch by a ramp.
+
+With e = omega - omega*(v_f) and the states x [rad/s] and v_f [m/s],
+
+    u  = gamma(v_f) (e - x)                    PI action, read as effort [rad/s^2]
+    U  = q*(v_f) + u                           demanded effort
+    T  = T_rated - (J / n_g) psi(-U)           torque delivers up to rated ...
+    beta_ref = beta_min + psi(U) / b(v_f)      ... and pitch whatever lies beyond
+    x'   = -nu(v_f) e
+    v_f' = (v_hat - v_f) / tau_f               low-pass on the wind estimate
+
+which is the proportional and integral gain pair (gamma_e, gamma_I) = (gamma, gamma nu) with the
+integrator measured as a speed.  The coupling weights are f1 = psi'(U) and f2 = 1 - psi'(U), a
+convex sum: some actuator always acts, and the loop gain is the same everywhere.
+
+Scaling the integrator by nu(v) makes a slow loop (little torque in reserve at low wind) the
+time-scaled image of a fast one, which is what lets one quadratic function serve all winds.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.models.errors import ModelError
+from takagi.models.law.effort import effort_ramp, effort_ramp_slope
+from takagi.models.law.law import Command, Measurement
+from takagi.models.law.schedule import EffortSchedule
+from takagi.models.turbine.data import Turbine
+
+__all__ = ["CoherentLaw", "EffortGains"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EffortGains:
+    """Gains over the nodes of an effort schedule.
+
+    Attributes
+    ----------
+    proportional : (K,) gamma [1/s] at the nodes, linear between them.
+    integral_rate : (K - 1,) nu [1/s], constant on each interval between nodes.
+    """
+
+    proportional: Array
+    integral_rate: Array
+
+    def __post_init__(self) -> None:
+        for name in ("proportional", "integral_rate"):
+            column = np.array(getattr(self, name), dtype=np.float64)
+            if column.ndim != 1 or not np.all(np.isfinite(column)) or np.any(column <= 0):
+                raise ModelError(f"{name} must be a row of positive numbers, one per node/interval")
+            column.flags.writeable = False
+            object.__setattr__(self, name, column)
+        if len(self.integral_rate) != len(self.proportional) - 1:
+            raise ModelError(
+                f"{len(self.proportional)} proportional gains need {len(self.proportional) - 1} "
+                f"integral rates, one per interval; {len(self.integral_rate)} were given"
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CoherentLaw:
+    """The effort-sharing law as a value; see the module's formulas.
+
+    Attributes
+    ----------
+    schedule, gains : the emitted tables.
+    rated_torque : T_rated [N m], high-speed shaft.
+    effort_torque : J / n_g, torque per unit of effort [N m s^2/rad].
+    pitch_min, pitch_max : [rad].
+    wind_filter : tau_f [s]; 0 passes the estimate through.
+    integral_limit : the integrator is held at |x| = this [rad/s]; a certified set lies inside.
+    """
+
+    schedule: EffortSchedule
+    gains: EffortGains
+    rated_torque: float
+    effort_torque: float
+    pitch_min: float
+    pitch_max: float
+    wind_filter: float = 5.0
+    integral_limit: float = 0.1
+    name: str = "coherent"
+    state_names: tuple[str, ...] = ("speed integral [rad/s]", "schedule wind [m/s]")
+
+    @classmethod
+    def of(
+        cls,
+        turbine: Turbine,
+        schedule: EffortSchedule,
+        gains: EffortGains,
+        *,
+        wind_filter: float = 5.0,
+        integral_limit: float = 0.1,
+    ) -> CoherentLaw:
+        """Return the law with the turbine's limits; raises ModelError where the sizes differ."""
+        if len(gains.proportional) != len(schedule.wind):
+            raise ModelError(
+                f"{len(gains.proportional)} gains for {len(schedule.wind)} wind nodes; one each"
+            )
+        return cls(
+            schedule,
+            gains,
+            turbine.rated_torque,
+            turbine.inertia / turbine.gear_ratio,
+            turbine.pitch_min,
+            turbine.pitch_max,
+            wind_filter,
+            integral_limit,
+        )
+
+    def initial_state(self, wind: float) -> Array:
+        """Return x = 0 and the schedule wind at the given wind [m/s]."""
+        return np.array([0.0, self._inside(wind)])
+
+    def command(self, state: ArrayLike, measurement: Measurement) -> Command:
+        """Return torque [N m, high-speed shaft] and pitch reference [rad]."""
+        x, wind = float(np.asarray(state)[0]), self._schedule_wind(state, measurement)
+        k, share = self._place(wind)
+        table = self.schedule
+        error = measurement.rotor_speed - _between(table.rotor_speed, k, share)
+        effort = _between(table.trim_effort, k, share)
+        effort += _between(self.gains.proportional, k, share) * (error - x)
+        overlap = table.overlap
+        torque = self.rated_torque - self.effort_torque * _ramp(-effort, overlap)
+        pitch = self.pitch_min + _ramp(effort, overlap) / _between(table.effectiveness, k, share)
+        return Command(max(torque, 0.0), min(pitch, self.pitch_max))
+
+    def state_rate(self, state: ArrayLike, measurement: Measurement) -> Array:
+        """Return (x', v_f'); the integrator is held at its limit."""
+        x = float(np.asarray(state)[0])
+        wind = self._schedule_wind(state, measurement)
+        k, share = self._place(wind)
+        error = measurement.rotor_speed - _between(self.schedule.rotor_speed, k, share)
+        rate = -float(self.gains.integral_rate[k]) * error
+        if abs(x) >= self.integral_limit and rate * x > 0:
+            rate = 0.0
+        if self.wind_filter <= 0:
+            return np.array([rate, 0.0])
+        held = self._inside(measurement.wind_estimate)
+        return np.array([rate, (held - float(np.asarray(state)[1])) / self.wind_filter])
+
+    def pitch_share(self, wind: float) -> float:
+        """Return f1 = psi'(q*(v)), the share of pitch in the loop at the trim."""
+        q = float(np.interp(wind, self.schedule.wind, self.schedule.trim_effort))
+        return float(effort_ramp_slope(q, self.schedule.overlap))
+
+    def gain_pair(self, wind: float) -> tuple[float, float]:
+        """Return (gamma_e, gamma_I) = (gamma, gamma nu) in 1/s and 1/s^2."""
+        k, share = self._place(self._inside(wind))
+        gamma = _between(self.gains.proportional, k, share)
+        return gamma, gamma * float(self.gains.integral_rate[k])
+
+    def _schedule_wind(self, state: ArrayLike, measurement: Measurement) -> float:
+        if self.wind_filter <= 0:
+            return self._inside(measurement.wind_estimate)
+        return float(np.asarray(state)[1])
+
+    def _inside(self, wind: float) -> float:
+        nodes = self.schedule.wind
+        return float(min(max(wind, nodes[0]), nodes[-1]))
+
+    def _place(self, wind: float) -> tuple[int, float]:
+        nodes = self.schedule.wind
+        k = min(max(bisect_right(nodes, wind) - 1, 0), len(nodes) - 2)
+        return k, float((wind - nodes[k]) / (nodes[k + 1] - nodes[k]))
+
+
+def _between(column: Array, k: int, share: float) -> float:
+    return float(column[k]) + share * float(column[k + 1] - column[k])
+
+
+def _ramp(effort: float, overlap: float) -> float:
+    """Return psi for one float; the array form costs ten times as much in a simulation's loop."""
+    if effort <= -overlap:
+        return 0.0
+    return effort if effort >= overlap else float(effort_ramp(effort, overlap))

@@ -1,0 +1,63 @@
+"""What every controller law is: a value that maps a state and a measurement to a command.
+
+    command = c(x_c, y),    x_c' = g(x_c, y),    y = (rotor speed, pitch, wind estimate)
+
+Simulation, embedding of the closed loop, export and typesetting read laws through this protocol
+alone.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Command", "Law", "Measurement"]
+
+
+class Measurement(NamedTuple):
+    """What a law sees: rotor speed [rad/s], pitch [rad], wind estimate [m/s]."""
+
+    rotor_speed: float
+    pitch: float
+    wind_estimate: float
+
+
+class Command(NamedTuple):
+    """What a law asks for: generator torque on the high-speed shaft [N m], pitch [rad]."""
+
+    torque: float
+    pitch: float
+
+
+class Law(Protocol):
+    """A controller law as a value; it keeps no memory of its own, its state is passed in.
+
+    ``command`` and ``state_rate`` are pure.  A law need not limit what it asks for: the plant
+    limits torque, its rate, and the pitch drive.
+    """
+
+    @property
+    def name(self) -> str:
+        """Word for tables and legends."""
+        ...
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the controller's states with their units, e.g. ``"integral [rad]"``."""
+        ...
+
+    def initial_state(self, wind: float) -> NDArray[np.float64]:
+        """Return the state in which the law rests at the trim of a constant wind [m/s]."""
+        ...
+
+    def command(self, state: NDArray[np.float64], measurement: Measurement) -> Command:
+        """Return the command at this state and measurement."""
+        ...
+
+    def state_rate(
+        self, state: NDArray[np.float64], measurement: Measurement
+    ) -> NDArray[np.float64]:
+        """Return the time derivative of the state, same shape and order as ``state_names``."""
+        ...

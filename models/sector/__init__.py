@@ -1,0 +1,48 @@
+"""Symbolic sector nonlinearity: from equations of motion to an exact Takagi-Sugeno model.
+
+model       sector_model, the front door
+factor      writing f(x, u, w) as A(x) x + B(x) u + E(x) w
+assemble    exactness check, vertices and derivation from entries in premise symbols
+ball        rigorous ranges of expressions by ball arithmetic
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from takagi.models.sector.assemble import Factored, Plant, assemble
+    from takagi.models.sector.ball import expression_range, expression_value
+    from takagi.models.sector.factor import factor
+    from takagi.models.sector.model import sector_model
+
+__all__ = [
+    "Factored",
+    "Plant",
+    "assemble",
+    "expression_range",
+    "expression_value",
+    "factor",
+    "sector_model",
+]
+
+_HOME = {
+    "Factored": "assemble",
+    "Plant": "assemble",
+    "assemble": "assemble",
+    "expression_range": "ball",
+    "expression_value": "ball",
+    "factor": "factor",
+    "sector_model": "model",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOME:
+        return getattr(import_module(f"takagi.models.sector.{_HOME[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

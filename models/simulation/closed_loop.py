@@ -1,0 +1,247 @@
+"""A law on a plant in a wind: fixed-step Runge-Kutta, the law sampled and held.
+
+At every controller sample the law sees (speed, pitch, wind estimate) and its command holds until
+the next one, as in a digital controller.  Torque follows its command within the rate limit, from
+sample to sample; pitch goes through the drive.  The states of the law and of the observer are
+advanced by one Euler step per sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import isfinite
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.models.errors import ModelError
+from takagi.models.law.law import Command, Law, Measurement
+from takagi.models.simulation.dynamics import Dynamics, Loads, State, dynamics
+from takagi.models.simulation.history import History
+from takagi.models.simulation.plant import Flag, Plant
+from takagi.models.simulation.wind import WindSeries
+
+__all__ = ["TIME_STEP", "Observer", "simulate"]
+
+Array = NDArray[np.float64]
+TIME_STEP = 0.02
+
+
+class Observer(Protocol):
+    """What estimates the wind from speed [rad/s], pitch [rad] and torque (high-speed) [N m]."""
+
+    def initial_state(self, rotor_speed: float, wind: float) -> Array:
+        """Return the state for a measured speed and a first guess of the wind [m/s]."""
+        ...
+
+    def wind_estimate(self, state: Array) -> float:
+        """Return the estimate [m/s]."""
+        ...
+
+    def state_rate(self, state: Array, rotor_speed: float, pitch: float, torque: float) -> Array:
+        """Return the time derivative of the state."""
+        ...
+
+
+class _Sample(NamedTuple):
+    state: State
+    wind: float
+    wind_estimate: float
+    command: Command
+    torque: float
+    loads: Loads
+    law_state: Array
+
+
+def simulate(
+    plant: Plant,
+    law: Law,
+    wind: WindSeries,
+    *,
+    observer: Observer | None = None,
+    time_step: float = TIME_STEP,
+    controller_step: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> History:
+    """Return the closed loop over the whole wind series, from rest at its first wind.
+
+    Parameters
+    ----------
+    observer : gives the wind estimate; None lets the law see the true wind.
+    time_step : of the plant's fourth-order Runge-Kutta integration [s]; 0.02 resolves all modes.
+    controller_step : sampling of law, observer, torque and records [s], a multiple of time_step;
+        None takes time_step.
+    progress : called with the share done, in (0, 1], about a hundred times.
+
+    Raises
+    ------
+    ModelError : steps that do not fit, or a loop whose states grow beyond all numbers; the
+        message says when.
+    """
+    period = time_step if controller_step is None else controller_step
+    inner, samples = _steps(time_step, period, wind)
+    record: list[_Sample] = []
+    for sample in _march(plant, law, wind, observer, time_step, inner, samples):
+        record.append(sample)
+        if not isfinite(sum(sample.state)):
+            raise ModelError(
+                f"law {law.name!r} in {wind.name!r}: the loop grew beyond all numbers before "
+                f"{len(record) * period:.6g} s; make the steps smaller or the gains lower"
+            )
+        if progress is not None and len(record) % max(1, samples // 100) == 0:
+            progress(min(len(record) / samples, 1.0))
+    time = wind.time[0] + period * np.arange(samples + 1)
+    return _history(plant, law, wind, time, record)
+
+
+def _march(
+    plant: Plant,
+    law: Law,
+    wind: WindSeries,
+    observer: Observer | None,
+    time_step: float,
+    inner: int,
+    samples: int,
+) -> Iterator[_Sample]:
+    """Yield one sample per controller step, the last one at the end of the wind."""
+    run, period = dynamics(plant), time_step * inner
+    start, point = plant.initial_state(float(wind.speed[0]))
+    state, torque = [float(value) for value in start], point.torque
+    law_state = np.asarray(law.initial_state(float(wind.speed[0])), dtype=np.float64)
+    estimator = np.zeros(0)
+    if observer is not None:
+        estimator = observer.initial_state(point.rotor_speed, float(wind.speed[0]))
+    speed_at = _measured_speed(plant)
+    # The wind at half steps, for the middle of a Runge-Kutta step.
+    winds = wind.at(wind.time[0] + np.arange(2 * inner * samples + 1) * (time_step / 2)).tolist()
+    for first in range(0, 2 * inner * samples + 1, 2 * inner):
+        v = winds[first]
+        seen = v if observer is None else observer.wind_estimate(estimator)
+        measurement = Measurement(state[speed_at], state[1], seen)
+        command = law.command(law_state, measurement)
+        torque, limits = _limit_torque(plant, torque, float(command.torque), period)
+        reference = float(command.pitch)
+        loads = run.loads(state, reference, v)
+        loads = loads._replace(flags=loads.flags | limits)
+        yield _Sample(state, v, seen, command, torque, loads, law_state)
+        law_state = law_state + period * law.state_rate(law_state, measurement)
+        if observer is not None:
+            speed, pitch = measurement.rotor_speed, measurement.pitch
+            rate = observer.state_rate(estimator, speed, pitch, torque)
+            estimator = estimator + period * rate
+        for step in range(first, min(first + 2 * inner, len(winds) - 1), 2):
+            state = _runge_kutta(run, state, torque, reference, winds, step, time_step)
+
+
+def _measured_speed(plant: Plant) -> int:
+    """Return which state is the measured speed: filtered, the generator's, or the rotor's."""
+    places = (plant.index(name) for name in ("filtered", "generator", "rotor speed"))
+    return next(place for place in places if place is not None)
+
+
+def _steps(time_step: float, period: float, wind: WindSeries) -> tuple[int, int]:
+    """Return (time steps per controller sample, controller samples)."""
+    if not (time_step > 0 and isfinite(period)):
+        raise ModelError(f"time step {time_step:g} s was given; it must be above 0")
+    inner = round(period / time_step)
+    if inner < 1 or abs(inner * time_step - period) > 1e-9 * period:
+        raise ModelError(
+            f"controller step {period:g} s was given with time step {time_step:g} s; it must be "
+            "a whole multiple of it"
+        )
+    samples = int(wind.duration / period + 1e-9)
+    if samples < 1:
+        raise ModelError(
+            f"wind {wind.name!r} lasts {wind.duration:g} s, less than one step of {period:g} s"
+        )
+    return inner, samples
+
+
+def _limit_torque(plant: Plant, before: float, wanted: float, period: float) -> tuple[float, int]:
+    """Return the torque within its range and what the rate limit allows since, and flags."""
+    flags, most = 0, plant.torque_rate_limit * period
+    torque = min(max(wanted, 0.0), plant.turbine.maximum_torque)
+    if torque != wanted:
+        flags |= Flag.TORQUE_LIMITED.value
+    if abs(torque - before) > most:
+        flags |= Flag.TORQUE_RATE_LIMITED.value
+        torque = before + (most if torque > before else -most)
+    return torque, flags
+
+
+def _runge_kutta(
+    run: Dynamics,
+    state: State,
+    torque: float,
+    reference: float,
+    speeds: list[float],
+    at: int,
+    step: float,
+) -> State:
+    """Return the state one step later; wind is given at half steps from index ``at``."""
+    f, half = run.derivative, step / 2
+    k1 = f(state, torque, reference, speeds[at])
+    middle = speeds[at + 1]
+    k2 = f([x + half * k for x, k in zip(state, k1, strict=True)], torque, reference, middle)
+    k3 = f([x + half * k for x, k in zip(state, k2, strict=True)], torque, reference, middle)
+    last = [x + step * k for x, k in zip(state, k3, strict=True)]
+    k4 = f(last, torque, reference, speeds[at + 2])
+    sixth = step / 6
+    after = [
+        x + sixth * (a + 2 * (b + c) + d)
+        for x, a, b, c, d in zip(state, k1, k2, k3, k4, strict=True)
+    ]
+    run.hold(after)
+    return after
+
+
+def _history(
+    plant: Plant, law: Law, wind: WindSeries, time: Array, record: list[_Sample]
+) -> History:
+    turbine = plant.turbine
+    states = np.array([sample.state for sample in record])
+    speed, pitch = states[:, 0], states[:, 1]
+    references = np.array([float(sample.command.pitch) for sample in record])
+    torque = np.array([sample.torque for sample in record])
+    generator_at, tower_at = plant.index("generator"), plant.index("tower")
+    generator = speed if generator_at is None else states[:, generator_at]
+    still = np.zeros(len(record))
+    top = still if tower_at is None else states[:, tower_at]
+    top_speed = still if tower_at is None else states[:, tower_at + 1]
+    power = turbine.generator_efficiency * turbine.gear_ratio * torque * generator
+    return History(
+        time=time,
+        wind=np.array([sample.wind for sample in record]),
+        wind_estimate=np.array([float(sample.wind_estimate) for sample in record]),
+        rotor_speed=speed.copy(),
+        generator_speed=generator.copy(),
+        pitch=pitch.copy(),
+        pitch_reference=references,
+        pitch_rate=_pitch_rate(plant, states, references),
+        torque=torque,
+        torque_command=np.array([float(sample.command.torque) for sample in record]),
+        electrical_power=power,
+        rotor_torque=np.array([sample.loads.rotor_torque for sample in record]),
+        thrust=np.array([sample.loads.thrust for sample in record]),
+        tower_displacement=top.copy(),
+        tower_velocity=top_speed.copy(),
+        tower_moment=turbine.hub_height
+        * (turbine.tower_stiffness * top + turbine.tower_damping * top_speed),
+        plant_states=states,
+        law_states=np.array([sample.law_state for sample in record]),
+        flags=np.array([sample.loads.flags for sample in record], dtype=np.int64),
+        plant_state_names=plant.state_names,
+        law_state_names=tuple(law.state_names),
+        law_name=law.name,
+        wind_name=wind.name,
+    )
+
+
+def _pitch_rate(plant: Plant, states: Array, references: Array) -> Array:
+    if plant.drive == "second-order":
+        return np.asarray(states[:, 2].copy(), dtype=np.float64)
+    turbine, limit = plant.turbine, plant.pitch_rate_limit
+    held = np.clip(references, turbine.pitch_min, turbine.pitch_max)
+    rate = (held - states[:, 1]) / turbine.pitch_time_constant
+    return np.asarray(np.clip(rate, -limit, limit), dtype=np.float64)

@@ -1,0 +1,96 @@
+"""What a simulation leaves: arrays over time, with their units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.models.simulation.plant import Flag
+from takagi.models.turbine.aerodynamics import rotor_thrust
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.trim import rated_wind, trim
+
+__all__ = ["History"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class History:
+    """A closed loop over time, one row per controller sample; all arrays are (n,) and read-only.
+
+    Attributes
+    ----------
+    time [s]; wind, wind_estimate [m/s] : the wind without the tower's motion, and what the law saw.
+    rotor_speed [rad/s]; generator_speed : as seen from the low-speed side [rad/s], equal to
+        rotor_speed without torsion.
+    pitch, pitch_reference [rad]; pitch_rate [rad/s].
+    torque : of the generator, high-speed shaft, in force from this sample to the next [N m].
+    torque_command : what the law asked for [N m].
+    electrical_power : efficiency times torque times generator speed [W].
+    rotor_torque [N m], thrust [N] : aerodynamic, at the sample.
+    tower_displacement [m], tower_velocity [m/s] : fore-aft, at the top; 0 without a tower.
+    tower_moment : fore-aft at the base, hub height times (stiffness x + damping x') [N m].
+    plant_states : (n, m), ``plant_state_names``.   law_states : (n, k), ``law_state_names``.
+    flags : (n,) integers, sums of ``takagi.models.simulation.plant.Flag``.
+    law_name, wind_name : words for tables.
+    """
+
+    time: Array
+    wind: Array
+    wind_estimate: Array
+    rotor_speed: Array
+    generator_speed: Array
+    pitch: Array
+    pitch_reference: Array
+    pitch_rate: Array
+    torque: Array
+    torque_command: Array
+    electrical_power: Array
+    rotor_torque: Array
+    thrust: Array
+    tower_displacement: Array
+    tower_velocity: Array
+    tower_moment: Array
+    plant_states: Array
+    law_states: Array
+    flags: NDArray[np.int64]
+    plant_state_names: tuple[str, ...]
+    law_state_names: tuple[str, ...]
+    law_name: str
+    wind_name: str
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+
+    def share_flagged(self, flag: Flag) -> float:
+        """Return the share of samples at which the flag stands [-]."""
+        return float(np.mean((self.flags & flag.value) != 0))
+
+    def per_unit(self, turbine: Turbine) -> dict[str, Array]:
+        """Return the series over their bases [-], by name; ``time`` stays in s.
+
+        Bases: wind and its estimate by rated wind; rotor speed, torque and electrical power by
+        their rated values; pitch and its reference by the trim pitch at cut-out; tower
+        displacement and moment by their static values at rated wind.
+        """
+        wind = rated_wind(turbine)
+        thrust = float(rotor_thrust(turbine, turbine.rated_rotor_speed, turbine.pitch_min, wind))
+        bases = {
+            "wind": wind,
+            "wind_estimate": wind,
+            "rotor_speed": turbine.rated_rotor_speed,
+            "pitch": trim(turbine, turbine.cut_out).pitch,
+            "pitch_reference": trim(turbine, turbine.cut_out).pitch,
+            "torque": turbine.rated_torque,
+            "electrical_power": turbine.rated_power,
+            "tower_displacement": thrust / turbine.tower_stiffness,
+            "tower_moment": thrust * turbine.hub_height,
+        }
+        scaled = {name: np.asarray(getattr(self, name)) / base for name, base in bases.items()}
+        return {"time": self.time, **scaled}

@@ -1,0 +1,72 @@
+"""Wind turbines: figures with their sources, aerodynamics, trim, regional models, observer."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from takagi.models.turbine.aerodynamics import (
+        rotor_power,
+        rotor_thrust,
+        rotor_torque,
+        rotor_torque_gradient,
+        tip_speed_ratio,
+    )
+    from takagi.models.turbine.data import Baseline, Figure, FrozenWake, Turbine
+    from takagi.models.turbine.loader import load_turbine, nrel5mw
+    from takagi.models.turbine.trim import (
+        TrimPoint,
+        optimal_tip_speed_ratio,
+        optimal_torque_constant,
+        rated_wind,
+        reference_speed,
+    )
+
+__all__ = [
+    "Baseline",
+    "Figure",
+    "FrozenWake",
+    "TrimPoint",
+    "Turbine",
+    "load_turbine",
+    "nrel5mw",
+    "optimal_tip_speed_ratio",
+    "optimal_torque_constant",
+    "rated_wind",
+    "reference_speed",
+    "rotor_power",
+    "rotor_thrust",
+    "rotor_torque",
+    "rotor_torque_gradient",
+    "tip_speed_ratio",
+]
+
+_HOME = {
+    "Baseline": "data",
+    "Figure": "data",
+    "FrozenWake": "data",
+    "TrimPoint": "trim",
+    "Turbine": "data",
+    "load_turbine": "loader",
+    "nrel5mw": "loader",
+    "optimal_tip_speed_ratio": "trim",
+    "optimal_torque_constant": "trim",
+    "rated_wind": "trim",
+    "reference_speed": "trim",
+    "rotor_power": "aerodynamics",
+    "rotor_thrust": "aerodynamics",
+    "rotor_torque": "aerodynamics",
+    "rotor_torque_gradient": "aerodynamics",
+    "tip_speed_ratio": "aerodynamics",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOME:
+        return getattr(import_module(f"takagi.models.turbine.{_HOME[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

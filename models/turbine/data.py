@@ -1,0 +1,144 @@
+"""What is known of a turbine: figures in SI units with their sources, and coefficient surfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import pi
+
+from takagi.models.surface import Surface
+
+__all__ = ["Baseline", "Figure", "FrozenWake", "Turbine"]
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One number as the file gives it: value, unit, and where it was read."""
+
+    value: float
+    unit: str
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class Baseline:
+    """The reference's own controller: K w_g^2 torque with linear transitions, scheduled pitch PI.
+
+    Attributes
+    ----------
+    proportional_gain : pitch per generator speed at pitch 0 [s].
+    integral_gain : pitch per generator angle at pitch 0 [-].
+    schedule_pitch : the gains are divided by 1 + pitch / schedule_pitch [rad].
+    optimal_torque_constant : K in T_g = K w_g^2, high-speed shaft [N m s^2/rad^2].
+    region_15_speed, region_2_speed, region_25_speed, region_3_speed : generator speeds at which
+        the regions begin [rad/s].
+    """
+
+    proportional_gain: float
+    integral_gain: float
+    schedule_pitch: float
+    optimal_torque_constant: float
+    region_15_speed: float
+    region_2_speed: float
+    region_25_speed: float
+    region_3_speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class FrozenWake:
+    """dP/dpitch with the induction held, at the published trim.
+
+    A quasi-steady coefficient table gives the equilibrium-wake sensitivity, which is much smaller
+    near rated wind; the truth on a fast pitch step lies between the two.
+
+    Attributes
+    ----------
+    wind : [m/s], increasing.
+    pitch : published trim pitch [rad].
+    power_sensitivity : dP/dpitch at constant speed [W/rad].
+    source : where the columns were read.
+    """
+
+    wind: tuple[float, ...]
+    pitch: tuple[float, ...]
+    power_sensitivity: tuple[float, ...]
+    source: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Turbine:
+    """A variable-speed, pitch-controlled turbine; SI units throughout, angles in rad.
+
+    Attributes
+    ----------
+    rotor_radius, hub_height [m]; air_density [kg/m^3].
+    gear_ratio : n_g [-].
+    rotor_inertia, generator_inertia [kg m^2]; the generator's is on the high-speed shaft.
+    rated_rotor_speed, minimum_rotor_speed [rad/s].
+    rated_torque, maximum_torque [N m], torque_rate_limit [N m/s], all on the high-speed shaft.
+    generator_efficiency [-].
+    pitch_min, pitch_max [rad], pitch_rate_limit [rad/s].
+    pitch_time_constant : first-order drive of the design model [s].
+    pitch_drive_frequency [rad/s], pitch_drive_damping [-] : second-order drive of the
+        validation plant.
+    tower_mass [kg], tower_damping [N s/m], tower_stiffness [N/m] : first fore-aft mode.
+    shaft_stiffness [N m/rad], shaft_damping [N m s/rad], low-speed side.
+    cut_in, cut_out [m/s].
+    speed_filter : corner of the generator-speed filter [rad/s].
+    baseline : the reference's own controller.
+    frozen_wake : published dP/dpitch over wind.
+    power, thrust : c_P and c_T over tip-speed ratio [-] and pitch [rad].
+    torque : c_Q, the spline of c_P / lambda at the table's points; rotor torque is computed from
+        it, so that it is a polynomial on every cell.  It agrees with ``power`` at those points.
+    figures : every number of the file by ``"section.key"``, as given, with unit and source.
+    """
+
+    name: str
+    rotor_radius: float
+    hub_height: float
+    air_density: float
+    gear_ratio: float
+    rotor_inertia: float
+    generator_inertia: float
+    rated_rotor_speed: float
+    minimum_rotor_speed: float
+    rated_torque: float
+    maximum_torque: float
+    torque_rate_limit: float
+    generator_efficiency: float
+    pitch_min: float
+    pitch_max: float
+    pitch_rate_limit: float
+    pitch_time_constant: float
+    pitch_drive_frequency: float
+    pitch_drive_damping: float
+    tower_mass: float
+    tower_damping: float
+    tower_stiffness: float
+    shaft_stiffness: float
+    shaft_damping: float
+    cut_in: float
+    cut_out: float
+    speed_filter: float
+    baseline: Baseline
+    frozen_wake: FrozenWake
+    power: Surface
+    thrust: Surface
+    torque: Surface
+    figures: Mapping[str, Figure]
+
+    @property
+    def inertia(self) -> float:
+        """J = J_r + n_g^2 J_g on the low-speed side [kg m^2]."""
+        return self.rotor_inertia + self.gear_ratio**2 * self.generator_inertia
+
+    @property
+    def torque_constant(self) -> float:
+        """rho pi R^3 / 2 [kg m]; times v^2 c_Q it is the rotor torque."""
+        return 0.5 * self.air_density * pi * self.rotor_radius**3
+
+    @property
+    def rated_power(self) -> float:
+        """Electrical power at rated speed and torque [W]."""
+        mechanical = self.rated_torque * self.gear_ratio * self.rated_rotor_speed
+        return self.generator_efficiency * mechanical

@@ -1,0 +1,268 @@
+r"""The tube around the trim curve on which a regional model holds, and rigorous slopes over it.
+
+The trim curve of a model is a table over the wind estimate v_0, linear between its nodes:
+omega*(v_0), beta*(v_0).  It is *defined* by the decimals of the nodes, so that its range over a
+piece of wind is the hull of two values, and nothing is lost between nodes.  The tube is
+
+    |omega - omega*(v_0)| <= speed band,   |v - v_0| <= wind band,   v_0 in the wind range,
+    |beta - beta*(v_0)| <= pitch band  and  smallest pitch <= beta.
+
+Slopes of the torque are bounded over this tube, never over a rectangle lambda x beta that holds a
+whole region: the rectangle contains both signs of dT_r/dbeta, the tube does not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.models.branch_and_bound import Box, Range, range_over
+from takagi.models.enclosure.interval import Interval, Number, exact
+from takagi.models.errors import ModelError
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.torque_slope import Slope, hold, slope_enclosure, slope_gradient
+from takagi.models.turbine.trim import trim
+
+__all__ = ["OperatingBand", "operating_band", "slope_range"]
+
+Array: TypeAlias = NDArray[np.float64]
+
+NODE_DECIMALS = 9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OperatingBand:
+    """A trim table and the bands around it.
+
+    Attributes
+    ----------
+    wind, rotor_speed, pitch : nodes of the table [m/s, rad/s, rad], short decimals, read-only.
+    speed_band, pitch_band, wind_band : half widths [rad/s, rad, m/s], exact.
+    """
+
+    turbine: Turbine
+    wind: Array
+    rotor_speed: Array
+    pitch: Array
+    speed_band: Fraction
+    pitch_band: Fraction
+    wind_band: Fraction
+
+    @property
+    def wind_range(self) -> Interval:
+        """The wind estimates covered [m/s]."""
+        return Interval.of(float(self.wind[0]), float(self.wind[-1]))
+
+    def at(self, wind_estimate: ArrayLike, *, clip: bool = False) -> tuple[Array, Array]:
+        """Return (omega*, beta*) at wind estimates, linear between the nodes.
+
+        Raises
+        ------
+        ModelError : an estimate outside the table, unless clip=True holds its ends.
+        """
+        v = np.asarray(wind_estimate, dtype=np.float64)
+        if not clip and not np.all((v >= self.wind[0]) & (v <= self.wind[-1])):
+            raise ModelError(
+                f"{self.turbine.name}: wind estimate {np.min(v):.6g} to {np.max(v):.6g} m/s leaves "
+                f"the model's wind range {self.wind[0]:.6g} to {self.wind[-1]:.6g} m/s; build the "
+                "model for a wider one, or pass clip=True at run time"
+            )
+        return (
+            np.asarray(np.interp(v, self.wind, self.rotor_speed)),
+            np.asarray(np.interp(v, self.wind, self.pitch)),
+        )
+
+
+def operating_band(
+    turbine: Turbine,
+    wind_range: tuple[float, float],
+    *,
+    speed_band: Number,
+    pitch_band: Number,
+    wind_band: Number,
+    wind_step: float = 0.25,
+    speed_setpoint: float | None = None,
+) -> OperatingBand:
+    """Return the tube around the trim table at about ``wind_step`` over the wind range.
+
+    Raises
+    ------
+    ModelError : an empty or unknown wind range, a negative band, or a tube that leaves the
+        coefficient table (the message says at which wind).
+    """
+    low, high = wind_range
+    if not turbine.cut_in <= low < high <= turbine.cut_out:
+        raise ModelError(
+            f"{turbine.name}: wind range {low:.6g} to {high:.6g} m/s was given; an increasing "
+            f"range inside {turbine.cut_in:.6g} to {turbine.cut_out:.6g} m/s is needed"
+        )
+    if wind_step <= 0:
+        raise ModelError(f"wind step {wind_step!r} m/s was given; a step above 0 is needed")
+    bands = {"speed band": speed_band, "pitch band": pitch_band, "wind band": wind_band}
+    widths = {what: exact(value) for what, value in bands.items()}
+    for what, width in widths.items():
+        if width < 0:
+            raise ModelError(f"{what} {float(width):.6g} was given; it must not be negative")
+    pieces = max(1, int(np.ceil((high - low) / wind_step - 1e-9)))
+    winds = np.round(np.linspace(low, high, pieces + 1), NODE_DECIMALS)
+    winds = np.clip(winds, turbine.cut_in, turbine.cut_out)
+    points = [trim(turbine, float(v), speed_setpoint=speed_setpoint) for v in winds]
+    speeds = np.round([point.rotor_speed for point in points], NODE_DECIMALS)
+    pitches = np.round([point.pitch for point in points], NODE_DECIMALS)
+    for array in (winds, speeds, pitches):
+        array.flags.writeable = False
+    band = OperatingBand(turbine, winds, speeds, pitches, *widths.values())
+    _check_inside_table(band)
+    return band
+
+
+def slope_range(
+    band: OperatingBand,
+    slope: Slope,
+    *,
+    off_trim: tuple[str, ...],
+    tolerance: Fraction,
+) -> Range:
+    """Return the rigorous range of a slope of T_r / J over (part of) the tube.
+
+    Parameters
+    ----------
+    off_trim : which of "speed", "pitch", "wind" leave the trim curve; the others stay on it.
+    tolerance : excess at each end as a share of the range's width.
+    """
+    offsets = [
+        Interval(-width, width) if what in off_trim else Interval(Fraction(0), Fraction(0))
+        for what, width in (
+            ("speed", band.speed_band),
+            ("pitch", band.pitch_band),
+            ("wind", band.wind_band),
+        )
+    ]
+    nodes = [exact(v) for v in band.wind.tolist()]
+    boxes = [
+        (Interval(first, last), *offsets) for first, last in zip(nodes, nodes[1:], strict=False)
+    ]
+    tube = _Tube(band, slope, _Curve.of(band))
+    return range_over(tube.enclose, boxes, changes=tube.changes, tolerance=tolerance)
+
+
+@dataclass(frozen=True, slots=True)
+class _Curve:
+    """The trim table in exact numbers: nodes of wind, rotor speed and pitch."""
+
+    wind: tuple[Fraction, ...]
+    rotor_speed: tuple[Fraction, ...]
+    pitch: tuple[Fraction, ...]
+
+    @classmethod
+    def of(cls, band: OperatingBand) -> _Curve:
+        columns = (band.wind, band.rotor_speed, band.pitch)
+        return cls(*(tuple(exact(value) for value in column.tolist()) for column in columns))
+
+    def over(self, piece: Interval) -> tuple[Interval, Interval]:
+        """Return the ranges of omega* and beta* over a piece between two neighbouring nodes."""
+        index = self._index(piece)
+        found = []
+        for column, run in zip((self.rotor_speed, self.pitch), self.gradient(piece), strict=True):
+            ends = [
+                column[index] + run * (v - self.wind[index]) for v in (piece.lower, piece.upper)
+            ]
+            found.append(Interval(min(ends), max(ends)))
+        return found[0], found[1]
+
+    def gradient(self, piece: Interval) -> tuple[Fraction, Fraction]:
+        """Return d omega*/d v_0 and d beta*/d v_0 on the piece, constant between nodes."""
+        i = self._index(piece)
+        step = self.wind[i + 1] - self.wind[i]
+        return (
+            (self.rotor_speed[i + 1] - self.rotor_speed[i]) / step,
+            (self.pitch[i + 1] - self.pitch[i]) / step,
+        )
+
+    def _index(self, piece: Interval) -> int:
+        return max(i for i, v in enumerate(self.wind[:-1]) if v <= piece.lower)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Tube:
+    """One slope over boxes in the tube's own coordinates: v_0 and the errors of speed, pitch, wind.
+
+    Rates along these coordinates know that omega*, beta* and v move together along the trim
+    curve; three independent ranges would not.
+    """
+
+    band: OperatingBand
+    slope: Slope
+    curve: _Curve
+    known_rates: dict[Box, tuple[Interval, ...]] = field(default_factory=dict)
+
+    def enclose(self, box: Box) -> Interval:
+        """Return the common part of the plain, mean-value and monotone enclosures."""
+        found = self.plain(box)
+        if all(side.width == 0 for side in box):
+            return found
+        mean_value = self.plain(tuple(Interval(side.centre, side.centre) for side in box))
+        low, high = list(box), list(box)
+        for index, (side, rate) in enumerate(zip(box, self.rates(box), strict=True)):
+            mean_value = mean_value + rate * (side - side.centre)
+            if rate.lower >= 0 or rate.upper <= 0:
+                ends = Interval(side.lower, side.lower), Interval(side.upper, side.upper)
+                low[index], high[index] = ends if rate.lower >= 0 else ends[::-1]
+        found = found.intersect(mean_value)
+        if low == list(box):
+            return found
+        corners = self.plain(tuple(low)), self.plain(tuple(high))
+        return found.intersect(Interval(corners[0].lower, corners[1].upper))
+
+    def changes(self, box: Box) -> list[float]:
+        """Return a bound of the slope's change along each side."""
+        return [
+            float(rate.magnitude * side.width)
+            for rate, side in zip(self.rates(box), box, strict=True)
+        ]
+
+    def plain(self, box: Box) -> Interval:
+        return slope_enclosure(self.band.turbine, self.slope, *self._place(box)[0])
+
+    def rates(self, box: Box) -> tuple[Interval, ...]:
+        """Return the slope's derivatives along the four coordinates over the box.
+
+        Where a pitch limit holds the angle, its rate is anything between free and held.
+        """
+        if box not in self.known_rates:
+            place, moved = self._place(box)
+            by_speed, by_pitch, by_wind = slope_gradient(self.band.turbine, self.slope, *place)
+            if moved:
+                by_pitch = by_pitch.hull(0)
+            speed_run, pitch_run = self.curve.gradient(box[0])
+            along = by_speed * speed_run + by_pitch * pitch_run + by_wind
+            self.known_rates[box] = (along, by_speed, by_pitch, by_wind)
+        return self.known_rates[box]
+
+    def _place(self, box: Box) -> tuple[tuple[Interval, Interval, Interval], bool]:
+        """Return rotor speed, pitch and wind over the box, and whether a pitch limit cut it."""
+        estimate, speed_error, pitch_error, wind_error = box
+        speed, pitch = self.curve.over(estimate)
+        free = pitch + pitch_error
+        held = hold(free, (self.band.turbine.pitch_min, self.band.turbine.pitch_max))
+        return (speed + speed_error, held, estimate + wind_error), held != free
+
+
+def _check_inside_table(band: OperatingBand) -> None:
+    low, high = band.turbine.torque.x_range
+    e, w = float(band.speed_band), float(band.wind_band)
+    radius = band.turbine.rotor_radius
+    for v, speed in zip(band.wind, band.rotor_speed, strict=True):
+        if v - w <= 0:
+            raise ModelError(f"wind band {w:.4g} m/s reaches 0 at {v:.4g} m/s; make it narrower")
+        least, most = (speed - e) * radius / (v + w), (speed + e) * radius / (v - w)
+        if least < low or most > high:
+            raise ModelError(
+                f"{band.turbine.name}: at wind estimate {v:.4g} m/s the band reaches tip-speed "
+                f"ratios {least:.4g} to {most:.4g}, but the table covers {low:.4g} to {high:.4g}; "
+                "narrow the speed band or the wind band, or leave this wind out"
+            )

@@ -1,0 +1,252 @@
+r"""Steady operation over wind: reference speed, torque and pitch in the regions 1.5, 2, 2.5, 3.
+
+    region   speed                          pitch                   torque
+    1.5      minimum                        smallest                balances T_r
+    2        lambda_opt v / R               smallest                balances T_r
+    2.5      set-point                      smallest                balances T_r
+    3        set-point                      balances T_r            rated
+
+with balance T_r(omega, beta, v) = n_g T_g.  lambda_opt is the maximiser of lambda c_Q at smallest
+pitch.  The minimum speed is given up below about 3.5 m/s, where it would drive lambda to the
+table's end: lambda stays at or below ``TABLE_SHARE`` of the largest tip-speed ratio of the table,
+so that a band of speeds around the trim still lies inside.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.optimize import brentq
+
+from takagi.models.errors import ModelError
+from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
+from takagi.models.turbine.data import Turbine
+
+__all__ = [
+    "TABLE_SHARE",
+    "TrimPoint",
+    "optimal_tip_speed_ratio",
+    "optimal_torque_constant",
+    "rated_wind",
+    "reference_speed",
+    "trim",
+]
+
+TABLE_SHARE = 0.9
+# Winds and pitches are looked at this closely to find the sign change that Brent's method refines.
+WIND_STEPS = 221
+PITCH_STEPS = 301
+
+
+@dataclass(frozen=True, slots=True)
+class TrimPoint:
+    """A steady state: wind [m/s], rotor speed [rad/s], pitch [rad], torque [N m], region.
+
+    ``torque`` is the generator's, on the high-speed shaft; ``region`` is "1.5", "2", "2.5" or "3".
+    """
+
+    wind: float
+    rotor_speed: float
+    pitch: float
+    torque: float
+    region: str
+
+
+@lru_cache(maxsize=32)
+def optimal_tip_speed_ratio(turbine: Turbine) -> float:
+    """Return argmax of lambda c_Q(lambda, smallest pitch) [-]."""
+    low, high = turbine.torque.x_range
+    ratios = np.linspace(low, high, 501)
+    best = int(np.argmax(ratios * turbine.torque(ratios, turbine.pitch_min)))
+    if best in (0, len(ratios) - 1):
+        raise ModelError(
+            f"{turbine.name}: power at smallest pitch still rises at the table's end, tip-speed "
+            f"ratio {ratios[best]:.3g}; extend the coefficient tables"
+        )
+
+    def slope(ratio: float) -> float:
+        c_q = turbine.torque(ratio, turbine.pitch_min)
+        return float(c_q + ratio * turbine.torque(ratio, turbine.pitch_min, dx=1))
+
+    return float(brentq(slope, ratios[best - 1], ratios[best + 1], xtol=1e-13))
+
+
+def optimal_torque_constant(turbine: Turbine) -> float:
+    """Return K with T_g = K w_g^2 in region 2: rho pi R^5 c_Q / (2 lambda^2 n_g^3) [N m s^2/rad^2].
+
+    High-speed shaft, at the optimal tip-speed ratio of the table and smallest pitch.
+    """
+    ratio = optimal_tip_speed_ratio(turbine)
+    c_q = float(turbine.torque(ratio, turbine.pitch_min))
+    scale = turbine.torque_constant * turbine.rotor_radius**2
+    return scale * c_q / (ratio**2 * turbine.gear_ratio**3)
+
+
+def reference_speed(turbine: Turbine, wind: float, *, speed_setpoint: float | None = None) -> float:
+    """Return min(max(lambda_opt v / R, minimum speed), set-point) [rad/s].
+
+    Parameters
+    ----------
+    wind : from cut-in to cut-out [m/s].
+    speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated speed.
+
+    Raises
+    ------
+    ModelError : wind outside cut-in to cut-out, or a set-point outside minimum to rated speed.
+    """
+    return _reference(turbine, _wind(turbine, wind), _setpoint(turbine, speed_setpoint))[0]
+
+
+def rated_wind(turbine: Turbine, *, speed_setpoint: float | None = None) -> float:
+    """Return the wind at which smallest pitch gives rated torque at the set-point [m/s].
+
+    Raises
+    ------
+    ModelError : a set-point outside minimum to rated speed, or one at which rated torque is not
+        reached up to cut-out, or at which pitching up would *raise* torque there (stall side).
+    """
+    setpoint = _setpoint(turbine, speed_setpoint)
+    found = _rated_wind(turbine, setpoint)
+    if found is None:
+        raise ModelError(
+            f"{turbine.name}: at rotor speed {setpoint:.4g} rad/s the rotor does not reach rated "
+            f"torque {turbine.rated_torque:.6g} N m at any wind up to {turbine.cut_out:.4g} m/s; "
+            "raise the set-point"
+        )
+    return found
+
+
+def trim(turbine: Turbine, wind: float, *, speed_setpoint: float | None = None) -> TrimPoint:
+    """Return the steady state at a constant wind.
+
+    Parameters
+    ----------
+    wind : from cut-in to cut-out [m/s].
+    speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated speed.  Torque in region 3
+        stays at its rated value, so that a lower set-point lowers power in proportion.
+
+    Raises
+    ------
+    ModelError : wind outside cut-in to cut-out, a set-point outside minimum to rated speed, or no
+        steady state at this wind; the message names the wind and what to change.
+    """
+    v = _wind(turbine, wind)
+    setpoint = _setpoint(turbine, speed_setpoint)
+    speed, region = _reference(turbine, v, setpoint)
+    limit = _rated_wind(turbine, setpoint)
+    if limit is not None and v >= limit:
+        return TrimPoint(v, setpoint, _pitch(turbine, setpoint, v), turbine.rated_torque, "3")
+    try:
+        torque = float(rotor_torque(turbine, speed, turbine.pitch_min, v)) / turbine.gear_ratio
+    except ModelError as error:
+        raise _infeasible(turbine, speed, v, str(error)) from error
+    if not 0 < torque <= turbine.maximum_torque:
+        raise _infeasible(turbine, speed, v, f"the balancing torque would be {torque:.6g} N m")
+    return TrimPoint(v, speed, turbine.pitch_min, torque, region)
+
+
+def _wind(turbine: Turbine, wind: float) -> float:
+    if not turbine.cut_in <= wind <= turbine.cut_out:
+        raise ModelError(
+            f"{turbine.name}: wind {wind:.6g} m/s was given; trim exists from cut-in "
+            f"{turbine.cut_in:.6g} to cut-out {turbine.cut_out:.6g} m/s"
+        )
+    return float(wind)
+
+
+def _setpoint(turbine: Turbine, speed_setpoint: float | None) -> float:
+    if speed_setpoint is None:
+        return turbine.rated_rotor_speed
+    low, high = turbine.minimum_rotor_speed, turbine.rated_rotor_speed
+    if not low < speed_setpoint <= high:
+        raise ModelError(
+            f"{turbine.name}: speed set-point {speed_setpoint:.6g} rad/s was given; it must lie "
+            f"above the minimum {low:.6g} and at or below the rated {high:.6g} rad/s"
+        )
+    return float(speed_setpoint)
+
+
+def _reference(turbine: Turbine, v: float, setpoint: float) -> tuple[float, str]:
+    """Return the speed and the region it belongs to, region 3 left out."""
+    per_ratio = v / turbine.rotor_radius
+    optimal = optimal_tip_speed_ratio(turbine) * per_ratio
+    ceiling = TABLE_SHARE * turbine.torque.x_range[1] * per_ratio
+    minimum = min(turbine.minimum_rotor_speed, ceiling)
+    if optimal >= setpoint:
+        return setpoint, "2.5"
+    if optimal <= minimum:
+        return minimum, "1.5"
+    return optimal, "2"
+
+
+@lru_cache(maxsize=64)
+def _rated_wind(turbine: Turbine, setpoint: float) -> float | None:
+    """Return the lowest wind with rated torque at smallest pitch, or None if there is none."""
+    needed = turbine.gear_ratio * turbine.rated_torque
+
+    def excess(v: float) -> float:
+        speed, _ = _reference(turbine, v, setpoint)
+        return float(rotor_torque(turbine, speed, turbine.pitch_min, v)) - needed
+
+    low_ratio = turbine.torque.x_range[0]
+    last = min(turbine.cut_out, setpoint * turbine.rotor_radius / low_ratio)
+    winds = np.linspace(turbine.cut_in, last, WIND_STEPS)
+    for below, above in zip(winds, winds[1:], strict=False):
+        if excess(above) >= 0:
+            v = float(brentq(excess, below, above, xtol=1e-12))
+            _check_sheds(turbine, setpoint, v)
+            return v
+    return None
+
+
+def _check_sheds(turbine: Turbine, setpoint: float, v: float) -> None:
+    """Refuse a set-point so low that the rotor is stalled where region 3 begins."""
+    by_pitch = float(rotor_torque_gradient(turbine, setpoint, turbine.pitch_min, v)[1])
+    if by_pitch >= 0:
+        raise _infeasible(
+            turbine,
+            setpoint,
+            v,
+            f"pitching up from {turbine.pitch_min:.4g} rad would raise torque "
+            f"(dT/dpitch = {by_pitch:.4g} N m/rad): the rotor is on its stall side there",
+        )
+
+
+def _pitch(turbine: Turbine, speed: float, v: float) -> float:
+    """Return the largest pitch that balances rated torque: the feather side of the hill."""
+    needed = turbine.gear_ratio * turbine.rated_torque
+    last = min(turbine.pitch_max, turbine.torque.y_range[1])
+    pitches = np.linspace(turbine.pitch_min, last, PITCH_STEPS)
+    try:
+        excess = rotor_torque(turbine, speed, pitches, v) - needed
+    except ModelError as error:
+        raise _infeasible(turbine, speed, v, str(error)) from error
+    if excess[-1] > 0:
+        raise _infeasible(
+            turbine,
+            speed,
+            v,
+            f"the largest pitch of the table, {last:.4g} rad, still leaves too much torque",
+        )
+    above = np.flatnonzero(excess > 0)
+    if len(above) == 0:
+        # At rated wind itself rounding may put the balance a hair below smallest pitch.
+        if excess[0] > -1e-9 * needed:
+            return float(pitches[0])
+        raise _infeasible(turbine, speed, v, "no pitch gives rated torque")
+
+    def balance(pitch: float) -> float:
+        return float(rotor_torque(turbine, speed, pitch, v)) - needed
+
+    first = int(above[-1])
+    return float(brentq(balance, pitches[first], pitches[first + 1], xtol=1e-14))
+
+
+def _infeasible(turbine: Turbine, speed: float, v: float, why: str) -> ModelError:
+    return ModelError(
+        f"{turbine.name}: no steady state at wind {v:.6g} m/s and rotor speed {speed:.6g} rad/s: "
+        f"{why}; raise the speed set-point (at most {turbine.rated_rotor_speed:.6g} rad/s) or "
+        "leave this wind out"
+    )

@@ -1,0 +1,67 @@
+"""Figures of the reports: each takes plain arrays and returns a matplotlib ``Figure``.
+
+One style for all, fit for colour-blind readers, a phone and a printed page; ``figure_to_svg`` and
+``figure_to_pdf`` give the same bytes for the same numbers.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from takagi.reports.figures.bode import BodeLine, bode_figure
+    from takagi.reports.figures.cells import cells_figure
+    from takagi.reports.figures.memberships import membership_figure
+    from takagi.reports.figures.operation import power_surface_figure, trim_figure
+    from takagi.reports.figures.poles import poles_figure
+    from takagi.reports.figures.response import ResponseLine, response_figure
+    from takagi.reports.figures.scenario import ScenarioRun, scenario_figure
+    from takagi.reports.figures.style import decimate
+    from takagi.reports.figures.writing import figure_to_pdf, figure_to_png, figure_to_svg
+
+__all__ = [
+    "BodeLine",
+    "ResponseLine",
+    "ScenarioRun",
+    "bode_figure",
+    "cells_figure",
+    "decimate",
+    "figure_to_pdf",
+    "figure_to_png",
+    "figure_to_svg",
+    "membership_figure",
+    "poles_figure",
+    "power_surface_figure",
+    "response_figure",
+    "scenario_figure",
+    "trim_figure",
+]
+
+_HOME = {
+    "BodeLine": "bode",
+    "ResponseLine": "response",
+    "ScenarioRun": "scenario",
+    "bode_figure": "bode",
+    "cells_figure": "cells",
+    "decimate": "style",
+    "figure_to_pdf": "writing",
+    "figure_to_png": "writing",
+    "figure_to_svg": "writing",
+    "membership_figure": "memberships",
+    "poles_figure": "poles",
+    "power_surface_figure": "operation",
+    "response_figure": "response",
+    "scenario_figure": "scenario",
+    "trim_figure": "operation",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOME:
+        return getattr(import_module(f"takagi.reports.figures.{_HOME[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,209 @@
+"""The one style of all figures: colours, sizes, axes, and how long series are thinned.
+
+No pyplot, no display, no global state left behind: settings hold inside ``house_style()`` only.
+
+Colours: Okabe & Ito (2008), Color Universal Design, in an order that keeps neighbours apart in
+lightness too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "COLOURS",
+    "GREY",
+    "SEQUENTIAL",
+    "STYLES",
+    "columns",
+    "decimate",
+    "house_style",
+    "marks_above",
+    "new_figure",
+    "shades",
+    "wind_axis",
+]
+
+Real = NDArray[np.float64]
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
+# Dashes tell lines apart where colours cannot: black-and-white print.
+STYLES = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (1, 1)), (0, (8, 3)))
+GREY = "#666666"
+# Surfaces take the map that is the same to every eye, lines the one with more hues to tell apart.
+SEQUENTIAL = "cividis"
+ORDERED = "viridis"
+
+WIDTH, HEIGHT = 7.0, 4.5
+POINTS = 2000
+
+# Any: the names of matplotlib's settings are a closed type that changes from release to release.
+_SETTINGS: Any = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9.5,
+    "axes.titlesize": 10,
+    "axes.labelsize": 9.5,
+    "xtick.labelsize": 9,
+    "ytick.labelsize": 9,
+    "legend.fontsize": 9,
+    "legend.frameon": False,
+    "legend.handlelength": 2.4,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.5,
+    "path.simplify": True,
+    "path.simplify_threshold": 0.2,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "takagi",
+    "pdf.fonttype": 42,
+    "axes.unicode_minus": True,
+    "figure.max_open_warning": 0,
+}
+
+
+@contextmanager
+def house_style() -> Iterator[None]:
+    """Hold the settings of all figures while one is drawn or written."""
+    import matplotlib
+
+    defaults = {k: v for k, v in matplotlib.rcParamsDefault.items() if k not in _NOT_STYLE}
+    with matplotlib.rc_context():
+        matplotlib.rcParams.update(defaults)
+        matplotlib.rcParams.update(_SETTINGS)
+        yield
+
+
+_NOT_STYLE = frozenset({"backend", "backend_fallback", "toolbar", "interactive", "timezone"})
+
+
+def new_figure(
+    rows: int = 1,
+    across: int = 1,
+    *,
+    width: float = WIDTH,
+    height: float = HEIGHT,
+    share_x: bool = False,
+    height_ratios: Sequence[float] | None = None,
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure and its axes row by row; call inside ``house_style()``.
+
+    Parameters
+    ----------
+    width, height : inches; 7 in at 9 pt stays legible on a phone turned sideways.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.subplots(rows, across, sharex=share_x, squeeze=False, height_ratios=height_ratios)
+    return figure, list(grid.ravel())
+
+
+def decimate(x: ArrayLike, y: ArrayLike, *, points: int = POINTS) -> tuple[Real, Real]:
+    """Return at most ``points`` samples of y(x) that keep every extreme.
+
+    The series is cut into bins; of each, the first occurrence of its least and of its greatest
+    value stay, in their order, besides the first and the last sample.  A gap (nan) stays a gap
+    where a whole bin is one.
+
+    Parameters
+    ----------
+    x, y : (n,), x increasing.
+
+    Raises
+    ------
+    ModelError : different lengths, or fewer than 8 points asked for.
+    """
+    xs, ys = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
+    if xs.shape != ys.shape or xs.ndim != 1:
+        raise ModelError(f"x has shape {xs.shape}, y {ys.shape}; both must be (n,)")
+    if points < 8:
+        raise ModelError(f"{points} points were asked for; at least 8 are needed")
+    if len(xs) <= points:
+        return xs, ys
+    edges = np.linspace(0, len(xs), points // 2).astype(int)
+    keep = {0, len(xs) - 1}
+    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+        part = ys[start:stop]
+        if np.all(np.isnan(part)):
+            keep.add(int(start))
+            continue
+        keep.update((int(start + np.nanargmin(part)), int(start + np.nanargmax(part))))
+    chosen = np.array(sorted(keep))
+    return xs[chosen], ys[chosen]
+
+
+def shades(count: int) -> list[str]:
+    """Return colours from dark to light for an ordered set (winds): viridis without its palest."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    where = np.linspace(0.0, 0.9, max(count, 1)) if count > 1 else np.array([0.0])
+    return [to_hex(colormaps[ORDERED](value)) for value in where]
+
+
+def marks_above(axes: Axes, marks: Mapping[str, float], *, width: float = WIDTH) -> None:
+    """Draw vertical lines labelled above the axes, on two levels where labels would meet.
+
+    Parameters
+    ----------
+    marks : label -> place on the x axis, whose limits and scale are already set.
+    width : of the axes, about [inches].
+    """
+    low, high = axes.transAxes.inverted().transform(
+        axes.transData.transform([(x, 0.0) for x in axes.get_xlim()])
+    )[:, 0]
+    taken = [-np.inf, -np.inf]
+    for text, x in sorted(marks.items(), key=lambda item: item[1]):
+        inside = axes.transAxes.inverted().transform(axes.transData.transform((x, 0.0)))[0]
+        place = width * 72 * (inside - low) / (high - low)
+        half = 0.3 * 9 * len(text) + 2
+        level = 0 if place - half >= taken[0] else 1
+        taken[level] = place + half
+        axes.axvline(x, color=GREY, linestyle=":", linewidth=1.0)
+        axes.annotate(
+            text,
+            (x, 1.0),
+            xycoords=axes.get_xaxis_transform(),
+            xytext=(0, 2 + 11 * level),
+            textcoords="offset points",
+            ha="center",
+            fontsize=9,
+            color=GREY,
+        )
+
+
+def wind_axis(axes: Axes, *, ticks: int = 12) -> None:
+    """Label the x axis as wind [m/s], with ticks at whole numbers."""
+    from matplotlib.ticker import MaxNLocator
+
+    axes.set_xlabel("wind [m/s]")
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=ticks, integer=True, steps=[1, 2, 5, 10]))
+
+
+def columns(name: str, values: Sequence[ArrayLike], length: int) -> list[Real]:
+    """Return each value as a float (length,) array; ModelError names the one that is not."""
+    arrays = [np.asarray(value, dtype=np.float64) for value in values]
+    for k, array in enumerate(arrays):
+        if array.shape != (length,):
+            raise ModelError(
+                f"{name}: item {k + 1} of {len(arrays)} has shape {array.shape}; ({length},) is "
+                "needed, one value per point of the first axis"
+            )
+    return arrays

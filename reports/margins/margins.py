@@ -1,0 +1,198 @@
+r"""Gain, phase, delay and disk margins, sensitivity peaks and bandwidth of one loop.
+
+    gain    factors g with 1 + g L(j omega) = 0: g = -1 / L where L is real and negative
+    phase   |arg(-L)| where |L| = 1, the smallest over all such frequencies
+    delay   (arg L + pi mod 2 pi) / omega there, the smallest
+    M_s, M_t   sup |S|, sup |T| with S = 1/(1 + L), T = 1 - S
+    bandwidth  the lowest frequency at which |S| reaches 1/sqrt 2
+
+Source: Astrom & Murray (2008), Feedback Systems, sec. 9.3; Skogestad & Postlethwaite (2005),
+Multivariable Feedback Control, sec. 2.4; for the disk, see ``takagi.reports.margins.disk``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from takagi.models.errors import ModelError
+from takagi.reports.margins.disk import DiskMargin, disk_margin
+from takagi.reports.margins.response import LoopResponse, largest, loop_response
+
+if TYPE_CHECKING:
+    from control import FrequencyResponseData, StateSpace, TransferFunction
+
+__all__ = ["Margins", "loop_margins"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+INF = float("inf")
+
+
+@dataclass(frozen=True, slots=True)
+class Margins:
+    """What one loop tolerates.  An unstable closed loop tolerates nothing: all margins are 0.
+
+    Attributes
+    ----------
+    stable : of the closed loop; None where only a sampled response was given, and then the
+        margins hold only if it is stable.
+    gain_decrease, gain_increase : factors below and above 1 at which it becomes unstable [-];
+        0 and inf where there is none.
+    gain_decrease_frequency, gain_increase_frequency : where L is negative real there [rad/s];
+        nan where there is none.
+    phase : smallest phase margin [rad]; inf where |L| never is 1.
+    phase_frequency : where it is found [rad/s]; nan where there is none.
+    delay : smallest delay that makes it unstable [s]; inf where |L| never is 1.
+    crossovers : all frequencies with |L| = 1, increasing [rad/s].
+    bandwidth : lowest frequency with |S| = 1/sqrt 2 from below [rad/s]; 0 where |S| starts above.
+    sensitivity_peak, complementary_peak : M_s and M_t [-]; inf for an unstable loop.
+    sensitivity_peak_frequency, complementary_peak_frequency : [rad/s].
+    disk : symmetric disk margin.
+    """
+
+    stable: bool | None
+    gain_decrease: float
+    gain_increase: float
+    gain_decrease_frequency: float
+    gain_increase_frequency: float
+    phase: float
+    phase_frequency: float
+    delay: float
+    crossovers: tuple[float, ...]
+    bandwidth: float
+    sensitivity_peak: float
+    sensitivity_peak_frequency: float
+    complementary_peak: float
+    complementary_peak_frequency: float
+    disk: DiskMargin
+
+    @property
+    def crossover(self) -> float:
+        """The highest frequency with |L| = 1 [rad/s]; nan where there is none."""
+        return self.crossovers[-1] if self.crossovers else float("nan")
+
+
+def loop_margins(
+    loop: StateSpace | TransferFunction | FrequencyResponseData | LoopResponse,
+) -> Margins:
+    """Return the margins of one loop L under negative feedback.
+
+    Frequencies are found on a grid made from the open- and closed-loop poles and refined by
+    root finding; a crossing pair closer than the grid (1.5 %, finer at lightly damped modes) could
+    be missed.
+
+    Raises
+    ------
+    ModelError : the loop is not single-input single-output (or what ``loop_response`` refuses).
+    """
+    response = loop_response(loop)
+    values = response.evaluate(response.frequencies)
+    if values.shape[1] != 1:
+        raise ModelError(
+            f"the loop is {values.shape[1]} x {values.shape[1]}; loop_margins takes one: break the "
+            "others closed first, or use mimo_disk_margins"
+        )
+    scalar = _Scalar(response, values[:, 0, 0])
+    crossovers = _roots(scalar, lambda L: np.log(np.maximum(np.abs(L), 1e-300)))
+    factors = _gain_factors(scalar)
+    peaks = _peaks(response)
+    unstable = response.stable is False
+    below = max(((g, w) for g, w in factors if g < 1), default=(0.0, float("nan")))
+    above = min(((g, w) for g, w in factors if g > 1), default=(INF, float("nan")))
+    phase = _phase(scalar, crossovers)
+    return Margins(
+        stable=response.stable,
+        gain_decrease=1.0 if unstable else below[0],
+        gain_increase=1.0 if unstable else above[0],
+        gain_decrease_frequency=below[1],
+        gain_increase_frequency=above[1],
+        phase=0.0 if unstable else phase[0],
+        phase_frequency=phase[1],
+        delay=0.0 if unstable else _delay(scalar, crossovers),
+        crossovers=tuple(crossovers),
+        bandwidth=_bandwidth(scalar),
+        sensitivity_peak=INF if unstable else peaks[0][0],
+        sensitivity_peak_frequency=peaks[0][1],
+        complementary_peak=INF if unstable else peaks[1][0],
+        complementary_peak_frequency=peaks[1][1],
+        disk=disk_margin(response),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Scalar:
+    response: LoopResponse
+    values: Complex
+
+    def __call__(self, omega: float) -> Complex:
+        return self.response.evaluate(np.array([omega]))[:, 0, 0]
+
+
+def _roots(scalar: _Scalar, level: Callable[[Complex], Real]) -> list[float]:
+    """Return the frequencies at which a real function of L changes sign [rad/s], increasing."""
+    grid, sampled = scalar.response.frequencies, level(scalar.values)
+    found = [float(w) for w, value in zip(grid, sampled, strict=True) if value == 0.0 and w > 0]
+    for k in np.flatnonzero(sampled[:-1] * sampled[1:] < 0):
+        root = brentq(
+            lambda w: float(level(scalar(w))[0]), grid[k], grid[k + 1], xtol=1e-14, rtol=1e-12
+        )
+        found.append(float(root))
+    return sorted(found)
+
+
+def _gain_factors(scalar: _Scalar) -> list[tuple[float, float]]:
+    """Return (g, omega) with g L(j omega) = -1, the ends 0 and infinity included."""
+    found = []
+    # A loop that is real all along would be "crossing" everywhere; only its ends matter.
+    for w in _roots(scalar, lambda L: np.asarray(L.imag, dtype=np.float64)):
+        value = scalar(w)[0]
+        # At a jump of a lightly damped pole the sign changes without L being real.
+        if value.real < 0 and abs(value.imag) < 1e-6 * abs(value):
+            found.append((float(-1 / value.real), w))
+    if scalar.response.frequencies[0] == 0.0 and scalar.values[0].real < 0:
+        found.append((float(-1 / scalar.values[0].real), 0.0))
+    end = scalar.response.at_infinity
+    if end is not None and end[0, 0].real < 0:
+        found.append((float(-1 / end[0, 0].real), INF))
+    return found
+
+
+def _phase(scalar: _Scalar, crossovers: list[float]) -> tuple[float, float]:
+    sizes = [(abs(float(np.angle(-scalar(w)[0]))), w) for w in crossovers]
+    return min(sizes, default=(INF, float("nan")))
+
+
+def _delay(scalar: _Scalar, crossovers: list[float]) -> float:
+    lags = [float((np.angle(scalar(w)[0]) + np.pi) % (2 * np.pi)) / w for w in crossovers]
+    return min(lags, default=INF)
+
+
+def _bandwidth(scalar: _Scalar) -> float:
+    def excess(L: Complex) -> Real:
+        return np.asarray(0.5 - np.abs(1 + L) ** -2.0, dtype=np.float64)
+
+    if excess(scalar.values[:1])[0] <= 0:
+        return 0.0
+    return next(iter(_roots(scalar, excess)), INF)
+
+
+def _peaks(response: LoopResponse) -> tuple[tuple[float, float], tuple[float, float]]:
+    def sensitivity(L: Complex) -> Real:
+        return np.asarray(1 / np.abs(1 + L), dtype=np.float64)
+
+    def complementary(L: Complex) -> Real:
+        return np.asarray(np.abs(L / (1 + L)), dtype=np.float64)
+
+    def peak(of: Callable[[Complex], Real]) -> tuple[float, float]:
+        end = response.at_infinity
+        limit = None if end is None else float(of(end[0])[0])
+        return largest(lambda w: of(response.evaluate(w)[:, 0, 0]), response, limit)
+
+    return peak(sensitivity), peak(complementary)

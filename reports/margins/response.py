@@ -1,0 +1,181 @@
+r"""L(j omega) of a square loop, on a grid fine where the loop is lively.
+
+A loop is given in the convention of negative feedback: the closed loop is 1 + L = 0, and the
+sensitivity is S = (I + L)^-1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
+
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    from control import FrequencyResponseData, StateSpace, TransferFunction
+
+__all__ = ["LoopResponse", "frequency_grid", "largest", "loop_response"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+POINTS_PER_DECADE = 150
+# A pole nearer than this to the axis, relative to the fastest pole, counts as lying at zero.
+ORIGIN = 1e-9
+MINIMUM_SAMPLES = 8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoopResponse:
+    """A loop as margins read it.
+
+    Attributes
+    ----------
+    evaluate : omega (k,) [rad/s] -> L(j omega) (k, m, m).
+    frequencies : increasing grid [rad/s]; begins with 0 where L(0) is finite.
+    at_infinity : L(j inf) (m, m), or None where it is not known (sampled responses).
+    stable : whether all closed-loop poles lie in the open left half-plane; None where it cannot
+        be known (sampled responses).
+    """
+
+    evaluate: Callable[[Real], Complex]
+    frequencies: Real
+    at_infinity: Complex | None
+    stable: bool | None
+
+
+def loop_response(
+    loop: StateSpace | TransferFunction | FrequencyResponseData | LoopResponse,
+    *,
+    frequencies: Real | None = None,
+) -> LoopResponse:
+    """Return the response of a square continuous-time loop.
+
+    Parameters
+    ----------
+    loop : python-control system; a ``FrequencyResponseData`` is interpolated between its samples
+        by a cubic spline over log omega, and says nothing outside of them.
+    frequencies : grid [rad/s] instead of the one chosen from the poles.
+
+    Raises
+    ------
+    ModelError : not square, discrete in time, or fewer than 8 samples.
+    """
+    if isinstance(loop, LoopResponse):
+        return loop
+    import control
+
+    if isinstance(loop, control.FrequencyResponseData):
+        return _sampled(loop)
+    system = control.ss(loop)
+    if system.ninputs != system.noutputs:
+        raise ModelError(
+            f"the loop has {system.ninputs} inputs and {system.noutputs} outputs; a loop is broken "
+            "at as many inputs as outputs"
+        )
+    if system.isdtime(strict=True):
+        raise ModelError(
+            f"the loop is discrete in time (sample time {system.dt:.4g} s); a continuous-time loop "
+            "is needed: model the sampling as a delay"
+        )
+    A, B, C, D = (np.asarray(part, dtype=np.float64) for part in _matrices(system))
+    closed = A - B @ np.linalg.solve(np.eye(len(D)) + D, C)
+    return LoopResponse(
+        evaluate=_evaluator(A, B, C, D),
+        frequencies=frequency_grid(A, closed) if frequencies is None else frequencies,
+        at_infinity=D.astype(np.complex128),
+        stable=bool(np.all(np.linalg.eigvals(closed).real < 0)),
+    )
+
+
+def frequency_grid(*matrices: Real) -> Real:
+    """Return frequencies [rad/s] that resolve the modes of all given state matrices.
+
+    150 points a decade from a hundredth of the slowest to a hundred times the fastest mode, and
+    a cluster as wide as the damping around each lightly damped mode.  0 comes first unless the
+    first matrix, that of the open loop, has a pole there.
+    """
+    modes = np.concatenate([np.linalg.eigvals(a) for a in matrices if a.size] or [np.ones(1)])
+    size = np.abs(modes)
+    fast = max(float(size.max()), 1e-6)
+    lively = modes[size > ORIGIN * fast]
+    slow = float(np.abs(lively).min()) if lively.size else fast
+    low, high = 1e-2 * slow, 1e2 * fast
+    count = int(np.ceil(POINTS_PER_DECADE * np.log10(high / low)))
+    parts = [np.geomspace(low, high, count)]
+    for mode in lively[(lively.imag > 0) & (np.abs(lively.real) < 0.3 * np.abs(lively))]:
+        width = max(abs(mode.real), 1e-7 * abs(mode))
+        # An even count leaves the centre out, where an undamped mode has no finite response.
+        parts.append(abs(mode) + width * np.sinh(np.linspace(-6.0, 6.0, 120)))
+    grid = np.unique(np.concatenate(parts))
+    undamped = np.abs(modes[np.abs(modes.real) <= ORIGIN * np.abs(modes)])
+    near = np.abs(grid[:, None] - undamped) <= ORIGIN * undamped
+    grid = grid[(grid >= low) & ~near.any(axis=1)]
+    open_modes = np.abs(np.linalg.eigvals(matrices[0])) if matrices[0].size else np.ones(1)
+    return grid if open_modes.min() <= ORIGIN * fast else np.concatenate([[0.0], grid])
+
+
+def largest(
+    height: Callable[[Real], Real], response: LoopResponse, at_infinity: float | None
+) -> tuple[float, float]:
+    """Return (sup height, its frequency [rad/s]), refined around the grid's four highest peaks."""
+    grid = response.frequencies
+    values = height(grid)
+    best, where = float(values.max()), float(grid[int(values.argmax())])
+    inner = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
+    for k in inner[np.argsort(values[inner])][-4:]:
+        found = minimize_scalar(
+            lambda w: -float(height(np.array([w]))[0]),
+            bounds=(grid[k - 1], grid[k + 1]),
+            method="bounded",
+            options={"xatol": 1e-10 * float(grid[k])},
+        )
+        if -float(found.fun) > best:
+            best, where = -float(found.fun), float(found.x)
+    if at_infinity is not None and at_infinity > best:
+        return at_infinity, float("inf")
+    return best, where
+
+
+def _matrices(system: Any) -> tuple[Any, Any, Any, Any]:
+    return system.A, system.B, system.C, system.D
+
+
+def _evaluator(A: Real, B: Real, C: Real, D: Real) -> Callable[[Real], Complex]:
+    eye = np.eye(len(A))
+
+    def evaluate(omega: Real) -> Complex:
+        shifted = 1j * np.asarray(omega)[:, None, None] * eye - A
+        inner = np.linalg.solve(shifted, np.broadcast_to(B, (len(omega), *B.shape)))
+        return np.asarray(C @ inner + D, dtype=np.complex128)
+
+    return evaluate
+
+
+def _sampled(loop: Any) -> LoopResponse:
+    omega = np.asarray(loop.omega, dtype=np.float64)
+    samples = np.moveaxis(np.asarray(loop.frdata, dtype=np.complex128), 2, 0)
+    if samples.shape[1] != samples.shape[2]:
+        raise ModelError(
+            f"the sampled loop has {samples.shape[2]} inputs and {samples.shape[1]} outputs; "
+            "a loop is broken at as many inputs as outputs"
+        )
+    if len(omega) < MINIMUM_SAMPLES:
+        raise ModelError(
+            f"the sampled loop has {len(omega)} frequencies; at least {MINIMUM_SAMPLES} are needed"
+        )
+    start = 1 if omega[0] == 0 else 0
+    spline = CubicSpline(np.log(omega[start:]), samples[start:], axis=0)
+
+    def evaluate(frequencies: Real) -> Complex:
+        return np.asarray(spline(np.log(frequencies)), dtype=np.complex128)
+
+    dense = np.geomspace(omega[start], omega[-1], 4 * len(omega))
+    grid = np.unique(np.concatenate([omega[start:], dense[1:-1]]))
+    return LoopResponse(evaluate=evaluate, frequencies=grid, at_infinity=None, stable=None)

@@ -1,0 +1,150 @@
+"""Files leave the house whole or not at all: write beside, flush to disk, then rename."""
+
+from __future__ import annotations
+
+import errno
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+
+from takagi.reports.system_errors import explain
+
+__all__ = ["OutputError", "write_file", "write_folder"]
+
+
+class OutputError(OSError):
+    """A file could not be written.  The message says which, why and what to do.
+
+    ``errno`` and ``filename`` are kept; nothing half-written is left behind.
+    """
+
+    def __init__(self, path: Path, error: OSError) -> None:
+        super().__init__(error.errno, error.strerror or str(error), str(path))
+
+    def __str__(self) -> str:
+        return f"cannot write {explain(self)}"
+
+
+def write_file(path: str | Path, data: bytes | str) -> Path:
+    """Write ``data`` (text as UTF-8) to ``path`` whole or not at all; return the path.
+
+    Folders on the way are made.  A file of that name is replaced in one step: a reader sees the
+    old content or the new, and after a crash, a full disk or an interrupt the old is still there.
+    A link is followed; a device or a pipe (``/dev/stdout``) is written to as it is.
+
+    Raises
+    ------
+    OutputError : the file cannot be written there.
+    """
+    target = Path(os.path.realpath(path))
+    if _is_stream(Path(path)):
+        # To rename over a device would replace the device itself.
+        try:
+            Path(path).write_bytes(_encoded(data))
+        except OSError as error:
+            raise OutputError(Path(path), error) from error
+    else:
+        write_folder(target.parent, {target.name: data})
+    return Path(path)
+
+
+def write_folder(path: str | Path, files: Mapping[str, bytes | str]) -> Path:
+    """Write ``files`` (relative name -> content) into the folder ``path``; return the path.
+
+    All files are first written and flushed to disk in a temporary folder beside their place; only
+    when every one is whole are they renamed into place, each in one step.  Other files in the
+    folder stay as they are.
+
+    Not promised: that all files are of the same age after a crash between two renames.  Each one
+    is whole, old or new.
+
+    Raises
+    ------
+    OutputError : a file cannot be written; nothing half-written is left.
+    ValueError : a name is absolute or leads out of the folder.
+    """
+    folder = Path(path)
+    placed = {_inside(name): _encoded(data) for name, data in files.items()}
+    made: list[Path] = []
+    try:
+        _make_folder(folder, made)
+        _stage_and_rename(folder, placed, made)
+    except BaseException:
+        for new in reversed(made):
+            if not any(new.iterdir()):
+                new.rmdir()
+        raise
+    return folder
+
+
+def _inside(name: str) -> PurePosixPath:
+    part = PurePosixPath(name)
+    if not part.parts or part.is_absolute() or ".." in part.parts:
+        raise ValueError(f"output file {name!r}: give a path relative to the folder, without '..'")
+    return part
+
+
+def _encoded(data: bytes | str) -> bytes:
+    return data.encode("utf-8") if isinstance(data, str) else data
+
+
+def _is_stream(path: Path) -> bool:
+    try:
+        return path.exists() and not path.is_file() and not path.is_dir()
+    except OSError:
+        # Not even to be looked at: the attempt to write will say why.
+        return False
+
+
+def _make_folder(folder: Path, made: list[Path]) -> None:
+    """Make the folder and those on the way; append the new ones to ``made``, outermost first."""
+    try:
+        for place in (*reversed(folder.parents), folder):
+            if not place.is_dir():
+                place.mkdir()
+                made.append(place)
+    except OSError as error:
+        raise OutputError(folder, error) from error
+
+
+def _stage_and_rename(folder: Path, files: Mapping[PurePosixPath, bytes], made: list[Path]) -> None:
+    current = folder
+    try:
+        # Inside the folder, not next to it: the renames must stay on one file system, and the
+        # user's permission may end at the folder.
+        with tempfile.TemporaryDirectory(prefix=".takagi-", dir=folder) as staging:
+            for part, content in files.items():
+                current = folder / part
+                if current.is_dir():
+                    raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+                _make_folder(current.parent, made)
+                _write_through(Path(staging) / part, content)
+            for part in files:
+                current = folder / part
+                os.replace(Path(staging) / part, current)
+        current = folder
+        _flush_folder(folder)
+    except OutputError:
+        raise
+    except OSError as error:
+        raise OutputError(current, error) from error
+
+
+def _write_through(path: Path, content: bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with open(path, "wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _flush_folder(folder: Path) -> None:
+    # A rename is on disk only when its folder is.  Windows cannot open folders and needs no flush.
+    if os.name != "posix":
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -1,0 +1,150 @@
+"""`takagi check`: what it prints, writes and returns for each verdict.
+
+The checker is replaced by one whose answer is known; what the real one proves is tested where it
+lives.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from enum import Enum
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import pytest
+
+from takagi.cli.main import main
+
+Capture = pytest.CaptureFixture[str]
+
+
+class Verdict(Enum):
+    """The three answers of the checker."""
+
+    PROVED = "yes"
+    DISPROVED = "no"
+    UNDECIDED = "open"
+
+
+class Result(NamedTuple):
+    """What the checker returns; its claims carry the same verdict."""
+
+    verdict: Verdict
+    claims: list[Any]
+    messages: list[str]
+
+
+class Claim(NamedTuple):
+    """A claim as the checker returns it."""
+
+    name: str
+    verdict: Verdict
+    text: str
+
+
+class CertificateError(ValueError):
+    """What the checker raises for a file that it refuses."""
+
+    __module__ = "takagi.certificates.checker"
+
+
+@pytest.fixture
+def checker(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """A checker that answers with its `.answer`, or raises it, and keeps what it was asked."""
+    module: Any = ModuleType("takagi.certificates.checker")
+
+    def check(path: Path, *, gains: Path | None = None, model: Path | None = None) -> Any:
+        module.asked = (path, gains, model)
+        if isinstance(module.answer, Exception):
+            raise module.answer
+        return module.answer
+
+    module.check, module.CertificateError = check, CertificateError
+    monkeypatch.setitem(sys.modules, "takagi.certificates.checker", module)
+    return module  # type: ignore[no-any-return]
+
+
+def answer(verdict: Verdict) -> Result:
+    """A file with one claim, of the given verdict."""
+    return Result(verdict, [Claim("decay", verdict, "at 0.1 1/s")], ["3 inequalities"])
+
+
+@pytest.mark.parametrize(
+    ("verdict", "status"), [(Verdict.PROVED, 0), (Verdict.DISPROVED, 1), (Verdict.UNDECIDED, 1)]
+)
+def test_the_status_is_the_verdict(
+    checker: Any, capsys: Capture, verdict: Verdict, status: int
+) -> None:
+    """Only PROVED is 0; the verdict, the claim and the messages are printed."""
+    checker.answer = answer(verdict)
+
+    assert main(["check", "c.json"]) == status
+
+    assert capsys.readouterr().out.splitlines() == [
+        f"c.json: {verdict.name}",
+        f"  {verdict.name}  decay: at 0.1 1/s",
+        "3 inequalities",
+    ]
+
+
+def test_gains_and_model_are_handed_to_the_checker(checker: Any) -> None:
+    """What is compared is the checker's business."""
+    checker.answer = answer(Verdict.PROVED)
+
+    main(["check", "c.json", "--gains", "g.json", "--model", "m.toml"])
+
+    assert checker.asked == (Path("c.json"), Path("g.json"), Path("m.toml"))
+
+
+def test_json_is_the_whole_answer(checker: Any, capsys: Capture) -> None:
+    """Machines read standard output; there is nothing else on it."""
+    checker.answer = answer(Verdict.UNDECIDED)
+
+    assert main(["check", "c.json", "--json"]) == 1
+
+    assert json.loads(capsys.readouterr().out) == {
+        "certificate": "c.json",
+        "verdict": "UNDECIDED",
+        "claims": [{"name": "decay", "verdict": "UNDECIDED", "text": "at 0.1 1/s"}],
+        "messages": ["3 inequalities"],
+    }
+
+
+def test_reports_are_written_where_asked(checker: Any, tmp_path: Path) -> None:
+    """Each report in its own file, its folder made on the way."""
+    checker.answer = answer(Verdict.PROVED)
+    files = [tmp_path / "ci" / name for name in ("c.xml", "c.sarif", "c.md")]
+
+    options = [f"{option}={file}" for option, file in zip(_REPORTS, files, strict=True)]
+    assert main(["check", "c.json", *options]) == 0
+
+    assert all("decay" in file.read_text(encoding="utf-8") for file in files)
+
+
+def test_a_refused_file_is_misuse_and_stands_in_the_reports(
+    checker: Any, capsys: Capture, tmp_path: Path
+) -> None:
+    """One message, status 2, and no green report left from an earlier run."""
+    checker.answer = CertificateError("c.json, line 3: a number is not decimal")
+    report = tmp_path / "c.xml"
+
+    assert main(["check", "c.json", "--junit", str(report)]) == 2
+
+    assert capsys.readouterr().err == "Error: c.json, line 3: a number is not decimal\n"
+    assert "REFUSED" in report.read_text(encoding="utf-8")
+
+
+def test_a_report_that_cannot_be_written_is_misuse(
+    checker: Any, capsys: Capture, tmp_path: Path
+) -> None:
+    """A check whose report is lost must not look like one that passed."""
+    checker.answer = answer(Verdict.PROVED)
+
+    assert main(["check", "c.json", "--junit", str(tmp_path)]) == 2
+
+    assert "this is a folder, and a file was expected" in capsys.readouterr().err
+
+
+_REPORTS = ("--junit", "--sarif", "--summary")

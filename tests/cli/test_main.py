@@ -1,0 +1,156 @@
+"""The front door: help, misuse, and one clear message for whatever goes wrong."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+from takagi.cli.errors import guard
+from takagi.cli.main import main
+from takagi.cli.verbs import VERBS, Verb
+from takagi.models.errors import ModelError
+
+Capture = pytest.CaptureFixture[str]
+
+
+def failed_with(error: BaseException, capsys: Capture) -> tuple[int, str]:
+    """The status and the standard error of a verb that raises."""
+
+    def work() -> int:
+        raise error
+
+    status = guard(work)
+    return status, capsys.readouterr().err
+
+
+def test_help_names_every_verb(capsys: Capture) -> None:
+    """The help is printed from the table, to standard output, with status 0."""
+    assert main(["--help"]) == 0
+
+    printed = capsys.readouterr().out
+    assert all(f"  {verb.name} " in printed and verb.help in printed for verb in VERBS)
+
+
+def test_no_verb_at_all_is_misuse(capsys: Capture) -> None:
+    """The help goes to standard error then: a script must not take it for an answer."""
+    assert main([]) == 2
+
+    captured = capsys.readouterr()
+    assert captured.out == "" and "Usage:" in captured.err
+
+
+@pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.name)
+def test_every_verb_explains_itself(verb: Verb, capsys: Capture) -> None:
+    """Every line of the table leads to a module whose help works and shows the usage."""
+    assert main([verb.name, "--help"]) == 0
+    assert f"Usage: takagi {verb.name}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.name)
+def test_every_verb_refuses_an_unknown_option(verb: Verb, capsys: Capture) -> None:
+    """Status 2, the usage, and no traceback, whichever parser reads the options."""
+    assert main([verb.name, "--no-such-option"]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == "" and "Usage: takagi" in captured.err and "Error:" in captured.err
+
+
+def test_a_mistyped_verb_is_answered_with_the_near_one(capsys: Capture) -> None:
+    """`chek` -> `check`."""
+    assert main(["chek"]) == 2
+
+    assert "did you mean 'check'?" in capsys.readouterr().err
+
+
+def test_a_mistyped_option_is_answered_with_the_near_one(capsys: Capture) -> None:
+    """`--halp` -> `--help`."""
+    assert main(["--halp"]) == 2
+
+    assert "did you mean '--help'?" in capsys.readouterr().err
+
+
+def test_version_is_the_distribution_s(capsys: Capture) -> None:
+    """The version is written once, in the project's metadata."""
+    assert main(["--version"]) == 0
+
+    assert capsys.readouterr().out == f"takagi {version('takagi')}\n"
+
+
+def test_models_lists_names_that_design_takes(capsys: Capture) -> None:
+    """Text for people, JSON for machines, the same names."""
+    assert main(["models"]) == 0
+    text = capsys.readouterr().out
+    assert main(["models", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)
+
+    assert [line.split()[0] for line in text.splitlines()] == [model["name"] for model in listed]
+    assert "nrel5mw" in text
+
+
+def test_an_error_of_takagi_s_own_is_printed_as_it_is(capsys: Capture) -> None:
+    """ModelError's text was written for the user."""
+    assert failed_with(ModelError("vertex 3: not finite"), capsys) == (
+        2,
+        "Error: vertex 3: not finite\n",
+    )
+
+
+def test_an_operating_system_error_names_the_path_and_a_cure(capsys: Capture) -> None:
+    """A full disk: which file, what happened, what to do."""
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "out/gains.json")
+
+    status, message = failed_with(full, capsys)
+
+    assert status == 2
+    assert message.startswith("Error: out/gains.json: the disk is full; free some space")
+
+
+def test_an_interrupt_is_130(capsys: Capture) -> None:
+    """128 + SIGINT, as shells do."""
+    assert failed_with(KeyboardInterrupt(), capsys) == (130, "\nInterrupted.\n")
+
+
+def test_an_unforeseen_error_is_one_line(capsys: Capture) -> None:
+    """No traceback, a plea for a report, and a status of its own (70)."""
+    status, message = failed_with(ZeroDivisionError("a\nb"), capsys)
+
+    assert status == 70
+    assert message.count("\n") == 1
+    assert "internal error (ZeroDivisionError: a b)" in message and "report it" in message
+
+
+def test_the_traceback_is_there_for_developers(
+    capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """TAKAGI_DEBUG=1 shows it; nothing else does."""
+    monkeypatch.setenv("TAKAGI_DEBUG", "1")
+
+    assert "Traceback" in failed_with(ZeroDivisionError(), capsys)[1]
+
+
+def run_shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run a line of shell in which `takagi` is the command line under test."""
+    script = f'takagi() {{ "{sys.executable}" -m takagi.cli "$@"; }}\n{command}'
+    return subprocess.run(
+        ["bash", "-c", script], cwd=folder, capture_output=True, text=True, check=False
+    )
+
+
+def test_a_reader_that_leaves_early_is_no_error(tmp_path: Path) -> None:
+    """`takagi ... | head` prints no complaint."""
+    assert run_shell("takagi --help | true", tmp_path).stderr == ""
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs the full device")
+def test_a_full_standard_output_is_told(tmp_path: Path) -> None:
+    """An answer that could not be written must not exit with 0."""
+    ran = run_shell("takagi models > /dev/full", tmp_path)
+
+    assert ran.returncode == 2
+    assert "the disk is full" in ran.stderr and "Traceback" not in ran.stderr

@@ -1,0 +1,64 @@
+"""The floor's front door: fixed names, nothing heavy imported."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import takagi.models
+from takagi.models import ModelError, load_model, nrel5mw
+
+
+def test_the_fixed_names_are_exported() -> None:
+    """Every name in __all__ resolves, and dir() lists it."""
+    assert {"TSModel", "Premise", "sector_model", "load_model", "nrel5mw", "ModelError"} <= set(
+        takagi.models.__all__
+    )
+    for name in takagi.models.__all__:
+        assert getattr(takagi.models, name) is not None
+    assert set(takagi.models.__all__) <= set(dir(takagi.models))
+
+
+def test_an_unknown_name_is_an_attribute_error() -> None:
+    """The lazy lookup refuses names it does not know as a module would."""
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        _ = takagi.models.nonsense
+
+
+def test_importing_the_floor_imports_nothing_heavy() -> None:
+    """A fresh interpreter that imports takagi.models has neither numpy nor sympy loaded."""
+    script = (
+        "import sys, takagi.models\n"
+        "print([n for n in ('numpy', 'scipy', 'sympy', 'cvxpy', 'flint') if n in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+
+    assert done.stdout.strip() == "[]"
+
+
+def test_using_a_vertex_model_does_not_import_sympy() -> None:
+    """sympy is needed for derivations only."""
+    script = (
+        "import sys\nfrom takagi.models import TSModel\nTSModel([[[1.0]]])\n"
+        "print('sympy' in sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+
+    assert done.stdout.strip() == "False"
+
+
+def test_load_model_reads_a_built_in_turbine() -> None:
+    """The built-in name gives the same figures as the named function."""
+    assert load_model("nrel5mw").inertia == nrel5mw().inertia
+
+
+def test_load_model_offers_near_names() -> None:
+    """A misspelt name is answered with the right one."""
+    with pytest.raises(ModelError, match="nrel5mw"):
+        load_model("nrel5mv")

@@ -1,0 +1,136 @@
+"""Metrics of records whose numbers can be computed by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from takagi.models.errors import ModelError
+from takagi.models.simulation import (
+    BaselineLaw,
+    History,
+    constant_wind,
+    damage_equivalent_load,
+    measure,
+    simulate,
+    validation_plant,
+)
+from takagi.models.turbine import nrel5mw
+
+
+def astm_example() -> tuple[list[float], float]:
+    """Return the load history of ASTM E1049-85, fig. 6, and its damage for m = 4.
+
+    Cycles of that figure: range 3, 6 and 9 half; range 4 one and a half; range 8 one.
+    """
+    damage = 0.5 * 3**4 + 1.5 * 4**4 + 0.5 * 6**4 + 1.0 * 8**4 + 0.5 * 9**4
+    return [-2.0, 1.0, -3.0, 5.0, -1.0, 3.0, -4.0, 4.0, -2.0], damage
+
+
+def sawtooth_record() -> History:
+    """Return 100 s at rated speed, pitch 0 to 2 deg and back, torque at 80 % in the second half."""
+    turbine = nrel5mw()
+    plain = simulate(
+        validation_plant(turbine), BaselineLaw(turbine), constant_wind(9.0, 100.0), time_step=0.05
+    )
+    time = plain.time
+    half = time < 50.0
+    return replace(
+        plain,
+        rotor_speed=np.full_like(time, 1.02 * turbine.rated_rotor_speed),
+        generator_speed=np.full_like(time, turbine.rated_rotor_speed),
+        pitch=np.radians(2.0) * (1 - np.abs(time / 50.0 - 1)),
+        torque=np.where(half, 1.0, 0.8) * turbine.rated_torque,
+        tower_moment=3e6 * np.cos(np.pi * np.round(time)),
+    )
+
+
+def test_rainflow_of_the_standards_example() -> None:
+    """ASTM E1049-85, fig. 6: cycles counted by hand in the standard, residual as half cycles."""
+    series, damage = astm_example()
+
+    assert damage_equivalent_load(series, 10.0) == pytest.approx((damage / 10.0) ** 0.25)
+    assert damage_equivalent_load(series, 10.0, exponent=1.0, frequency=2.0) == pytest.approx(
+        (1.5 + 6.0 + 3.0 + 8.0 + 4.5) / 20.0
+    )
+
+
+def test_a_wave_of_one_hertz_is_its_own_equivalent() -> None:
+    """Range 2 A at 1 Hz is equivalent to range 2 A, but for the quarter waves at the ends."""
+    time = np.linspace(0.0, 500.0, 50_001)
+
+    assert damage_equivalent_load(3.0 * np.sin(2 * np.pi * time), 500.0) == pytest.approx(
+        6.0, rel=1e-3
+    )
+
+
+@settings(max_examples=25)
+@given(
+    st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=30),
+    st.floats(0.1, 10.0),
+    st.floats(-1e3, 1e3),
+)
+def test_equivalent_load_scales_and_ignores_the_mean(
+    series: list[float], factor: float, offset: float
+) -> None:
+    """DEL(k x + c) = k DEL(x)."""
+    load = np.round(series, 3)
+    plain = damage_equivalent_load(load, 60.0)
+
+    assert damage_equivalent_load(factor * load, 60.0) == pytest.approx(factor * plain, abs=1e-9)
+    assert damage_equivalent_load(load + round(offset, 3), 60.0) == pytest.approx(
+        plain, rel=1e-3, abs=1e-3
+    )
+
+
+def test_numbers_of_a_record_made_by_hand() -> None:
+    """Energy 90 % of rated, travel 4 deg in 100 s, conflict from 50 s until pitch is 0.5 deg."""
+    turbine = nrel5mw()
+    found = measure(sawtooth_record(), turbine, skip=0.0)
+
+    assert found.duration == pytest.approx(100.0)
+    assert found.mean_power == pytest.approx(0.9 * turbine.rated_power / 1e3, rel=1e-3)
+    assert found.energy == pytest.approx(found.mean_power * 100.0 / 3600.0)
+    assert found.overspeed == pytest.approx(2.0)
+    assert found.speed_deviation == pytest.approx(0.0, abs=1e-9)
+    assert found.pitch_travel == pytest.approx(4.0)
+    assert found.pitch_rate == pytest.approx(0.04)
+    assert found.both_active == pytest.approx(37.5, abs=0.1)
+    drop = 0.2 * turbine.rated_torque
+    assert found.torque_rate == pytest.approx(drop / 0.05 / np.sqrt(2000) / 1e3, rel=1e-6)
+    # +-3 MN m at 0.5 Hz: half as many cycles of range 6 as the reference frequency has.
+    assert found.tower_del == pytest.approx(6.0 * 0.5**0.25, rel=1e-2)
+
+
+def test_the_transient_is_dropped() -> None:
+    """After 60 s only the second half of the sawtooth is left."""
+    found = measure(sawtooth_record(), nrel5mw())
+
+    assert found.duration == pytest.approx(40.0)
+    assert found.pitch_travel == pytest.approx(1.6)
+    assert found.torque_rate == 0.0
+
+
+def test_row_names_every_number_with_its_unit() -> None:
+    """Ten columns, each with a unit in brackets."""
+    row = measure(sawtooth_record(), nrel5mw()).row()
+
+    assert len(row) == 10
+    assert all("[" in title and title.endswith("]") for title in row)
+
+
+def test_misuse_is_told() -> None:
+    """Nothing left, negative skip, no duration, NaN."""
+    record, turbine = sawtooth_record(), nrel5mw()
+    with pytest.raises(ModelError, match="skipping 100 s leaves nothing"):
+        measure(record, turbine, skip=100.0)
+    with pytest.raises(ModelError, match="skip -1 s"):
+        measure(record, turbine, skip=-1.0)
+    with pytest.raises(ModelError, match="must be above 0"):
+        damage_equivalent_load([0.0, 1.0], 0.0)
+    with pytest.raises(ModelError, match="finite"):
+        damage_equivalent_load([0.0, float("nan")], 10.0)

@@ -1,0 +1,105 @@
+"""The tube around the trim: exact slopes against floats, and enclosures against samples."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from takagi.models import Interval, ModelError, nrel5mw
+from takagi.models.turbine import rotor_torque_gradient
+from takagi.models.turbine.operating_band import OperatingBand, operating_band
+from takagi.models.turbine.torque_slope import Slope, slope_enclosure, slope_gradient
+from takagi.models.turbine.trim import trim
+
+SLOPES: tuple[Slope, ...] = ("speed", "pitch", "wind")
+POINTS = st.tuples(st.floats(1.0, 1.3), st.floats(0.01, 0.35), st.floats(9.0, 22.0))
+
+
+def at(point: tuple[float, float, float]) -> tuple[Interval, Interval, Interval]:
+    """Return a point as three intervals without width."""
+    omega, beta, v = (Interval.of(value) for value in point)
+    return omega, beta, v
+
+
+@lru_cache
+def band() -> OperatingBand:
+    """Return a tube across rated wind."""
+    return operating_band(
+        nrel5mw(), (10.0, 13.0), speed_band="0.1", pitch_band="0.02", wind_band="0.5"
+    )
+
+
+@settings(max_examples=40, derandomize=True, deadline=None)
+@given(POINTS)
+def test_slopes_at_a_point_agree_with_floats(point: tuple[float, float, float]) -> None:
+    """Exact arithmetic and the float gradient give the same three numbers."""
+    expected = [float(g) / nrel5mw().inertia for g in rotor_torque_gradient(nrel5mw(), *point)]
+
+    for slope, value in zip(SLOPES, expected, strict=True):
+        found = slope_enclosure(nrel5mw(), slope, *at(point))
+        assert float(found.centre) == pytest.approx(value, rel=1e-7, abs=1e-10)
+        assert float(found.width) < 1e-7
+
+
+@settings(max_examples=30, derandomize=True, deadline=None)
+@given(POINTS)
+def test_gradients_of_slopes_agree_with_differences(point: tuple[float, float, float]) -> None:
+    """The nine formulas for the slopes' derivatives, against central differences."""
+    turbine = nrel5mw()
+    for slope in SLOPES:
+        for side, rate in enumerate(slope_gradient(turbine, slope, *at(point))):
+            step = 1e-5 * max(point[side], 0.1)
+            ends = [
+                rotor_torque_gradient(
+                    turbine, *(p + sign * step * (k == side) for k, p in enumerate(point))
+                )[SLOPES.index(slope)]
+                for sign in (1, -1)
+            ]
+            numeric = float(ends[0] - ends[1]) / (2 * step) / turbine.inertia
+            assert float(rate.centre) == pytest.approx(numeric, rel=1e-2, abs=2e-3)
+
+
+@settings(max_examples=40, derandomize=True, deadline=None)
+@given(POINTS, st.floats(0, 1), st.floats(0, 1), st.floats(0, 1))
+def test_an_enclosure_contains_what_lies_in_the_box(
+    point: tuple[float, float, float], s: float, t: float, u: float
+) -> None:
+    """Any point of a small box has its slopes inside the box's enclosures."""
+    sizes = (0.02, 0.005, 0.3)
+    box = [Interval.of(p, p + size) for p, size in zip(point, sizes, strict=True)]
+    inside = [p + share * z for p, share, z in zip(point, (s, t, u), sizes, strict=True)]
+    gradient = rotor_torque_gradient(nrel5mw(), *inside)
+
+    for slope, value in zip(SLOPES, gradient, strict=True):
+        found = slope_enclosure(nrel5mw(), slope, box[0], box[1], box[2])
+        assert float(found.lower) - 1e-12 <= float(value) / nrel5mw().inertia
+        assert float(value) / nrel5mw().inertia <= float(found.upper) + 1e-12
+
+
+def test_the_table_meets_the_trim_at_its_nodes_and_is_linear_between() -> None:
+    """Nodes are the trim rounded to 9 decimals; in the middle of a piece, their mean."""
+    found = band()
+    middle = (found.wind[3] + found.wind[4]) / 2
+
+    for v, speed, pitch in zip(found.wind, found.rotor_speed, found.pitch, strict=True):
+        assert (speed, pitch) == pytest.approx(
+            (trim(nrel5mw(), v).rotor_speed, trim(nrel5mw(), v).pitch), abs=1e-9
+        )
+    assert float(found.at(middle)[1]) == pytest.approx(float(np.mean(found.pitch[3:5])))
+
+
+def test_outside_the_table_is_refused_or_held() -> None:
+    """A wind estimate outside the nodes raises; clip=True takes the last node."""
+    with pytest.raises(ModelError, match="leaves the model's wind range 10 to 13 m/s"):
+        band().at(14)
+    assert float(band().at(14, clip=True)[1]) == band().pitch[-1]
+
+
+def test_a_wind_band_down_to_zero_is_refused() -> None:
+    """The tip-speed ratio has no bound when v may vanish."""
+    with pytest.raises(ModelError, match="reaches 0"):
+        operating_band(nrel5mw(), (4, 6), speed_band=0.1, pitch_band=0, wind_band=4)

@@ -1,0 +1,155 @@
+"""The partial-load model: exact over its band, with bounds that no sample leaves."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from takagi.models import ModelError, TSModel, nrel5mw, partial_load_model
+from takagi.models.turbine import rated_wind, rotor_torque, rotor_torque_gradient
+from takagi.models.turbine.operating_band import OperatingBand, operating_band
+from takagi.models.turbine.partial_load import lowest_wind
+
+UNIT = st.floats(-1, 1)
+
+
+@lru_cache
+def model() -> TSModel:
+    """Return the default model of the NREL 5-MW turbine."""
+    return partial_load_model(nrel5mw())
+
+
+def side(name: str) -> tuple[float, float]:
+    """Return one side of the model's box as floats."""
+    lower, upper = model().box[name]
+    return float(lower), float(upper)
+
+
+@lru_cache
+def band() -> OperatingBand:
+    """Return the tube that the default model is built on."""
+    low, high = side("wind estimate [m/s]")
+    return operating_band(nrel5mw(), (low, high), speed_band="0.1", pitch_band=0, wind_band="0.5")
+
+
+def point(shares: tuple[float, float, float]) -> tuple[float, float, float, float, float]:
+    """Return omega, beta, v, v_0 and omega* for shares in [-1, 1] of the box."""
+    low, high = side("wind estimate [m/s]")
+    v0 = low + (high - low) * (shares[0] + 1) / 2
+    speed, pitch = (float(value) for value in band().at(v0))
+    return speed + 0.1 * shares[1], pitch, v0 + 0.5 * shares[2], v0, speed
+
+
+@settings(max_examples=150, derandomize=True, deadline=None)
+@given(st.tuples(UNIT, UNIT, UNIT), st.floats(-5e3, 5e3))
+def test_blend_equals_the_plant(shares: tuple[float, float, float], torque: float) -> None:
+    """The blended derivative is (T_r - n_g T) / J at any point of the band, to 1e-9."""
+    turbine = nrel5mw()
+    omega, beta, v, v0, omega_star = point(shares)
+    now = model().blend(model().premise_values(rotor_speed=omega, wind=v, wind_estimate=v0))
+    blended = now.A @ [omega - omega_star, 0.3] + now.B @ [torque] + now.E @ [v - v0]
+
+    balance = float(rotor_torque(turbine, omega_star, beta, v0))
+    aerodynamic = float(rotor_torque(turbine, omega, beta, v))
+    expected = (aerodynamic - balance - turbine.gear_ratio * torque) / turbine.inertia
+    scale = aerodynamic / turbine.inertia
+    assert blended[0] == pytest.approx(expected, rel=1e-9, abs=1e-9 * scale)
+    assert blended[1] == pytest.approx(omega_star - omega, abs=1e-15)
+
+
+@settings(max_examples=100, derandomize=True, deadline=None)
+@given(st.tuples(UNIT, UNIT, UNIT))
+def test_memberships_are_a_convex_sum(shares: tuple[float, float, float]) -> None:
+    """Four weights, none negative, sum one, without clipping anywhere in the band."""
+    omega, _, v, v0, _ = point(shares)
+    h = model().memberships(model().premise_values(rotor_speed=omega, wind=v, wind_estimate=v0))
+
+    assert h.shape == (4,)
+    assert np.all(h >= 0)
+    assert np.sum(h) == pytest.approx(1, abs=1e-14)
+
+
+def test_bounds_contain_sampled_slopes_and_are_tight() -> None:
+    """Sampled extrema of the partial derivatives lie inside, within 5 % of the range."""
+    turbine = nrel5mw()
+    rng = np.random.default_rng(3)
+    v0 = rng.uniform(*side("wind estimate [m/s]"), 40_000)
+    omega, beta = band().at(v0)
+    e, w = rng.choice([-1, -0.5, 0, 0.5, 1], (2, v0.size))
+    a = rotor_torque_gradient(turbine, omega + 0.1 * e, beta, v0 + 0.5 * w)[0] / turbine.inertia
+    d = rotor_torque_gradient(turbine, omega, beta, v0 + 0.5 * w)[2] / turbine.inertia
+
+    for premise, values in zip(model().premises, (a, d), strict=True):
+        low, high = float(premise.lower), float(premise.upper)
+        assert low <= values.min() <= low + 0.05 * (high - low)
+        assert high - 0.05 * (high - low) <= values.max() <= high
+
+
+def test_structure_names_and_units() -> None:
+    """B holds -n_g / J of the figure sheet: 97 / 43 784 725 kg m^2; the integral has slope -1."""
+    found = model()
+
+    assert found.states == ("rotor speed error [rad/s]", "integral of speed deficit [rad]")
+    assert found.inputs == ("generator torque deviation [N m]",)
+    assert found.disturbances == ("wind deviation [m/s]",)
+    np.testing.assert_allclose(found.B[:, 0, 0], -97 / 43_784_725, rtol=1e-7)
+    np.testing.assert_array_equal(found.A[:, 1], [[-1, 0]] * 4)
+    assert [premise.name for premise in found.premises] == ["a", "d"]
+
+
+def test_vertices_are_the_decimals_of_the_bounds() -> None:
+    """Each vertex entry prints as the exact bound, so a certificate can speak of the decimals."""
+    a, d = model().premises
+    corners = {
+        (Fraction(repr(float(A[0, 0]))), Fraction(repr(float(E[0, 0]))))
+        for A, E in zip(model().A, model().E, strict=True)
+    }
+
+    assert corners == {(x, y) for x in (a.lower, a.upper) for y in (d.lower, d.upper)}
+
+
+def test_default_range_ends_at_rated_wind_and_begins_where_the_band_fits() -> None:
+    """One step below its lower end the band leaves the table."""
+    turbine = nrel5mw()
+    low, high = side("wind estimate [m/s]")
+
+    assert high == pytest.approx(rated_wind(turbine), abs=1e-5)
+    assert low == lowest_wind(turbine, speed_band="0.1", wind_band="0.5")
+    with pytest.raises(ModelError, match="narrow the speed band or the wind band"):
+        partial_load_model(turbine, wind_range=(low - 0.05, 8))
+
+
+def test_a_wind_range_into_full_load_is_refused() -> None:
+    """Above rated wind pitch leaves its smallest value, which this model does not describe."""
+    with pytest.raises(ModelError, match="reaches into full load"):
+        partial_load_model(nrel5mw(), wind_range=(6, 13))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"wind_range": (8, 6)}, "an increasing range inside 3 to 25"),
+        ({"wind_range": (1, 6)}, "an increasing range inside 3 to 25"),
+        ({"speed_band": -0.1, "wind_range": (6, 8)}, "speed band -0.1"),
+        ({"wind_step": 0.0}, "wind step 0.0"),
+        ({"speed_band": 2}, "fits into the coefficient table"),
+    ],
+)
+def test_misuse_is_explained(options: dict[str, object], message: str) -> None:
+    """Ranges and bands that make no sense are named with what was needed."""
+    with pytest.raises(ModelError, match=message):
+        partial_load_model(nrel5mw(), **options)  # type: ignore[arg-type]
+
+
+def test_an_estimate_outside_the_range_is_refused_unless_clipped() -> None:
+    """The trim table ends with the wind range; clip=True holds its ends at run time."""
+    where = {"rotor_speed": 1.2, "wind": 12.0, "wind_estimate": 12.0}
+
+    with pytest.raises(ModelError, match="leaves the model's wind range"):
+        model().premise_values(**where)
+    assert np.all(np.isfinite(model().premise_values(**where, clip=True)))

@@ -1,0 +1,230 @@
+"""The closed loop in time: conservation, convergence, limits, flags, observer, misuse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from takagi.models.errors import ModelError
+from takagi.models.law import Command, Measurement
+from takagi.models.simulation import (
+    BaselineLaw,
+    Flag,
+    History,
+    Plant,
+    constant_wind,
+    design_plant,
+    ramp_wind,
+    simulate,
+    step_wind,
+    turbulent_wind,
+    validation_plant,
+)
+from takagi.models.turbine import nrel5mw
+from takagi.models.turbine.wind_observer import WindObserver
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Held:
+    """A law that always asks for the same."""
+
+    torque: float
+    pitch: float
+    name: str = "held"
+    state_names: tuple[str, ...] = ()
+
+    def initial_state(self, wind: float) -> Array:
+        return np.zeros(0)
+
+    def command(self, state: Array, measurement: Measurement) -> Command:
+        return Command(self.torque, self.pitch)
+
+    def state_rate(self, state: Array, measurement: Measurement) -> Array:
+        return np.zeros(0)
+
+
+def baseline_run(plant: Plant, *, time_step: float = 0.02, sample: float = 0.04) -> History:
+    """Return 60 s of the reference's controller across rated wind."""
+    wind = turbulent_wind(12.0, 0.15, 60.0, 2)
+    law = BaselineLaw(plant.turbine)
+    return simulate(plant, law, wind, time_step=time_step, controller_step=sample)
+
+
+def test_kinetic_energy_is_the_integral_of_the_power_balance() -> None:
+    """J (omega_1^2 - omega_0^2) / 2 = integral of omega (T_r - n_g T), torque held per sample."""
+    turbine = nrel5mw()
+    history = baseline_run(design_plant(turbine), sample=0.02)
+    speed, step = history.rotor_speed, np.diff(history.time)
+    mean_speed = (speed[:-1] + speed[1:]) / 2
+    power = history.rotor_torque * speed
+    gained = float(np.sum((power[:-1] + power[1:]) / 2 * step))
+    taken = float(np.sum(turbine.gear_ratio * history.torque[:-1] * mean_speed * step))
+    stored = turbine.inertia * (speed[-1] ** 2 - speed[0] ** 2) / 2
+
+    assert abs(stored) > 1e5
+    assert gained - taken == pytest.approx(stored, abs=2e-6 * gained)
+
+
+def test_tower_energy_balance() -> None:
+    """Work of thrust on the moving tower is stored in the mode or lost in its damping."""
+    turbine = nrel5mw()
+    history = baseline_run(validation_plant(turbine), sample=0.02)
+    x, velocity = history.tower_displacement, history.tower_velocity
+    work = float(np.trapezoid(history.thrust * velocity, history.time))
+    lost = float(np.trapezoid(turbine.tower_damping * velocity**2, history.time))
+    stored = (turbine.tower_mass * velocity**2 + turbine.tower_stiffness * x**2) / 2
+
+    assert work - lost == pytest.approx(float(stored[-1] - stored[0]), abs=1e-3 * abs(work))
+
+
+def test_halving_the_time_step_converges() -> None:
+    """With the law's sampling kept, the error of 0.02 s is at most a quarter of that of 0.04 s."""
+    plant = validation_plant(nrel5mw(), torsion=True)
+    coarse, fine, finest = (
+        baseline_run(plant, time_step=step).rotor_speed for step in (0.04, 0.02, 0.005)
+    )
+
+    assert np.abs(fine - finest).max() < 0.25 * np.abs(coarse - finest).max()
+    assert np.abs(fine - finest).max() < 1e-5
+
+
+def test_halving_the_sampling_converges() -> None:
+    """Sampling the law twice as often halves what sampling changes."""
+    plant = validation_plant(nrel5mw())
+    often = baseline_run(plant, time_step=0.005, sample=0.005).rotor_speed
+    gaps = [
+        np.abs(baseline_run(plant, sample=step).rotor_speed - often[:: round(step / 0.005)]).max()
+        for step in (0.08, 0.04, 0.02)
+    ]
+
+    assert gaps[2] < 0.6 * gaps[1] < 0.36 * gaps[0]
+    assert gaps[2] < 2e-3
+
+
+def test_loop_equals_an_adaptive_solver() -> None:
+    """Constant commands from trim: scipy's DOP853 on ``Plant.derivative``, no limit being met."""
+    plant = validation_plant(nrel5mw(), torsion=True, wake=True)
+    start, point = plant.initial_state(14.0)
+    history = simulate(
+        plant,
+        Held(point.torque, point.pitch + 0.02),
+        constant_wind(14.0, 20.0),
+    )
+
+    def rate(_: float, state: Array) -> Array:
+        return plant.derivative(state.tolist(), point.torque, point.pitch + 0.02, 14.0)
+
+    solved = solve_ivp(rate, (0.0, 20.0), start, method="DOP853", rtol=1e-9, atol=1e-11)
+
+    assert history.flags.max() == 0
+    assert history.plant_states[-1] == pytest.approx(solved.y[:, -1], abs=2e-6)
+
+
+def test_pitch_rate_and_position_limits_hold() -> None:
+    """A command of 30 deg: 8 deg/s and no more; one of -5 deg: fine pitch and no less."""
+    turbine = nrel5mw()
+    up = simulate(validation_plant(turbine), Held(4e4, np.radians(30.0)), constant_wind(14.0, 8.0))
+    down = simulate(validation_plant(turbine), Held(4e4, -0.1), constant_wind(14.0, 8.0))
+
+    assert np.abs(np.diff(up.pitch)).max() <= turbine.pitch_rate_limit * 0.02 * (1 + 1e-9)
+    assert up.pitch_rate.max() == pytest.approx(turbine.pitch_rate_limit)
+    assert up.share_flagged(Flag.PITCH_RATE_LIMITED) > 0.1
+    assert down.pitch.min() == turbine.pitch_min
+    assert down.share_flagged(Flag.PITCH_POSITION_LIMITED) == 1.0
+
+
+def test_torque_follows_within_its_rate_and_range() -> None:
+    """From trim at 8 m/s to 60 kN m: 300 N m per 0.02 s, up to 110 % of rated."""
+    turbine = nrel5mw()
+    history = simulate(validation_plant(turbine), Held(6e4, 0.0), constant_wind(11.0, 5.0))
+    free = simulate(design_plant(turbine), Held(4e4, 0.0), constant_wind(11.0, 1.0))
+
+    assert np.diff(history.torque).max() == pytest.approx(300.0)
+    assert history.torque[-1] == turbine.maximum_torque
+    assert history.flags[0] & Flag.TORQUE_RATE_LIMITED.value
+    assert history.share_flagged(Flag.TORQUE_LIMITED) == 1.0
+    assert free.torque[0] == 4e4
+
+
+def test_outside_the_table_is_flagged() -> None:
+    """A wind that dies under a turning rotor leaves the tip-speed ratios of the table."""
+    law = BaselineLaw(nrel5mw())
+    history = simulate(validation_plant(nrel5mw()), law, step_wind(10.0, 3.0, 20.0, begin=5.0))
+    clipped = (history.flags & Flag.TIP_SPEED_RATIO_CLIPPED.value) != 0
+
+    assert not clipped[history.time < 4.9].any()
+    assert clipped[history.time > 5.1].any()
+    assert np.all(np.isfinite(history.plant_states))
+
+
+def test_observer_in_the_loop_follows_the_wind() -> None:
+    """The law sees the estimate; on a slow ramp it lags the wind by less than 0.4 m/s."""
+    turbine = nrel5mw()
+    history = simulate(
+        design_plant(turbine),
+        BaselineLaw(turbine),
+        ramp_wind(9.0, 14.0, 90.0, rate=0.1, begin=10.0),
+        observer=WindObserver(turbine, 2.0, 40.0),
+    )
+
+    assert np.abs(history.wind_estimate - history.wind).max() < 0.4
+    assert history.wind_estimate[-1] == pytest.approx(14.0, abs=0.02)
+    assert np.abs(history.wind_estimate - history.wind).max() > 1e-3
+
+
+def test_measured_speed_is_the_generators_or_the_filtered_one() -> None:
+    """Torsion and filter both change what the law sees, so both change the loop a little."""
+    turbine = nrel5mw()
+    plain, twisted, filtered = (
+        baseline_run(plant).rotor_speed
+        for plant in (
+            validation_plant(turbine),
+            validation_plant(turbine, torsion=True),
+            validation_plant(turbine, speed_filter=turbine.speed_filter),
+        )
+    )
+
+    assert 0 < np.abs(twisted - plain).max() < 0.01
+    assert 1e-4 < np.abs(filtered - plain).max() < 0.05
+
+
+def test_per_unit_of_rated_operation_is_one() -> None:
+    """In steady 11.45 m/s speed, torque, power, tower and wind are all near 1, pitch near 0."""
+    turbine = nrel5mw()
+    history = simulate(
+        validation_plant(turbine), Held(turbine.rated_torque, 0.0), constant_wind(11.45, 0.5)
+    )
+    scaled = history.per_unit(turbine)
+
+    for name in ("wind", "rotor_speed", "torque", "electrical_power", "tower_displacement"):
+        assert scaled[name][0] == pytest.approx(1.0, abs=2e-3), name
+    assert scaled["tower_moment"][0] == pytest.approx(1.0, abs=2e-3)
+    assert scaled["pitch"][0] == pytest.approx(0.0, abs=0.02)
+
+
+def test_a_record_cannot_be_changed() -> None:
+    """All arrays are read-only and of one length."""
+    history = simulate(design_plant(nrel5mw()), Held(4e4, 0.0), constant_wind(11.0, 1.0))
+
+    assert len(history.time) == len(history.plant_states) == len(history.flags) == 51
+    with pytest.raises(ValueError, match="read-only"):
+        history.rotor_speed[0] = 0.0
+
+
+def test_misuse_is_told() -> None:
+    """Steps that do not fit, a wind too short, a law that answers NaN."""
+    plant, law = design_plant(nrel5mw()), Held(4e4, 0.0)
+    with pytest.raises(ModelError, match="whole multiple"):
+        simulate(plant, law, constant_wind(9.0, 5.0), time_step=0.03, controller_step=0.05)
+    with pytest.raises(ModelError, match="must be above 0"):
+        simulate(plant, law, constant_wind(9.0, 5.0), time_step=0.0)
+    with pytest.raises(ModelError, match="less than one step"):
+        simulate(plant, law, constant_wind(9.0, 0.01))
+    with pytest.raises(ModelError, match="law 'held'.* before 0.04 s"):
+        simulate(plant, Held(float("nan"), 0.0), constant_wind(9.0, 5.0))

@@ -1,0 +1,197 @@
+"""The plants: right-hand sides against the formulas, modes, limits, wake, cheap surfaces."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from takagi.models.errors import ModelError
+from takagi.models.simulation import Plant, design_plant, validation_plant
+from takagi.models.simulation.dynamics import dynamics
+from takagi.models.simulation.fast_surface import patch_coefficients, scalar_surface
+from takagi.models.simulation.wake import wake_time_constant
+from takagi.models.surface import Surface, interpolate
+from takagi.models.turbine import nrel5mw, rotor_thrust, rotor_torque
+from takagi.models.turbine.trim import trim
+
+Array = NDArray[np.float64]
+
+
+def jacobian(plant: Plant, wind: float) -> Array:
+    """Return the derivative of the right-hand side by the state, by central differences."""
+    state, point = plant.initial_state(wind)
+    columns = []
+    for place in range(len(state)):
+        step = np.zeros(len(state))
+        step[place] = 1e-6
+        ahead = plant.derivative((state + step).tolist(), point.torque, point.pitch, wind)
+        behind = plant.derivative((state - step).tolist(), point.torque, point.pitch, wind)
+        columns.append((ahead - behind) / 2e-6)
+    return np.stack(columns, axis=1)
+
+
+def surfaces() -> list[Surface]:
+    """Return the turbine's three surfaces and an uneven one with a single cell."""
+    turbine = nrel5mw()
+    uneven = interpolate([0.0, 0.1, 2.0, 9.0], [-3.0, 0.0, 1.0, 1.5], np.arange(16).reshape(4, 4))
+    return [turbine.torque, turbine.thrust, turbine.power, uneven]
+
+
+@pytest.mark.parametrize("surface", surfaces(), ids=["c_Q", "c_T", "c_P", "uneven"])
+def test_scalar_surface_equals_the_surface(surface: Surface) -> None:
+    """Within 1e-12 at random points, at the knots and at the corners of the table."""
+    draw = np.random.default_rng(1)
+    x = np.concatenate([draw.uniform(*surface.x_range, 4000), surface.x_knots[3:-3]])
+    y = draw.uniform(*surface.y_range, len(x))
+    x = np.append(x, np.repeat(surface.x_range, 2))
+    y = np.append(y, np.tile(surface.y_range, 2))
+    fast = scalar_surface(surface)
+    scale = max(1.0, float(np.abs(surface.coefficients).max()))
+
+    found = np.array([fast(a, b) for a, b in zip(x.tolist(), y.tolist(), strict=True)])
+    assert np.abs(found - surface(x, y)).max() <= 1e-12 * scale
+
+
+def test_scalar_surface_holds_the_edge() -> None:
+    """Outside the table the value is that of the nearest point of the edge."""
+    surface = nrel5mw().torque
+    fast = scalar_surface(surface)
+
+    assert fast(99.0, -9.0) == fast(surface.x_range[1], surface.y_range[0])
+    assert fast(1.0, 0.1) == pytest.approx(float(surface(1.0, 0.1, clip=True)), abs=1e-13)
+
+
+def test_patches_meet_their_neighbours() -> None:
+    """The value at a cell's upper corner, by its own coefficients, is the neighbour's c_00."""
+    corners_x, corners_y, cells = patch_coefficients(nrel5mw().torque)
+    for i, j in ((0, 0), (10, 5), (20, 30)):
+        powers_x = (corners_x[i + 1] - corners_x[i]) ** np.arange(4)
+        powers_y = (corners_y[j + 1] - corners_y[j]) ** np.arange(4)
+
+        assert powers_x @ cells[i, j] @ powers_y == pytest.approx(cells[i + 1, j + 1, 0, 0])
+
+
+@settings(max_examples=50)
+@given(
+    st.floats(0.9, 1.35),
+    st.floats(0.0, 0.4),
+    st.floats(8.0, 20.0),
+    st.floats(0.0, 45e3),
+    st.floats(-0.1, 0.1),
+    st.floats(-1.0, 1.0),
+)
+def test_right_hand_side_is_the_formula(
+    speed: float, pitch: float, wind: float, torque: float, rate: float, tower_speed: float
+) -> None:
+    """Rotor, pitch drive and tower, with the vectorised aerodynamics at v - x_T'."""
+    turbine = nrel5mw()
+    reference, displacement = 0.2, 0.3
+    found = validation_plant(turbine).derivative(
+        [speed, pitch, rate, displacement, tower_speed], torque, reference, wind
+    )
+    relative = wind - tower_speed
+    turning = float(rotor_torque(turbine, speed, pitch, relative))
+    pull = float(rotor_thrust(turbine, speed, pitch, relative))
+    w, zeta = 2 * np.pi, 0.7
+    swing = pull - turbine.tower_damping * tower_speed - turbine.tower_stiffness * displacement
+
+    assert found[0] == pytest.approx(
+        (turning - turbine.gear_ratio * torque) / turbine.inertia, abs=1e-9
+    )
+    assert found[1] == rate
+    assert found[2] == pytest.approx(w**2 * (reference - pitch) - 2 * zeta * w * rate, abs=1e-9)
+    assert found[3] == tower_speed
+    assert found[4] == pytest.approx(swing / turbine.tower_mass, abs=1e-9)
+
+
+def test_design_plant_is_the_stiff_one() -> None:
+    """Two states: J omega' = T_r - n_g T and tau beta' = beta_ref - beta, reference held >= 0."""
+    turbine = nrel5mw()
+    plant = design_plant(turbine)
+    found = plant.derivative([1.2, 0.1], 40e3, 0.15, 13.0)
+    balance = float(rotor_torque(turbine, 1.2, 0.1, 13.0)) - 97 * 40e3
+
+    assert plant.state_names == ("rotor speed [rad/s]", "pitch [rad]")
+    assert found == pytest.approx([balance / turbine.inertia, 0.05 / 0.2])
+    assert plant.derivative([1.2, 0.1], 40e3, -1.0, 13.0)[1] == pytest.approx(-0.1 / 0.2)
+
+
+@pytest.mark.parametrize("wind", [5.0, 8.0, 11.0, 14.0, 25.0])
+def test_every_plant_rests_at_its_initial_state(wind: float) -> None:
+    """All options together: no state moves at trim."""
+    plant = validation_plant(nrel5mw(), torsion=True, wake=True, speed_filter=1.57)
+    state, point = plant.initial_state(wind)
+    rate = plant.derivative(state.tolist(), point.torque, point.pitch, wind)
+
+    assert len(state) == len(plant.state_names) == 9
+    assert rate == pytest.approx(np.zeros(9), abs=1e-9)
+
+
+def test_tower_and_shaft_modes() -> None:
+    """0.324 Hz fore-aft and 2.22 Hz free-free torsion: figures of the OpenFAST 5-MW deck.
+
+    Aerodynamic damping widens the tower's share to several per cent, its frequency stays.
+    """
+    eigenvalues = np.linalg.eigvals(jacobian(validation_plant(nrel5mw(), torsion=True), 14.0))
+    waves = np.sort(np.abs(eigenvalues[eigenvalues.imag > 1e-3])) / (2 * np.pi)
+    tower = eigenvalues[np.argmin(np.abs(np.abs(eigenvalues) / (2 * np.pi) - 0.324))]
+
+    assert waves == pytest.approx([0.324, 1.0, 2.22], rel=0.01)
+    assert 0.03 < -tower.real / abs(tower) < 0.12
+
+
+def test_drive_keeps_its_rate_and_its_stops() -> None:
+    """At 8 deg/s nothing accelerates outwards; at fine pitch the blade stands."""
+    turbine = nrel5mw()
+    plant, limit = validation_plant(turbine), turbine.pitch_rate_limit
+    fast = plant.derivative([1.2, 0.1, limit, 0.0, 0.0], 4e4, 1.5, 12.0)
+    state = [1.2, -0.01, -0.1, 0.0, 0.0]
+    dynamics(plant).hold(state)
+
+    assert (fast[1], fast[2]) == (limit, 0.0)
+    assert (state[1], state[2]) == (turbine.pitch_min, 0.0)
+    assert plant.derivative([1.2, 0.1, limit, 0.0, 0.0], 4e4, 0.0, 12.0)[2] < 0
+
+
+@pytest.mark.parametrize("wind", [11.4, 12.0, 16.0, 20.0, 25.0])
+def test_fast_pitch_meets_the_published_frozen_wake_sensitivity(wind: float) -> None:
+    """omega dT_r/dbeta with the wake held: Jonkman et al. (2009), NREL/TP-500-38060."""
+    turbine = nrel5mw()
+    published = turbine.frozen_wake.power_sensitivity[turbine.frozen_wake.wind.index(wind)]
+    plant = validation_plant(turbine, tower=False, wake=True)
+    by_pitch = jacobian(plant, wind)[0, 1] * turbine.inertia
+
+    assert by_pitch * turbine.rated_rotor_speed == pytest.approx(published, rel=0.01)
+
+
+def test_slow_pitch_meets_the_table() -> None:
+    """With the wake in balance with the pitch, torque is the table's; its time is some seconds."""
+    turbine = nrel5mw()
+    plant = validation_plant(turbine, tower=False, wake=True)
+    point = trim(turbine, 14.0)
+    moved = point.pitch + 0.05
+    found = plant.derivative([point.rotor_speed, moved, 0.0, moved], point.torque, moved, 14.0)
+    table = float(rotor_torque(turbine, point.rotor_speed, moved, 14.0))
+    lag = -1 / jacobian(plant, 14.0)[3, 3]
+
+    assert found[0] * turbine.inertia == pytest.approx(table - 97 * point.torque)
+    assert found[3] == 0.0
+    assert 4.0 < lag < 10.0
+
+
+def test_wake_time_constant_by_hand() -> None:
+    """Oye: c_T = 8/9 has a = 1/3, so 1.1 / (1 - 1.3 / 3) R / v; a stays at 0.5 beyond c_T = 1."""
+    assert wake_time_constant(8 / 9, 63.0, 11.4) == pytest.approx(1.1 / (1.7 / 3) * 63.0 / 11.4)
+    assert wake_time_constant(0.0, 63.0, 25.0) == pytest.approx(1.1 * 63.0 / 25.0)
+    assert wake_time_constant(1.3, 63.0, 10.0) == pytest.approx(1.1 / 0.35 * 6.3)
+
+
+def test_misuse_is_told() -> None:
+    """Unknown drive, limits not above 0."""
+    with pytest.raises(ModelError, match="'third-order' is not known"):
+        Plant(nrel5mw(), "third-order")
+    with pytest.raises(ModelError, match="torque_rate_limit = 0"):
+        validation_plant(nrel5mw(), torque_rate_limit=0.0)

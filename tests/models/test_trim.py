@@ -1,0 +1,150 @@
+"""Steady operation of the NREL 5-MW over wind, against its figure sheet."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from takagi.models.errors import ModelError
+from takagi.models.turbine import (
+    TrimPoint,
+    nrel5mw,
+    optimal_tip_speed_ratio,
+    rated_wind,
+    reference_speed,
+    rotor_torque,
+    rotor_torque_gradient,
+)
+from takagi.models.turbine.trim import TABLE_SHARE, trim
+
+
+def partials() -> list[tuple[float, float, float, float]]:
+    """Return (wind, a, b, d): torque derivatives per inertia at trim, in SI.
+
+    Computed apart from this package from the same coefficient table; 8 m/s has b near 0.
+    """
+    return [
+        (8.0, -0.044, 0.0, 0.016),
+        (11.4, -0.061, -0.057, 0.023),
+        (14.0, -0.10, -0.69, 0.023),
+        (25.0, -0.53, -1.89, 0.034),
+    ]
+
+
+@pytest.mark.parametrize("wind", range(12, 26))
+def test_pitch_is_near_the_published_column(wind: int) -> None:
+    """Within 0.7 deg of Jonkman et al. (2009), NREL/TP-500-38060, for 12 to 25 m/s."""
+    turbine = nrel5mw()
+    published = turbine.frozen_wake.pitch[turbine.frozen_wake.wind.index(wind)]
+
+    assert np.degrees(abs(trim(turbine, wind).pitch - published)) < 0.7
+
+
+def test_rated_wind() -> None:
+    """11.45 m/s on this table; Jonkman et al. (2009) have 11.4 with another one."""
+    assert rated_wind(nrel5mw()) == pytest.approx(11.45, abs=0.005)
+    assert rated_wind(nrel5mw()) == pytest.approx(11.4, rel=0.01)
+
+
+@pytest.mark.parametrize(("wind", "a", "b", "d"), partials())
+def test_partial_derivatives_at_trim(wind: float, a: float, b: float, d: float) -> None:
+    """a, b, d per inertia, to the digits they were published with."""
+    turbine = nrel5mw()
+    point = trim(turbine, wind)
+    found = np.array(rotor_torque_gradient(turbine, point.rotor_speed, point.pitch, wind))
+
+    assert found / turbine.inertia == pytest.approx([a, b, d], rel=0.05, abs=0.003)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.floats(3.0, 25.0), st.floats(1.0, 1.26))
+def test_trim_balances_within_limits(wind: float, setpoint: float) -> None:
+    """T_r = n_g T_g, torque and pitch within limits, lambda inside its share of the table."""
+    turbine = nrel5mw()
+    for wanted in (None, setpoint):
+        point = trim(turbine, wind, speed_setpoint=wanted)
+        torque = float(rotor_torque(turbine, point.rotor_speed, point.pitch, wind))
+        ratio = point.rotor_speed * turbine.rotor_radius / wind
+
+        assert torque == pytest.approx(turbine.gear_ratio * point.torque, rel=1e-9)
+        assert 0 < point.torque <= turbine.rated_torque * (1 + 1e-12)
+        assert turbine.pitch_min <= point.pitch <= turbine.pitch_max
+        assert 2 < ratio <= TABLE_SHARE * 14.5 + 1e-9
+
+
+def test_regions_follow_each_other() -> None:
+    """1.5, 2, 2.5, 3 in this order; each boundary where its formula says."""
+    turbine = nrel5mw()
+    winds = np.linspace(3, 25, 221)
+    regions = [trim(turbine, float(wind)).region for wind in winds]
+    ratio = optimal_tip_speed_ratio(turbine)
+    start_2 = turbine.minimum_rotor_speed * turbine.rotor_radius / ratio
+    start_25 = turbine.rated_rotor_speed * turbine.rotor_radius / ratio
+
+    assert list(dict.fromkeys(regions)) == ["1.5", "2", "2.5", "3"]
+    assert regions == sorted(regions, key=["1.5", "2", "2.5", "3"].index)
+    for wind, before, after in (
+        (start_2, "1.5", "2"),
+        (start_25, "2", "2.5"),
+        (rated_wind(turbine), "2.5", "3"),
+    ):
+        assert trim(turbine, wind - 1e-6).region == before
+        assert trim(turbine, wind + 1e-6).region == after
+
+
+def test_trim_is_continuous() -> None:
+    """Speed, pitch and torque have no jump over wind, across all boundaries."""
+    turbine = nrel5mw()
+    points = [trim(turbine, float(wind)) for wind in np.linspace(3, 25, 1101)]
+    for name, largest in (("rotor_speed", 0.005), ("pitch", 0.008), ("torque", 300.0)):
+        steps = np.abs(np.diff([getattr(point, name) for point in points]))
+
+        assert steps.max() < largest
+
+
+def test_power_in_region_2_is_the_best_at_smallest_pitch() -> None:
+    """No neighbouring speed gives more power at 8 m/s: the optimum is one."""
+    turbine = nrel5mw()
+    point = trim(turbine, 8.0)
+    speeds = point.rotor_speed * np.linspace(0.9, 1.1, 41)
+
+    assert np.argmax(speeds * rotor_torque(turbine, speeds, 0.0, 8.0)) == 20
+
+
+def test_minimum_speed_is_given_up_at_low_wind() -> None:
+    """At 3 m/s the speed is below 670/97 rpm, from 3.5 m/s it is 670/97 rpm."""
+    turbine = nrel5mw()
+
+    assert reference_speed(turbine, 3.0) == pytest.approx(TABLE_SHARE * 14.5 * 3.0 / 63.0)
+    assert reference_speed(turbine, 3.5) == pytest.approx(670 / 97 * np.pi / 30)
+
+
+def test_derated_set_point_lowers_power() -> None:
+    """At 95 % speed rated torque comes earlier, and power is 95 % at every wind above."""
+    turbine = nrel5mw()
+    setpoint = 0.95 * turbine.rated_rotor_speed
+    point = trim(turbine, 15.0, speed_setpoint=setpoint)
+
+    assert isinstance(point, TrimPoint)
+    assert point.rotor_speed == setpoint
+    assert point.torque == turbine.rated_torque
+    assert point.pitch > trim(turbine, 15.0).pitch
+    assert rated_wind(turbine, speed_setpoint=setpoint) < rated_wind(turbine)
+
+
+def test_infeasible_requests_name_wind_and_cure() -> None:
+    """Wind outside the range, set-points outside, and a set-point on the stall side."""
+    turbine = nrel5mw()
+
+    with pytest.raises(ModelError, match="wind 26 m/s .* cut-out 25"):
+        trim(turbine, 26.0)
+    with pytest.raises(ModelError, match="wind nan"):
+        reference_speed(turbine, float("nan"))
+    with pytest.raises(ModelError, match="at or below the rated"):
+        trim(turbine, 10.0, speed_setpoint=1.3)
+    with pytest.raises(ModelError, match="above the minimum"):
+        rated_wind(turbine, speed_setpoint=0.5)
+    with pytest.raises(ModelError, match="wind 11.2016 m/s .* stall side .* raise the speed"):
+        trim(turbine, 12.0, speed_setpoint=0.9)

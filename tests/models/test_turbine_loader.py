@@ -1,0 +1,165 @@
+"""The turbine file: its figures, and what is said about a malformed one."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from takagi.models.errors import ModelError
+from takagi.models.library import built_in_models, data_folder, resolve_model
+from takagi.models.turbine import load_turbine, nrel5mw
+from takagi.models.turbine.units import UNITS, to_si
+
+Edit = Callable[[str, str], Path]
+
+
+@pytest.fixture
+def edited(tmp_path: Path) -> Edit:
+    """Return a function that copies the NREL files with one text replaced, in TOML or c_P table."""
+
+    def copy(old: str, new: str) -> Path:
+        for name in ("nrel5mw.toml", "nrel5mw_cp.csv", "nrel5mw_ct.csv"):
+            shutil.copy(data_folder() / name, tmp_path / name)
+        for name in ("nrel5mw.toml", "nrel5mw_cp.csv"):
+            text = (tmp_path / name).read_text(encoding="utf-8")
+            if old in text:
+                (tmp_path / name).write_text(text.replace(old, new, 1), encoding="utf-8")
+                return tmp_path / "nrel5mw.toml"
+        raise AssertionError(f"{old!r} is in neither file: the test is out of date")
+
+    return copy
+
+
+def test_figures_in_si() -> None:
+    """Figures of Jonkman et al. (2009) and of the OpenFAST 5-MW controller source, converted."""
+    turbine = nrel5mw()
+
+    assert turbine.rated_rotor_speed == pytest.approx(1.267109, abs=1e-6)
+    assert turbine.rated_rotor_speed * turbine.gear_ratio == pytest.approx(122.9096, abs=1e-4)
+    assert turbine.minimum_rotor_speed == pytest.approx(670 / 97 * np.pi / 30)
+    assert turbine.inertia == pytest.approx(43_784_725, abs=1)
+    assert turbine.rated_power == pytest.approx(5.0e6, rel=1e-6)
+    assert turbine.pitch_rate_limit == pytest.approx(np.radians(8))
+    assert turbine.pitch_drive_frequency == pytest.approx(2 * np.pi)
+    assert turbine.frozen_wake.power_sensitivity[-1] == pytest.approx(-125.3e6)
+    assert turbine.baseline.region_3_speed == pytest.approx(1161.963 * np.pi / 30)
+
+
+def test_tower_and_shaft_modes() -> None:
+    """Tower 0.324 Hz with 1 % damping, shaft free-free mode 2.22 Hz, from the stored figures."""
+    turbine = nrel5mw()
+    tower = np.sqrt(turbine.tower_stiffness / turbine.tower_mass)
+    geared = turbine.gear_ratio**2 * turbine.generator_inertia
+    shaft = np.sqrt(turbine.shaft_stiffness * (1 / turbine.rotor_inertia + 1 / geared))
+
+    assert tower / (2 * np.pi) == pytest.approx(0.324, abs=5e-4)
+    assert turbine.tower_damping / (2 * turbine.tower_mass * tower) == pytest.approx(0.01, rel=1e-3)
+    assert shaft / (2 * np.pi) == pytest.approx(2.22, abs=0.01)
+
+
+def test_baseline_gains_follow_from_their_design() -> None:
+    """PI gains of a 0.6 rad/s, damping 0.7 loop on -25.52 MW/rad at pitch 0.
+
+    Source: Jonkman et al. (2009), NREL/TP-500-38060, the blade-pitch controller's design.
+    """
+    turbine = nrel5mw()
+    per_speed = turbine.inertia * turbine.rated_rotor_speed / (turbine.gear_ratio * 25.52e6)
+
+    assert 2 * per_speed * 0.7 * 0.6 == pytest.approx(turbine.baseline.proportional_gain, rel=2e-3)
+    assert per_speed * 0.6**2 == pytest.approx(turbine.baseline.integral_gain, rel=2e-3)
+
+
+def test_every_figure_has_unit_and_source() -> None:
+    """No figure without a known unit and a sentence on where it was read."""
+    figures = nrel5mw().figures
+
+    assert len(figures) > 40
+    for path, figure in figures.items():
+        assert figure.unit in UNITS, path
+        assert len(figure.source) > 10, path
+
+
+def test_nrel5mw_is_read_once() -> None:
+    """The built-in turbine is one object; a file of one's own is another with equal figures."""
+    assert nrel5mw() is nrel5mw()
+    other = load_turbine(data_folder() / "nrel5mw.toml")
+    assert other.figures == nrel5mw().figures
+    assert "nrel5mw" in dict(built_in_models())
+
+
+def test_tables_name_source_and_licence() -> None:
+    """Both coefficient tables carry their origin in the header."""
+    for name in ("nrel5mw_cp.csv", "nrel5mw_ct.csv"):
+        text = (data_folder() / name).read_text(encoding="utf-8")
+
+        assert "ROSCO 2.10.6" in text and "licence: Apache-2.0" in text
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("radius = { value = 63.0,", "radius = { value = 63.0", r"toml:\d+:\d+: not valid TOML"),
+        ("radius = {", "radios = {", r"toml:9: .*rotor.radios.*did you mean 'radius'"),
+        ("value = 97.0", 'value = "97"', "drivetrain.gear_ratio.*'97' was given; a finite number"),
+        ("value = 97.0", "value = true", "drivetrain.gear_ratio.*True was given"),
+        ("value = 97.0", "value = nan", "drivetrain.gear_ratio.*nan"),
+        ("value = 97.0", "value = 0.5", "gear_ratio.*expected 1 to 1000 -"),
+        ('value = 12.1, unit = "rpm"', 'value = 12.1, unit = "RPM"', "did you mean 'rpm'"),
+        ('value = 12.1, unit = "rpm"', 'value = 12.1, unit = "kg"', "does not fit.*'rad/s'"),
+        ('value = 8.0, unit = "deg/s"', 'value = 800.0, unit = "rad/s"', "800 rad/s.*check value"),
+        ('unit = "rpm", source = "Jonk', 'source = "Jonk', r"rated_speed.*expected \{ value"),
+        ('kind = "turbine"', 'kind = "pendulum"', "'pendulum' was given"),
+        ("format = 1", "format = 7", "knows format = 1"),
+        ("[tower]", "[towr]", "'towr'.*did you mean 'tower'"),
+        ("cut_out = { value = 25.0", "cut_out = { value = 2.0", "cut_in.*not below cut_out"),
+        ("hub_height = {", "#", r"toml:\d+: field 'rotor.hub_height'.*is missing"),
+        ("values = [11.4, 12.0,", "values = [12.0,", "frozen_wake.pitch.*15 values.*wind has 14"),
+        ("values = [11.4, 12.0,", "values = [12.0, 11.4,", "must increase"),
+        ('power = "nrel5mw_cp.csv"', 'power = "gone.csv"', "gone.csv: no such file"),
+        ("value = 871.0", "value = 600.0", "region_2_speed.*must exceed"),
+        ("0.006673,", "nan,", r"nrel5mw_cp.csv:9: column 2 is 'nan'"),
+        ("0.006673,", "", r"nrel5mw_cp.csv:9: 35 values, but the first row names 36"),
+        ("0.006673,", ",", r"column 2 is ''"),
+        ("\n2.5,", "\n1.5,", r"nrel5mw_cp.csv:10: tip-speed ratio 1.5 follows 2"),
+        ("ratio,-5,-4,", "ratio,-4,-5,", "pitch angle -5 follows -4"),
+        ("# licence: Apache-2.0\n", "", "'# licence: ...' is missing"),
+        ("coefficient table 1", "coefficients", "first line must be"),
+        ("pitch [deg]", "pitch [grad]", "collective pitch .deg."),
+    ],
+)
+def test_malformed_files(edited: Edit, old: str, new: str, words: str) -> None:
+    """Each defect is told with file, line where there is one, field, given and needed."""
+    with pytest.raises(ModelError, match=f"(?s){words}"):
+        load_turbine(edited(old, new))
+
+
+def test_pitch_in_rad_and_torque_in_kilo(edited: Edit) -> None:
+    """The same figure in another accepted unit gives the same turbine."""
+    path = edited('value = 43093.55, unit = "N m"', 'value = 43.09355, unit = "kN m"')
+
+    assert load_turbine(path).rated_torque == pytest.approx(nrel5mw().rated_torque, rel=1e-12)
+
+
+def test_unknown_models_are_named_with_near_names(tmp_path: Path) -> None:
+    """A misspelt name, a missing file, a folder and a binary file."""
+    with pytest.raises(ModelError, match="'nrel5m' is not known .did you mean 'nrel5mw'"):
+        resolve_model("nrel5m")
+    with pytest.raises(ModelError, match=r"gone\.toml: no such file"):
+        resolve_model(tmp_path / "gone.toml")
+    with pytest.raises(ModelError, match="is a folder"):
+        load_turbine(tmp_path)
+    binary = tmp_path / "binary.toml"
+    binary.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ModelError, match="not UTF-8"):
+        load_turbine(binary)
+
+
+def test_units() -> None:
+    """12.1 rpm in rad/s by hand; a unit of another quantity is refused."""
+    assert to_si(12.1, "rpm", "rad/s") == pytest.approx(12.1 * 2 * np.pi / 60)
+    with pytest.raises(ModelError, match="does not fit"):
+        to_si(1.0, "m", "s")

@@ -1,0 +1,150 @@
+"""Wind series: shapes by their formulas, turbulence by its spectrum, misuse by its message."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from takagi.models.errors import ModelError
+from takagi.models.simulation import (
+    WindSeries,
+    constant_wind,
+    gust_wind,
+    ramp_wind,
+    same_turbulence,
+    step_wind,
+    turbulent_wind,
+)
+from takagi.models.simulation.turbulence import kaimal_spectrum, rotor_share
+
+
+def test_point_spectrum_holds_the_variance() -> None:
+    """The integral of S over all frequencies is sigma^2: IEC 61400-1 (ed. 3), annex B."""
+    frequency = np.concatenate([[0.0], np.logspace(-7, 5, 20001)])
+    spectrum = kaimal_spectrum(frequency, 11.5, 1.7)
+
+    assert np.trapezoid(spectrum, frequency) == pytest.approx(1.7**2, rel=2e-3)
+
+
+def test_point_spectrum_falls_with_five_thirds() -> None:
+    """Far above V / L the spectrum is Kolmogorov's: ten times the frequency, 10^(-5/3) of it."""
+    low, high = kaimal_spectrum(np.array([50.0, 500.0]), 10.0, 1.0)
+
+    assert high / low == pytest.approx(10 ** (-5 / 3), rel=1e-3)
+
+
+@pytest.mark.parametrize("frequency", [0.0, 0.02, 0.1, 0.5])
+def test_rotor_share_equals_the_mean_over_random_points(frequency: float) -> None:
+    """The integral over the distance density against 400 000 pairs drawn in the disc."""
+    draw = np.random.default_rng(0)
+    radius = 63.0 * np.sqrt(draw.uniform(size=(2, 400_000)))
+    points = radius * np.exp(2j * np.pi * draw.uniform(size=(2, 400_000)))
+    distance = np.abs(points[0] - points[1])
+    coherence = np.exp(-12 * np.hypot(frequency * distance / 11.5, 0.12 * distance / 340.2))
+    found = rotor_share(np.array([frequency]), 11.5)
+
+    assert abs(found[0] - coherence.mean()) < 4 * coherence.std() / np.sqrt(len(coherence))
+
+
+def test_rotor_share_of_a_small_rotor_is_one() -> None:
+    """A point feels all of the turbulence, a larger rotor less of it."""
+    frequency = np.array([0.0, 0.1, 1.0])
+
+    assert rotor_share(frequency, 10.0, rotor_radius=1e-4) == pytest.approx(1.0, abs=1e-3)
+    assert np.all(rotor_share(frequency, 10.0, rotor_radius=80) < rotor_share(frequency, 10.0))
+
+
+def test_turbulence_has_its_mean_and_the_spectrum_it_was_made_from() -> None:
+    """Mean as asked; every line of the periodogram equals S_rotor at its frequency."""
+    wind = turbulent_wind(12.0, 0.15, 300.0, 7, 0.1)
+    lines = np.fft.rfft(wind.speed[:-1] - 12.0)[1:-1]
+    frequency = np.arange(1, len(lines) + 1) / 300.0
+    density = 2 * np.abs(lines) ** 2 * 0.1 / len(wind.speed[:-1])
+    wanted = kaimal_spectrum(frequency, 12.0, 1.8) * rotor_share(frequency, 12.0)
+
+    assert np.mean(wind.speed[:-1]) == pytest.approx(12.0, rel=1e-12)
+    assert density == pytest.approx(wanted, rel=1e-6)
+    assert wind.speed[0] == wind.speed[-1]
+
+
+def test_turbulence_follows_from_its_seed() -> None:
+    """The same seed gives the same wind, another seed another one."""
+    first, again, other = (turbulent_wind(10.0, 0.1, 60.0, seed) for seed in (3, 3, 4))
+
+    assert np.array_equal(first.speed, again.speed)
+    assert not np.allclose(first.speed, other.speed, atol=0.1)
+
+
+def test_a_cut_is_the_beginning_of_its_period() -> None:
+    """60 s of a 600 s period are the first 60 s of the 600 s wind."""
+    cut = turbulent_wind(10.0, 0.1, 60.0, 3, period=600.0)
+    whole = turbulent_wind(10.0, 0.1, 600.0, 3)
+
+    assert np.array_equal(cut.speed, whole.speed[: len(cut.speed)])
+
+
+@settings(max_examples=15)
+@given(st.integers(0, 2**31), st.floats(0.0, 0.2))
+def test_same_turbulence_differs_in_the_mean_alone(seed: int, intensity: float) -> None:
+    """v_i / mean_i is one and the same function of time."""
+    low, high = same_turbulence((8.0, 14.0), intensity, 30.0, seed, 0.1, period=120.0)
+
+    assert low.speed / 8.0 == pytest.approx(high.speed / 14.0, rel=1e-12)
+
+
+def test_operating_gust_has_its_peak_and_dips() -> None:
+    """IEC 61400-1 (ed. 3), eqs. 16 to 18, by hand at 11.45 m/s: V_gust = 3.3 * 1.98625 / 1.3.
+
+    The peak is V + 0.74 V_gust in the middle; two equal dips surround it, deepest where
+    sin^2(pi s / T) = 9 / 20, there -0.37 V_gust 2.4 (9 / 20)^(3/2).
+    """
+    wind = gust_wind(11.45, 60.0, rotor_radius=63.0, begin=20.0)
+    gust = 3.3 * 1.98625 / 1.3
+
+    assert wind.at(25.25) == pytest.approx(11.45 + 0.74 * gust, abs=1e-3)
+    assert wind.speed.max() == pytest.approx(wind.at(25.25), abs=1e-3)
+    assert wind.at(22.45) == pytest.approx(wind.at(28.05), abs=1e-9)
+    assert wind.speed.min() == pytest.approx(11.45 - 0.37 * gust * 2.4 * 0.45**1.5, abs=1e-3)
+    assert wind.at([0.0, 20.0, 30.5, 60.0]) == pytest.approx(11.45)
+
+
+def test_step_ramp_and_constant() -> None:
+    """Each by its own words."""
+    step, ramp = step_wind(9.0, 12.0, 60.0), ramp_wind(14.0, 8.0, 100.0, rate=0.2, begin=10.0)
+
+    assert step.at([0.0, 30.0, 30.001, 60.0]) == pytest.approx([9, 9, 12, 12])
+    assert ramp.at([10.0, 25.0, 40.0, 100.0]) == pytest.approx([14, 11, 8, 8])
+    assert constant_wind(7.0, 5.0).at(3.3) == 7.0
+
+
+def test_a_series_cannot_be_changed() -> None:
+    """The arrays are copies and read-only."""
+    speed = np.array([5.0, 6.0])
+    wind = WindSeries(np.array([0.0, 1.0]), speed)
+    speed[0] = 99.0
+
+    assert wind.speed[0] == 5.0
+    with pytest.raises(ValueError, match="read-only"):
+        wind.speed[0] = 1.0
+
+
+def test_misuse_is_told() -> None:
+    """What was given, what was needed."""
+    with pytest.raises(ModelError, match="one length, at least 2"):
+        WindSeries(np.array([0.0]), np.array([5.0]))
+    with pytest.raises(ModelError, match="increase strictly"):
+        WindSeries(np.array([0.0, 0.0]), np.array([5.0, 5.0]))
+    with pytest.raises(ModelError, match="speed is -1 m/s at 1 s"):
+        WindSeries(np.array([0.0, 1.0]), np.array([5.0, -1.0]))
+    with pytest.raises(ModelError, match="more than 40.5 s is needed"):
+        gust_wind(10.0, 40.0, rotor_radius=63.0)
+    with pytest.raises(ModelError, match="rate above 0"):
+        ramp_wind(8.0, 14.0, 60.0, rate=-1.0)
+    with pytest.raises(ModelError, match="0.14 is 14 %"):
+        turbulent_wind(10.0, 14.0, 60.0, 1)
+    with pytest.raises(ModelError, match="period 30 s"):
+        turbulent_wind(10.0, 0.1, 60.0, 1, period=30.0)
+    with pytest.raises(ModelError, match="no mean wind"):
+        same_turbulence((), 0.1, 60.0, 1)

@@ -1,0 +1,93 @@
+"""The three reports of a check, read back by readers that are not ours."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ElementTree
+from enum import Enum
+from typing import NamedTuple
+
+from takagi.reports.ci_formats import junit, markdown, refusal, sarif
+
+
+class Verdict(Enum):
+    """The three answers of the checker."""
+
+    PROVED = "yes"
+    DISPROVED = "no"
+    UNDECIDED = "open"
+
+
+class Claim(NamedTuple):
+    """A claim as the checker returns it."""
+
+    name: str
+    verdict: Verdict
+    text: str
+
+
+class Checked(NamedTuple):
+    """A result as the checker returns it."""
+
+    verdict: Verdict
+    claims: list[Claim]
+    messages: list[str]
+
+
+def mixed() -> Checked:
+    """One claim of each verdict, with what XML and Markdown must escape."""
+    claims = [
+        Claim("decay", Verdict.PROVED, "V' <= -2 a V & more"),
+        Claim("pitch", Verdict.DISPROVED, "|rate| > limit\x00"),
+        Claim("box", Verdict.UNDECIDED, 'cell "3"'),
+    ]
+    return Checked(Verdict.DISPROVED, claims, ["checked <all>"])
+
+
+def test_junit_fails_what_is_not_proved() -> None:
+    """Three cases, two failures, typed by the verdict; the text survives XML."""
+    suite = ElementTree.fromstring(junit(mixed(), source="out/certificate.json"))[0]
+
+    cases = suite.findall("testcase")
+    failures = {case.get("name"): case.find("failure") for case in cases}
+
+    assert (suite.get("tests"), suite.get("failures")) == ("3", "2")
+    assert failures["decay"] is None
+    assert failures["pitch"] is not None and failures["pitch"].get("type") == "DISPROVED"
+    assert failures["box"] is not None and failures["box"].text == 'cell "3"'
+    assert suite.findtext("system-out") == "checked <all>"
+
+
+def test_sarif_has_one_result_a_claim() -> None:
+    """PROVED passes, DISPROVED is an error, UNDECIDED a warning; rules and results agree."""
+    run = json.loads(sarif(mixed(), source="my out/certificate.json"))["runs"][0]
+
+    results = run["results"]
+    rules = run["tool"]["driver"]["rules"]
+
+    assert [(r["kind"], r["level"]) for r in results] == [
+        ("pass", "none"),
+        ("fail", "error"),
+        ("fail", "warning"),
+    ]
+    assert [rules[r["ruleIndex"]]["id"] for r in results] == [r["ruleId"] for r in results]
+    location = results[0]["locations"][0]["physicalLocation"]["artifactLocation"]
+    assert location["uri"] == "my%20out/certificate.json"
+
+
+def test_markdown_is_a_table_of_the_claims() -> None:
+    """A bar in the text must not open a new cell."""
+    lines = markdown(mixed(), source="certificate.json").splitlines()
+
+    assert lines[0] == "## certificate.json: DISPROVED"
+    assert "| DISPROVED | pitch | \\|rate\\| > limit" in lines[5]
+    assert lines[-1] == "- checked &lt;all>"
+
+
+def test_a_refused_file_is_a_failure_in_each_format() -> None:
+    """Continuous integration must show a refusal as red, never as an empty, green report."""
+    refused = refusal("line 3: not JSON")
+
+    assert 'failures="1"' in junit(refused, source="c.json")
+    assert json.loads(sarif(refused, source="c.json"))["runs"][0]["results"][0]["level"] == "error"
+    assert "REFUSED" in markdown(refused, source="c.json")

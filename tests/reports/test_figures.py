@@ -1,0 +1,310 @@
+"""Figures: the same bytes each time, small, legible, and honest about extremes."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
+
+from takagi.models.errors import ModelError
+from takagi.reports.figures import (
+    BodeLine,
+    ResponseLine,
+    ScenarioRun,
+    bode_figure,
+    cells_figure,
+    decimate,
+    figure_to_pdf,
+    figure_to_png,
+    figure_to_svg,
+    membership_figure,
+    poles_figure,
+    power_surface_figure,
+    response_figure,
+    scenario_figure,
+    trim_figure,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MAKERS: dict[str, Callable[[], Figure]] = {}
+
+
+def maker(make: Callable[[], Figure]) -> Callable[[], Figure]:
+    """Register a figure under the name of its function."""
+    MAKERS[make.__name__.replace("_", "-")] = make
+    return make
+
+
+@maker
+def bode() -> Figure:
+    """Three winds, one of them without a loop."""
+    omega = np.geomspace(0.01, 30, 300)
+    lines = [BodeLine("6 m/s", np.zeros(300, dtype=complex))]
+    for wind, gain in ((12, 0.5), (20, 0.7)):
+        response = gain / (1j * omega) * np.exp(-0.3j * omega)
+        lines.append(BodeLine(f"{wind} m/s", response, gain, np.pi / 0.6))
+    return bode_figure(omega, lines, title="loop", marks={"tower 0.32 Hz": 2.04, "3P": 3.8})
+
+
+@maker
+def poles() -> Figure:
+    """A wandering pair and a fast pole."""
+    winds = np.arange(4.0, 25.0)
+    sets = [np.array([-0.01 * v + 0.4j, -0.01 * v - 0.4j, -50.0]) for v in winds]
+    return poles_figure(winds, sets, decay_rate=0.03)
+
+
+@maker
+def memberships() -> Figure:
+    """Products of two ramps."""
+    speed, torque = np.linspace(0.9, 1.4, 51), np.linspace(2e4, 5e4, 51)
+    f = np.clip((speed - 1.2) / 0.1, 0, 1)
+    w = np.clip((torque - 3.8e4) / 5e3, 0, 1)[:, None]
+    weights = [(1 - w) * (1 - f), w * (1 - f), (1 - w) * f, w * f]
+    return membership_figure(speed, torque, weights, path=([1.0, 1.27], [2.5e4, 4.3e4]))
+
+
+def response_line(label: str, time: NDArray[np.float64]) -> ResponseLine:
+    """A wind step and first-order answers."""
+    answer = 1 - np.exp(-np.clip(time - 20, 0, None) / 3)
+    wind = np.where(time < 20, 10.0, 13.0)
+    return ResponseLine(label, wind, 0.1 * answer, 4e4 * answer, 1.2 + 0 * time, 5e6 * answer)
+
+
+@maker
+def response() -> Figure:
+    """Two laws, 10 000 samples."""
+    time = np.linspace(0, 200, 10_000)
+    lines = [response_line("coherent", time), response_line("paper", time)]
+    return response_figure(time, lines, rated={"rotor_speed": 1.267}, title="step")
+
+
+@maker
+def scenario() -> Figure:
+    """Three laws at three winds, 30 000 samples of noise each: the heaviest case."""
+    time = np.linspace(0, 600, 30_000)
+    noise = np.random.default_rng(1).normal(size=(6, len(time)))
+    return scenario_figure(
+        [
+            ScenarioRun(law, f"{wind} m/s", time, wind + noise[0], *noise[1:])
+            for law in ("coherent", "paper", "baseline")
+            for wind in (9, 12, 16)
+        ]
+    )
+
+
+@maker
+def cells() -> Figure:
+    """Twenty cells, two of them not proved."""
+    proved = np.ones(20, dtype=bool)
+    proved[[0, 8]] = False
+    values = np.linspace(0.05, 0.1, 20)
+    return cells_figure(
+        np.linspace(5, 25, 21), proved, decay_rate=values, wind_rate=values, overspeed=values
+    )
+
+
+@maker
+def operation() -> Figure:
+    """Something like trim curves."""
+    wind = np.linspace(3, 25, 120)
+    return trim_figure(
+        wind,
+        rotor_speed=np.minimum(wind / 9, 1.267),
+        pitch=np.clip(wind - 11.4, 0, None) * 0.03,
+        torque=np.minimum(300 * wind**2, 43e3),
+        power=np.minimum(3e3 * wind**3, 5e6),
+        regions={"1.5": 3.0, "2": 5.6, "2.5": 10.7, "3": 11.45},
+        published_pitch=([12.0, 20.0], [0.07, 0.3]),
+    )
+
+
+@maker
+def surface() -> Figure:
+    """A smooth hill for c_P."""
+    ratio, pitch = np.linspace(2, 14, 60), np.linspace(-0.08, 0.5, 60)
+    hill = 0.47 * np.exp(-((ratio - 7.5) ** 2) / 20 - (10 * pitch[:, None]) ** 2 / 2) - 0.05
+    return power_surface_figure(ratio, pitch, hill, trim=([12, 7, 4], [0, 0, 0.3]), band=0.08)
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_svg_is_repeatable_small_and_fit_to_stand_in_html(name: str) -> None:
+    """Drawn twice the text is the same: one element, own ids, no date, no raster, below 150 kB."""
+    first = figure_to_svg(MAKERS[name](), name=name)
+    figure = MAKERS[name]()
+    again = figure_to_svg(figure, name=name)
+
+    assert first == again == figure_to_svg(figure, name=name)
+    assert len(first.encode()) < 150_000
+    assert first.startswith("<svg ")
+    assert "<image" not in first
+    assert "<metadata" not in first
+    root = ElementTree.fromstring(first)
+    ids = [element.get("id") for element in root.iter() if element.get("id")]
+    assert len(ids) == len(set(ids))
+    assert all(str(identity).startswith(f"{name}-") for identity in ids)
+    used = set(re.findall(r'(?:href="#|url\(#)([^")]+)', first))
+    assert used <= set(map(str, ids))
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_letters_are_large_enough_and_units_stand_on_the_axes(name: str) -> None:
+    """No text is below 9 pt, and every labelled axis says its unit in brackets."""
+    from matplotlib.text import Text
+
+    figure = MAKERS[name]()
+    figure_to_png(figure, dpi=100)
+    texts = [t for t in figure.findobj(Text) if isinstance(t, Text) and t.get_text().strip()]
+    assert min(float(text.get_fontsize()) for text in texts) >= 9
+    assert figure.get_size_inches()[0] == 7.0
+    labels = [text for axes in figure.axes for text in (axes.get_xlabel(), axes.get_ylabel())]
+    assert any(labels)
+    assert all(re.search(r"\[.+\]", label) for label in labels if label)
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_no_text_leaves_the_figure(name: str) -> None:
+    """All labels lie inside the page."""
+    from matplotlib.text import Text
+
+    figure = MAKERS[name]()
+    figure_to_png(figure, dpi=100)
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    page = figure.bbox.padded(2.0)
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        # Tick labels beyond the limits of their axis are kept by matplotlib but not drawn.
+        number = re.fullmatch(r"[−\d.]+|\$\\mathdefault.*", text.get_text())
+        if text.get_visible() and text.get_text().strip() and not number:
+            box = text.get_window_extent(renderer)
+            assert page.x0 <= box.x0 and box.x1 <= page.x1, text.get_text()
+            assert page.y0 <= box.y0 and box.y1 <= page.y1, text.get_text()
+
+
+def test_pdf_carries_no_date_and_is_repeatable() -> None:
+    """LaTeX input that changes on each build cannot be compared."""
+    pages = figure_to_pdf(poles())
+
+    assert pages == figure_to_pdf(poles())
+    assert pages.startswith(b"%PDF")
+    assert b"CreationDate" not in pages
+
+
+def test_settings_of_the_caller_stay_as_they_were() -> None:
+    """Drawing leaves matplotlib's settings alone, and does not depend on them either."""
+    import matplotlib
+
+    plain = figure_to_svg(cells(), name="cells")
+    with matplotlib.rc_context({"font.size": 23.0, "axes.grid": False}):
+        assert figure_to_svg(cells(), name="cells") == plain
+        assert matplotlib.rcParams["font.size"] == 23.0
+
+
+def test_importing_figures_imports_no_matplotlib() -> None:
+    """The package is light until a figure is drawn, and pyplot is never needed."""
+    script = (
+        "import sys, takagi.reports.figures as f, takagi.reports.margins as m;"
+        "f.bode_figure, m.loops_at_trim;"
+        "assert 'matplotlib' not in sys.modules and 'control' not in sys.modules;"
+        "f.poles_figure([1.0], [[-1.0 + 0j]]);"
+        "assert 'matplotlib.pyplot' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True)
+
+
+def test_description_is_escaped() -> None:
+    """What is said to those who do not see the figure may hold any character."""
+    text = figure_to_svg(poles(), name="p", description='a < b & "c"')
+
+    assert ElementTree.fromstring(text).get("aria-label") == 'a < b & "c"'
+
+
+@settings(derandomize=True, max_examples=30, deadline=None)
+@given(
+    values=arrays(np.float64, st.integers(0, 5000), elements=st.floats(-1e6, 1e6)),
+    points=st.integers(8, 300),
+)
+def test_decimation_keeps_extremes_and_ends(values: NDArray[np.float64], points: int) -> None:
+    """At most the points asked for, all of them samples, with minimum, maximum, first and last."""
+    time = np.arange(len(values), dtype=np.float64)
+    x, y = decimate(time, values, points=points)
+
+    assert len(x) <= max(points, 0)
+    assert np.array_equal(values[x.astype(int)], y)
+    assert np.all(np.diff(x) > 0)
+    if len(values):
+        assert (y.min(), y.max(), y[0], y[-1]) == (
+            values.min(),
+            values.max(),
+            values[0],
+            values[-1],
+        )
+
+
+def test_decimation_leaves_gaps_as_gaps() -> None:
+    """A stretch of nan stays one."""
+    values = np.ones(5000)
+    values[1000:3000] = np.nan
+    _, y = decimate(np.arange(5000), values, points=100)
+
+    assert np.isnan(y).sum() > 10
+
+
+def misuse(case: str) -> None:
+    """One wrong call by the words its message must hold."""
+    time = np.linspace(0, 1, 20)
+    line = response_line("a", time)
+    calls: dict[str, Callable[[], object]] = {
+        "figure name": lambda: figure_to_svg(poles(), name="no spaces"),
+        "at least one loop": lambda: bode_figure([1.0, 2.0], []),
+        "12 m/s": lambda: bode_figure([1.0], [BodeLine("12 m/s", np.ones(3, dtype=complex))]),
+        "one each": lambda: poles_figure([1.0, 2.0], [np.array([-1.0 + 0j])]),
+        "memberships": lambda: membership_figure([1, 2], [1, 2], np.zeros((3, 2, 2))),
+        "item 1": lambda: response_figure(time[:-1], [line]),
+        "unknown": lambda: response_figure(time, [line], rated={"speed": 1.0}),
+        "lines": lambda: response_figure(time, []),
+        "laws": lambda: scenario_figure([]),
+        "bound n cells": lambda: cells_figure(
+            [1, 2], [True, True], decay_rate=[1], wind_rate=[1], overspeed=[1]
+        ),
+        "c_P": lambda: power_surface_figure([1, 2], [1, 2, 3], np.zeros((2, 3))),
+        "points": lambda: decimate([1.0], [1.0], points=2),
+        "both must be": lambda: decimate([1.0, 2.0], [1.0]),
+    }
+    calls[case]()
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        "figure name",
+        "at least one loop",
+        "12 m/s",
+        "one each",
+        "memberships",
+        "item 1",
+        "unknown",
+        "lines",
+        "laws",
+        "bound n cells",
+        "c_P",
+        "points",
+        "both must be",
+    ],
+)
+def test_misuse_is_told(case: str) -> None:
+    """The message names what does not fit."""
+    with pytest.raises(ModelError, match=case):
+        misuse(case)
