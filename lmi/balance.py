@@ -11,25 +11,43 @@ from takagi.lmi.term import Array
 __all__ = ["balanced_inputs", "balanced_states", "nearest_power", "state_units"]
 
 
+SWEEPS = 40
+
+
 def nearest_power(values: Array) -> Array:
     """Return the nearest power of two to each positive value."""
     return np.asarray(np.exp2(np.round(np.log2(values))))
 
 
 def balanced_states(A: Array) -> Array:
-    """Return s, (n,), powers of two, so that S^-1 A_i S has rows and columns of like size.
+    """Return s, (n,), powers of two, so that the S^-1 A_i S have rows and columns of like size.
 
-    S = diag(s); x = S xhat.  One s for all vertices, from the sum of their absolute values.
+    S = diag(s); x = S xhat.  One s for all vertices, from the mean of their absolute values; a
+    state that nothing acts on, or that acts on nothing, is measured in the time of the others.
     Balancing removes units (rad against N m) without touching a single significant digit.
 
-    Source: Parlett and Reinsch (1969), Balancing a matrix, Numer. Math. 13.
+    Source: Osborne (1960), On pre-conditioning of matrices, J. ACM 7; Parlett and Reinsch (1969).
     """
-    from scipy.linalg import matrix_balance
+    M = np.abs(A.astype(np.float64)).mean(axis=0)
+    # The spectral radius is the same in all units; integrators alone have none, nor a time.
+    time = float(np.abs(np.linalg.eigvals(M)).max()) or 1.0
+    np.fill_diagonal(M, 0.0)
+    s = np.ones(len(M))
+    for _ in range(SWEEPS):
+        before = s.copy()
+        for k in range(len(M)):
+            column = float(np.linalg.norm(M[:, k] / s)) * s[k]
+            row = float(np.linalg.norm(M[k] * s)) / s[k]
+            if row or column:
+                s[k] *= np.sqrt(row / column) if row and column else _alone(row, column, time)
+        if np.allclose(s, before, rtol=1e-6):
+            break
+    # Relative to the first state, so that the rounding is the same in all units.
+    return nearest_power(s / s[0])
 
-    mean = np.abs(A.astype(np.float64)).mean(axis=0)
-    _, (scale, _) = matrix_balance(mean, permute=False, separate=True)
-    scale = np.asarray(scale, dtype=np.float64)
-    return nearest_power(scale / np.exp(np.mean(np.log(scale))))
+
+def _alone(row: float, column: float, time: float) -> float:
+    return row / time if row else time / column
 
 
 def balanced_inputs(B: Array, size: float) -> Array:

@@ -187,6 +187,8 @@ def _numbers(name: str, value: object) -> Array:
         array = np.asarray(value)
         if array.dtype == object and all(isinstance(entry, Fraction) for entry in array.flat):
             return array
+        if np.iscomplexobj(array):
+            raise TypeError("complex entries")
         return array.astype(np.float64)
     except (TypeError, ValueError) as error:
         raise ModelError(

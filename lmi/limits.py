@@ -76,7 +76,7 @@ def limits_of(
     states = None
     if state_box is not None:
         states = np.asarray(state_box, dtype=np.float64)
-        finite = positive_vector("state_box", np.where(np.isinf(states), 1.0, states), n)
+        finite = positive_vector("state_box", np.where(np.isposinf(states), 1.0, states), n)
         states = np.where(np.isposinf(np.broadcast_to(states, (n,))), np.inf, finite)
     if initial is not None and states is not None and np.any(initial >= states):
         k = int(np.argmax(initial / states))

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from takagi.lmi.answer import Status, Try
 from takagi.lmi.balance import nearest_power
+from takagi.lmi.common_lyapunov import rate_of
 from takagi.lmi.diagnosis import binding_items
 from takagi.lmi.stages import Outcome, decide, optimise
 from takagi.lmi.term import Condition
@@ -217,7 +218,7 @@ def region_gains(
         K[:, :-1],
         -K[:, -1],
         P,
-        _rate(model, K, P),
+        rate_of(model.A - model.B @ K[:, None, :], P),
         {bound.name: (bound.limit, _largest(P, K + bound.offset)) for bound in task.bounds},
         RELAXATION,
         condition,
@@ -333,14 +334,6 @@ def _pitch_bounds(turbine: Turbine, points: list[TrimPoint]) -> tuple[ActuatorBo
             True,
         ),
     )
-
-
-def _rate(model: TSModel, K: Floats, P: Floats) -> float:
-    """Return the largest alpha with He(P (A_i - B K_i)) + 2 alpha P <= 0 at every rule."""
-    inverse = np.linalg.inv(np.linalg.cholesky(P))
-    PA = P @ (model.A - model.B @ K[:, None, :])
-    He = inverse @ (PA + PA.transpose(0, 2, 1)) @ inverse.T
-    return float(-np.linalg.eigvalsh(He)[:, -1].max() / 2)
 
 
 def _largest(P: Floats, rows: Floats) -> float:

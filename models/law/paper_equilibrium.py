@@ -6,14 +6,17 @@ channel at rest says
     x_I = (1 + f_1 k^c_p) b / (f_1 k^c_I)                                              (1)
 
 and one balance is left, T_r(omega_ref, b, v) = n_g T(k^b_I x_I(b)).  Below rated torque (1) spends
-pitch that nobody asked for; with f_1 = 0 no pitch is given at all, and above rated wind there is no
-equilibrium.  So no placement of the ramp serves regions 2.5 and 3 at once.
+pitch that nobody asked for, in proportion to f_1; with f_1 = 0 no pitch is given at all, and above
+rated wind there is no equilibrium.  A placement with f_1(omega_rated) of a few thousandths comes
+near the trim in both regions on paper, but by (1) its integral must then travel some 1/f_1 as far:
+so none serves regions 2.5 and 3 at once.
 
 Two integrators.  At rest each tracks what its channel carries out:
 
-    e = (u_1 - T)/(tau |k^b_I|) = (u_2 - beta_ref)/(tau |k^c_I|) >= 0,
+    e = (u_1 - T)/(tau |k^b_I|) = (u_2 - beta_ref)/(tau |k^c_I|),
 
-so both channels carry a small overspeed e together, found from the same balance.  Where
+so both channels carry a small overspeed e together, found from the same balance (a small
+underspeed, where ``sector`` raises torque above its command).  Where
 f_1(omega_ref) = 1 both are content with e = 0 and any split of torque and pitch: a continuum.
 
 All this is floating point, for a constant wind with v_hat = v.
@@ -102,12 +105,14 @@ class PlacementRow:
     placement : share of the overlap above rated speed.
     kinds : region -> (winds at the intended equilibrium, winds tried), for "1.5", "2", "2.5", "3".
     worst_pitch : largest pitch offset [rad]; worst_power : smallest power ratio, where it rests.
+    integral_travel : how far an integral moves over the winds that were tried [rad].
     """
 
     placement: float
     kinds: dict[str, tuple[int, int]]
     worst_pitch: float
     worst_power: float
+    integral_travel: float
 
     @property
     def served(self) -> tuple[str, ...]:
@@ -186,7 +191,11 @@ def _row(placement: float, found: Sequence[Equilibrium]) -> PlacementRow:
     resting = [point for point in found if point.kind != "none"]
     pitches = [abs(point.pitch_offset) for point in resting]
     powers = [point.power_ratio for point in resting]
-    return PlacementRow(placement, kinds, max(pitches, default=0.0), min(powers, default=1.0))
+    travel = max(
+        (np.ptp(x) for x in zip(*(p.integrals for p in resting), strict=True)), default=0.0
+    )
+    worst = max(pitches, default=0.0), min(powers, default=1.0)
+    return PlacementRow(placement, kinds, *worst, float(travel))
 
 
 def _shared(law: PaperLaw, wind: float) -> Equilibrium:
@@ -231,30 +240,46 @@ def _torque_alone(
 
 def _separate(law: PaperLaw, wind: float) -> Equilibrium:
     speed, point = law.reference_speed(wind), _trim(law, wind)
-    f_1 = law.coupling.speed_ramp.at(speed)
-    ceiling = _passing_torque(law)
-    if point.torque <= ceiling and point.pitch == law.turbine.pitch_min:
+    f_1, lowest = law.coupling.speed_ramp.at(speed), law.turbine.pitch_min
+    passing, rotor = _passing_torque(law), _rotor(law, speed, wind)
+    if point.torque <= passing and point.pitch == lowest:
         kind: Kind = "intended" if f_1 < 1.0 else "continuum"
-        return _resting(law, point, f_1, kind, 0.0, point.pitch, point.torque, point.torque)
+        return _resting(law, point, f_1, kind, 0.0, point.pitch, point.torque)
     if f_1 >= 1.0:
-        pitch = _first_root(
-            lambda b: _rotor(law, speed, wind)(b) - ceiling,
-            law.turbine.pitch_min,
-            _highest_pitch(law),
-        )
-        return _resting(law, point, f_1, "continuum", 0.0, pitch, ceiling, ceiling)
+        held = _held_torque(law) if rotor(lowest) >= _held_torque(law) else passing
+        pitch = _first_root(lambda b: rotor(b) - held, lowest, _highest_pitch(law))
+        return _resting(law, point, f_1, "continuum", 0.0, pitch, held)
 
     def balance(error: float) -> float:
         pitch, command = _carried(law, speed + error, wind, error)
         return _rotor(law, speed + error, wind)(pitch) - torque_of(law, command)
 
+    if balance(0.0) < 0:
+        return _raised(law, point, f_1)
     # Past the ramp's end f_1 = 1 leaves no overspeed to carry; the pitch grows without bound there.
     last = law.coupling.speed_ramp.end - speed
     error = _first_root(balance, 0.0, last * (1 - 1e-9))
     if np.isnan(error):
         return _nowhere(law, wind, point, f_1)
-    pitch, command = _carried(law, speed + error, wind, error)
-    return _resting(law, point, f_1, None, error, pitch, torque_of(law, command), command)
+    return _resting(law, point, f_1, None, error, *_carried(law, speed + error, wind, error))
+
+
+def _raised(law: PaperLaw, point: TrimPoint, f_1: float) -> Equilibrium:
+    """Return the equilibrium below the reference speed, where ``sector`` gives more than u_1."""
+    wind, speed = point.wind, law.reference_speed(point.wind)
+    gain = abs(law.partial.gains_at(speed, point.pitch, wind).integral)
+
+    def error_at(command: float) -> float:
+        return (command - torque_of(law, command)) / (float(law.tracking_time or 0.0) * gain)
+
+    def balance(command: float) -> float:
+        rotor = _rotor(law, speed + error_at(command), wind)
+        return rotor(law.turbine.pitch_min) - torque_of(law, command)
+
+    command = _first_root(balance, _passing_torque(law), law.coupling.minimum_torque)
+    if np.isnan(command):
+        return _nowhere(law, wind, point, f_1)
+    return _resting(law, point, f_1, None, error_at(command), law.turbine.pitch_min, command)
 
 
 def _carried(law: PaperLaw, speed: float, wind: float, error: float) -> tuple[float, float]:
@@ -272,7 +297,7 @@ def _carried(law: PaperLaw, speed: float, wind: float, error: float) -> tuple[fl
     else:
         pitch = highest if pitch_gap(highest) <= 0 else brentq(pitch_gap, lowest, highest)
     excess = tau * error * abs(law.partial.gains_at(speed, pitch, wind).integral)
-    low = _passing_torque(law)
+    low = _held_torque(law)
     high = law.turbine.rated_torque + law.coupling.torque_overlap + excess
     if excess <= 0:
         return float(pitch), low
@@ -286,7 +311,6 @@ def _resting(
     kind: Kind | None,
     error: float,
     pitch: float,
-    torque: float,
     command: float,
 ) -> Equilibrium:
     """Return the equilibrium of the two integrators with the integrals that give it."""
@@ -294,7 +318,9 @@ def _resting(
     b = law.partial.gains_at(speed, pitch, point.wind)
     c = law.full.gains_at(speed, pitch, point.wind)
     here = law.coupling.speed_ramp.at(speed)
-    angle = pitch / here if here > 0 else float(law.tracking_time or 0.0) * error * abs(c.integral)
+    pitching = here > 0 and error >= 0
+    angle = pitch / here if pitching else float(law.tracking_time or 0.0) * error * abs(c.integral)
+    torque = torque_of(law, command)
     integrals = (
         (command + b.speed * error + b.pitch * pitch) / b.integral,
         (angle + c.speed * error + c.pitch * pitch) / c.integral,
@@ -317,6 +343,13 @@ def _passing_torque(law: PaperLaw) -> float:
     if coupling.variant == "sector":
         return coupling.minimum_torque - coupling.torque_overlap
     return coupling.rated_torque - coupling.torque_overlap / 2
+
+
+def _held_torque(law: PaperLaw) -> float:
+    """Return the largest torque command that is carried out as it is: rated, or near it."""
+    if law.coupling.variant == "sector":
+        return law.coupling.rated_torque
+    return _passing_torque(law)
 
 
 def _rotor(law: PaperLaw, speed: float, wind: float) -> Callable[[float], float]:

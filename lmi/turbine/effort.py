@@ -1,0 +1,163 @@
+r"""Gains of the coherent law: at each wind a guaranteed-cost LMI for the effort loop.
+
+Around the trim at wind v the loop seen by the effort u is e' = a e - G u, x_I' = -e, with a in the
+range that dT_r/domega / J has on the speed band, and 1/G in the range of the inertia.  The LMI gives
+u = gamma_e e - gamma_I x_I for the weights of an operating set:
+
+    speed error  e_max                     the band that the certificate encloses
+    effort       gamma_v e_max             what torque can deliver at this wind
+    integral     e_max / nu_v              an integral slower than the proportional action
+
+gamma_v is the chosen bandwidth, but no more than leaves torque above zero on the whole operating
+set (a hard limit, kept again after the LMI); nu_v is a share of the slowest pole that the loop has
+where pitch is weak, so that one quadratic function can serve all winds.  Pitch rates are limited by
+the law's own ramp: the certificate carries the saturation as a sector.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.guaranteed_cost import guaranteed_cost_gain
+from takagi.models.errors import ModelError
+from takagi.models.law.coherent import EffortGains
+from takagi.models.law.effort import effort_ramp, effort_ramp_slope
+from takagi.models.law.schedule import EffortSchedule
+from takagi.models.turbine.aerodynamics import rotor_torque_gradient
+from takagi.models.turbine.data import Turbine
+
+__all__ = ["EffortDesign", "EffortSettings", "effort_gains"]
+
+Floats = NDArray[np.float64]
+CURVE_POINTS = 25
+
+
+@dataclass(frozen=True, slots=True)
+class EffortSettings:
+    """What is asked of the effort loop.
+
+    Attributes
+    ----------
+    bandwidth : proportional action aimed at [1/s].
+    speed_error : e_max of the operating set [rad/s].
+    torque_share : largest share of the torque reserve to zero that the set may use [-].
+    integral_share : integral rate over the slowest loop rate [-].
+    inertia : true over nominal inertia that every gain must serve.
+    """
+
+    bandwidth: float = 0.6
+    speed_error: float = 0.04
+    torque_share: float = 0.6
+    integral_share: float = 0.1
+    inertia: tuple[float, float] = (0.9, 1.1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EffortDesign:
+    """Gains over the nodes, and what they were designed for.
+
+    Attributes
+    ----------
+    gains : gamma (K,) and nu (K-1,), rounded to the decimals that are emitted.
+    gain_pairs : (K, 2) gamma_e [1/s] and gamma_I [1/s^2] as the LMIs gave them.
+    stiffness : (K, 2) range of a at each node [1/s].
+    torque_limited : (K,) whether the torque limit, not the bandwidth, set the gain.
+    """
+
+    gains: EffortGains
+    gain_pairs: Floats
+    stiffness: Floats
+    torque_limited: NDArray[np.bool_]
+
+
+def effort_gains(
+    turbine: Turbine, schedule: EffortSchedule, settings: EffortSettings | None = None
+) -> EffortDesign:
+    """Return LMI gains at every wind node of the schedule.
+
+    Raises
+    ------
+    ModelError : a setting out of range, or no gain at some wind; names the wind and what to relax.
+    """
+    asked = settings or EffortSettings()
+    _check(asked)
+    rows = [_node(turbine, schedule, asked, k) for k in range(len(schedule.wind))]
+    gamma = np.array([row[0] for row in rows])
+    rate = np.array([row[1] for row in rows])
+    # The slower neighbour: an interval's integral must suit both of its ends.
+    nu = np.minimum(rate[:-1], rate[1:])
+    return EffortDesign(
+        EffortGains(np.round(gamma, 5), np.round(nu, 6)),
+        np.stack([gamma, gamma * rate], axis=1),
+        np.array([row[2] for row in rows]),
+        np.array([row[3] for row in rows]),
+    )
+
+
+def _node(
+    turbine: Turbine, schedule: EffortSchedule, asked: EffortSettings, k: int
+) -> tuple[float, float, tuple[float, float], bool]:
+    wind = float(schedule.wind[k])
+    stiffness = _stiffness(turbine, schedule, asked, k)
+    full = turbine.gear_ratio * turbine.rated_torque / turbine.inertia
+    reserve = full - float(effort_ramp(-schedule.trim_effort[k], schedule.overlap))
+    most = asked.torque_share * reserve / asked.speed_error
+    aimed = min(asked.bandwidth, most)
+    slowest = _least_gain(turbine, schedule, asked, k, aimed) * aimed - stiffness[1]
+    integral = asked.integral_share * max(slowest, 0.1 * aimed)
+    gains = [1 / inertia for inertia in asked.inertia]
+    A = [[[a, 0.0], [-1.0, 0.0]] for a in stiffness for _ in gains]
+    B = [[[-gain], [0.0]] for _ in stiffness for gain in gains]
+    K = guaranteed_cost_gain(
+        A,
+        B,
+        state_ranges=[asked.speed_error, asked.speed_error / integral],
+        input_ranges=[asked.speed_error * aimed],
+    )
+    if K is None or K[0, 0] >= 0 or K[0, 1] <= 0:
+        raise ModelError(
+            f"guaranteed-cost LMI at wind {wind:.4g} m/s: no gain serves the speed slopes "
+            f"{stiffness[0]:.4g} to {stiffness[1]:.4g} 1/s; lower the bandwidth "
+            f"({asked.bandwidth:.4g} 1/s) or the speed error ({asked.speed_error:.4g} rad/s)"
+        )
+    gamma_e, gamma_i = -float(K[0, 0]), float(K[0, 1])
+    limited = gamma_e > most
+    return min(gamma_e, most), gamma_i / gamma_e, stiffness, limited
+
+
+def _stiffness(
+    turbine: Turbine, schedule: EffortSchedule, asked: EffortSettings, k: int
+) -> tuple[float, float]:
+    """Return the least and greatest dT_r/domega / J over the speed band at the trim."""
+    wind, speed = float(schedule.wind[k]), float(schedule.rotor_speed[k])
+    band = speed + asked.speed_error * np.linspace(-1, 1, 9)
+    slope = rotor_torque_gradient(turbine, band, schedule.pitch(wind, turbine), wind)[0]
+    return float(slope.min() / turbine.inertia), float(slope.max() / turbine.inertia)
+
+
+def _least_gain(
+    turbine: Turbine, schedule: EffortSchedule, asked: EffortSettings, k: int, gamma: float
+) -> float:
+    """Return the least 1 - F (1 - sigma) along the efforts that the operating set can demand."""
+    wind, speed = float(schedule.wind[k]), float(schedule.rotor_speed[k])
+    reach = gamma * asked.speed_error
+    effort = schedule.trim_effort[k] + reach * np.linspace(-1, 1, CURVE_POINTS)
+    b = float(schedule.effectiveness[k])
+    pitch = turbine.pitch_min + effort_ramp(effort, schedule.overlap) / b
+    slope = rotor_torque_gradient(turbine, speed, pitch, wind)[1]
+    sigma = -slope / (turbine.inertia * b)
+    share = effort_ramp_slope(effort, schedule.overlap)
+    return float((1 - share * (1 - sigma)).min())
+
+
+def _check(asked: EffortSettings) -> None:
+    for name in ("bandwidth", "speed_error", "torque_share", "integral_share"):
+        value = getattr(asked, name)
+        if not 0 < value < 100:
+            raise ModelError(f"{name} = {value!r} was given; a positive number is needed")
+    low, high = asked.inertia
+    if not 0 < low <= 1 <= high:
+        raise ModelError(f"inertia {asked.inertia} was given; low <= 1 <= high, both positive")

@@ -1,0 +1,135 @@
+"""Common quadratic Lyapunov functions against exact thresholds of the literature."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from takagi.lmi import common_lyapunov
+from takagi.lmi.quadratic import rates_of
+
+Floats = NDArray[np.float64]
+
+
+def planar_pair(a: float) -> Floats:
+    """Dayawansa and Martin (1999), IEEE Trans. Automatic Control 44(4)."""
+    return np.array([[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -a], [1 / a, -1.0]]])
+
+
+def oscillators(stiffening: float) -> Floats:
+    """Two-rule example of the fuzzy-Lyapunov literature; limit by Shorten and Narendra."""
+    return np.array([[[-2.0, 4.0], [-1.0, -2.0]], [[-2.0, 4.0], [-(1 + stiffening), -2.0]]])
+
+
+def closed_loop_pairs(b: float, a: float = 2.5) -> Floats:
+    """Tanaka and Wang's two rules with poles placed at (-2, -2): G11, G22, (G12 + G21) / 2."""
+    A = np.array([[[2.0, -10.0], [1.0, 0.0]], [[a, -10.0], [1.0, 0.0]]])
+    B = np.array([[[1.0], [0.0]], [[b], [0.0]]])
+    K = np.array([[[6.0, -6.0]], [[(a + 4) / b, -6.0 / b]]])
+    G = A[:, None] - B[:, None] @ K[None]
+    return np.array([G[0, 0], G[1, 1], (G[0, 1] + G[1, 0]) / 2])
+
+
+def test_planar_pair_has_a_common_p_exactly_between_its_limits() -> None:
+    """Dayawansa and Martin (1999): a common P exists exactly for 3 - sqrt 8 < a < 3 + sqrt 8."""
+    for limit, inward in ((3 + np.sqrt(8), -1), (3 - np.sqrt(8), 1)):
+        inside = common_lyapunov(planar_pair(limit * (1 + 1e-3 * inward)))
+        outside = common_lyapunov(planar_pair(limit * (1 - 1e-3 * inward)))
+
+        assert inside.status == "candidate"
+        assert inside.margin > 1e-5
+        assert outside.status == "infeasible"
+        assert outside.P is None
+
+
+def test_oscillators_reach_four_plus_four_root_two() -> None:
+    """Shorten and Narendra's determinant test: quadratically stable exactly below 4 + 4 sqrt 2."""
+    limit = 4 + 4 * np.sqrt(2)
+
+    assert common_lyapunov(oscillators(limit - 1e-2)).found
+    assert common_lyapunov(oscillators(limit + 1e-2)).status == "infeasible"
+    assert common_lyapunov(oscillators(20.0)).status == "infeasible"
+
+
+def test_fixed_gains_hold_exactly_below_three() -> None:
+    """github S4JJ4D/MATLAB, .Misc/LMI/ex_4_cvx.m: feasible iff b + 1/b < 10/3, so b < 3."""
+    assert common_lyapunov(closed_loop_pairs(3 - 1e-2)).found
+    assert common_lyapunov(closed_loop_pairs(3 + 1e-2)).status == "infeasible"
+    assert common_lyapunov(closed_loop_pairs(3 - 1e-2, a=8.0)).found
+
+
+def test_three_vertices_of_the_feasp_page_are_stable() -> None:
+    """MathWorks, Robust Control Toolbox, feasp: this triple is quadratically stable."""
+    A = np.array([[[-1, 2], [1, -3]], [[-0.8, 1.5], [1.3, -2.7]], [[-1.4, 0.9], [0.7, -2.0]]])
+    answer = common_lyapunov(A)
+
+    assert answer.P is not None
+    assert np.linalg.eigvalsh(answer.P)[0] > 0
+    for vertex in A:
+        assert np.linalg.eigvalsh(vertex.T @ answer.P + answer.P @ vertex)[-1] < 0
+
+
+def test_an_unstable_vertex_is_no_false_proof() -> None:
+    """A = I with P > 1e-9 I was accepted on a solver's status; here it is a no, with its reason."""
+    answer = common_lyapunov(np.eye(2))
+
+    assert answer.status == "infeasible"
+    assert "vertex 1 of 1 alone" in answer.diagnosis
+    Z = answer.multipliers["vertex"][0]
+    assert np.linalg.eigvalsh(Z + Z)[0] > -1e-12
+
+
+def test_a_no_carries_multipliers_that_show_it() -> None:
+    """Z_i >= 0, not all zero, with sum A_i Z_i + Z_i A_i' >= 0 exclude every P."""
+    answer = common_lyapunov(planar_pair(8.0))
+    assert answer.condition is not None
+    A = answer.condition.lmis[2].terms[0].right
+    assert A is not None
+    Z = answer.multipliers["vertex"]
+    flow = (A @ Z).sum(axis=0)
+
+    assert np.trace(Z.sum(axis=0)) > 1e-2
+    assert np.linalg.eigvalsh(Z).min() >= -1e-12
+    assert np.linalg.eigvalsh(flow + flow.T)[0] > -1e-7
+    assert "vertex 1 of 2" in answer.diagnosis and "vertex 2 of 2" in answer.diagnosis
+
+
+def test_the_decay_rate_that_was_asked_for_is_kept() -> None:
+    """The rate recomputed from P by generalised eigenvalues is at least the one asked for."""
+    answer = common_lyapunov(np.array([[-1.0, 2.0], [-3.0, -4.0]]), decay_rate=2.4)
+
+    assert answer.decay_rate is not None
+    assert answer.decay_rate >= 2.4
+
+
+@settings(derandomize=True, max_examples=15, deadline=None)
+@given(st.lists(st.integers(-20, 20), min_size=3, max_size=3), st.integers(0, 100))
+def test_units_that_are_powers_of_two_change_nothing(powers: list[int], seed: int) -> None:
+    """x = S z with S of powers of two: the same verdict and rate, and P transformed exactly."""
+    rng = np.random.default_rng(seed)
+    A = rng.standard_normal((3, 3)) - 4 * np.eye(3) + 0.5 * rng.standard_normal((4, 3, 3))
+    S = np.exp2(np.array(powers, dtype=np.float64))
+    plain, scaled = common_lyapunov(A), common_lyapunov(A * S / S[:, None])
+
+    assert plain.status == scaled.status == "candidate"
+    assert plain.P is not None and scaled.P is not None
+    ratio = scaled.P / (plain.P * S * S[:, None])
+    np.testing.assert_allclose(ratio, ratio[0, 0], rtol=1e-3)
+
+
+def test_many_vertices_are_all_looked_at() -> None:
+    """Solved with few of 3000 vertices, P still holds at every one; one bad vertex is found."""
+    rng = np.random.default_rng(1)
+    A = rng.standard_normal((5, 5)) - 4 * np.eye(5) + 0.15 * rng.standard_normal((3000, 5, 5))
+    answer = common_lyapunov(A)
+
+    assert answer.P is not None and answer.condition is not None
+    assert rates_of(A, answer.P).min() > 0
+    assert answer.condition.lmis[2].count < 200
+
+    two = np.concatenate([A[:, :2, :2], planar_pair(8.0)])
+    no = common_lyapunov(two)
+    assert no.status == "infeasible"
+    assert "of 3002" in no.diagnosis

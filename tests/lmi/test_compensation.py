@@ -1,0 +1,193 @@
+"""Gains by parallel distributed compensation: relaxations, limits, a reasoned no."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from takagi.lmi import Design, pdc
+from takagi.models import ModelError, TSModel
+
+Floats = NDArray[np.float64]
+ALL = ("common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "kim-lee", "liu-zhang")
+
+
+def three_rules(b: float, a: float = 2.0) -> TSModel:
+    """Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5): separates the relaxations."""
+    return TSModel(
+        [[[1.59, -7.29], [0.01, 0]], [[0.02, -4.64], [0.35, 0.21]], [[-a, -4.33], [0, 0.05]]],
+        [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0 - b], [-1.0]]],
+    )
+
+
+def two_rules(b: float = 25.0) -> TSModel:
+    """Tanaka and Wang (2001), page 58."""
+    return TSModel(
+        [[[2.0, -10.0], [1.0, 0.0]], [[2.5, -10.0], [1.0, 0.0]]],
+        [[[1.0], [0.0]], [[b], [0.0]]],
+    )
+
+
+def pendulum() -> TSModel:
+    """A pendulum on a cart with two rules of moderate authority."""
+    return TSModel(
+        [[[0.0, 1.0], [17.3, 0.0]], [[0.0, 1.0], [9.4, 0.0]]],
+        [[[0.0], [-0.177]], [[0.0], [-0.1]]],
+    )
+
+
+def blended_rates(model: TSModel, design: Design, seed: int = 0) -> Floats:
+    """Return -1/2 lambda_max(P^-1 He(P (A(h) - B(h) K(h)))) at random and corner memberships h."""
+    K, P = design.require()
+    r = len(model.A)
+    h = np.concatenate([np.random.default_rng(seed).dirichlet(np.ones(r), 200), np.eye(r)])
+    A, B, K = (np.tensordot(h, part, axes=1) for part in (model.A, model.B, K))
+    L = np.linalg.cholesky(P)
+    inside = np.linalg.solve(L, ((A - B @ K).transpose(0, 2, 1)) @ L)
+    return np.asarray(-np.linalg.eigvalsh(inside + inside.transpose(0, 2, 1))[:, -1] / 2)
+
+
+@pytest.mark.parametrize(
+    ("relaxation", "limit"),
+    [
+        ("kim-lee", 1.25935),
+        ("liu-zhang", 2.72520),
+        ("polya-2", 1.29991),
+        ("polya-4", 2.72786),
+        ("polya-8", 3.93342),
+    ],
+)
+def test_three_rules_from_both_sides_of_each_limit(relaxation: str, limit: float) -> None:
+    """Kim and Lee (2000), Sala and Arino (2007): feasible b, limits recomputed to 1e-4."""
+    below = pdc(three_rules(limit - 1e-2), relaxation=relaxation)
+    above = pdc(three_rules(limit + 1e-2), relaxation=relaxation)
+
+    assert below.found
+    assert blended_rates(three_rules(limit - 1e-2), below).min() > 0
+    assert above.status == "infeasible"
+    assert above.gains is None
+
+
+@pytest.mark.parametrize(
+    "relaxation", ["common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "polya-1"]
+)
+def test_three_rules_are_beyond_the_simple_relaxations(relaxation: str) -> None:
+    """Kim and Lee (2000): none of these finds gains even at b = 0; the answer names the rules."""
+    design = pdc(three_rules(0.0), relaxation=relaxation)
+
+    assert design.status == "infeasible"
+    assert "1" in design.answer.diagnosis and "liu-zhang" in design.answer.diagnosis
+    assert np.linalg.eigvalsh(next(iter(design.answer.multipliers.values())))[0, 0] > -1e-9
+
+
+@pytest.mark.parametrize("relaxation", [*ALL, "polya-0", "polya-3"])
+def test_two_rules_have_gains_by_every_relaxation(relaxation: str) -> None:
+    """Tanaka and Wang (2001), page 58: feasible, even with one gain; decay holds for all blends."""
+    model = two_rules()
+    design = pdc(model, decay_rate=0.5, relaxation=relaxation)
+
+    assert design.gains is not None and design.gains.shape == (2, 1, 2)
+    assert blended_rates(model, design).min() >= 0.5
+    if relaxation == "common-gain":
+        np.testing.assert_array_equal(design.gains[0], design.gains[1])
+
+
+def random_model(seed: int) -> TSModel:
+    """Return three unlike rules that some relaxations stabilise and some do not."""
+    rng = np.random.default_rng(seed)
+    A = rng.standard_normal((2, 2)) + 0.8 * rng.standard_normal((3, 2, 2))
+    return TSModel(A, rng.standard_normal((2, 1)) + 0.7 * rng.standard_normal((3, 2, 1)))
+
+
+@settings(derandomize=True, max_examples=20, deadline=None)
+@given(st.integers(0, 10_000))
+def test_a_richer_relaxation_never_loses_gains(seed: int) -> None:
+    """One gain => all pairs => Tuan, Tanaka-Wang => Kim-Lee => Liu-Zhang; all pairs => Polya."""
+    model = random_model(seed)
+    found = {name: pdc(model, relaxation=name).found for name in (*ALL, "polya-0", "polya-2")}
+    chain = ("wang-tanaka-griffin", "tanaka-wang", "kim-lee", "liu-zhang")
+
+    for weak, rich in zip(chain, chain[1:], strict=False):
+        assert not found[weak] or found[rich], (weak, rich)
+    assert not found["wang-tanaka-griffin"] or found["tuan"]
+    assert found["wang-tanaka-griffin"] == found["polya-0"]
+    assert not found["polya-0"] or found["polya-2"]
+    assert not found["common-gain"] or found["wang-tanaka-griffin"]
+
+
+def test_polya_of_degree_zero_is_all_pairs() -> None:
+    """Both pose the same inequalities, so their margins are equal up to the pairs' factor."""
+    pairs = pdc(pendulum(), relaxation="wang-tanaka-griffin").answer.bound
+    products = pdc(pendulum(), relaxation="polya-0").answer.bound
+
+    assert products <= 1.01 * pairs <= 2.02 * products
+
+
+def test_limits_hold_on_the_ellipsoid() -> None:
+    """|K_i x| <= 300 on x' P x <= 1, which holds the initial box and lies in the state box."""
+    box = np.array([0.3, 0.5])
+    design = pdc(
+        pendulum(),
+        decay_rate=0.5,
+        input_limit=[300.0],
+        initial_box=box,
+        state_box=[1.0, np.inf],
+    )
+    K, P = design.require()
+    Q = np.linalg.inv(P)
+
+    assert np.sqrt(np.diagonal(K @ Q @ K.transpose(0, 2, 1), axis1=1, axis2=2)).max() <= 300
+    assert np.sqrt(Q[0, 0]) <= 1
+    for corner in (box, box * [1, -1]):
+        assert corner @ P @ corner <= 1
+    assert blended_rates(pendulum(), design).min() >= 0.5
+
+
+def test_a_limit_too_tight_is_a_no_that_names_it() -> None:
+    """30 N cannot hold the pendulum from that box; the diagnosis names limit or initial state."""
+    design = pdc(pendulum(), decay_rate=0.5, input_limit=[30.0], initial_box=[0.3, 0.5])
+
+    assert design.status == "infeasible"
+    assert "initial state" in design.answer.diagnosis or "limit of input" in design.answer.diagnosis
+    with pytest.raises(ModelError, match="no gains were found"):
+        design.require()
+
+
+def test_gains_keep_their_bound_in_the_models_units() -> None:
+    """The bound is on the gains as they are handed out, not on scaled ones."""
+    free = pdc(pendulum(), decay_rate=0.5)
+    bound = pdc(pendulum(), decay_rate=0.5, gain_bound=150.0)
+
+    assert np.linalg.norm(free.require()[0], 2, axis=(1, 2)).max() > 150
+    assert np.linalg.norm(bound.require()[0], 2, axis=(1, 2)).max() <= 150
+
+
+def test_units_of_states_and_inputs_do_not_matter() -> None:
+    """The same plant in mrad and kN has the same gains in those units."""
+    plain = pdc(pendulum(), decay_rate=1.0)
+    S, T = np.array([2.0**10, 2.0**-3]), 2.0**12
+    other = TSModel(pendulum().A * S / S[:, None], pendulum().B * T / S[:, None])
+    K, _ = pdc(other, decay_rate=1.0).require()
+
+    np.testing.assert_allclose(K * T / S, plain.require()[0], rtol=1e-3)
+
+
+def test_a_stable_mode_out_of_reach_limits_the_decay_rate() -> None:
+    """A mode at -1 that no input moves is no misuse; asking for 2 1/s is a no that says so."""
+    model = TSModel([[[-1.0, 0.0], [0.0, 1.0]]], [[[0.0], [1.0]]])
+
+    assert pdc(model, decay_rate=0.9).found
+    no = pdc(model, decay_rate=2.0)
+    assert no.status == "infeasible"
+    assert "no input moves the mode at -1+0j" in no.answer.diagnosis
+
+
+def test_one_rule_with_two_inputs() -> None:
+    """A single linear system with two inputs is a TS model with one rule."""
+    model = TSModel([[[1.0, 2.0], [0.0, 3.0]]], [[[1.0, 0.0], [0.0, 1.0]]])
+    for relaxation in (*ALL, "polya-1"):
+        K, _ = pdc(model, relaxation=relaxation, decay_rate=1.0).require()
+        assert np.linalg.eigvals(model.A[0] - model.B[0] @ K[0]).real.max() < -1

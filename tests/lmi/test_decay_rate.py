@@ -1,0 +1,102 @@
+"""The largest common decay rate against exact and published values."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from takagi.lmi import common_lyapunov, max_decay_rate
+from takagi.lmi.quadratic import rate_of
+
+Floats = NDArray[np.float64]
+
+
+def pendulum_with_gains() -> Floats:
+    """Wang, Tanaka and Griffin (1996): pendulum on a cart, gains that place poles at (-2, -2)."""
+    m, length, g, a = 2.0, 0.5, 9.8, 1 / 10
+    beta = np.cos(np.deg2rad(88))
+    flat, steep = 4 * length / 3 - a * m * length, 4 * length / 3 - a * m * length * beta**2
+    A = np.array([[[0, 1], [g / flat, 0]], [[0, 1], [2 * g / (np.pi * steep), 0]]])
+    B = np.array([[[0.0], [-a / flat]], [[0.0], [-a * beta / steep]]])
+    K = np.array([[[(4 + A[i, 1, 0]) / B[i, 1, 0], 4 / B[i, 1, 0]]] for i in range(2)])
+    np.testing.assert_allclose(K[:, 0], [[-120.6667, -22.6667], [-2551.628, -763.959]], rtol=1e-4)
+    G = A[:, None] - B[:, None] @ K[None]
+    return np.array([G[0, 0], G[1, 1], (G[0, 1] + G[1, 0]) / 2])
+
+
+def test_one_matrix_decays_with_its_slowest_eigenvalue() -> None:
+    """YALMIP's decay-rate example, [[-1, 2], [-3, -4]]: exactly 5/2."""
+    answer = max_decay_rate(np.array([[-1.0, 2.0], [-3.0, -4.0]]))
+
+    assert answer.decay_rate == pytest.approx(2.5, rel=2e-6)
+    assert answer.decay_rate is not None and answer.decay_rate <= 2.5 <= answer.bound + 1e-8
+
+
+def test_three_vertices_of_the_gevp_page() -> None:
+    """MathWorks, gevp: V' <= -0.122 V, recomputed by bisection 0.1221308; ours is half of it."""
+    A = np.array([[[-1, 2], [1, -3]], [[-0.8, 1.5], [1.3, -2.7]], [[-1.4, 0.9], [0.7, -2.0]]])
+    answer = max_decay_rate(A)
+
+    assert answer.decay_rate == pytest.approx(0.12213081 / 2, rel=1e-6)
+    assert answer.P is not None and answer.decay_rate is not None
+    assert rate_of(A, answer.P) == pytest.approx(answer.decay_rate, rel=1e-9)
+    assert len(answer.tries) < 8
+
+
+def test_pendulum_with_published_gains() -> None:
+    """Wang, Tanaka and Griffin (1996) gains as published; rate recomputed by bisection 1.08720."""
+    assert max_decay_rate(pendulum_with_gains()).decay_rate == pytest.approx(1.08720, abs=1e-5)
+
+
+def test_above_the_largest_rate_there_is_nothing() -> None:
+    """common_lyapunov agrees from both sides of the rate."""
+    rng = np.random.default_rng(1)
+    A = rng.standard_normal((4, 4)) - 3 * np.eye(4) + 0.3 * rng.standard_normal((8, 4, 4))
+    rate = max_decay_rate(A).decay_rate
+    assert rate is not None
+
+    assert common_lyapunov(A, decay_rate=rate - 1e-3).found
+    assert common_lyapunov(A, decay_rate=rate + 1e-3).status == "infeasible"
+
+
+def test_an_unstable_system_has_a_negative_rate() -> None:
+    """x' = 0.1 x + rotation grows with 0.1: the rate is -0.1, and it is an answer."""
+    answer = max_decay_rate(np.array([[0.1, 2.0], [-2.0, 0.1]]))
+
+    assert answer.found
+    assert answer.decay_rate == pytest.approx(-0.1, abs=1e-5)
+
+
+def test_a_supremum_that_is_not_attained_is_approached_from_below() -> None:
+    """A Jordan block at -1 shows every rate below 1 and not 1; P stays usable."""
+    answer = max_decay_rate(np.array([[-1.0, 1.0], [0.0, -1.0]]))
+
+    assert answer.decay_rate is not None and answer.P is not None
+    assert 0.999 < answer.decay_rate < 1.0 <= answer.bound
+    assert np.linalg.cond(answer.P) < 1e10
+
+
+@settings(derandomize=True, max_examples=10, deadline=None)
+@given(st.integers(0, 1000))
+def test_one_matrix_against_its_eigenvalues(seed: int) -> None:
+    """For one diagonalisable matrix the rate is -max Re(eigenvalue)."""
+    A = np.random.default_rng(seed).standard_normal((4, 4))
+    answer = max_decay_rate(A)
+    slowest = -float(np.linalg.eigvals(A).real.max())
+
+    assert answer.decay_rate == pytest.approx(slowest, abs=2e-3)
+    assert answer.decay_rate is not None and answer.decay_rate <= slowest + 1e-9
+
+
+def test_rounds_find_what_all_vertices_at_once_find() -> None:
+    """The rate of 400 vertices is the rate of the few that bind."""
+    rng = np.random.default_rng(3)
+    A = rng.standard_normal((3, 3)) - 3 * np.eye(3) + 0.2 * rng.standard_normal((400, 3, 3))
+    answer = max_decay_rate(A)
+    assert answer.P is not None and answer.decay_rate is not None
+
+    assert rate_of(A, answer.P) == pytest.approx(answer.decay_rate, abs=1e-9)
+    assert answer.decay_rate == pytest.approx(answer.bound, rel=1e-4)

@@ -1,0 +1,227 @@
+"""The readers of an LMI agree: cone data, floating point, rationals, cvxpy, LaTeX."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from takagi.lmi import LMI, Condition, Constant, Term, Unknown, exact_matrices, expressed, latex
+from takagi.lmi.assemble import assemble, pack, unpack
+from takagi.lmi.compensation_condition import pdc_condition
+from takagi.lmi.evaluate import lmi_value, smallest_eigenvalues
+from takagi.lmi.exact import fractions
+from takagi.lmi.quadratic import common_lyapunov_condition
+from takagi.models import ModelError, TSModel
+
+Floats = NDArray[np.float64]
+
+
+def short_numbers(rng: np.random.Generator, *shape: int) -> Floats:
+    """Return multiples of 1/8, whose products and sums floats hold exactly."""
+    return rng.integers(-16, 17, shape) / 8
+
+
+def random_condition(seed: int) -> Condition:
+    """Return a condition with every kind of term, block, index and unknown."""
+    rng = np.random.default_rng(seed)
+    n, m, count = (int(k) for k in rng.integers(1, 4, 3))
+    X = Unknown("X", n, n, symmetric=True, count=2)
+    Y = Unknown("Y", m, n, count=3)
+    z = Unknown("z", 1, 1)
+    entries = int(rng.integers(1, 6))
+    first = LMI(
+        name="blocks",
+        blocks=(n, m),
+        count=count,
+        terms=(
+            Term(
+                unknown=X,
+                left=short_numbers(rng, entries, n, n),
+                right=short_numbers(rng, 1, n, n),
+                plus_transpose=True,
+                items=rng.integers(0, count, entries),
+                members=rng.integers(0, 2, entries),
+                parameter="p",
+            ),
+            Term(
+                unknown=Y,
+                left=short_numbers(rng, 1, m, m),
+                right=short_numbers(rng, count, n, n),
+                at=(1, 0),
+                members=rng.integers(0, 3, count),
+            ),
+            Term(unknown=z, left=np.eye(m)[None], at=(1, 1)),
+        ),
+        constants=(
+            Constant(value=short_numbers(rng, count, n, m), at=(0, 1)),
+            Constant(value=np.eye(n)[None]),
+        ),
+    )
+    L = short_numbers(rng, 1, n, n)
+    second = LMI(
+        name="single",
+        blocks=(n,),
+        terms=(Term(unknown=X, left=L, right=L.transpose(0, 2, 1)),),
+        sign=-1,
+    )
+    return Condition(
+        name="random", unknowns=(X, Y, z), lmis=(first, second), parameters={"p": 0.75}
+    )
+
+
+def random_values(condition: Condition, seed: int) -> dict[str, Floats]:
+    """Return short values of the unknowns, symmetric where they must be."""
+    rng = np.random.default_rng(seed)
+    values = {}
+    for unknown in condition.unknowns:
+        value = short_numbers(rng, unknown.count, unknown.rows, unknown.cols)
+        values[unknown.name] = value + value.transpose(0, 2, 1) if unknown.symmetric else value
+    return values
+
+
+@settings(derandomize=True, max_examples=40, deadline=None)
+@given(st.integers(0, 10_000))
+def test_cone_data_say_what_the_terms_say(seed: int) -> None:
+    """constant + matrix x, unpacked, is the sum of the terms with the sign."""
+    condition = random_condition(seed)
+    values = random_values(condition, seed + 1)
+    data = assemble(condition)
+    x = np.concatenate([u.numbers(values[u.name]) for u in condition.unknowns])
+    slack = data.constant + data.matrix() @ x
+
+    for lmi, cone in zip(condition.lmis, data.cones, strict=True):
+        expected = lmi.sign * lmi_value(lmi, values, condition.parameters)
+        np.testing.assert_allclose(unpack(slack[cone.rows], cone.size), expected, atol=1e-12)
+    for name, value in data.values(x).items():
+        np.testing.assert_array_equal(value, values[name])
+
+
+@settings(derandomize=True, max_examples=25, deadline=None)
+@given(st.integers(0, 10_000))
+def test_rationals_and_floats_agree_where_floats_are_exact(seed: int) -> None:
+    """With short binary numbers floating point makes no error, so both must be equal."""
+    condition = random_condition(seed)
+    values = random_values(condition, seed + 1)
+
+    for lmi in condition.lmis:
+        exact = exact_matrices(condition, lmi, values)
+        assert all(type(entry) is Fraction for entry in exact.flat)
+        approximate = lmi.sign * lmi_value(lmi, values, condition.parameters)
+        np.testing.assert_array_equal(exact.astype(np.float64), approximate)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_cvxpy_says_the_same(seed: int) -> None:
+    """The cvxpy expressions take the same values as the terms."""
+    condition = random_condition(seed)
+    values = random_values(condition, seed + 1)
+    other = expressed(condition)
+    for name, members in other.variables.items():
+        for member, value in zip(members, values[name], strict=True):
+            member.value = value
+
+    for lmi in condition.lmis:
+        expected = lmi.sign * lmi_value(lmi, values, condition.parameters)
+        found = np.stack([np.atleast_2d(F.value) for F in other.expressions[lmi.name]])
+        np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("relaxation", ["tuan", "kim-lee", "liu-zhang", "polya-2", "tanaka-wang"])
+def test_cvxpy_finds_the_same_margin(relaxation: str) -> None:
+    """Solved through cvxpy from its own expressions, the largest margin is the same."""
+    from takagi.lmi.stages import decide
+
+    A = np.array([[[2.0, -10.0], [1.0, 0.0]], [[2.5, -10.0], [1.0, 0.0]]])
+    B = np.array([[[1.0], [0.0]], [[25.0], [0.0]]])
+    condition = pdc_condition(TSModel(A, B), decay_rate=0.1, relaxation=relaxation)
+    ours = decide(condition, rows={"nu": 1e4})
+    other = expressed(condition)
+    problem = other.problem(other.variables["nu"][0] <= 1e4)
+    problem.solve(solver="CLARABEL")
+
+    assert ours.status == "candidate"
+    assert float(other.margin.value) == pytest.approx(ours.margin, rel=1e-4)
+
+
+def test_cvxpy_takes_further_constraints() -> None:
+    """A user's own constraint holds besides the condition's."""
+    condition = common_lyapunov_condition(np.array([[-1.0, 2.0], [-3.0, -4.0]]))
+    other = expressed(condition)
+    P = other.variables["P"][0]
+    problem = other.problem(P[0, 0] == 2 * P[1, 1])
+    problem.solve(solver="CLARABEL")
+    value = other.values()["P"]
+
+    assert value[0, 0, 0] == pytest.approx(2 * value[0, 1, 1], abs=1e-6)
+    assert smallest_eigenvalues(condition, condition.lmis[2], {"P": value}).min() > 1e-3
+
+
+def test_packing_keeps_inner_products() -> None:
+    """<X, Y> equals the product of the packed triangles, and unpacking undoes packing."""
+    rng = np.random.default_rng(0)
+    X, Y = (M + M.transpose(0, 2, 1) for M in rng.standard_normal((2, 5, 4, 4)))
+
+    np.testing.assert_allclose((pack(X) * pack(Y)).sum(axis=1), (X * Y).sum(axis=(1, 2)))
+    np.testing.assert_allclose(unpack(pack(X).ravel(), 4), X)
+
+
+def test_fractions_pass_through_builders() -> None:
+    """Posed of decimals as Fractions, a condition is evaluated as decimals: -1/10 is -1/10."""
+    tenth = Fraction(1, 10)
+    A = np.array([[-tenth, Fraction(0)], [Fraction(1), -tenth]], dtype=object)
+    condition = common_lyapunov_condition(A)
+    found = exact_matrices(condition, condition.lmis[2], {"P": fractions(np.eye(2)[None])})
+
+    assert found[0, 0, 0] == Fraction(1, 5)
+    assert found[0, 0, 1] == -1
+
+
+def test_exact_refuses_what_is_no_number() -> None:
+    """NaN has no exact value."""
+    with pytest.raises(ModelError, match="entry .0,. is nan"):
+        fractions([np.nan])
+
+
+def test_latex_shows_the_condition_that_is_solved() -> None:
+    """The formula of all pairs carries He, both products and the decay term."""
+    model = TSModel(-np.ones((2, 1, 1)), np.ones((2, 1, 1)))
+    text = latex(pdc_condition(model, relaxation="wang-tanaka-griffin"))
+
+    assert r"\mathrm{He}\left(A_{i} Q - B_{i} M_{j} + A_{j} Q - B_{j} M_{i}\right)" in text
+    assert r"4\alpha Q \prec 0" in text
+    assert r"\begin{bmatrix} Q & M_i^\top \\ \ast & \nu I \end{bmatrix} \succeq 0" in text
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"left": np.ones((1, 2, 3))}, "do not fit the unknown's 2 x 2"),
+        ({"at": (0, 1)}, r"block \(0, 1\) of an LMI with 1 block rows"),
+        ({"left": np.ones((3, 2, 2))}, "left has 3 entries; 1 or 2 are needed"),
+        ({"members": np.array([0, 1])}, r"members must lie in 0 ... 0"),
+        ({"right": None}, "needs a 1 x 1 unknown"),
+    ],
+)
+def test_a_misfit_term_is_named(change: dict[str, object], message: str) -> None:
+    """A term that does not fit says which one, in which LMI."""
+    X = Unknown("X", 2, 2, symmetric=True)
+    parts: dict[str, object] = {"left": np.ones((1, 2, 2)), "right": np.ones((1, 2, 2)), **change}
+    with pytest.raises(ModelError, match=f"LMI mine, term 1 .X.: .*{message}|{message}"):
+        LMI(name="mine", blocks=(2,), count=2, terms=(Term(unknown=X, **parts),))  # type: ignore[arg-type]
+
+
+def test_an_unknown_that_is_not_declared_is_named() -> None:
+    """Adding an LMI with a new unknown needs the unknown too."""
+    condition = common_lyapunov_condition(-np.eye(2))
+    S = Unknown("S", 2, 2, symmetric=True)
+    one = np.eye(2)[None]
+    mine = LMI(name="mine", blocks=(2,), terms=(Term(unknown=S, left=one, right=one),))
+
+    with pytest.raises(ModelError, match="unknown S is not among P"):
+        condition.with_lmis(mine)
+    assert len(condition.with_lmis(mine, unknowns=(S,)).lmis) == 4

@@ -1,0 +1,132 @@
+"""A solver's word is never the answer: liars are found out, failures are tried again."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from takagi.lmi import LMI, Condition, Constant, Term, Unknown, common_lyapunov, stages
+from takagi.lmi.assemble import assemble
+from takagi.lmi.evaluate import margin
+from takagi.lmi.quadratic import common_lyapunov_condition
+from takagi.lmi.solve import ConeProgram, Raw, Row, Session, attempts, cone_program
+from takagi.lmi.solve import _with_cvxpy as with_cvxpy
+
+
+def stable() -> Condition:
+    """Return the condition of one stable matrix."""
+    return common_lyapunov_condition(np.array([[-1.0, 2.0], [-3.0, -4.0]]))
+
+
+def margin_program(condition: Condition) -> ConeProgram:
+    """Return: the largest t <= 1."""
+    data = assemble(condition)
+    t = np.eye(len(data.objective) + 1)[-1]
+    return cone_program(data, -t, (Row(t, 1.0),))
+
+
+def test_a_lying_solver_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """ "Solved" with numbers that break the LMI is not accepted; the next try is."""
+
+    def lying(program: ConeProgram, session: Session | None = None) -> Iterator[Raw]:
+        honest = next(attempts(program, session))
+        yield replace(honest, solver="liar", y=-honest.y, z=0 * honest.z)
+        yield honest
+
+    monkeypatch.setattr(stages, "attempts", lying)
+    outcome = stages.decide(stable())
+
+    assert [one.solver for one in outcome.tries] == ["liar", "clarabel"]
+    assert outcome.tries[0].status == "Solved" and outcome.tries[0].margin < 0
+    assert outcome.status == "candidate"
+
+
+def test_solvers_that_return_nothing_leave_it_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No numbers, whatever the status: unknown, never infeasible."""
+
+    def silent(program: ConeProgram, session: Session | None = None) -> Iterator[Raw]:
+        for status in ("PrimalInfeasible", "Solved"):
+            yield Raw("silent", status, np.zeros(0), np.zeros(0), 0, 0.0)
+
+    monkeypatch.setattr(stages, "attempts", silent)
+    answer = common_lyapunov(np.array([[-1.0, 2.0], [-3.0, -4.0]]))
+
+    assert answer.status == "unknown"
+    assert answer.P is None and "no solver settled it" in answer.diagnosis
+
+
+def test_another_solver_reads_the_same_cone_data() -> None:
+    """Through cvxpy, an independent solver finds the same margin and multipliers."""
+    program = margin_program(stable())
+    ours, other = next(attempts(program)), with_cvxpy(program, "SCS")
+
+    assert other.y[-1] == pytest.approx(ours.y[-1], abs=1e-5)
+    assert other.z.shape == ours.z.shape
+    assert program.b @ other.z == pytest.approx(ours.y[-1], abs=1e-4)
+
+
+def test_an_updated_solver_agrees_with_a_fresh_one() -> None:
+    """The same session at another decay rate gives the margin of a fresh solve."""
+    session = Session()
+    for rate in (0.0, 1.0, 2.0):
+        condition = stable().with_parameters(alpha=rate)
+        kept = stages.decide(condition, session=session)
+        fresh = stages.decide(condition)
+        assert kept.status == fresh.status == "candidate"
+        assert kept.margin == pytest.approx(fresh.margin, rel=1e-4)
+
+
+def test_the_bound_is_above_the_margin() -> None:
+    """Weak duality: no P has a larger margin than the multipliers allow."""
+    outcome = stages.decide(stable())
+
+    assert outcome.margin <= outcome.bound <= outcome.margin * (1 + 1e-5)
+
+
+def test_optimising_ends_centred() -> None:
+    """Least trace of P > I with A'P + PA < -I is scaled Lyapunov's; the answer has a margin."""
+    n, A = 2, np.array([[-1.0, 2.0], [-3.0, -4.0]])
+    P, one = Unknown("P", n, n, symmetric=True), np.eye(n)[None]
+    floor = LMI(name="P", blocks=(n,), terms=(Term(unknown=P, left=one, right=one),))
+    vertex = LMI(
+        name="vertex",
+        blocks=(n,),
+        terms=(Term(unknown=P, left=one, right=A[None], plus_transpose=True),),
+        constants=(Constant(value=one),),
+        sign=-1,
+    )
+    condition = Condition(
+        name="least trace", unknowns=(P,), lmis=(floor, vertex), objective={"P": one}
+    )
+    outcome = stages.optimise(condition)
+    kronecker = np.kron(np.eye(2), A.T) + np.kron(A.T, np.eye(2))
+    exact = np.trace(np.linalg.solve(kronecker, -np.eye(2).ravel()).reshape(2, 2))
+
+    assert outcome.status == "candidate"
+    assert outcome.objective == pytest.approx(exact, rel=1e-5)
+    assert margin(condition, outcome.values) > 1e-8
+
+
+def test_importing_the_floor_imports_nothing_heavy() -> None:
+    """Neither numpy nor a solver is loaded before something is asked for."""
+    code = (
+        "import sys, takagi.lmi; "
+        "heavy = {'numpy', 'scipy', 'cvxpy', 'clarabel', 'sympy'} & set(sys.modules); "
+        "assert not heavy, heavy"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_every_public_name_is_what_it_says() -> None:
+    """Names resolve, and no module hides a function of the same name."""
+    import types
+
+    import takagi.lmi as floor
+
+    for name in floor.__all__:
+        assert not isinstance(getattr(floor, name), types.ModuleType), name

@@ -1,0 +1,343 @@
+"""The published law: its rules, its rest points, and what no placement of the ramp can do."""
+
+from __future__ import annotations
+
+from functools import cache
+from math import radians
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from takagi.models.errors import ModelError
+from takagi.models.law.coupling_filter import Variant, coupling_filter
+from takagi.models.law.law import Measurement
+from takagi.models.law.paper import PaperLaw, PaperLawName, paper_law
+from takagi.models.law.paper_equilibrium import equilibria, equilibrium, placement_rows
+from takagi.models.law.paper_linearisation import local_gains, local_loop
+from takagi.models.law.ramps import Shape
+from takagi.models.law.regional_schedule import RegionalSchedule, regional_schedule
+from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine.full_load import full_load_model
+from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine.partial_load import partial_load_model
+from takagi.models.turbine.trim import trim
+
+TURBINE = nrel5mw()
+RATED = TURBINE.rated_rotor_speed
+WINDS = (4.5, 7.0, 9.5, 10.6, 11.2, 11.6, 12.5, 15.0, 20.0, 25.0)
+LAWS: tuple[PaperLawName, PaperLawName] = ("paper", "paper-two-integrators")
+
+speeds = st.floats(0.6, 1.5)
+pitches = st.floats(0.0, 0.5)
+winds = st.floats(3.0, 25.0)
+integrals = st.floats(-12.0, 1.0)
+
+
+@cache
+def schedules(uniform: bool = False) -> tuple[RegionalSchedule, RegionalSchedule]:
+    """Gains of the size that the regional designs have; ``uniform`` makes all rules alike."""
+    partial = partial_load_model(TURBINE, tolerance="0.1")
+    full = full_load_model(TURBINE, tolerance="0.1")
+    spread = np.zeros(4) if uniform else np.linspace(-1, 1, 4)
+    k_b, i_b = -77e3 + 8e3 * spread, -8.9e3 - 500 * spread
+    wide = np.zeros(8) if uniform else np.linspace(-1, 1, 8)
+    k_c = np.column_stack([-0.4 + 0.05 * wide, -0.6 - 0.05 * wide])
+    return (
+        regional_schedule(TURBINE, partial, k_x=k_b[:, None], k_I=i_b),
+        regional_schedule(TURBINE, full, k_x=k_c, k_I=-0.075 + 0.009 * wide),
+    )
+
+
+def make_law(
+    name: PaperLawName = "paper",
+    *,
+    placement: float = 0.5,
+    speed_overlap: float = 0.1,
+    variant: Variant = "saturated",
+    shape: Shape = "smooth",
+    uniform: bool = False,
+) -> PaperLaw:
+    """Return the law with made-up gains and a filter of choice."""
+    partial, full = schedules(uniform)
+    coupling = coupling_filter(
+        TURBINE, placement=placement, speed_overlap=speed_overlap, variant=variant, shape=shape
+    )
+    return paper_law(TURBINE, partial=partial, full=full, coupling=coupling, name=name)
+
+
+def loop_rate(law: PaperLaw, wind: float, z: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Nonlinear design model in closed loop: z = (omega, beta, integrals), v_hat = v."""
+    seen = Measurement(float(z[0]), float(z[1]), wind)
+    command = law.command(z[2:], seen)
+    rotor = float(rotor_torque(TURBINE, z[0], z[1], wind, clip=True))
+    acceleration = (rotor - TURBINE.gear_ratio * command.torque) / TURBINE.inertia
+    drive = (command.pitch - z[1]) / TURBINE.pitch_time_constant
+    return np.array([acceleration, drive, *law.state_rate(z[2:], seen)])
+
+
+@given(speeds, pitches, winds, integrals)
+def test_triple_sum_is_the_blended_law(
+    speed: float, pitch: float, wind: float, integral: float
+) -> None:
+    """sum h^a_m h^b_i h^c_j F_m (-k_x dx + k_I x_I) over all 128 rules is what the law commands."""
+    law, state = make_law(), np.array([integral])
+    seen = Measurement(speed, pitch, wind)
+    deviation = [speed - law.reference_speed(wind), pitch]
+    weights = law.rule_memberships(state, seen)
+    total = sum(
+        h * rule.command(deviation, integral) for h, rule in zip(weights, law.rules(), strict=True)
+    )
+    found = law.blended(state, seen)
+    # Above the largest command that the filter has corners for, the torque limit takes over.
+    torque = float(np.asarray(total)[0])
+
+    assert float(weights.sum()) == pytest.approx(1.0, abs=1e-12)
+    np.testing.assert_allclose(
+        [min(max(torque, 0.0), TURBINE.rated_torque), np.asarray(total)[1]],
+        [law.command(state, seen).torque, found.blended_pitch],
+        rtol=1e-9,
+        atol=1e-9,
+    )
+
+
+def test_rules_are_all_combinations() -> None:
+    """N_a N_b N_c = 4 x 4 x 8 rules, each with its F_m, gains and corners."""
+    law = make_law()
+    rules = list(law.rules())
+    last = rules[-1]
+
+    assert len({(r.filter_rule, r.partial_rule, r.full_rule) for r in rules}) == len(rules) == 128
+    assert np.all([r.k_x[0, 1] == 0 for r in rules]), "the torque law is blind to pitch"
+    np.testing.assert_array_equal(last.filter_matrix, law.coupling.corners[3])
+    np.testing.assert_array_equal(last.k_I, [law.partial.k_I[3], law.full.k_I[7]])
+    assert last.full_corner["b"] == float(law.full.model.premises[1].upper)
+
+
+@given(st.floats(-0.1, 0.1), st.floats(-0.034, 0.034), st.floats(12.0, 25.0), integrals)
+def test_scheduled_gains_agree_with_the_model(
+    error: float, angle: float, wind: float, integral: float
+) -> None:
+    """The loop's floats and the model's vectorised memberships blend the same pitch command."""
+    law = make_law()
+    point = trim(TURBINE, wind)
+    speed, pitch = point.rotor_speed + error, max(point.pitch + angle, 0.0)
+    model = law.full.model
+    z = model.premise_values(rotor_speed=speed, pitch=pitch, wind=wind, wind_estimate=wind)
+    h = model.memberships(z)
+    expected = h @ (law.full.k_I * integral - law.full.k_x @ [error, pitch])
+    found = law.blended(np.array([integral]), Measurement(speed, pitch, wind)).pitch
+
+    assert found == pytest.approx(float(expected), abs=1e-6)
+
+
+@given(st.floats(-0.1, 0.1), st.floats(4.2, 11.4))
+def test_fast_premises_agree_with_the_partial_load_model(error: float, wind: float) -> None:
+    """Premises on floats equal those of the model, also where the secant becomes a derivative."""
+    schedule = schedules()[0]
+    speed = make_law().reference_speed(wind) + error
+    exact = schedule.model.premise_values(rotor_speed=speed, wind=wind, wind_estimate=wind)
+
+    for evaluate, value in zip(schedule.evaluators, exact, strict=True):
+        assert evaluate(speed, 0.0, wind) == pytest.approx(float(value), abs=1e-7)
+
+
+@given(speeds, pitches, winds, integrals, st.sampled_from(LAWS))
+def test_commands_stay_within_the_limits(
+    speed: float, pitch: float, wind: float, integral: float, name: PaperLawName
+) -> None:
+    """Torque lies in 0..T_rated and pitch in its range, whatever the integrals say."""
+    law = make_law(name)
+    state = np.full(len(law.state_names), integral)
+    command = law.command(state, Measurement(speed, pitch, wind))
+
+    assert 0.0 <= command.torque <= TURBINE.rated_torque
+    assert TURBINE.pitch_min <= command.pitch <= TURBINE.pitch_max
+
+
+@pytest.mark.parametrize("variant", ["saturated", "sector"])
+@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("placement", [0.0, 0.5, 1.0])
+def test_equilibria_are_rest_points(name: PaperLawName, placement: float, variant: Variant) -> None:
+    """At the computed equilibrium the nonlinear loop stands still, all integrals included."""
+    law = make_law(name, placement=placement, variant=variant)
+    for point in equilibria(law, WINDS):
+        if point.kind != "none":
+            z = np.array([point.rotor_speed, point.pitch, *point.integrals])
+            np.testing.assert_allclose(loop_rate(law, point.wind, z), 0.0, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("name", "wind"), [("paper", 11.0), ("paper-two-integrators", 11.0), LAWS[1:] + (14.0,)]
+)
+def test_the_loop_settles_where_it_was_computed(name: PaperLawName, wind: float) -> None:
+    """A simulation from a disturbed start ends at the equilibrium: found two independent ways."""
+    law = make_law(name, shape="linear")
+    point = equilibrium(law, wind)
+    z = np.array([point.rotor_speed, point.pitch, *point.integrals])
+    start = z + np.array([0.01, 0.005, *np.full(len(point.integrals), -0.05)])
+    horizon = 6.0 / local_loop(law, wind).decay_rate
+    run = solve_ivp(
+        lambda _, x: loop_rate(law, wind, x), (0, horizon), start, method="LSODA", rtol=1e-6
+    )
+
+    np.testing.assert_allclose(run.y[:2, -1], z[:2], atol=2e-3)
+
+
+@pytest.mark.parametrize("speed_overlap", [0.03, 0.1, 0.2])
+@pytest.mark.parametrize("shape", ["linear", "smooth"])
+def test_no_placement_serves_both_regions(speed_overlap: float, shape: Shape) -> None:
+    """f_1(omega_rated) > 0 pitches in region 2.5, f_1 = 0 leaves region 3 without equilibrium.
+
+    In between, f_1 of a few thousandths is near both trims, at an integral of hundreds of rad.
+    """
+    law = make_law(speed_overlap=speed_overlap, shape=shape)
+    placements = (0.0, 0.3, 0.6, 0.9, 0.97, 0.99, 0.999, 1.0)
+    rows = placement_rows(law, placements=placements, winds=(10.7, 11.3, 11.6, 18.0, 25.0))
+    both = [row for row in rows if {"2.5", "3"} <= set(row.served)]
+
+    assert all(row.integral_travel > 500 for row in both)
+    assert rows[0].served == () and rows[-1].served == ("2.5",)
+
+
+def test_region_25_pitch_grows_with_the_share_at_rated_speed() -> None:
+    """What region 2.5 spends is proportional to f_1(omega_rated), the integral to its inverse."""
+    law = make_law(shape="linear", uniform=True)
+    rows = placement_rows(law, placements=(0.998, 0.999), winds=(11.0, 25.0))
+    pitch, travel = rows[0].worst_pitch / rows[1].worst_pitch, rows[1].integral_travel
+
+    assert pitch == pytest.approx(2.0, rel=0.02)
+    assert travel / rows[0].integral_travel == pytest.approx(2.0, rel=0.02)
+
+
+def test_region_25_spends_pitch_and_power() -> None:
+    """With the ramp centred, 11 m/s rests at degrees of pitch and a fraction of the power."""
+    point = equilibrium(make_law(placement=0.5), 11.0)
+
+    assert (point.kind, point.trim.region) == ("shifted", "2.5")
+    assert point.rotor_speed == pytest.approx(point.trim.rotor_speed)
+    assert point.pitch_offset > radians(3) and point.power_ratio < 0.7
+
+
+def test_full_load_integral_is_the_published_balance() -> None:
+    """x_I* = (1 + f_1 k_p) b*/(f_1 k_I), where the torque that it commands exceeds rated."""
+    law = make_law(uniform=True, shape="linear")
+    point = equilibrium(law, 25.0)
+    k_p, k_i = law.full.k_x[0, 1], law.full.k_I[0]
+
+    assert point.kind == "intended"
+    assert point.integrals[0] == pytest.approx((1 + 0.5 * k_p) * point.trim.pitch / (0.5 * k_i))
+    assert law.partial.k_I[0] * point.integrals[0] > TURBINE.rated_torque
+
+
+def test_two_integrators_hold_region_25_and_overspeed_a_little_above() -> None:
+    """Tracking frees the pitch integral below rated; above, both channels carry one overspeed."""
+    law = make_law("paper-two-integrators")
+    low, high = equilibrium(law, 11.0), equilibrium(law, 18.0)
+
+    assert low.kind == "intended"
+    assert high.kind == "shifted" and high.torque == pytest.approx(TURBINE.rated_torque)
+    assert 0 < high.speed_offset < law.coupling.speed_ramp.end - RATED
+
+
+def test_two_integrators_without_leak_have_a_continuum() -> None:
+    """f_1 = 1 at rated speed makes both integrators content with any split: an eigenvalue at 0."""
+    loop = local_loop(make_law("paper-two-integrators", placement=0.0), 14.0)
+
+    assert loop.point.kind == "continuum"
+    assert np.min(np.abs(loop.eigenvalues)) < 1e-5
+
+
+def test_local_gains_by_the_product_rule() -> None:
+    """With equal gains in all rules: db_ref/domega = -f_1 k_w + u_2/eps, the extra gain."""
+    law = make_law(uniform=True, shape="linear")
+    point = equilibrium(law, 25.0)
+    gains = local_gains(law, point)
+    (k_w, k_p), k_i = law.full.k_x[0], law.full.k_I[0]
+    u_2 = point.pitch / 0.5
+
+    expected = [-0.5 * k_w + u_2 / 0.1, -0.5 * k_p, 0.5 * k_i]
+    np.testing.assert_allclose(gains.pitch, expected, rtol=1e-6)
+    np.testing.assert_allclose(gains.torque, 0.0, atol=1e-6)
+    assert gains.pitch[0] > point.pitch / 0.1, "the extra speed-to-pitch gain"
+
+
+@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("wind", [9.0, 11.0, 13.0, 22.0])
+def test_loop_matrix_is_the_jacobian(name: PaperLawName, wind: float) -> None:
+    """The assembled matrix equals differences of the nonlinear loop, one-sided where beta = 0."""
+    law = make_law(name)
+    loop = local_loop(law, wind)
+    point = loop.point
+    z = np.array([point.rotor_speed, point.pitch, *point.integrals])
+    # At smallest pitch only more pitch is a direction in which the command can move.
+    ways = np.array([1.0, 1.0, *np.full(len(point.integrals), -1.0)]) * 1e-6
+    columns = [
+        (loop_rate(law, wind, z + way * unit) - loop_rate(law, wind, z)) / way
+        for way, unit in zip(ways, np.eye(len(z)), strict=True)
+    ]
+    jacobian = np.stack(columns, axis=1)
+    assert loop.matrix is not None
+    np.testing.assert_allclose(loop.matrix, jacobian, rtol=2e-3, atol=2e-3)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_initial_state_rests_at_the_trim_in_region_2(name: PaperLawName) -> None:
+    """At 8 m/s both laws start, and stay, at the turbine's own trim."""
+    law, point = make_law(name), trim(TURBINE, 8.0)
+    state = law.initial_state(8.0)
+    seen = Measurement(point.rotor_speed, point.pitch, 8.0)
+
+    assert len(state) == len(law.state_names)
+    assert law.command(state, seen).torque == pytest.approx(point.torque)
+    np.testing.assert_allclose(law.state_rate(state, seen), 0.0, atol=1e-12)
+
+
+def test_initial_state_without_equilibrium_gives_the_trim_torque() -> None:
+    """Where the law cannot rest it starts with the torque that the turbine needs."""
+    law = make_law(placement=1.0)
+
+    assert equilibrium(law, 15.0).kind == "none"
+    assert not local_loop(law, 15.0).stable
+    x = law.initial_state(15.0)
+    point = trim(TURBINE, 15.0)
+    seen = Measurement(point.rotor_speed, point.pitch, 15.0)
+    assert law.blended(x, seen).torque == pytest.approx(TURBINE.rated_torque)
+
+
+def test_reference_speed_is_the_trim_speed() -> None:
+    """omega_ref of the loop is the trim's, region 1.5 included, and held outside the wind range."""
+    law = make_law()
+    for wind in (3.0, 3.4, 4.0, 6.0, 9.0, 10.5, 25.0):
+        assert law.reference_speed(wind) == pytest.approx(trim(TURBINE, wind).rotor_speed)
+    assert law.reference_speed(40.0) == RATED
+
+
+def test_wrong_sign_of_the_integral_gain_is_refused() -> None:
+    """K_I instead of k_I = -K_I would drive the loop away; the message says which rule."""
+    partial, full = schedules()
+    flipped = RegionalSchedule(full.model, full.k_x, -full.k_I, full.evaluators)
+    with pytest.raises(ModelError, match=r"give k_I = -K_I"):
+        paper_law(TURBINE, partial=partial, full=flipped, coupling=coupling_filter(TURBINE))
+
+
+def test_misuse_is_explained() -> None:
+    """Unknown laws, gains of the wrong shape and models of other things are refused in words."""
+    partial, full = schedules()
+    coupling = coupling_filter(TURBINE)
+    with pytest.raises(ModelError, match="did you mean 'paper'"):
+        paper_law(TURBINE, partial=partial, full=full, coupling=coupling, name="papr")  # type: ignore[arg-type]
+    with pytest.raises(ModelError, match="one row per rule"):
+        regional_schedule(TURBINE, partial.model, k_x=np.zeros((3, 1)), k_I=np.zeros(4))
+    with pytest.raises(ModelError, match="must exceed 0"):
+        paper_law(
+            TURBINE,
+            partial=partial,
+            full=full,
+            coupling=coupling,
+            name="paper-two-integrators",
+            tracking_time=0.0,
+        )
