@@ -1,1 +1,60 @@
-"""What may be claimed: the claims, their proof, and a checker that trusts nobody."""
+"""What may be claimed: the claims, their proof, and a checker that trusts nobody.
+
+    checker/          replays a certificate: standard library alone, shares no code with synthesis
+    document          the certificate file: model, law, claims as decimals, hashes
+    coherent          the claim about the loop with the coherent law
+    common_quadratic  claims about Takagi-Sugeno models: ``certify``
+    turbine_design    from a turbine to a checked design
+
+Importing this package imports nothing heavy: names are looked up when they are used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from takagi.certificates.checker.certificate import check
+    from takagi.certificates.checker.refusal import CertificateError
+    from takagi.certificates.checker.result import Checked, Claim, Verdict
+    from takagi.certificates.common_quadratic import Certificate, certify, load_certificate
+    from takagi.certificates.turbine_design import DesignSettings, TurbineDesign, design_turbine
+
+__all__ = [
+    "Certificate",
+    "CertificateError",
+    "Checked",
+    "Claim",
+    "DesignSettings",
+    "TurbineDesign",
+    "Verdict",
+    "certify",
+    "check",
+    "design_turbine",
+    "load_certificate",
+]
+
+_HOME = {
+    "Certificate": "common_quadratic",
+    "CertificateError": "checker.refusal",
+    "Checked": "checker.result",
+    "Claim": "checker.result",
+    "DesignSettings": "turbine_design",
+    "TurbineDesign": "turbine_design",
+    "Verdict": "checker.result",
+    "certify": "common_quadratic",
+    "check": "checker.certificate",
+    "design_turbine": "turbine_design",
+    "load_certificate": "common_quadratic",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOME:
+        return getattr(import_module(f"takagi.certificates.{_HOME[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

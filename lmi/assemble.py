@@ -116,13 +116,6 @@ def assemble(condition: Condition) -> Assembled:
         for term in lmi.terms:
             found = _triplets(term, lmi, cone, offsets[term.unknown.name])
             parts.setdefault(term.parameter, []).append(found)
-    objective = np.zeros(variables)
-    for unknown in condition.unknowns:
-        if unknown.name in condition.objective:
-            start = offsets[unknown.name]
-            objective[start : start + unknown.length] = _cost(
-                condition.objective[unknown.name], unknown.entry_index(), unknown.entries
-            )
     joined = {
         name: Triplets(*(np.concatenate(axis) for axis in zip(*group, strict=True)))
         for name, group in parts.items()
@@ -136,7 +129,7 @@ def assemble(condition: Condition) -> Assembled:
         parametric,
         constant,
         margin_column,
-        objective,
+        _objective(condition, variables, offsets),
         tuple(cones),
     )
 
@@ -163,6 +156,17 @@ def unpack(numbers: Floats, size: int) -> Floats:
 def _none() -> Triplets:
     nothing = np.zeros(0, dtype=np.intp)
     return Triplets(nothing, nothing, np.zeros(0))
+
+
+def _objective(condition: Condition, variables: int, offsets: Mapping[str, int]) -> Floats:
+    total = np.zeros(variables)
+    for unknown in condition.unknowns:
+        if unknown.name in condition.objective:
+            start = offsets[unknown.name]
+            total[start : start + unknown.length] = _cost(
+                condition.objective[unknown.name], unknown.entry_index(), unknown.entries
+            )
+    return total
 
 
 def _cost(cost: Array, index: Indices, entries: int) -> Floats:

@@ -78,7 +78,6 @@ def pdc(
     B = input_stack(model, A).astype(np.float64)
     alpha = float(number("decay_rate", decay_rate))
     r, n, m = B.shape
-    check_stabilisable(A, B, tuple(getattr(model, "states", ())))
     limits = limits_of(
         n,
         m,
@@ -92,7 +91,9 @@ def pdc(
     tau = balanced_inputs(B / s[:, None], vertex_weight(scaled_A) / 2)
     tau = tau if limits.inputs is None else nearest_power(limits.inputs)
     scaled = _Scaled(scaled_A, B * tau / s[:, None])
-    fixed = fixed_mode(A, B, alpha)
+    names = tuple(getattr(model, "states", ()))
+    check_stabilisable(scaled.A, scaled.B, units=s, names=names)
+    fixed = fixed_mode(scaled.A, scaled.B, alpha)
     condition = pdc_condition(
         scaled, decay_rate=alpha, relaxation=relaxation, limits=limits.scaled(s, tau)
     )

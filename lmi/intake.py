@@ -83,10 +83,16 @@ def input_stack(model: object, A: Array, letter: str = "B") -> Array:
     return B
 
 
-def check_stabilisable(A: Array, B: Array, names: tuple[str, ...] = (), dual: bool = False) -> None:
+def check_stabilisable(
+    A: Array, B: Array, *, units: Array, names: tuple[str, ...] = (), dual: bool = False
+) -> None:
     """Raise ModelError for a vertex with an eigenvalue, Re >= 0, that no input can move.
 
-    ``dual`` speaks of outputs and observation instead.
+    Parameters
+    ----------
+    A, B : in states and inputs of order one, x = units xhat, so that rounding means something.
+    names : of the states; x1, x2, ... when empty.
+    dual : speak of outputs and observation instead.
     """
     found = fixed_mode(A, B, 0.0)
     if found is None:
@@ -94,9 +100,9 @@ def check_stabilisable(A: Array, B: Array, names: tuple[str, ...] = (), dual: bo
     vertex, eigenvalue, direction = found
     labels = names or tuple(f"x{k}" for k in range(1, A.shape[1] + 1))
     parts = [
-        f"{weight:+.3g} {label}"
-        for weight, label in zip(direction, labels, strict=True)
-        if abs(weight) > 1e-6
+        f"{weight:+.3g} * {label}"
+        for weight, label in zip(direction / units, labels, strict=True)
+        if abs(weight) > 1e-6 * np.abs(direction / units).max()
     ]
     verb, need = ("be seen in no output", "C") if dual else ("be moved by no input", "B")
     raise ModelError(

@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design
+from takagi.lmi.balance import balanced_inputs, balanced_states
 from takagi.lmi.compensation import pdc
 from takagi.lmi.compensation_condition import pdc_condition
 from takagi.lmi.intake import check_stabilisable, input_stack, positive_vector, vertex_stack
+from takagi.lmi.quadratic import vertex_weight
 from takagi.lmi.relaxations import relaxation_named
 from takagi.lmi.term import Array, Condition
 
@@ -84,7 +86,7 @@ def observer(
     relaxation_named(relaxation)
     dual = _Dual(model)
     n = dual.A.shape[1]
-    check_stabilisable(dual.A, dual.B, tuple(getattr(model, "states", ())), dual=True)
+    _check_detectable(dual, tuple(getattr(model, "states", ())))
     design = pdc(
         dual,
         decay_rate=decay_rate,
@@ -104,3 +106,11 @@ def observer(
         P=P,
         answer=replace(design.answer, P=P),
     )
+
+
+def _check_detectable(dual: _Dual, names: tuple[str, ...]) -> None:
+    A, B = dual.A.astype(np.float64), dual.B.astype(np.float64)
+    s = balanced_states(A)
+    A, B = A * s / s[:, None], B / s[:, None]
+    B = B * balanced_inputs(B, vertex_weight(A))
+    check_stabilisable(A, B, units=s, names=names, dual=True)

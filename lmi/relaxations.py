@@ -110,45 +110,45 @@ def kim_lee(loop: ClosedLoop) -> Posed:
     own = Term(
         unknown=X, left=-one, right=one, members=np.diag(place), latex=("-", ""), symbol="X_{ii}"
     )
-    a, b = np.triu_indices(r, 1)
-    cross: tuple[Term, ...] = ()
+    cross = Term(
+        unknown=X,
+        left=-2.0 * one,
+        right=one,
+        members=place[np.triu_indices(r, 1)],
+        latex=("-2", ""),
+        symbol="X_{ij}",
+    )
+    pairs = _pairwise(loop, (own,), (cross,) if r > 1 else ())
+    return (X,), (*pairs, _whole_of_blocks(loop, X, place))
+
+
+def _whole_of_blocks(loop: ClosedLoop, X: Unknown, place: Indices) -> LMI:
+    """Return [X_ij] < 0, block (i, j) and its mirror image being member place[i, j] of X."""
+    r, n = loop.rules, loop.states
     E = selections(r, n)
-    parts = [
-        Term(
-            unknown=X,
-            left=E,
-            right=E.transpose(0, 2, 1),
-            items=np.zeros(r, dtype=np.intp),
-            members=np.diag(place),
-            latex=(r"\sum_i E_i", r"E_i^\top"),
-            symbol="X_{ii}",
-        )
-    ]
-    if len(a):
-        cross = (
-            Term(
-                unknown=X,
-                left=-2.0 * one,
-                right=one,
-                members=place[a, b],
-                latex=("-2", ""),
-                symbol="X_{ij}",
-            ),
-        )
-        parts.append(
-            Term(
-                unknown=X,
-                left=E[a],
-                right=E[b].transpose(0, 2, 1),
-                items=np.zeros(len(a), dtype=np.intp),
-                members=place[a, b],
-                plus_transpose=True,
-                latex=(r"\sum_{i<j} E_i", r"E_j^\top"),
-                symbol="X_{ij}",
-            )
-        )
-    whole = LMI(name="slack", blocks=(r * n,), terms=tuple(parts), sign=-1, weight=loop.weight)
-    return (X,), (*_pairwise(loop, (own,), cross), whole)
+    Et = E.transpose(0, 2, 1)
+    a, b = np.triu_indices(r, 1)
+    own = Term(
+        unknown=X,
+        left=E,
+        right=Et,
+        items=np.zeros(r, dtype=np.intp),
+        members=np.diag(place),
+        latex=(r"\sum_i E_i", r"E_i^\top"),
+        symbol="X_{ii}",
+    )
+    cross = Term(
+        unknown=X,
+        left=E[a],
+        right=Et[b],
+        items=np.zeros(len(a), dtype=np.intp),
+        members=place[a, b],
+        plus_transpose=True,
+        latex=(r"\sum_{i<j} E_i", r"E_j^\top"),
+        symbol="X_{ij}",
+    )
+    terms = (own, cross) if len(a) else (own,)
+    return LMI(name="slack", blocks=(r * n,), terms=terms, sign=-1, weight=loop.weight)
 
 
 def liu_zhang(loop: ClosedLoop) -> Posed:

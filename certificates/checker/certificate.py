@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import hashlib
+import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.coherent import check_coherent
 from takagi.certificates.checker.quadratic import check_impossibility, check_quadratic
-from takagi.certificates.checker.reader import canonical, digest, integer, member, read_json, text
+from takagi.certificates.checker.reader import canonical, digest, integer, member, read_json, read_text, text
 from takagi.certificates.checker.refusal import CertificateError
 from takagi.certificates.checker.result import Checked, Claim
 
-__all__ = ["FORMAT", "VERSION", "check"]
+__all__ = ["FORMAT", "VERSION", "check", "check_document"]
 
 FORMAT, VERSION = "takagi-certificate", 1
 HASHED = ("model", "gains", "claims")
@@ -34,6 +36,22 @@ def check(
         gains or model.
     """
     data = read_json(Path(path))
+    messages = [_compare_gains(data, gains), _compare_model(data, model)]
+    checked = _replayed(data, str(path))
+    return Checked(checked.verdict, checked.claims, [message for message in messages if message])
+
+
+def check_document(document: Mapping[str, Any]) -> Checked:
+    """Return the verdict on a certificate that is not written yet, as a reader would see it.
+
+    Raises
+    ------
+    CertificateError : as for ``check``.
+    """
+    return _replayed(read_text(json.dumps(document), "certificate"), "certificate")
+
+
+def _replayed(data: dict[str, Any], path: str) -> Checked:
     if text(data, "format", "certificate") != FORMAT:
         raise CertificateError(f"{path}: the format is not {FORMAT!r}")
     version = integer(data, "version", "certificate")
@@ -42,12 +60,10 @@ def check(
             f"{path}: version {version}; this checker reads version {VERSION}: use a matching one"
         )
     _check_hashes(path, data)
-    messages = [_compare_gains(data, gains), _compare_model(data, model)]
     claims = member(data, "claims", "certificate")
     if not isinstance(claims, list) or not claims:
         raise CertificateError(f"{path}: no claims")
-    replayed = [_replay(claim, data, f"claims[{i}]") for i, claim in enumerate(claims)]
-    return Checked.of(replayed, [message for message in messages if message])
+    return Checked.of([_replay(claim, data, f"claims[{i}]") for i, claim in enumerate(claims)], [])
 
 
 def _replay(claim: Any, data: dict[str, Any], where: str) -> Claim:

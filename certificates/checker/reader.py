@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 from takagi.certificates.checker.refusal import CertificateError
 
 __all__ = ["Number", "canonical", "digest", "integer", "matrix", "member", "number", "numbers"]
-__all__ += ["read_json", "text"]
+__all__ += ["read_json", "read_text", "text"]
 
 LARGEST_FILE = 16_000_000
 DEEPEST = 40
@@ -42,35 +42,43 @@ def read_json(path: Path) -> dict[str, Any]:
             data = file.read(LARGEST_FILE + 1)
     except OSError as error:
         raise CertificateError(f"{path}: cannot be read: {error.strerror or error}") from error
-    if len(data) > LARGEST_FILE:
-        raise CertificateError(f"{path}: larger than {LARGEST_FILE} bytes; no certificate is")
     try:
-        _check_depth(data)
+        return read_text(data.decode("utf-8"), str(path))
+    except UnicodeDecodeError as error:
+        raise CertificateError(f"{path}: not UTF-8: {error}") from error
+
+
+def read_text(written: str, source: str) -> dict[str, Any]:
+    """Return the object in a text; see ``read_json``."""
+    if len(written) > LARGEST_FILE:
+        raise CertificateError(f"{source}: larger than {LARGEST_FILE} bytes; no certificate is")
+    try:
+        _check_depth(written)
         value = json.loads(
-            data.decode("utf-8"),
+            written,
             parse_float=_literal,
             parse_int=_literal,
             parse_constant=_constant,
             object_pairs_hook=_object,
         )
     except CertificateError as error:
-        raise CertificateError(f"{path}: {error}") from error
-    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
-        raise CertificateError(f"{path}: not JSON: {error}") from error
+        raise CertificateError(f"{source}: {error}") from error
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise CertificateError(f"{source}: not JSON: {error}") from error
     if not isinstance(value, dict):
-        raise CertificateError(f"{path}: an object is needed at the top")
+        raise CertificateError(f"{source}: an object is needed at the top")
     return value
 
 
-def _check_depth(data: bytes) -> None:
+def _check_depth(written: str) -> None:
     """Refuse deep nesting before the recursive parser meets it; brackets in strings count too."""
     depth = 0
-    for byte in data:
-        if byte in b"[{":
+    for character in written:
+        if character in "[{":
             depth += 1
             if depth > DEEPEST:
                 raise CertificateError(f"nested deeper than {DEEPEST}")
-        elif byte in b"]}":
+        elif character in "]}":
             depth -= 1
 
 

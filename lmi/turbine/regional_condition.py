@@ -25,6 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.lmi.limits import initial_lmis, input_lmis, state_lmis
 from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
 from takagi.models.errors import ModelError
 
@@ -35,8 +36,8 @@ Floats = NDArray[np.float64]
 # Largest eigenvalue of Q in scaled states: the ellipsoid may reach this many times (squared) the
 # states' ranges.  It only keeps the unknowns bounded.
 LARGEST_Q = 1e3
-# Weight of the set and bound inequalities: they hold with a little room, decay gets the rest.
-SLIGHT = 1e-6
+# Margin of a bound for a margin 1 of decay: bounds hold with a little room, decay gets the rest.
+LIMIT_WEIGHT = 1e-3
 ONE = np.ones((1, 1, 1))
 
 
@@ -94,19 +95,18 @@ def regional_gain_condition(
     Q = Unknown("Q", n, n, symmetric=True)
     M = Unknown("M", 1, n, count=rules)
     mu = Unknown("mu", 1, 1, symmetric=True, latex=r"\mu")
-    lmis = (
-        _scale(Q),
-        _decay(Q, M, A, B),
-        _operating_set(Q, corners),
-        *((_inside_box(Q, box),) if np.isfinite(box).any() else ()),
-        *(_bound(Q, M, mu, bound) for bound in bounds),
-        *(_largest_demand(mu, bound.limit) for bound in bounds if bound.least),
-    )
+    lmis = [_scale(Q), _decay(Q, M, A, B), *initial_lmis(Q, corners), *state_lmis(Q, box)]
+    for bound in bounds:
+        _check_bound(bound, n)
+        if bound.least or np.any(bound.offset):
+            lmis += _demand_lmis(Q, M, mu, bound)
+        else:
+            lmis += input_lmis(Q, M, np.array([bound.limit]))
     least = any(bound.least for bound in bounds)
     return Condition(
         name="regional gains with decay rate and actuator bounds",
         unknowns=(Q, M, mu) if least else (Q, M),
-        lmis=lmis,
+        lmis=tuple(lmis),
         objective={"mu": np.ones((1, 1, 1))} if least else {},
         parameters={"alpha": decay_rate},
         source="Tanaka and Wang (2001), sections 3.3-3.4",
@@ -152,83 +152,41 @@ def _decay(Q: Unknown, M: Unknown, A: Floats, B: Floats) -> LMI:
     )
 
 
-def _operating_set(Q: Unknown, corners: Floats) -> LMI:
-    n = Q.rows
-    one = np.eye(n)[None]
-    return LMI(
-        name="operating set",
-        blocks=(1, n),
-        terms=(Term(unknown=Q, left=one, right=one, at=(1, 1)),),
-        constants=(
-            Constant(value=ONE, latex="1"),
-            Constant(value=corners[:, None, :], at=(0, 1), latex=r"x_{k}^\top"),
-        ),
-        count=len(corners),
-        weight=SLIGHT,
-        index=rf"k = 1, \dots, {len(corners)}",
-    )
+def _check_bound(bound: ActuatorBound, n: int) -> None:
+    if not bound.limit > 0 or bound.offset.shape != (n,):
+        raise ModelError(
+            f"{bound.name}: limit {bound.limit!r} and offset of shape {bound.offset.shape} were "
+            f"given; a limit above 0 and one offset per state ({n}) are needed"
+        )
 
 
-def _inside_box(Q: Unknown, box: Floats) -> LMI:
-    limited = np.flatnonzero(np.isfinite(box))
-    rows = np.eye(Q.rows)[limited][:, None, :]
-    return LMI(
-        name="inside the model's box",
-        blocks=(1,),
-        terms=(
-            Term(
-                unknown=Q,
-                left=-rows,
-                right=rows.transpose(0, 2, 1),
-                latex=("-e_{l}^\\top", "e_{l}"),
-            ),
-        ),
-        constants=(Constant(value=box[limited][:, None, None] ** 2, latex="b_{l}^2"),),
-        count=len(limited),
-        weight=SLIGHT,
-        index="l",
-    )
-
-
-def _largest_demand(mu: Unknown, limit: float) -> LMI:
-    return LMI(
-        name="demand within the limit",
-        blocks=(1,),
-        terms=(Term(unknown=mu, left=-ONE, right=ONE),),
-        constants=(Constant(value=limit**2 * ONE, latex=r"\bar r^2"),),
-        weight=SLIGHT,
-    )
-
-
-def _bound(Q: Unknown, M: Unknown, mu: Unknown, bound: ActuatorBound) -> LMI:
-    if not bound.limit > 0:
-        raise ModelError(f"{bound.name}: limit {bound.limit!r} was given; it must exceed 0")
+def _demand_lmis(Q: Unknown, M: Unknown, mu: Unknown, bound: ActuatorBound) -> tuple[LMI, ...]:
+    """Pose [[mu, M_i + c Q], [(.)', Q]] >= 0 and mu <= limit^2, or the limit itself for mu."""
     n, own = Q.rows, np.arange(M.count)
-    one = np.eye(n)[None]
-    terms = [
+    one, row = np.eye(n)[None], bound.offset[None, None, :]
+    terms = (
         Term(unknown=Q, left=one, right=one, at=(1, 1)),
-        Term(
-            unknown=M,
-            left=ONE,
-            right=one,
-            at=(0, 1),
-            items=own,
-            members=own,
-            symbol="M_{i}",
-        ),
-    ]
-    if np.any(bound.offset):
-        row = bound.offset[None, None, :]
-        terms.append(Term(unknown=Q, left=row, right=one, at=(0, 1), latex=("c", "")))
-    limit = Constant(value=bound.limit**2 * ONE, latex=r"\bar u^2")
-    if bound.least:
-        terms.append(Term(unknown=mu, left=ONE, right=ONE))
-    return LMI(
+        Term(unknown=M, left=ONE, right=one, at=(0, 1), members=own, symbol="M_{i}"),
+        Term(unknown=Q, left=row, right=one, at=(0, 1), latex=("c", "")),
+    )
+    limit = Constant(value=bound.limit**2 * ONE, latex=r"\bar r^2")
+    demand = LMI(
         name=bound.name,
         blocks=(1, n),
-        terms=tuple(terms),
+        terms=(*terms, Term(unknown=mu, left=ONE, right=ONE)) if bound.least else terms,
         constants=() if bound.least else (limit,),
         count=M.count,
-        weight=SLIGHT,
+        weight=LIMIT_WEIGHT,
+        labels=tuple(f"{bound.name}, rule {i + 1}" for i in own),
         index=rf"i = 1, \dots, {M.count}",
     )
+    if not bound.least:
+        return (demand,)
+    largest = LMI(
+        name=f"limit: {bound.name}",
+        blocks=(1,),
+        terms=(Term(unknown=mu, left=-ONE, right=ONE),),
+        constants=(limit,),
+        weight=LIMIT_WEIGHT,
+    )
+    return demand, largest

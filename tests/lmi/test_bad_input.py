@@ -64,7 +64,7 @@ def test_an_unstable_mode_out_of_reach_is_named() -> None:
     A = np.array([np.diag([-1.0, 1.0]), np.diag([0.5, 1.0])])
     model = TSModel(A, [[0.0], [1.0]], states=["drift [m]", "speed [m/s]"])
 
-    with pytest.raises(ModelError, match=r"vertex 2 of 2: the mode at 0.5.*\+1 drift \[m\]"):
+    with pytest.raises(ModelError, match=r"vertex 2 of 2: the mode at 0.5.*\+1 \* drift \[m\]"):
         pdc(model)
 
 
@@ -108,3 +108,13 @@ def test_a_weight_that_is_not_symmetric_is_not_halved() -> None:
         symmetric("Q", [[1.0, 1.0], [0.0, 1.0]], 2, definite=False)
     with pytest.raises(ModelError, match="eigenvalue -1; it must be positive semidefinite"):
         symmetric("Q", [[1.0, 0.0], [0.0, -1.0]], 2, definite=False)
+
+
+def test_small_units_are_not_taken_for_no_authority() -> None:
+    """A torque in N m moves a rotor by 1e-12 of its unit; that is authority all the same."""
+    model = TSModel(
+        [[[0.1, 0.0], [0.0, -5.0]]],
+        [[[-1e-12, 0.0], [0.0, 5.0]]],
+    )
+
+    assert pdc(model, decay_rate=0.05).found

@@ -28,7 +28,7 @@ from takagi.models.turbine.trim import trim
 
 TURBINE = nrel5mw()
 RATED = TURBINE.rated_rotor_speed
-WINDS = (4.5, 7.0, 9.5, 10.6, 11.2, 11.6, 12.5, 15.0, 20.0, 25.0)
+WINDS = (4.5, 7.0, 9.5, 10.6, 11.2, 11.4, 11.6, 12.5, 15.0, 20.0, 25.0)
 LAWS: tuple[PaperLawName, PaperLawName] = ("paper", "paper-two-integrators")
 
 speeds = st.floats(0.6, 1.5)
@@ -294,6 +294,15 @@ def test_initial_state_rests_at_the_trim_in_region_2(name: PaperLawName) -> None
     assert len(state) == len(law.state_names)
     assert law.command(state, seen).torque == pytest.approx(point.torque)
     np.testing.assert_allclose(law.state_rate(state, seen), 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("variant", ["saturated", "sector"])
+def test_two_integrators_rest_at_every_wind(variant: Variant) -> None:
+    """With 0 < f_1(omega_rated) < 1 there is an equilibrium at every wind, and it is stable."""
+    law = make_law("paper-two-integrators", variant=variant)
+
+    assert all(local_loop(law, float(v)).stable for v in np.arange(4.0, 25.1, 0.5))
+    assert local_loop(law, 11.4).stable
 
 
 def test_initial_state_without_equilibrium_gives_the_trim_torque() -> None:

@@ -1,0 +1,80 @@
+r"""When no common P exists: multipliers that say so.
+
+    find Z_i >= 0, sum_i trace Z_i = 1, with  sum_i (A_i Z_i + Z_i A_i' + 2 alpha Z_i) >= t I,  t > 0.
+
+For any P > 0 with A_i'P + PA_i + 2 alpha P < 0 the trace of P times the sum would be negative on one
+side and positive on the other.
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3 (theorems of alternatives).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.lmi.intake import vertex_stack
+from takagi.lmi.stages import decide
+from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
+
+__all__ = ["impossibility_condition", "impossibility_multipliers"]
+
+Floats = NDArray[np.float64]
+
+
+def impossibility_condition(A: Floats, *, decay_rate: float = 0.0) -> Condition:
+    """Pose the alternative to a common quadratic function; Z_i <= I fixes the scale.
+
+    Parameters
+    ----------
+    A : (N, n, n).
+    decay_rate : alpha [1/s].
+    """
+    count, n = A.shape[:2]
+    Z = Unknown("Z", n, n, symmetric=True, count=count)
+    one = np.eye(n)[None]
+    every = np.arange(count)
+    positive = LMI(
+        name="multiplier",
+        blocks=(n,),
+        terms=(Term(unknown=Z, left=one, right=one, items=every, members=every),),
+        count=count,
+        weight=0.0,
+    )
+    bounded = LMI(
+        name="scale of the multiplier",
+        blocks=(n,),
+        terms=(Term(unknown=Z, left=one, right=one, items=every, members=every),),
+        constants=(Constant(value=-one, latex="-I"),),
+        sign=-1,
+        count=count,
+        weight=0.0,
+    )
+    shifted = A + decay_rate * np.eye(n)
+    alternative = LMI(
+        name="alternative",
+        blocks=(n,),
+        terms=(
+            Term(
+                unknown=Z,
+                left=shifted,
+                right=one,
+                plus_transpose=True,
+                items=np.zeros(count, dtype=np.intp),
+                members=every,
+                latex=("A_{i}", ""),
+            ),
+        ),
+    )
+    return Condition(
+        name="no common quadratic function",
+        unknowns=(Z,),
+        lmis=(positive, bounded, alternative),
+        source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3",
+    )
+
+
+def impossibility_multipliers(A: ArrayLike, *, decay_rate: float = 0.0) -> Floats | None:
+    """Return (N, n, n) multipliers Z_i in floating point, or None when none were found."""
+    outcome = decide(impossibility_condition(vertex_stack(A), decay_rate=decay_rate))
+    return outcome.values["Z"] if outcome.status == "candidate" else None

@@ -1,0 +1,259 @@
+"""Regional gains: what the LMIs promise, looked at on the ellipsoid and on the nonlinear plant."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from takagi.lmi.turbine.region_task import Requirement, region_task
+from takagi.lmi.turbine.regional import (
+    FULL_LOAD,
+    PARTIAL_LOAD,
+    RegionalGains,
+    RegionGains,
+    region_gains,
+    regional_gains,
+)
+from takagi.models.errors import ModelError
+from takagi.models.law.regional_schedule import regional_schedule
+from takagi.models.ts_model import TSModel
+from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine.full_load import full_load_model
+from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine.partial_load import partial_load_model
+from takagi.models.turbine.trim import trim
+
+TURBINE = nrel5mw()
+Floats = NDArray[np.float64]
+
+
+@cache
+def models() -> tuple[TSModel, TSModel]:
+    """Both regional models with coarse (still rigorous) bounds: faster to make."""
+    return (
+        partial_load_model(TURBINE, tolerance="0.1"),
+        full_load_model(TURBINE, tolerance="0.1"),
+    )
+
+
+@cache
+def design() -> RegionalGains:
+    """The default requirements."""
+    partial, full = models()
+    return regional_gains(TURBINE, partial_model=partial, full_model=full)
+
+
+def parts() -> tuple[RegionGains, RegionGains]:
+    """Partial load, full load."""
+    return design().partial, design().full
+
+
+def boundary(P: Floats, count: int) -> Floats:
+    """Points with x' P x = 1, (count, n), spread evenly in direction."""
+    x = np.random.default_rng(5).normal(size=(count, len(P)))
+    scale = np.sqrt(np.einsum("ki,ij,kj->k", x, P, x))
+    return np.asarray(x / scale[:, None])
+
+
+def blends(count: int, rules: int) -> Floats:
+    """Memberships, (count, rules): random, and every rule alone."""
+    return np.vstack([np.eye(rules), np.random.default_rng(6).dirichlet(np.ones(rules), count)])
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_every_blend_decays_at_the_rate_asked(which: int) -> None:
+    """He(P (A - B K)) + 2 alpha P <= 0 for A and K blended by the same h: recomputed from P."""
+    part = parts()[which]
+    assert part.P is not None
+    for h in blends(200, len(part.gains)):
+        A = np.tensordot(h, part.model.A, 1) - part.model.B[0] @ np.tensordot(h, part.gains, 1)
+        worst = np.linalg.eigvals(np.linalg.solve(part.P, part.P @ A + A.T @ part.P)).real.max()
+        assert worst <= -2 * part.requirement.decay_rate
+
+
+def test_flipped_gains_do_not_decay() -> None:
+    """Broken on purpose: with the gains' sign turned the same test fails."""
+    part = design().full
+    assert part.P is not None
+    A = part.model.A + part.model.B @ part.gains
+    worst = [np.linalg.eigvals(matrix).real.max() for matrix in A]
+
+    assert min(worst) > 0
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_published_signs(which: int) -> None:
+    """k_x < 0 on speed (too fast: more torque, more pitch) and k_I = -K_I < 0 on every rule."""
+    k_x, k_I = parts()[which].require()
+
+    assert np.all(k_x[:, 0] < 0) and np.all(k_I < 0)
+    np.testing.assert_array_equal(parts()[which].gains[:, 0, -1], -k_I)
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_operating_set_lies_in_the_ellipsoid_and_that_in_the_box(which: int) -> None:
+    """The stated errors have V <= 1, and V <= 1 stays where the model is exact."""
+    part = parts()[which]
+    asked, P = part.requirement, part.P
+    assert P is not None
+    signs = [(1, 1), (1, -1)]
+    corners = [[a * asked.speed_error, b * asked.pitch_error, 0.0] for a, b in signs]
+    for corner in corners:
+        x = np.array(corner if len(P) == 3 else [corner[0], 0.0])
+        assert x @ P @ x <= 1
+    widths = np.sqrt(np.diag(np.linalg.inv(P)))
+    for name, width in zip(part.model.states, widths, strict=True):
+        if name in part.model.box:
+            assert width <= float(part.model.box[name][1])
+
+
+def test_torque_stays_within_its_limits_on_the_ellipsoid() -> None:
+    """T* + dT lies in 0..T_max at every wind of the region, for every blend of gains."""
+    part = design().partial
+    assert part.P is not None
+    x, h = boundary(part.P, 400), blends(50, 4)
+    deviation = np.abs(np.einsum("bi,iun,kn->bk", h, part.gains, x)).max()
+    torques = [trim(TURBINE, v).torque for v in np.linspace(4.1, 11.45, 99)]
+
+    assert deviation <= min(torques) and max(torques) + deviation <= TURBINE.maximum_torque
+    (limit, largest) = part.bounds["torque within its limits"]
+    assert deviation <= largest * (1 + 1e-9) and largest <= limit
+
+
+def test_demanded_pitch_rate_stays_within_its_limit_on_the_ellipsoid() -> None:
+    """|beta_ref - beta|/tau <= 8 deg/s and beta* + d_ref >= smallest pitch, every blend."""
+    part = design().full
+    assert part.P is not None
+    x, h = boundary(part.P, 400), blends(50, 8)
+    command = -np.einsum("bi,iun,kn->bk", h, part.gains, x)
+    rate = np.abs(command - x[:, 1]).max() / TURBINE.pitch_time_constant
+    lowest = trim(TURBINE, 11.951).pitch
+
+    assert rate <= TURBINE.pitch_rate_limit
+    assert lowest - np.abs(command).max() >= TURBINE.pitch_min
+
+
+@pytest.mark.parametrize("wind", [4.3, 8.0, 11.3])
+def test_nonlinear_partial_load_keeps_what_was_promised(wind: float) -> None:
+    """From the edge of the set, on the nonlinear rotor: torque in limits, V at the rate asked."""
+    part, asked = design().partial, PARTIAL_LOAD
+    k_x, k_I = part.require()
+    schedule = regional_schedule(TURBINE, part.model, k_x=k_x, k_I=k_I)
+    P = np.asarray(part.P)
+    speed, angle = _table(part.model, wind)
+    balance = float(rotor_torque(TURBINE, speed, angle, wind)) / TURBINE.gear_ratio
+
+    def torque(x: Floats) -> float:
+        gains = schedule.gains_at(speed + x[0], angle, wind)
+        return balance - gains.speed * x[0] + gains.integral * x[1]
+
+    def rate(_: float, x: Floats) -> list[float]:
+        rotor = float(rotor_torque(TURBINE, speed + x[0], angle, wind))
+        return [(rotor - TURBINE.gear_ratio * torque(x)) / TURBINE.inertia, -float(x[0])]
+
+    run = solve_ivp(rate, (0, 30), [asked.speed_error, 0.0], max_step=0.5, rtol=1e-8)
+    V = np.einsum("ik,ij,jk->k", run.y, P, run.y)
+    torques = [torque(x) for x in run.y.T]
+
+    assert np.all(V <= V[0] * np.exp(-2 * asked.decay_rate * run.t) * (1 + 1e-6))
+    assert min(torques) >= 0 and max(torques) <= TURBINE.maximum_torque
+
+
+@pytest.mark.parametrize("wind", [12.0, 16.0, 24.9])
+def test_nonlinear_full_load_keeps_what_was_promised(wind: float) -> None:
+    """From a corner of the set, on the nonlinear rotor: pitch rate in its limit, V decays."""
+    part, asked = design().full, FULL_LOAD
+    k_x, k_I = part.require()
+    schedule = regional_schedule(TURBINE, part.model, k_x=k_x, k_I=k_I)
+    P = np.asarray(part.P)
+    speed, angle = _table(part.model, wind)
+    balance = float(rotor_torque(TURBINE, speed, angle, wind))
+
+    def demanded(x: Floats) -> float:
+        g = schedule.gains_at(speed + x[0], angle + x[1], wind)
+        command = -g.speed * x[0] - g.pitch * x[1] + g.integral * x[2]
+        return float(command - x[1]) / TURBINE.pitch_time_constant
+
+    def rate(_: float, x: Floats) -> list[float]:
+        rotor = float(rotor_torque(TURBINE, speed + x[0], angle + x[1], wind))
+        return [(rotor - balance) / TURBINE.inertia, demanded(x), -float(x[0])]
+
+    start = [asked.speed_error, -asked.pitch_error, 0.0]
+    run = solve_ivp(rate, (0, 60), start, max_step=0.5, rtol=1e-8)
+    V = np.einsum("ik,ij,jk->k", run.y, P, run.y)
+
+    assert np.all(V <= V[0] * np.exp(-2 * asked.decay_rate * run.t) * (1 + 1e-6))
+    assert max(abs(demanded(x)) for x in run.y.T) <= TURBINE.pitch_rate_limit
+
+
+def _table(model: TSModel, wind: float) -> tuple[float, float]:
+    """Return the table's trim: where the model's premise a is a derivative, not a secant."""
+    from takagi.models.turbine.operating_band import operating_band
+
+    low, high = (float(end) for end in model.box["wind estimate [m/s]"])
+    band = operating_band(TURBINE, (low, high), speed_band=0, pitch_band=0, wind_band=0)
+    speed, angle = band.at(wind)
+    return float(speed), float(angle)
+
+
+def test_least_demand_agrees_with_cvxpy() -> None:
+    """A second formulation, written out in cvxpy, finds the same least demanded pitch rate."""
+    import cvxpy as cp
+
+    part = design().full
+    (_, ours) = part.bounds[
+        "demanded pitch rate (times the drive's time constant) within its limit"
+    ]
+    task = region_task(TURBINE, part.model, part.requirement, None)
+    s, u = task.scales, task.unit
+    A, B = part.model.A * s / s[:, None], part.model.B[0] * u / s[:, None]
+    Q, mu = cp.Variable((3, 3), symmetric=True), cp.Variable((1, 1))
+    M = [cp.Variable((1, 3)) for _ in A]
+    room = task.bounds[0].limit / u
+    drive = np.array([[0.0, s[1] / u, 0.0]])
+    constraints = [Q >> 1e-6 * np.eye(3), Q[0, 0] <= (task.box[0] / s[0]) ** 2]
+    constraints.append(Q[1, 1] <= (task.box[1] / s[1]) ** 2)
+    for sign in (1.0, -1.0):
+        x = np.array([[part.requirement.speed_error, sign * part.requirement.pitch_error, 0]]) / s
+        constraints.append(cp.bmat([[np.ones((1, 1)), x], [x.T, Q]]) >> 0)
+    for A_i, M_i in zip(A, M, strict=True):
+        G = A_i @ Q - B @ M_i
+        constraints.append(G + G.T + 2 * part.requirement.decay_rate * Q << 0)
+        constraints.append(cp.bmat([[np.full((1, 1), room**2), M_i], [M_i.T, Q]]) >> 0)
+        rate = M_i + drive @ Q
+        constraints.append(cp.bmat([[mu, rate], [rate.T, Q]]) >> 0)
+    problem = cp.Problem(cp.Minimize(mu[0, 0]), constraints)
+    problem.solve(solver="CLARABEL")
+
+    assert float(np.sqrt(problem.value)) * u == pytest.approx(ours, rel=0.02)
+
+
+def test_infeasible_names_region_winds_and_cures() -> None:
+    """A rate that cannot be had: the answer says where, what binds, and a cure that works."""
+    _, full = models()
+    asked = Requirement(decay_rate=0.15, speed_error=0.02, pitch_error=0.005)
+    answer = region_gains(TURBINE, full, asked)
+    found = re.search(r"lower the decay rate to ([\d.]+) 1/s", answer.diagnosis)
+
+    assert answer.status == "infeasible" and answer.k_x is None
+    assert "full load, 11.95 to 25 m/s" in answer.diagnosis
+    assert "decay of rule" in answer.diagnosis
+    assert found is not None
+    slower = Requirement(float(found.group(1)) * 0.99, asked.speed_error, asked.pitch_error)
+    assert region_gains(TURBINE, full, slower).found
+    with pytest.raises(ModelError, match="no gains were found"):
+        answer.require()
+
+
+def test_misuse_is_explained() -> None:
+    """A set outside the model's box and a rate of zero are misuse, not an infeasible design."""
+    partial, _ = models()
+    with pytest.raises(ModelError, match="the model is exact up to"):
+        region_gains(TURBINE, partial, Requirement(decay_rate=0.1, speed_error=0.2))
+    with pytest.raises(ModelError, match="must exceed 0"):
+        Requirement(decay_rate=0.0, speed_error=0.02)
