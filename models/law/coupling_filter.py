@@ -216,7 +216,7 @@ def coupling_filter(
     minimum_torque : T_min of ``sector`` [N m]; None takes rated torque - torque overlap.
     shape : of the ramp in speed.
     torque_shape : of the ramps in torque of ``sector``.  Linear ones keep T_g f_2 >= T_max on the
-        window; smooth ones let it dip below by up to a twelfth of the window just before T_max.
+        window; smooth ones let it dip below by about a tenth of the window just before T_max.
     speed_setpoint : rotor speed of full load [rad/s]; None takes the rated speed.
 
     Raises

@@ -10,8 +10,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 from scipy.optimize import brentq
 
+from takagi.models.fast_surface import scalar_surface
 from takagi.models.law.paper import PaperLaw
-from takagi.models.simulation.fast_surface import scalar_surface
 from takagi.models.turbine.trim import TrimPoint, trim
 
 __all__ = [

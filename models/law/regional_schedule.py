@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.models.errors import ModelError
-from takagi.models.simulation.fast_surface import scalar_surface
+from takagi.models.fast_surface import scalar_surface
 from takagi.models.ts_model import TSModel
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import OperatingBand, operating_band

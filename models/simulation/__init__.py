@@ -2,7 +2,6 @@
 
 wind, turbulence        wind series: steps, ramps, gusts; rotor-effective turbulence
 plant, dynamics, wake   the plants as values, and their right-hand sides
-fast_surface            one point of a coefficient surface at a time
 closed_loop, history    a law on a plant in a wind, and what it leaves
 baseline                the reference's own controller as a law
 metrics, scenario       numbers of a record; laws side by side in the same winds

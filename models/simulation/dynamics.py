@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import NamedTuple
 
-from takagi.models.simulation.fast_surface import scalar_surface
+from takagi.models.fast_surface import scalar_surface
 from takagi.models.simulation.plant import Flag, Plant
 from takagi.models.simulation.wake import excess_sensitivity, wake_time_constant
 from takagi.models.turbine.data import Turbine

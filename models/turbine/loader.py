@@ -17,7 +17,7 @@ from takagi.models.turbine.data import Baseline, Figure, FrozenWake, Turbine
 from takagi.models.turbine.tables import CoefficientTable, read_coefficient_table
 from takagi.models.turbine.units import accepted_units, to_si
 
-__all__ = ["load_turbine", "nrel5mw"]
+__all__ = ["load_turbine", "model_files", "nrel5mw"]
 
 
 class _Field(NamedTuple):
@@ -78,6 +78,7 @@ _WAKE = (
 )
 _TOP = ("format", "kind", "name", "description")
 _FREE_SECTION = "reference"
+_TABLES = ("power", "thrust")
 _OTHER = ("frozen_wake.source", "coefficients.power", "coefficients.thrust")
 # attribute pairs of which the first must be the smaller, with the fields to name
 _ORDERED = (
@@ -119,6 +120,18 @@ def load_turbine(path_or_name: str | Path) -> Turbine:
         figures=MappingProxyType(figures),
         **parts,
     )
+
+
+def model_files(path_or_name: str | Path) -> list[Path]:
+    """Return the files that ``load_turbine`` reads: the TOML file, then its coefficient tables.
+
+    Raises
+    ------
+    ModelError : as ``load_turbine`` does for the name, the file, or a table that is not named.
+    """
+    document = read_document(resolve_model(path_or_name))
+    names = [_text(document, f"coefficients.{key}") for key in _TABLES]
+    return [document.path, *(document.path.parent / name for name in names)]
 
 
 @lru_cache(maxsize=1)
@@ -261,7 +274,7 @@ def _frozen_wake(document: Document) -> FrozenWake:
 def _surfaces(document: Document, pitch_min: float) -> dict[str, Surface]:
     """Return the surfaces c_P, c_T and c_Q from the tables beside the file."""
     tables: dict[str, CoefficientTable] = {}
-    for key in ("power", "thrust"):
+    for key in _TABLES:
         path = f"coefficients.{key}"
         name = _text(document, path)
         try:

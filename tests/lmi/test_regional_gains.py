@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from functools import cache
+from importlib import import_module
+from typing import Any
 
 import numpy as np
 import pytest
@@ -150,7 +152,7 @@ def test_nonlinear_partial_load_keeps_what_was_promised(wind: float) -> None:
 
     def torque(x: Floats) -> float:
         gains = schedule.gains_at(speed + x[0], angle, wind)
-        return balance - gains.speed * x[0] + gains.integral * x[1]
+        return float(balance - gains.speed * x[0] + gains.integral * x[1])
 
     def rate(_: float, x: Floats) -> list[float]:
         rotor = float(rotor_torque(TURBINE, speed + x[0], angle, wind))
@@ -203,8 +205,7 @@ def _table(model: TSModel, wind: float) -> tuple[float, float]:
 
 def test_least_demand_agrees_with_cvxpy() -> None:
     """A second formulation, written out in cvxpy, finds the same least demanded pitch rate."""
-    import cvxpy as cp
-
+    cp: Any = import_module("cvxpy")
     part = design().full
     (_, ours) = part.bounds[
         "demanded pitch rate (times the drive's time constant) within its limit"

@@ -108,9 +108,12 @@ def test_sector_slope_exceeds_one(shape: Shape) -> None:
     assert float(slope.min()) == pytest.approx(low, abs=1e-3)
 
 
-@pytest.mark.parametrize(("shape", "dip"), [("linear", 0.0), ("smooth", 2000.0 / 12)])
+@pytest.mark.parametrize(("shape", "dip"), [("linear", 0.0), ("smooth", 2000.0 * 3**0.5 / 18)])
 def test_sector_holds_rated_torque_on_its_window(shape: Shape, dip: float) -> None:
-    """Linear ramps never fall below T_max on [T_min, T_max]; smooth ones by a twelfth of it."""
+    """Linear ramps never fall below T_max on [T_min, T_max]; smooth ones dip.
+
+    w = 3 s^2 - 2 s^3 leaves max(q - 3 q^2 + 2 q^3) = sqrt(3)/18 of the window, to first order.
+    """
     law = coupling_filter(TURBINE, variant="sector", torque_overlap=2000.0, torque_shape=shape)
     torque = np.linspace(law.minimum_torque, RATED, 4001)
     lowest = float((law.torque_factor(torque) * torque).min())

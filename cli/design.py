@@ -1,0 +1,129 @@
+"""`takagi design`: from a turbine to gains, certificate and report, in one folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from takagi.cli.command import run_command
+from takagi.cli.design_options import (
+    Bandwidth,
+    EquilibriumWake,
+    Inertia,
+    Law,
+    Model,
+    Overlap,
+    SpeedOverlap,
+    SpeedSetpoint,
+    TorqueOverlap,
+    design_settings,
+)
+from takagi.cli.design_run import Unprovable, run_design
+from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.output_place import require_folder_place
+from takagi.cli.progress import progress
+
+if TYPE_CHECKING:
+    from takagi.certificates.turbine_design import TurbineDesign
+
+__all__ = ["design", "run"]
+
+# What lands in the folder, and what each is for; `figures` holds several.
+PURPOSES = {
+    "gains.json": "the law to load into a controller: schedule, gains, limits, units",
+    "certificate.json": "the claims with every number that proves them",
+    "report.html": "model, gains, margins, poles and responses, to read in a browser",
+    "figures": "the report's figures, one file each",
+}
+_FOLDERS = ("figures",)
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the verb; return its exit status."""
+    return run_command("design", design, arguments)
+
+
+def design(
+    model: Model,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write.")
+    ],
+    law: Law = "coherent",
+    overlap: Overlap = None,
+    speed_overlap: SpeedOverlap = None,
+    torque_overlap: TorqueOverlap = None,
+    speed_setpoint: SpeedSetpoint = None,
+    bandwidth: Bandwidth = None,
+    inertia: Inertia = None,
+    equilibrium_wake: EquilibriumWake = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+) -> int:
+    """Design a controller for MODEL, prove what is claimed of it, and report.
+
+    Leaves gains.json, certificate.json, report.html and figures/ in DIR: all of them, or none.
+
+    Exit status: 0 PROVED; 1 not proved, or no such design exists; 2 misuse.
+    """
+    require_folder_place(out, files=[n for n in PURPOSES if n not in _FOLDERS], folders=_FOLDERS)
+    from takagi.models.loading import load_model
+
+    turbine = load_model(model)
+    asked = design_settings(
+        turbine,
+        law=law,
+        overlap=overlap,
+        speed_overlap=speed_overlap,
+        torque_overlap=torque_overlap,
+        speed_setpoint=speed_setpoint,
+        bandwidth=bandwidth,
+        inertia=inertia,
+        equilibrium_wake=equilibrium_wake,
+    )
+    with progress(f"takagi design {model}") as tell:
+        finished = run_design(turbine, asked, model, tell)
+        if isinstance(finished, Unprovable):
+            return finished.tell(as_json=as_json)
+        from takagi.reports.design_folder import design_files
+
+        files = design_files(finished, tell=tell)
+        from takagi.reports.output import write_folder
+
+        write_folder(out, files)
+    _print(finished, model, out, files, as_json=as_json)
+    return PROVED if finished.checked.verdict.name == "PROVED" else UNPROVED
+
+
+def _print(
+    finished: TurbineDesign,
+    model: str,
+    out: Path,
+    files: Mapping[str, bytes | str],
+    *,
+    as_json: bool,
+) -> None:
+    from takagi.cli.design_summary import as_data, as_text
+
+    if as_json:
+        print(json.dumps({**as_data(finished), "files": _paths(out, files)}, indent=2))
+        return
+    print(as_text(finished))
+    print(f"\n{out}")
+    width = max(map(len, PURPOSES)) + 2
+    for name, purpose in PURPOSES.items():
+        if name in _FOLDERS:
+            count = sum(file.startswith(f"{name}/") for file in files)
+            purpose = f"{purpose} ({count})"
+            shown = f"{name}/"
+        else:
+            shown = name
+        print(f"  {shown:<{width}}{purpose}")
+    print(f"\nNext\n  takagi check {out / 'certificate.json'} --gains {out / 'gains.json'}")
+    print(f"  takagi simulate {model} --help")
+
+
+def _paths(out: Path, files: Mapping[str, bytes | str]) -> list[str]:
+    return [str(out / name) for name in files]

@@ -1,0 +1,80 @@
+"""Finds out before the long work whether its result can be written."""
+
+from __future__ import annotations
+
+import errno
+import os
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from takagi.reports.output import OutputError
+
+__all__ = ["require_file_place", "require_folder_place"]
+
+# What a design leaves is of this size: a disk with less room is told now.
+_ROOM = 4_000_000
+
+
+def require_folder_place(
+    folder: Path, *, files: Sequence[str] = (), folders: Sequence[str] = ()
+) -> None:
+    """Return if ``folder`` can be made and filled; leave nothing behind.
+
+    Parameters
+    ----------
+    files, folders : names that will be written in it; one that is of the other kind is refused.
+
+    Raises
+    ------
+    OutputError : a part of the path is a file, or its place is read-only or full.
+    """
+    _refuse_kind(folder, want_folder=True)
+    for name in files:
+        _refuse_kind(folder / name, want_folder=False)
+    for name in folders:
+        _refuse_kind(folder / name, want_folder=True)
+    _try_to_write(folder)
+
+
+def require_file_place(path: Path) -> None:
+    """Return if a file can be written at ``path``; leave nothing behind.
+
+    Raises
+    ------
+    OutputError : it is a folder, or its place is read-only or full.
+    """
+    _refuse_kind(path, want_folder=False)
+    if path.exists() and not path.is_file():
+        return  # A device or a pipe: writing is the only way to know.
+    _try_to_write(Path(os.path.realpath(path)).parent)
+
+
+def _refuse_kind(path: Path, *, want_folder: bool) -> None:
+    if want_folder and path.exists() and not path.is_dir():
+        raise OutputError(path, _system_error(errno.EEXIST, path))
+    if not want_folder and path.is_dir():
+        raise OutputError(path, _system_error(errno.EISDIR, path))
+
+
+def _system_error(number: int, path: Path) -> OSError:
+    return OSError(number, os.strerror(number), str(path))
+
+
+def _try_to_write(folder: Path) -> None:
+    place = folder
+    try:
+        # The folder itself may not exist yet; what counts is the nearest one that does.
+        while not place.exists() and place != place.parent:
+            place = place.parent
+        with tempfile.TemporaryDirectory(prefix=".takagi-", dir=place) as trial:
+            _fill(Path(trial) / "trial")
+    except OSError as error:
+        raise OutputError(folder, error) from error
+
+
+def _fill(path: Path) -> None:
+    with open(path, "wb") as file:
+        file.write(bytes(_ROOM))
+        file.flush()
+        os.fsync(file.fileno())

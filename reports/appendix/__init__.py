@@ -1,0 +1,27 @@
+"""The LaTeX appendix of a design: derivation, law, theorem, LMIs, gains, certificate, margins.
+
+``appendix_files`` returns ``appendix.tex``, which compiles alone, its body for ``\\input`` into a
+paper, and the figures.  Everything is typeset from the values that were solved and proved.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from takagi.reports.appendix.files import appendix_files
+
+__all__ = ["appendix_files"]
+
+_HOME = {"appendix_files": "files"}
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOME:
+        return getattr(import_module(f"takagi.reports.appendix.{_HOME[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

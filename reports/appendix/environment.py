@@ -1,0 +1,54 @@
+r"""The jinja2 environment: LaTeX delimiters, everything escaped that is not marked as LaTeX.
+
+    \VAR{expression}    \BLOCK{statement}    \#{comment}
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+from takagi.reports.appendix.tex import decimal, escape, fixed, interval, scientific, unit
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+__all__ = ["render"]
+
+_TEMPLATES = "takagi.reports.appendix.templates"
+
+
+def render(template: str, context: Mapping[str, object]) -> str:
+    """Return a template filled; a name that the context lacks is an error, never a gap."""
+    return _environment().get_template(template).render(context)
+
+
+@lru_cache(maxsize=1)
+def _environment() -> Environment:
+    from jinja2 import Environment, FunctionLoader, StrictUndefined
+
+    environment = Environment(
+        block_start_string=r"\BLOCK{",
+        block_end_string="}",
+        variable_start_string=r"\VAR{",
+        variable_end_string="}",
+        comment_start_string=r"\#{",
+        comment_end_string="}",
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+        undefined=StrictUndefined,
+        finalize=escape,
+        loader=FunctionLoader(_source),
+    )
+    environment.filters.update(
+        decimal=decimal, fixed=fixed, interval=interval, scientific=scientific, unit=unit
+    )
+    return environment
+
+
+def _source(name: str) -> str:
+    return files(_TEMPLATES).joinpath(name).read_text(encoding="utf-8")

@@ -1,0 +1,158 @@
+r"""Numbers, units and words as LaTeX.
+
+``Tex`` marks text that is LaTeX already; everything else is escaped when it enters a template, so
+that no name, path or solver message can break a document.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from decimal import Decimal
+from fractions import Fraction
+
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.models.enclosure.interval import exact
+
+__all__ = [
+    "NONE",
+    "Tex",
+    "decimal",
+    "escape",
+    "fixed",
+    "interval",
+    "matrix",
+    "scientific",
+    "span",
+    "stacked",
+    "unit",
+]
+
+
+class Tex(str):
+    """Text that is LaTeX already and is not escaped again."""
+
+    __slots__ = ()
+
+
+NONE = Tex("--")
+
+_SPECIAL = {
+    "\\": r"\textbackslash{}",
+    "{": r"\{",
+    "}": r"\}",
+    "&": r"\&",
+    "%": r"\%",
+    "$": r"\$",
+    "#": r"\#",
+    "_": r"\_",
+    "^": r"\textasciicircum{}",
+    "~": r"\textasciitilde{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+    "\n": " ",
+    "²": r"\textsuperscript{2}",
+    "°": r"\textdegree{}",
+    "–": "--",
+}
+_ACCENTS = {"ä": r"\"a", "ö": r"\"o", "ü": r"\"u", "Ä": r"\"A", "Ö": r"\"O", "Ü": r"\"U"}
+_ACCENTS |= {"å": r"\aa{}", "Å": r"\AA{}", "é": r"\'e", "è": r"\`e", "ß": r"\ss{}"}
+# In the order in which they must be tried: "rad/s^2" has to be seen before "rad/s".
+_POWER = re.compile(r"\^(-?\d+)")
+
+
+def escape(words: object) -> Tex:
+    """Return plain words with every character that LaTeX reads as a command written out.
+
+    Characters beyond ASCII without an entry here become a question mark: the document then
+    compiles with any engine.
+    """
+    if isinstance(words, Tex):
+        return words
+    table = _SPECIAL | _ACCENTS
+    return Tex("".join(table.get(c, c if ord(c) < 128 else "?") for c in str(words)))
+
+
+def unit(name: str) -> Tex:
+    """Return a unit in upright letters: ``"N m s^2/rad^2"``; empty for a pure number."""
+    if name in ("-", ""):
+        return Tex("--")
+    parts = escape(name).replace(r"\textasciicircum{}", "^").replace(" ", r"\,")
+    return Tex("$\\mathrm{" + _POWER.sub(r"^{\1}", parts) + "}$")
+
+
+def decimal(value: float | int | str | Fraction) -> Tex:
+    """Return a number exactly as it is emitted: its shortest decimal, without an exponent.
+
+    Raises
+    ------
+    ModelError : not a finite number.
+    """
+    number = exact(value)
+    digits = Decimal(number.numerator) / Decimal(number.denominator)
+    text = format(digits, "f")
+    return _in_maths(text.rstrip("0").rstrip(".") if "." in text else text)
+
+
+def fixed(value: float, places: int) -> Tex:
+    """Return a number with this many decimals; infinity and NaN as a dash."""
+    number = float(value)
+    if not math.isfinite(number):
+        return Tex(r"$\infty$") if math.isinf(number) else NONE
+    text = f"{number:.{places}f}"
+    return _in_maths(text[1:] if text.startswith("-") and float(text) == 0 else text)
+
+
+def scientific(value: float, digits: int = 4) -> Tex:
+    """Return a number with this many significant digits, as a power of ten where it is far from 1."""
+    number = float(value)
+    if number == 0 or not math.isfinite(number):
+        return fixed(number, 0)
+    power = math.floor(math.log10(abs(number)))
+    if -4 <= power < 6:
+        text = f"{number:.{digits}g}"
+        if "e" not in text:
+            return _in_maths(text)
+        return _in_maths(f"{float(text):.0f}")
+    return Tex(rf"${number / 10.0**power:.{digits - 1}f} \times 10^{{{power}}}$")
+
+
+def interval(ends: Sequence[float | Fraction]) -> Tex:
+    """Return [low, high] with both ends as they are emitted."""
+    low, high = (decimal(end).strip("$") for end in ends)
+    return Tex(rf"$[{low},\ {high}]$")
+
+
+def span(ends: Iterable[float], places: int) -> Tex:
+    """Return ``low -- high`` of some numbers, or one number where they agree."""
+    values = [float(v) for v in ends]
+    low, high = fixed(min(values), places), fixed(max(values), places)
+    return low if low == high else Tex(f"{low} to {high}")
+
+
+def stacked(rows: Iterable[Sequence[object]]) -> list[list[Tex]]:
+    """Return table rows with every cell escaped, for a template to join."""
+    return [[escape(cell) for cell in row] for row in rows]
+
+
+def matrix(values: ArrayLike, *, exactly: bool = False, digits: int = 6) -> Tex:
+    """Return a two-dimensional array as a ``bmatrix``, for use inside mathematics.
+
+    Parameters
+    ----------
+    exactly : every entry as it is emitted; otherwise with ``digits`` significant digits.
+    """
+    import numpy as np
+
+    array: NDArray[np.float64] = np.atleast_2d(np.asarray(values, dtype=np.float64))
+    write = decimal if exactly else (lambda v: scientific(v, digits))
+    rows = [" & ".join(write(float(v)).strip("$") for v in row) for row in array]
+    return Tex(r"\begin{bmatrix} " + r" \\ ".join(rows) + r" \end{bmatrix}")
+
+
+def _in_maths(text: str) -> Tex:
+    """Return a number in mathematics, where a minus is a minus."""
+    return Tex(f"${text}$")

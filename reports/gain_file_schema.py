@@ -1,0 +1,195 @@
+"""What a gain file may contain: the pydantic models behind ``gains.json`` and its JSON Schema.
+
+Every column stands beside its unit in ``units``; angles in rad, torque on the high-speed shaft.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+__all__ = [
+    "FORMAT",
+    "VERSION",
+    "CoherentLawTables",
+    "Columns",
+    "GainFile",
+    "PremiseEntry",
+    "RegionEntry",
+    "gain_file_schema",
+]
+
+FORMAT, VERSION = "takagi-gains", 1
+
+Numbers: TypeAlias = list[float]
+
+
+class _Strict(BaseModel):
+    """Unknown fields are refused; numbers must be finite; nothing is converted."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class CoherentLawTables(_Strict):
+    """The effort-sharing law: tables over the schedule wind, linear between the nodes."""
+
+    name: Literal["coherent"]
+    wind: Numbers = Field(min_length=2, description="nodes [m/s], increasing")
+    rotor_speed: Numbers = Field(description="reference speed omega* at the nodes [rad/s]")
+    trim_effort: Numbers = Field(description="q* at the nodes [rad/s^2]")
+    effectiveness: Numbers = Field(description="assumed pitch effectiveness b [rad/s^2 per rad]")
+    effectiveness_limit: Numbers = Field(description="largest considered [rad/s^2 per rad]")
+    overlap: float = Field(gt=0, description="eps of the effort ramp [rad/s^2]")
+    proportional: Numbers = Field(description="gamma at the nodes [1/s]")
+    integral_rate: Numbers = Field(description="nu, constant between two nodes [1/s]")
+    rated_torque: float = Field(gt=0, description="[N m]")
+    effort_torque: float = Field(gt=0, description="J / n_g, torque per effort [N m s^2/rad]")
+    pitch_min: float
+    pitch_max: float
+    wind_filter: float = Field(ge=0, description="tau_f [s]; 0 passes the estimate through")
+    integral_limit: float = Field(gt=0, description="largest |x| [rad/s]")
+
+    @model_validator(mode="after")
+    def _one_number_per_node(self) -> CoherentLawTables:
+        count = len(self.wind)
+        if any(b <= a for a, b in zip(self.wind, self.wind[1:], strict=False)):
+            raise ValueError("law.wind: the nodes must increase")
+        columns = ("rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
+        needed = dict.fromkeys((*columns, "proportional"), count) | {"integral_rate": count - 1}
+        for name, length in needed.items():
+            if len(getattr(self, name)) != length:
+                found = len(getattr(self, name))
+                raise ValueError(f"law.{name} has {found} numbers for {count} winds; {length} fit")
+        return self
+
+
+class OtherLaw(BaseModel):
+    """Any other law, as its certificate states it."""
+
+    model_config = ConfigDict(extra="allow", allow_inf_nan=False)
+
+    name: str
+
+
+class PremiseEntry(_Strict):
+    """One premise z of a regional model and its proved range."""
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    evidence: str
+
+
+class RegionEntry(_Strict):
+    """One regional model with its gains: u = sum_i h_i (-k_x_i dx + k_I_i x_I)."""
+
+    region: str
+    status: str
+    states: list[str]
+    input: str
+    box: dict[str, Numbers] = Field(description="variable with unit -> [lower, upper]")
+    premises: list[PremiseEntry]
+    memberships: str
+    rules: list[list[int]] = Field(description="corner of each premise: 0 lower, 1 upper")
+    k_x: list[Numbers] | None = Field(description="per rule, on the states but the integral")
+    k_I: Numbers | None = Field(description="per rule, on the integral of omega_ref - omega")
+    decay_rate: float | None
+    bounds: dict[str, Numbers] = Field(description="name -> [limit, largest on the ellipsoid]")
+
+
+class Columns(_Strict):
+    """A table by columns."""
+
+    wind: Numbers
+    rotor_speed: Numbers
+    pitch: Numbers
+    torque: Numbers
+    region: list[str]
+
+
+class RampEntry(_Strict):
+    """The ramp psi that shares an effort between torque and pitch."""
+
+    overlap: float
+    formula: list[str]
+
+
+class FilterEntry(_Strict):
+    """The filter F = diag(f2, f1) on (torque, pitch reference) and its corners."""
+
+    kind: str
+    f1: Numbers = Field(min_length=2, max_length=2, description="[low, high] on pitch")
+    f2: Numbers = Field(min_length=2, max_length=2, description="[low, high] on torque")
+    corners: list[list[Numbers]]
+    premises: list[str]
+    parameters: dict[str, float | str]
+
+
+class ObserverEntry(_Strict):
+    """The wind observer: two gains on the speed error."""
+
+    l1: float
+    l2: float
+    decay_rate: float
+    wind_limits: Numbers
+    premise: PremiseEntry
+    equations: list[str]
+
+
+class ClaimEntry(_Strict):
+    """One claim of the certificate and what the checker says."""
+
+    name: str
+    verdict: Literal["PROVED", "DISPROVED", "UNDECIDED"]
+    text: str
+
+
+class WindClassEntry(_Strict):
+    """The certified wind class, one entry per wind cell."""
+
+    cells: list[Numbers]
+    wind_error: Numbers
+    wind_rate: Numbers
+    decay_rate: Numbers
+
+
+class CertificateEntry(_Strict):
+    """What the certificate beside this file says about the law."""
+
+    verdict: Literal["PROVED", "DISPROVED", "UNDECIDED"]
+    claims: list[ClaimEntry]
+    decay_rate: float | None
+    overspeed: float | None
+    wind_class: WindClassEntry | None
+    sha256: dict[str, str]
+
+
+class GainFile(_Strict):
+    """The whole file."""
+
+    format: Literal["takagi-gains"]
+    version: Literal[1]
+    name: str
+    turbine: str
+    units: dict[str, str]
+    law: Annotated[CoherentLawTables | OtherLaw, Field(union_mode="left_to_right")]
+    states: list[str]
+    schedule: dict[str, str]
+    ramp: RampEntry | None
+    filter: FilterEntry
+    trim: Columns
+    limits: dict[str, Numbers | float]
+    observer: ObserverEntry
+    regional: list[RegionEntry]
+    certificate: CertificateEntry
+
+
+def gain_file_schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of ``gains.json``."""
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "takagi gain file",
+        **GainFile.model_json_schema(),
+    }
