@@ -113,16 +113,17 @@ def coherent_candidate(
     say("enclosing the closed loop")
     cells = tuple(coherent_cells(turbine, law, box, uncertainty))
     corners = [loop_vertices(cell) for cell in cells]
+    sizes = [len(v.A) for v in corners]
     middle = np.array([float(cell.wind.centre) for cell in cells])
     error = np.interp(middle, shape.wind, shape.error)
     rate = np.interp(middle, shape.wind, shape.rate)
     say("one quadratic function for all winds")
     found = invariant_ellipsoid(
         np.concatenate([v.A for v in corners]),
-        np.concatenate([_disturbance(v, e, r) for v, e, r in zip(corners, error, rate, strict=True)]),
-        np.concatenate([np.full(len(v.A), k) for k, v in enumerate(corners)]),
+        np.concatenate(list(map(_disturbance, corners, error, rate))),
+        np.repeat(np.arange(len(cells)), sizes),
         _directions(box),
-        speed=np.concatenate([np.full(len(v.A), float(law.gains.integral_rate[k])) for k, v in enumerate(corners)]),
+        speed=np.repeat(law.gains.integral_rate, sizes),
     )
     none = np.zeros(len(cells))
     empty = CoherentCandidate(
@@ -131,7 +132,15 @@ def coherent_candidate(
     if found.P is None:
         return empty
     P = np.round(found.P * SHRINK, 4)
-    return replace(empty, P=P, **_per_cell(P, cells, corners, box, error, rate))
+    alpha, wind_error, wind_rate, decay = _per_cell(P, cells, corners, box, error, rate)
+    return replace(
+        empty,
+        P=P,
+        multipliers=alpha,
+        wind_error=wind_error,
+        wind_rate=wind_rate,
+        decay_rate=decay,
+    )
 
 
 def _per_cell(
@@ -141,8 +150,8 @@ def _per_cell(
     box: LoopBox,
     error: Floats,
     rate: Floats,
-) -> dict[str, Floats]:
-    """Return the largest class of each cell for this P, its multiplier, and its decay rate."""
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return multiplier, largest wind error and rate, and decay rate of each cell for this P."""
     rows = []
     for k, (cell, v) in enumerate(zip(cells, corners, strict=True)):
         limit = float(box.wind_share * cell.wind.lower) / error[k]
@@ -151,13 +160,8 @@ def _per_cell(
         )
         decay = max(float(decay_rates(P, v.A).min()), 0.0)
         rows.append((alpha, RESERVE * scale * error[k], RESERVE * scale * rate[k], RESERVE * decay))
-    alpha, wind_error, wind_rate, decay = (np.array(column) for column in zip(*rows, strict=True))
-    return {
-        "multipliers": np.round(alpha, 7),
-        "wind_error": _down(wind_error),
-        "wind_rate": _down(wind_rate),
-        "decay_rate": _down(decay),
-    }
+    columns = np.array(rows, dtype=np.float64).T
+    return np.round(columns[0], 7), _down(columns[1]), _down(columns[2]), _down(columns[3])
 
 
 def _disturbance(v: LoopVertices, error: float, rate: float, *, residual: bool = True) -> Floats:
@@ -211,13 +215,13 @@ def _peaks(P: Floats) -> dict[str, float]:
     """Return max |h x| over x'Px <= 1 = sqrt(h P^-1 h'), rounded up."""
     inverse = np.linalg.inv(P)
     rows = {
-        "speed_error": (1, 0, 0),
-        "effort_lag": (0, 1, 0),
-        "speed_signal": (1, 0, -1),
-        "integral": (0, 0, 1),
+        "speed_error": np.array([1, 0, 0]),
+        "effort_lag": np.array([0, 1, 0]),
+        "speed_signal": np.array([1, 0, -1]),
+        "integral": np.array([0, 0, 1]),
     }
     return {
-        name: math.ceil(float(np.sqrt(np.array(h) @ inverse @ np.array(h))) * (1 + 1e-6) * 1e7) / 1e7
+        name: math.ceil(float(np.sqrt(h @ inverse @ h)) * (1 + 1e-6) * 1e7) / 1e7
         for name, h in rows.items()
     }
 

@@ -111,7 +111,9 @@ def certify(
         rates = [share * (answer.decay_rate or 0.0) for share in BACK_OFF]
     else:
         if not (np.isfinite(decay_rate) and decay_rate >= 0):
-            raise ModelError(f"decay_rate = {decay_rate!r} was given; a number >= 0 [1/s] is needed")
+            raise ModelError(
+                f"decay_rate = {decay_rate!r} was given; a number >= 0 [1/s] is needed"
+            )
         answer = common_lyapunov(loops, decay_rate=decay_rate)
         rates = [decay_rate]
     if answer.P is None:
@@ -212,7 +214,8 @@ def _multipliers(loops: Floats, rate: float) -> Floats | None:
     if Z is None:
         return None
     values, vectors = np.linalg.eigh(Z)
-    return np.round(vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :], 9)
+    factors = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+    return np.asarray(np.round(factors, 9), dtype=np.float64)
 
 
 def _short(P: Floats, digits: int) -> Floats:
@@ -224,7 +227,7 @@ def _short(P: Floats, digits: int) -> Floats:
         for i in range(len(P))
     ]
     symmetric = np.array(rounded)
-    return np.tril(symmetric) + np.tril(symmetric, -1).T
+    return np.asarray(np.tril(symmetric) + np.tril(symmetric, -1).T, dtype=np.float64)
 
 
 def _rounded_down(rate: float) -> float:

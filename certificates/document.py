@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,8 @@ from takagi.models.surface import Surface
 from takagi.models.turbine.data import Turbine
 
 __all__ = ["certificate_document", "coherent_law_data", "dumps", "turbine_data"]
+
+STRING_OR_SEAM = re.compile(r'"(?:[^"\\]|\\.)*"|\},\{')
 
 
 def certificate_document(
@@ -43,7 +46,9 @@ def _as_read(value: Any) -> Any:
 
 def dumps(document: Mapping[str, Any]) -> str:
     """Return the file's text: one line per cell or row, so that differences are readable."""
-    return json.dumps(document, allow_nan=False, separators=(",", ":")).replace("},{", "},\n{") + "\n"
+    written = json.dumps(document, allow_nan=False, separators=(",", ":"))
+    # Strings are matched first, so that no text is broken where it happens to hold "},{".
+    return STRING_OR_SEAM.sub(lambda m: "},\n{" if m[0] == "},{" else m[0], written) + "\n"
 
 
 def turbine_data(turbine: Turbine, files: Sequence[Path]) -> dict[str, Any]:

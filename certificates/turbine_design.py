@@ -227,9 +227,7 @@ def _coherent(
         effort = effort_gains(turbine, schedule, asked.effort)
         law = CoherentLaw.of(turbine, schedule, effort.gains)
     with clock("joint analysis of the blended loop"):
-        candidate = coherent_candidate(
-            turbine, law, box=asked.box, uncertainty=asked.uncertainty
-        )
+        candidate = coherent_candidate(turbine, law, box=asked.box, uncertainty=asked.uncertainty)
         if candidate.P is None:
             raise ModelError(
                 "joint analysis: no common quadratic function over all winds was found; "

@@ -20,12 +20,11 @@ from takagi.cli.design_options import (
     SpeedOverlap,
     SpeedSetpoint,
     TorqueOverlap,
-    design_settings,
 )
-from takagi.cli.design_run import Unprovable, run_design
+from takagi.cli.design_run import Unprovable, design_asked
 from takagi.cli.errors import PROVED, UNPROVED
 from takagi.cli.output_place import require_folder_place
-from takagi.cli.progress import progress
+from takagi.cli.progress import Tell, progress
 
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import TurbineDesign
@@ -49,9 +48,7 @@ def run(arguments: Sequence[str]) -> int:
 
 def design(
     model: Model,
-    out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write.")
-    ],
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write.")],
     law: Law = "coherent",
     overlap: Overlap = None,
     speed_overlap: SpeedOverlap = None,
@@ -69,32 +66,34 @@ def design(
     Exit status: 0 PROVED; 1 not proved, or no such design exists; 2 misuse.
     """
     require_folder_place(out, files=[n for n in PURPOSES if n not in _FOLDERS], folders=_FOLDERS)
-    from takagi.models.loading import load_model
-
-    turbine = load_model(model)
-    asked = design_settings(
-        turbine,
-        law=law,
-        overlap=overlap,
-        speed_overlap=speed_overlap,
-        torque_overlap=torque_overlap,
-        speed_setpoint=speed_setpoint,
-        bandwidth=bandwidth,
-        inertia=inertia,
-        equilibrium_wake=equilibrium_wake,
-    )
     with progress(f"takagi design {model}") as tell:
-        finished = run_design(turbine, asked, model, tell)
+        finished = design_asked(
+            model,
+            tell,
+            law=law,
+            overlap=overlap,
+            speed_overlap=speed_overlap,
+            torque_overlap=torque_overlap,
+            speed_setpoint=speed_setpoint,
+            bandwidth=bandwidth,
+            inertia=inertia,
+            equilibrium_wake=equilibrium_wake,
+        )
         if isinstance(finished, Unprovable):
             return finished.tell(as_json=as_json)
-        from takagi.reports.design_folder import design_files
-
-        files = design_files(finished, tell=tell)
-        from takagi.reports.output import write_folder
-
-        write_folder(out, files)
+        files = _write(finished, out, tell)
     _print(finished, model, out, files, as_json=as_json)
     return PROVED if finished.checked.verdict.name == "PROVED" else UNPROVED
+
+
+def _write(finished: TurbineDesign, out: Path, tell: Tell) -> Mapping[str, bytes | str]:
+    from takagi.reports.design_folder import design_files
+    from takagi.reports.output import write_folder
+
+    files: Mapping[str, bytes | str] = design_files(finished, tell=tell)
+    tell(f"writing {out}")
+    write_folder(out, files)
+    return files
 
 
 def _print(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,6 +15,7 @@ import typer
 
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import DesignSettings
+    from takagi.models.embedding.coherent import Uncertainty
     from takagi.models.enclosure.interval import Interval
     from takagi.models.turbine.data import Turbine
 
@@ -28,6 +30,7 @@ __all__ = [
     "SpeedSetpoint",
     "TorqueOverlap",
     "design_settings",
+    "uncertainty_asked",
 ]
 
 Model = Annotated[
@@ -108,7 +111,6 @@ def design_settings(
     """
     from takagi.certificates.turbine_design import DesignSettings
     from takagi.lmi.turbine.effort import EffortSettings
-    from takagi.models.embedding.coherent import Uncertainty
 
     given = {
         "overlap": overlap,
@@ -133,19 +135,28 @@ def design_settings(
     effort = EffortSettings()
     if bandwidth is not None:
         effort = replace(effort, bandwidth=bandwidth)
-    covered = asked.uncertainty
+    covered = uncertainty_asked(inertia, equilibrium_wake)
     if inertia is not None:
-        span = _inertia(inertia)
+        span = covered.inertia
         effort = replace(effort, inertia=(float(span.lower), float(span.upper)))
-        covered = Uncertainty(span, covered.frozen_wake)
-    return replace(
-        asked,
-        effort=effort,
-        uncertainty=replace(covered, frozen_wake=not equilibrium_wake),
-    )
+    return replace(asked, effort=effort, uncertainty=covered)
 
 
-def _check_law(law: str, given: dict[str, object]) -> None:
+def uncertainty_asked(inertia: tuple[str, str] | None, equilibrium_wake: bool) -> Uncertainty:
+    """Return what the certificate shall cover.
+
+    Raises
+    ------
+    ModelError : an inertia that is no interval around 1.
+    """
+    from takagi.certificates.coherent import DEFAULT_UNCERTAINTY
+    from takagi.models.embedding.coherent import Uncertainty
+
+    span = DEFAULT_UNCERTAINTY.inertia if inertia is None else _inertia(inertia)
+    return Uncertainty(span, frozen_wake=not equilibrium_wake)
+
+
+def _check_law(law: str, given: Mapping[str, object]) -> None:
     """Refuse options that the law does not have: silently ignored, they would mislead."""
     from takagi.models.errors import ModelError
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from takagi.cli.errors import UNPROVED
 from takagi.cli.progress import Tell
 
 if TYPE_CHECKING:
-    from takagi.certificates.turbine_design import DesignSettings, TurbineDesign
-    from takagi.models.turbine.data import Turbine
+    from takagi.certificates.turbine_design import TurbineDesign
 
-__all__ = ["Unprovable", "run_design"]
+__all__ = ["Unprovable", "answered", "design_asked"]
+
+Value = TypeVar("Value")
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,19 +34,65 @@ class Unprovable:
         return UNPROVED
 
 
-def run_design(
-    turbine: Turbine, asked: DesignSettings, model: str, tell: Tell
-) -> TurbineDesign | Unprovable:
-    """Return the finished design of ``turbine``, which was read from ``model``.
+def design_asked(model: str, tell: Tell, **options: object) -> TurbineDesign | Unprovable:
+    """Return the finished design of ``model`` for the options of the command line.
 
-    What is misuse has been refused before, when options and model were read: a ``ModelError`` from
-    here on is a condition that cannot be met.
+    Raises
+    ------
+    ModelError : misuse: no such model, a malformed file, an option that makes no sense.
     """
-    from takagi.certificates.turbine_design import design_turbine
-    from takagi.models.errors import ModelError
+    from takagi.cli.design_options import design_settings
+    from takagi.models.loading import load_model
     from takagi.models.turbine.loader import model_files
 
+    turbine = load_model(model)
+    settings = design_settings(turbine, **options)  # type: ignore[arg-type]
+    files = model_files(model)
+
+    def work(noted: Tell) -> TurbineDesign:
+        from takagi.certificates.turbine_design import design_turbine
+
+        return design_turbine(turbine, settings, files=files, tell=noted)
+
+    return answered(work, tell, options)
+
+
+def answered(
+    work: Callable[[Tell], Value], tell: Tell, options: Mapping[str, object]
+) -> Value | Unprovable:
+    """Return what ``work`` returns, or why it cannot be had.
+
+    Misuse was refused before, when options and model were read: a ``ModelError`` of the work is a
+    condition that cannot be met.  It is told with its step, and with the options that could be
+    relaxed.
+    """
+    from takagi.models.errors import ModelError
+
+    step = ""
+
+    def noted(text: str, done: float | None = None) -> None:
+        nonlocal step
+        step = text
+        tell(text, done)
+
     try:
-        return design_turbine(turbine, asked, files=model_files(model), tell=tell)
+        return work(noted)
     except ModelError as error:
-        return Unprovable(str(error))
+        return Unprovable(_reason(step, str(error), _given(options)))
+
+
+def _reason(step: str, words: str, given: str) -> str:
+    # The step's name may open the message already.
+    place = "" if not step or words.startswith(step.split(" of ")[0]) else f"{step}: "
+    relax = f"\nAsked for beyond the defaults: {given}; relax that first." if given else ""
+    return f"{place}{words}{relax}"
+
+
+def _given(options: Mapping[str, object]) -> str:
+    shown = []
+    for name, value in options.items():
+        if value is None or value is False or (name, value) == ("law", "coherent"):
+            continue
+        words = [] if value is True else value if isinstance(value, tuple) else [value]
+        shown.append(" ".join(["--" + name.replace("_", "-"), *map(str, words)]))
+    return ", ".join(shown)

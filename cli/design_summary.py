@@ -2,84 +2,108 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
+from fractions import Fraction
+from math import pi
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from takagi.certificates.checker.result import Checked
     from takagi.certificates.turbine_design import TurbineDesign
+    from takagi.reports.claim_summary import ClaimSummary
 
-__all__ = ["as_data", "as_text"]
+__all__ = ["as_data", "as_text", "claims_as_data", "claims_as_text"]
 
 
 def as_data(design: TurbineDesign) -> dict[str, Any]:
     """Return the summary as plain data: verdict, claims, and for the coherent law its numbers."""
-    claims = [
-        {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}
-        for claim in design.checked.claims
-    ]
+    from takagi.reports.claim_summary import claim_summary
+
+    found = claim_summary(design)
     return {
         "model": design.turbine.name,
         "law": design.settings.law,
-        "verdict": design.checked.verdict.name,
-        "claims": claims,
-        **_coherent(design),
+        **claims_as_data(design.checked),
+        **({} if found is None else _numbers(found)),
         "seconds": {step: round(spent, 2) for step, spent in design.seconds.items()},
     }
 
 
 def as_text(design: TurbineDesign) -> str:
     """Return the summary in a few lines; a claim that is not proved is quoted in full."""
+    from takagi.reports.claim_summary import claim_summary
+
     verdict = design.checked.verdict.name
     head = f"{verdict}  {design.turbine.name}, law {design.settings.law}"
-    numbers = _coherent(design)
-    if verdict != "PROVED" or not numbers:
-        claims = [f"  {c.verdict.name}  {c.name}: {c.text}" for c in design.checked.claims]
-        return "\n".join([head, *claims])
+    found = claim_summary(design)
+    if verdict != "PROVED" or found is None:
+        return "\n".join([head, claims_as_text(design.checked)])
     rows = {
-        "winds": "{:g} to {:g} m/s".format(*numbers["wind"]) + f" in {numbers['cells']} cells",
-        "wind class": _wind_class(numbers),
-        "plants": _plants(numbers),
-        "overspeed": f"at most {numbers['overspeed_percent']:.2f} % of rated speed, from any "
-        "start in the certified set",
-        "settling": f"decay at least {numbers['decay_rate']:.3g} 1/s while the wind is constant",
+        "winds": f"{found.edges[0]:g} to {found.edges[-1]:g} m/s in {len(found.winds)} cells",
+        "wind class": f"schedule wind within {_span(found.wind_error)} m/s of the wind, moving at "
+        f"most {_span(found.wind_rate)} m/s^2, depending on the wind",
+        "plants": _plants(found),
+        "rotor speed": _speed(design, found),
+        "settling": f"decay of at least {_down(found.decay_rate)} 1/s while the wind is constant",
     }
     width = max(map(len, rows))
     return "\n".join([head, *(f"  {name:<{width}}  {text}" for name, text in rows.items())])
 
 
-def _wind_class(numbers: Mapping[str, Any]) -> str:
-    error, rate = numbers["wind_error"], numbers["wind_rate"]
-    return (
-        f"schedule wind within {error[0]:.2g} to {error[1]:.2g} m/s of the wind, moving at "
-        f"{rate[0]:.2g} to {rate[1]:.2g} m/s^2 at most, depending on the wind"
+def claims_as_text(checked: Checked) -> str:
+    """Return one line per claim, as `takagi check` prints them."""
+    width = max((len(claim.verdict.name) for claim in checked.claims), default=0)
+    return "\n".join(
+        f"  {claim.verdict.name:<{width}}  {claim.name}: {claim.text}" for claim in checked.claims
     )
 
 
-def _plants(numbers: Mapping[str, Any]) -> str:
-    wake = "up to the frozen wake's" if numbers["frozen_wake"] else "of the equilibrium wake"
-    return "inertia {:g} to {:g} of nominal, pitch effectiveness ".format(*numbers["inertia"]) + wake
+def claims_as_data(checked: Checked) -> dict[str, Any]:
+    """Return verdict and claims as plain data."""
+    claims = [
+        {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}
+        for claim in checked.claims
+    ]
+    return {"verdict": checked.verdict.name, "claims": claims}
 
 
-def _coherent(design: TurbineDesign) -> dict[str, Any]:
-    """Return the numbers of the coherent claim as the certificate states them, or nothing."""
-    claims = [c for c in design.document["claims"] if c["kind"] == "coherent-loop"]
-    if not claims:
-        return {}
-    claim, speeds = claims[0], design.document["gains"]["rotor_speed"]
-    cells = claim["cells"]
-    top = max(speeds) + claim["peaks"]["speed_error"]
+def _numbers(found: ClaimSummary) -> dict[str, Any]:
     return {
-        "wind": [cells[0]["wind"][0], cells[-1]["wind"][1]],
-        "cells": len(cells),
-        "wind_error": _span(cells, "wind_error"),
-        "wind_rate": _span(cells, "wind_rate"),
-        "inertia": claim["uncertainty"]["inertia"],
-        "frozen_wake": claim["uncertainty"]["frozen_wake"],
-        "overspeed_percent": 100 * (top / design.turbine.rated_rotor_speed - 1),
-        "decay_rate": min(cell["decay_rate"] for cell in cells),
+        "wind": [found.edges[0], found.edges[-1]],
+        "cells": len(found.winds),
+        "wind_error": [min(found.wind_error), max(found.wind_error)],
+        "wind_rate": [min(found.wind_rate), max(found.wind_rate)],
+        "inertia": list(found.inertia),
+        "frozen_wake": found.frozen_wake,
+        "overspeed": found.overspeed,
+        "decay_rate": found.decay_rate,
     }
 
 
-def _span(cells: list[Mapping[str, Any]], name: str) -> list[float]:
-    values = [cell[name] for cell in cells]
-    return [min(values), max(values)]
+def _span(values: Sequence[float]) -> str:
+    return f"{_down(min(values))} to {_down(max(values))}"
+
+
+def _down(value: float) -> str:
+    """Return three digits that do not promise more than the value."""
+    from takagi.certificates.checker.shown import at_least
+
+    return at_least(Fraction(repr(value)), 3)
+
+
+def _plants(found: ClaimSummary) -> str:
+    wake = "up to the frozen wake's" if found.frozen_wake else "of the equilibrium wake"
+    low, high = found.inertia
+    return f"inertia {low:g} to {high:g} of nominal, pitch effectiveness {wake}"
+
+
+def _speed(design: TurbineDesign, found: ClaimSummary) -> str:
+    from takagi.certificates.checker.shown import at_most
+
+    side = "above" if found.overspeed >= 0 else "below"
+    top = (1 + found.overspeed) * design.turbine.rated_rotor_speed * 30 / pi
+    share = at_most(Fraction(100 * found.overspeed), 3).removeprefix("-")
+    return (
+        f"at most {at_most(Fraction(top), 4)} rpm, {share} % {side} rated, from any start in the "
+        "certified set"
+    )

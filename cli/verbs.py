@@ -19,9 +19,23 @@ class Verb(NamedTuple):
 VERBS = (
     Verb("models", "takagi.cli.models", "List the built-in models", "models"),
     Verb(
+        "design",
+        "takagi.cli.design",
+        "Design a controller, prove what is claimed of it, and report",
+        "design nrel5mw --out build/nrel5mw",
+    ),
+    Verb(
         "check",
         "takagi.cli.check",
         "Check a certificate in exact arithmetic, trusting nothing else in it",
         "check build/nrel5mw/certificate.json",
+    ),
+    Verb("certify", "takagi.cli.certify", "Write a certificate for given gains, or for new ones"),
+    Verb("report", "takagi.cli.report", "Write the report and its figures alone"),
+    Verb(
+        "simulate",
+        "takagi.cli.simulate",
+        "Simulate laws side by side in turbulent wind, steps, gusts or a ramp",
+        "simulate nrel5mw --out build/simulation",
     ),
 )

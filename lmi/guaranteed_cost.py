@@ -96,9 +96,7 @@ def guaranteed_cost_gain(
         )
     if x.shape != vertices.shape[2:] or u.shape != inputs.shape[2:] or min(x.min(), u.min()) <= 0:
         raise ModelError("one positive range per state and per input is needed")
-    condition = guaranteed_cost_condition(
-        vertices * x / x[:, None], inputs * u / x[:, None]
-    )
+    condition = guaranteed_cost_condition(vertices * x / x[:, None], inputs * u / x[:, None])
     outcome = optimise(condition, slack=1e-4)
     if outcome.status != "candidate":
         return None

@@ -15,6 +15,7 @@ from takagi.reports.gain_file_schema import FORMAT, VERSION, GainFile, gain_file
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import TurbineDesign
     from takagi.lmi.turbine.regional import RegionGains
+    from takagi.models.law.coherent import CoherentLaw
     from takagi.models.premise import Premise
 
 __all__ = ["dump_gains", "gain_file", "gain_file_schema"]
@@ -89,7 +90,7 @@ def gain_file(design: TurbineDesign) -> dict[str, Any]:
         "law": law,
         "states": list(design.law.state_names),
         "schedule": _schedule(design),
-        "ramp": None if design.coherent is None else _ramp(design),
+        "ramp": None if design.coherent is None else _ramp(design.coherent),
         "filter": _filter(design),
         "trim": _trim(design),
         "limits": {
@@ -133,9 +134,7 @@ def _schedule(design: TurbineDesign) -> dict[str, str]:
     }
 
 
-def _ramp(design: TurbineDesign) -> dict[str, Any]:
-    law = design.coherent
-    assert law is not None
+def _ramp(law: CoherentLaw) -> dict[str, Any]:
     return {"overlap": float(law.schedule.overlap), "formula": RAMP}
 
 
@@ -246,6 +245,7 @@ def _certificate(design: TurbineDesign) -> dict[str, Any]:
         if summary is None
         else {
             "cells": [list(cell) for cell in summary.winds],
+            "proved": list(summary.proved),
             "wind_error": list(summary.wind_error),
             "wind_rate": list(summary.wind_rate),
             "decay_rate": list(summary.decay_rates),

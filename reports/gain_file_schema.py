@@ -150,6 +150,7 @@ class WindClassEntry(_Strict):
     """The certified wind class, one entry per wind cell."""
 
     cells: list[Numbers]
+    proved: list[bool]
     wind_error: Numbers
     wind_rate: Numbers
     decay_rate: Numbers

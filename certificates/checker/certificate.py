@@ -10,7 +10,15 @@ from typing import Any
 
 from takagi.certificates.checker.coherent import check_coherent
 from takagi.certificates.checker.quadratic import check_impossibility, check_quadratic
-from takagi.certificates.checker.reader import canonical, digest, integer, member, read_json, read_text, text
+from takagi.certificates.checker.reader import (
+    canonical,
+    digest,
+    integer,
+    member,
+    read_json,
+    read_text,
+    text,
+)
 from takagi.certificates.checker.refusal import CertificateError
 from takagi.certificates.checker.result import Checked, Claim
 
@@ -18,6 +26,8 @@ __all__ = ["FORMAT", "VERSION", "check", "check_document"]
 
 FORMAT, VERSION = "takagi-certificate", 1
 HASHED = ("model", "gains", "claims")
+# Kinds whose matrices stand in the claim itself: a gain or model file says nothing about them.
+SELF_CONTAINED = ("quadratic-decay", "no-common-quadratic")
 
 
 def check(
@@ -38,6 +48,8 @@ def check(
     data = read_json(Path(path))
     messages = [_compare_gains(data, gains), _compare_model(data, model)]
     checked = _replayed(data, str(path))
+    if gains is not None or model is not None:
+        messages.append(_unconnected(data))
     return Checked(checked.verdict, checked.claims, [message for message in messages if message])
 
 
@@ -103,7 +115,15 @@ def _first(law: Any, data: dict[str, Any]) -> str:
         return ""
     keys = sorted(set(law) | set(ours))
     differing = [k for k in keys if canonical(law.get(k)) != canonical(ours.get(k))]
-    return f"; what differs: {', '.join(differing[:6])}"
+    return f"; what differs: {', '.join(map(ascii, differing[:6]))}"
+
+
+def _unconnected(data: dict[str, Any]) -> str:
+    """Return which claims the given files have no part in; to be read after a replay."""
+    places = [
+        f"claims[{i}]" for i, claim in enumerate(data["claims"]) if claim["kind"] in SELF_CONTAINED
+    ]
+    return f"about matrices inside the claim alone: {', '.join(places)}" if places else ""
 
 
 def _compare_model(data: dict[str, Any], model: Path | str | None) -> str:
@@ -114,6 +134,8 @@ def _compare_model(data: dict[str, Any], model: Path | str | None) -> str:
     if not isinstance(recorded, dict) or path.name not in recorded:
         raise CertificateError(f"{model}: not a file that the certificate was made from")
     for name in recorded:
+        if Path(name).name != name or not name.isprintable():
+            raise CertificateError(f"model.files_sha256: {name!a} is not a file name")
         file = path.with_name(name)
         try:
             found = hashlib.sha256(file.read_bytes()).hexdigest()

@@ -21,7 +21,7 @@ Rows = Sequence[Sequence[int]]
 
 
 def positive_definite_integers(matrix: Rows) -> bool:
-    """Return whether a symmetric integer matrix is positive definite; only its lower half is read."""
+    """Return whether a symmetric integer matrix is positive definite; the lower half is read."""
     rows = [list(row[: i + 1]) for i, row in enumerate(matrix)]
     previous, size = 1, len(rows)
     for k in range(size):

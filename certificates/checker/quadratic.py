@@ -1,14 +1,14 @@
 r"""Replays claims about Takagi-Sugeno models with a common quadratic function.
 
-``quadratic-decay``: A_i'P + PA_i + 2 alpha P < 0 at every vertex, P > 0; with gains, at every blend:
-G_ij = A_i - B_i K_j, G_ii and G_ij + G_ji (i < j).  Then V = x'Px decays as exp(-2 alpha t) for any
-memberships that are nonnegative and sum to one.
+``quadratic-decay``: A_i'P + PA_i + 2 alpha P < 0 at every vertex, P > 0; with gains, at every
+blend: G_ij = A_i - B_i K_j, G_ii and G_ij + G_ji (i < j).  Then V = x'Px decays as
+exp(-2 alpha t) for any memberships that are nonnegative and sum to one.
 
 ``no-common-quadratic``: Z_i = L_i L_i', not all zero, with sum_i (A_i Z_i + Z_i A_i') + 2 alpha
 sum_i Z_i >= 0: then no P > 0 can satisfy the inequalities above with vertices A_i, for they would
 give 0 > sum tr Z_i (A_i'P + PA_i + 2 alpha P) = tr P (...) >= 0.
 
-Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 5.1 and 2.2 (theorems of alternatives).
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1, and 2.2 for the alternatives.
 """
 
 from __future__ import annotations
@@ -20,10 +20,13 @@ from takagi.certificates.checker.definite import is_positive_definite, is_positi
 from takagi.certificates.checker.reader import matrix, member, number
 from takagi.certificates.checker.refusal import CertificateError
 from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.checker.shown import at_least, at_most
 
 __all__ = ["check_impossibility", "check_quadratic"]
 
 Rows = list[list[Fraction]]
+# Exact elimination beyond this would keep a reader waiting for minutes.
+LARGEST = 80
 
 
 def check_quadratic(claim: Any, where: str) -> Claim:
@@ -45,7 +48,7 @@ def check_quadratic(claim: Any, where: str) -> Claim:
     return Claim(
         name,
         Verdict.PROVED,
-        f"V = x'Px decays as exp(-{float(2 * alpha):.6g} t) along {about} ({len(A)} vertices)",
+        f"V = x'Px decays as exp(-{at_least(2 * alpha, 6)} t) along {about} ({len(A)} vertices)",
     )
 
 
@@ -71,7 +74,7 @@ def check_impossibility(claim: Any, where: str) -> Claim:
     return Claim(
         name,
         Verdict.DISPROVED,
-        f"no common quadratic function with decay rate {float(alpha):.6g} 1/s exists for these "
+        f"no common quadratic function with decay rate {at_most(alpha, 6)} 1/s exists for these "
         f"{len(A)} vertices",
     )
 
@@ -92,8 +95,7 @@ def _closed_loops(claim: Any, A: list[Rows], where: str) -> list[tuple[str, Rows
     loops = [(f"rule {i + 1}", G[i][i], 1) for i in range(len(A))]
     for i in range(len(A)):
         for j in range(i + 1, len(A)):
-            both = [[a + b for a, b in zip(p, q, strict=True)] for p, q in zip(G[i][j], G[j][i], strict=True)]
-            loops.append((f"rules {i + 1} and {j + 1}", both, 2))
+            loops.append((f"rules {i + 1} and {j + 1}", _plus(G[i][j], G[j][i]), 2))
     return loops
 
 
@@ -108,16 +110,26 @@ def _family(claim: Any, key: str, where: str) -> list[Rows]:
     if not isinstance(family, list) or not family:
         raise CertificateError(f"{where}.{key}: a list of matrices is needed")
     holder = {str(i): item for i, item in enumerate(family)}
-    return [matrix(holder, key, where) for key in holder]
+    found = [matrix(holder, i, f"{where}.{key}") for i in holder]
+    if any(len(M) > LARGEST or len(M[0]) > LARGEST for M in found):
+        raise CertificateError(f"{where}.{key}: matrices go to {LARGEST} by {LARGEST}")
+    return found
 
 
 def _times(left: Rows, right: Rows) -> Rows:
     columns = list(zip(*right, strict=True))
-    return [[sum((a * b for a, b in zip(row, c, strict=True)), Fraction(0)) for c in columns] for row in left]
+    zero = Fraction(0)
+    return [
+        [sum((a * b for a, b in zip(row, c, strict=True)), zero) for c in columns] for row in left
+    ]
 
 
 def _transposed(rows: Rows) -> Rows:
     return [list(column) for column in zip(*rows, strict=True)]
+
+
+def _plus(left: Rows, right: Rows) -> Rows:
+    return [[a + b for a, b in zip(p, q, strict=True)] for p, q in zip(left, right, strict=True)]
 
 
 def _minus(left: Rows, right: Rows) -> Rows:

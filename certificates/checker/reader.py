@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -22,6 +23,9 @@ LARGEST_FILE = 16_000_000
 DEEPEST = 40
 LONGEST_NUMBER = 60
 LARGEST_EXPONENT = 40
+# Strings are skipped whole, so that brackets inside them neither add nor take away depth; the
+# possessive repeat keeps a string without an end from being tried twice.
+STRING_OR_BRACKET = re.compile(r'"(?:[^"\\]|\\.)*+"?|[\[{]|[\]}]', re.DOTALL)
 
 
 class Number(str):
@@ -71,14 +75,14 @@ def read_text(written: str, source: str) -> dict[str, Any]:
 
 
 def _check_depth(written: str) -> None:
-    """Refuse deep nesting before the recursive parser meets it; brackets in strings count too."""
+    """Refuse deep nesting before the recursive parser meets it."""
     depth = 0
-    for character in written:
-        if character in "[{":
+    for found in STRING_OR_BRACKET.finditer(written):
+        if found[0] in "[{":
             depth += 1
             if depth > DEEPEST:
                 raise CertificateError(f"nested deeper than {DEEPEST}")
-        elif character in "]}":
+        elif found[0] in "]}":
             depth -= 1
 
 
@@ -96,11 +100,11 @@ def _constant(written: str) -> NoReturn:
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) != len(pairs):
-        seen: set[str] = set()
-        twice = next(key for key, _ in pairs if key in seen or seen.add(key))
-        raise CertificateError(f"key {twice!r} appears twice in one object")
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise CertificateError(f"key {key!r} appears twice in one object")
+        found[key] = value
     return found
 
 
@@ -129,9 +133,10 @@ def member(owner: Any, key: str, where: str) -> Any:
 
 
 def text(owner: Any, key: str, where: str) -> str:
+    """Return one line of text; refuses what a terminal would not print as it stands."""
     value = member(owner, key, where)
-    if not isinstance(value, str) or isinstance(value, Number):
-        raise CertificateError(f"{where}.{key}: a text is needed")
+    if not isinstance(value, str) or isinstance(value, Number) or not value.isprintable():
+        raise CertificateError(f"{where}.{key}: one line of printable text is needed")
     return value
 
 
@@ -157,7 +162,8 @@ def matrix(owner: Any, key: str, where: str) -> list[list[Fraction]]:
     rows = member(owner, key, where)
     if not isinstance(rows, list) or not rows:
         raise CertificateError(f"{where}.{key}: rows of numbers are needed")
-    return [_row(row, f"{where}.{key}", None if not i else len(rows[0])) for i, row in enumerate(rows)]
+    first = _row(rows[0], f"{where}.{key}", None)
+    return [first, *(_row(row, f"{where}.{key}", len(first)) for row in rows[1:])]
 
 
 def _row(values: Any, where: str, count: int | None) -> list[Fraction]:

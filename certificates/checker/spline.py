@@ -25,6 +25,7 @@ DEGREE = 3
 PAD = 1 << (BITS - 40)
 LARGEST_ENTRY = ONE << 20
 NARROWEST = Fraction(1, 1000)
+MOST_KNOTS = 1000
 Net = list[list[int]]
 
 
@@ -35,6 +36,8 @@ class _Axis:
         inner = knots[DEGREE : len(knots) - DEGREE]
         if len(knots) < 2 * DEGREE + 2 or len(set(knots[: DEGREE + 1])) != 1:
             raise CertificateError(f"{where}: clamped cubic knots are needed")
+        if len(knots) > MOST_KNOTS:
+            raise CertificateError(f"{where}: {len(knots)} knots; at most {MOST_KNOTS}")
         increasing(inner, where)
         if len(set(knots[-DEGREE - 1 :])) != 1:
             raise CertificateError(f"{where}: clamped cubic knots are needed")
@@ -62,7 +65,9 @@ class _Axis:
             columns = []
             for j in range(DEGREE + 1):
                 unit = [Fraction(int(i == j)) for i in range(DEGREE + 1)]
-                columns.append([_blossom(unit, local, (a,) * (DEGREE - i) + (b,) * i) for i in range(4)])
+                columns.append(
+                    [_blossom(unit, local, (a,) * (DEGREE - i) + (b,) * i) for i in range(4)]
+                )
             self._maps[cell] = [
                 [(columns[j][i].numerator << BITS) // columns[j][i].denominator for j in range(4)]
                 for i in range(4)
@@ -79,7 +84,9 @@ class _Axis:
         return min(max(share, 0), ONE)
 
 
-def _blossom(coefficients: list[Fraction], knots: list[Fraction], at: tuple[Fraction, ...]) -> Fraction:
+def _blossom(
+    coefficients: list[Fraction], knots: list[Fraction], at: tuple[Fraction, ...]
+) -> Fraction:
     """Return the blossom of a cubic segment with local knots t_1 ... t_6 at three arguments."""
     d = list(coefficients)
     for level, u in enumerate(at, start=1):
@@ -99,7 +106,9 @@ class Spline:
         self.x, self.y = _Axis(x_knots, "x knots"), _Axis(y_knots, "y knots")
         shape = (len(x_knots) - DEGREE - 1, len(y_knots) - DEGREE - 1)
         if len(rows) != shape[0] or any(len(row) != shape[1] for row in rows):
-            raise CertificateError(f"surface: {shape[0]} rows of {shape[1]} coefficients are needed")
+            raise CertificateError(
+                f"surface: {shape[0]} rows of {shape[1]} coefficients are needed"
+            )
         self._rows = [[(c.numerator << BITS) // c.denominator for c in row] for row in rows]
         if any(abs(c) > LARGEST_ENTRY >> 10 for row in self._rows for c in row):
             raise CertificateError("surface: a coefficient beyond 1000 in size")
@@ -151,7 +160,9 @@ class Spline:
 
 def _product(left: list[list[int]], right: list[list[int]]) -> Net:
     columns = list(zip(*right, strict=True))
-    return [[sum(a * b for a, b in zip(row, c, strict=True)) >> BITS for c in columns] for row in left]
+    return [
+        [sum(a * b for a, b in zip(row, c, strict=True)) >> BITS for c in columns] for row in left
+    ]
 
 
 def _transposed(net: Net) -> Net:
@@ -178,7 +189,9 @@ def _first_part(net: Net, share: int) -> Net:
         points = list(column)
         kept = [points[0]]
         while len(points) > 1:
-            points = [a + ((b - a) * share >> BITS) for a, b in zip(points, points[1:], strict=False)]
+            points = [
+                a + ((b - a) * share >> BITS) for a, b in zip(points, points[1:], strict=False)
+            ]
             kept.append(points[0])
         columns.append(kept)
     return _transposed(columns)

@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from takagi.lmi.turbine.effort import EffortDesign, EffortSettings, effort_gains
     from takagi.lmi.turbine.regional import (
         FULL_LOAD,
         PARTIAL_LOAD,
@@ -25,9 +26,12 @@ __all__ = [
     "FULL_LOAD",
     "PARTIAL_LOAD",
     "ActuatorBound",
+    "EffortDesign",
+    "EffortSettings",
     "RegionGains",
     "RegionalGains",
     "Requirement",
+    "effort_gains",
     "region_gains",
     "regional_gain_condition",
     "regional_gains",
@@ -35,11 +39,14 @@ __all__ = [
 
 _HOME = {
     "ActuatorBound": "regional_condition",
+    "EffortDesign": "effort",
+    "EffortSettings": "effort",
     "FULL_LOAD": "regional",
     "PARTIAL_LOAD": "regional",
     "RegionGains": "regional",
     "RegionalGains": "regional",
     "Requirement": "regional",
+    "effort_gains": "effort",
     "region_gains": "regional",
     "regional_gain_condition": "regional_condition",
     "regional_gains": "regional",

@@ -51,7 +51,7 @@ class EffortSettings:
     bandwidth: float = 0.6
     speed_error: float = 0.04
     torque_share: float = 0.6
-    integral_share: float = 0.1
+    integral_share: float = 0.3
     inertia: tuple[float, float] = (0.9, 1.1)
 
 

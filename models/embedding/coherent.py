@@ -198,7 +198,8 @@ class _Cell:
         share = self._share(self.demand)
         torque = self._torque()
         self._check_pitch(pitch)
-        rate = self.box.effort_lag / (self.effectiveness.lower * exact(self.turbine.pitch_time_constant))
+        lag_time = exact(self.turbine.pitch_time_constant)
+        rate = self.box.effort_lag / (self.effectiveness.lower * lag_time)
         return LoopCell(
             wind=self.wind,
             stiffness=_stated(self.kappa * self._speed_slope(pitch)),
@@ -246,9 +247,10 @@ class _Cell:
         Over the cell at fixed deviations (R (omega* + e) / (v_s + dv)) it is monotone in v_s, and
         monotone in e and dv: the hull of all corners is the range.
         """
+        winds = (self.wind.lower, self.wind.upper)
         ratios = [
             self.plant.radius * (speed + e) / (wind + dv)
-            for speed, wind in zip(self.ends["speed"], (self.wind.lower, self.wind.upper), strict=True)
+            for speed, wind in zip(self.ends["speed"], winds, strict=True)
             for e in (-speed_error, speed_error)
             for dv in (-wind_error, wind_error)
         ]
@@ -396,7 +398,7 @@ class _Cell:
         return torque.curvature + reserve.curvature
 
     def _ramp_jet(self, effort: Jet) -> Jet:
-        """Return the jet of psi(s(v)) for a line s: psi'' is 1 / (2 eps) inside the ramp, else 0."""
+        """Return the jet of psi(s(v)) for a line s: psi'' is 1 / (2 eps) in the ramp, else 0."""
         share = self._share(effort.value)
         bent = Interval(Fraction(0), 1 / (2 * self.overlap))
         if effort.value.upper <= -self.overlap or effort.value.lower >= self.overlap:

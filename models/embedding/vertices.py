@@ -66,9 +66,7 @@ def loop_vertices(cell: LoopCell) -> LoopVertices:
         by_residual.append([residual, phi * residual, 0.0])
         by_error.append([error, phi * error, 0.0])
         by_rate.append([slope, phi * slope + sign * lag, 0.0])
-    return LoopVertices(
-        np.array(A), np.array(by_residual), np.array(by_error), np.array(by_rate)
-    )
+    return LoopVertices(np.array(A), np.array(by_residual), np.array(by_error), np.array(by_rate))
 
 
 def _ends(interval: Interval) -> tuple[float, ...]:

@@ -1,4 +1,11 @@
-"""Controller laws as values: the protocol that they share, and one law a file."""
+"""Controller laws as values: the protocol that they share, and one law a file.
+
+law                          Law, Measurement, Command
+coherent, effort, schedule   one effort shared by torque and pitch, its ramp, its tables
+paper, coupling_filter, ramps, regional_schedule    the published law and its parts
+paper_equilibrium, paper_rest, paper_one_integrator, paper_two_integrators,
+paper_linearisation          where the published law rests, and how it behaves there
+"""
 
 from __future__ import annotations
 
@@ -6,11 +13,40 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from takagi.models.law.coherent import CoherentLaw, EffortGains
+    from takagi.models.law.coupling_filter import CouplingFilter
     from takagi.models.law.law import Command, Law, Measurement
+    from takagi.models.law.paper import PaperLaw, PaperRule, paper_law
+    from takagi.models.law.schedule import EffortSchedule, effort_schedule
 
-__all__ = ["Command", "Law", "Measurement"]
+__all__ = [
+    "CoherentLaw",
+    "Command",
+    "CouplingFilter",
+    "EffortGains",
+    "EffortSchedule",
+    "Law",
+    "Measurement",
+    "PaperLaw",
+    "PaperRule",
+    "effort_schedule",
+    "paper_law",
+]
 
-_HOME = {"Command": "law", "Law": "law", "Measurement": "law"}
+# ``coupling_filter`` is imported from its module: function and module share the name.
+_HOME = {
+    "CoherentLaw": "coherent",
+    "Command": "law",
+    "CouplingFilter": "coupling_filter",
+    "EffortGains": "coherent",
+    "EffortSchedule": "schedule",
+    "Law": "law",
+    "Measurement": "law",
+    "PaperLaw": "paper",
+    "PaperRule": "paper",
+    "effort_schedule": "schedule",
+    "paper_law": "paper",
+}
 
 
 def __getattr__(name: str) -> object:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from takagi.models.simulation.baseline import BaselineLaw
-    from takagi.models.simulation.closed_loop import Observer, simulate
+    from takagi.models.simulation.closed_loop import Diverged, Observer, simulate
     from takagi.models.simulation.history import History
     from takagi.models.simulation.metrics import Metrics, damage_equivalent_load, measure
     from takagi.models.simulation.plant import Flag, Plant, design_plant, validation_plant
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 __all__ = [
     "BaselineLaw",
     "Case",
+    "Diverged",
     "Flag",
     "History",
     "Metrics",
@@ -67,6 +68,7 @@ __all__ = [
 _HOME = {
     "BaselineLaw": "baseline",
     "Case": "scenario",
+    "Diverged": "closed_loop",
     "Flag": "plant",
     "History": "history",
     "Metrics": "metrics",

@@ -22,7 +22,7 @@ from takagi.models.simulation.history import History
 from takagi.models.simulation.plant import Flag, Plant
 from takagi.models.simulation.wind import WindSeries
 
-__all__ = ["TIME_STEP", "Observer", "simulate"]
+__all__ = ["TIME_STEP", "Diverged", "Observer", "simulate"]
 
 Array = NDArray[np.float64]
 TIME_STEP = 0.02
@@ -42,6 +42,21 @@ class Observer(Protocol):
     def state_rate(self, state: Array, rotor_speed: float, pitch: float, torque: float) -> Array:
         """Return the time derivative of the state."""
         ...
+
+
+class Diverged(ModelError):
+    """The states of a loop grew beyond all numbers; ``time`` [s] says when."""
+
+    def __init__(self, law: str, wind: str, time: float) -> None:
+        super().__init__(
+            f"law {law!r} in {wind!r}: the loop grew beyond all numbers before {time:.6g} s; make "
+            "the steps smaller or the gains lower"
+        )
+        self.law, self.wind, self.time = law, wind, time
+
+    def __reduce__(self) -> tuple[type[Diverged], tuple[str, str, float]]:
+        # Pickled by its parts, so that it comes back whole from another process.
+        return Diverged, (self.law, self.wind, self.time)
 
 
 class _Sample(NamedTuple):
@@ -76,19 +91,14 @@ def simulate(
 
     Raises
     ------
-    ModelError : steps that do not fit, or a loop whose states grow beyond all numbers; the
-        message says when.
+    ModelError : steps that do not fit.
+    Diverged : a ModelError; the states grow beyond all numbers, the message says when.
     """
     period = time_step if controller_step is None else controller_step
     inner, samples = _steps(time_step, period, wind)
     record: list[_Sample] = []
     for sample in _march(plant, law, wind, observer, time_step, inner, samples):
         record.append(sample)
-        if not isfinite(sum(sample.state)):
-            raise ModelError(
-                f"law {law.name!r} in {wind.name!r}: the loop grew beyond all numbers before "
-                f"{len(record) * period:.6g} s; make the steps smaller or the gains lower"
-            )
         if progress is not None and len(record) % max(1, samples // 100) == 0:
             progress(min(len(record) / samples, 1.0))
     time = wind.time[0] + period * np.arange(samples + 1)
@@ -116,6 +126,8 @@ def _march(
     # The wind at half steps, for the middle of a Runge-Kutta step.
     winds = wind.at(wind.time[0] + np.arange(2 * inner * samples + 1) * (time_step / 2)).tolist()
     for first in range(0, 2 * inner * samples + 1, 2 * inner):
+        if not isfinite(sum(state) + float(np.sum(law_state))):
+            raise Diverged(law.name, wind.name, first / 2 * time_step)
         v = winds[first]
         seen = v if observer is None else observer.wind_estimate(estimator)
         measurement = Measurement(state[speed_at], state[1], seen)

@@ -5,12 +5,12 @@ r"""The jinja2 environment: LaTeX delimiters, everything escaped that is not mar
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
-from takagi.reports.appendix.tex import decimal, escape, fixed, interval, scientific, unit
+from takagi.reports.appendix.tex import Tex, decimal, escape, fixed, interval, scientific, unit
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -45,9 +45,14 @@ def _environment() -> Environment:
         loader=FunctionLoader(_source),
     )
     environment.filters.update(
-        decimal=decimal, fixed=fixed, interval=interval, scientific=scientific, unit=unit
+        decimal=decimal, fixed=fixed, interval=interval, row=_row, scientific=scientific, unit=unit
     )
     return environment
+
+
+def _row(cells: Iterable[object]) -> Tex:
+    """Return one row of a table."""
+    return Tex(" & ".join(escape(cell) for cell in cells) + r" \\")
 
 
 def _source(name: str) -> str:

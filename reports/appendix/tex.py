@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from collections.abc import Iterable, Sequence
 from decimal import Decimal
 from fractions import Fraction
@@ -57,23 +58,32 @@ _SPECIAL = {
     "²": r"\textsuperscript{2}",
     "°": r"\textdegree{}",
     "–": "--",
+    "−": "$-$",
+    "·": r"\textperiodcentered{}",
+    "×": r"$\times$",
+    "’": "'",
 }
 _ACCENTS = {"ä": r"\"a", "ö": r"\"o", "ü": r"\"u", "Ä": r"\"A", "Ö": r"\"O", "Ü": r"\"U"}
 _ACCENTS |= {"å": r"\aa{}", "Å": r"\AA{}", "é": r"\'e", "è": r"\`e", "ß": r"\ss{}"}
-# In the order in which they must be tried: "rad/s^2" has to be seen before "rad/s".
 _POWER = re.compile(r"\^(-?\d+)")
 
 
 def escape(words: object) -> Tex:
     """Return plain words with every character that LaTeX reads as a command written out.
 
-    Characters beyond ASCII without an entry here become a question mark: the document then
-    compiles with any engine.
+    Characters beyond ASCII without an entry here lose their accents, or become a question mark:
+    the document then compiles with any engine.
     """
     if isinstance(words, Tex):
         return words
-    table = _SPECIAL | _ACCENTS
-    return Tex("".join(table.get(c, c if ord(c) < 128 else "?") for c in str(words)))
+    return Tex("".join(_letter(c) for c in str(words)))
+
+
+def _letter(c: str) -> str:
+    known = _SPECIAL.get(c) or _ACCENTS.get(c)
+    if known or " " <= c <= "~":
+        return known or c
+    return unicodedata.normalize("NFKD", c).encode("ascii", "ignore").decode() or "?"
 
 
 def unit(name: str) -> Tex:
@@ -81,7 +91,7 @@ def unit(name: str) -> Tex:
     if name in ("-", ""):
         return Tex("--")
     parts = escape(name).replace(r"\textasciicircum{}", "^").replace(" ", r"\,")
-    return Tex("$\\mathrm{" + _POWER.sub(r"^{\1}", parts) + "}$")
+    return _in_maths(r"\mathrm{" + _POWER.sub(r"^{\1}", parts) + "}")
 
 
 def decimal(value: float | int | str | Fraction) -> Tex:
@@ -101,7 +111,7 @@ def fixed(value: float, places: int) -> Tex:
     """Return a number with this many decimals; infinity and NaN as a dash."""
     number = float(value)
     if not math.isfinite(number):
-        return Tex(r"$\infty$") if math.isinf(number) else NONE
+        return Tex(r"\ensuremath{\infty}") if math.isinf(number) else NONE
     text = f"{number:.{places}f}"
     return _in_maths(text[1:] if text.startswith("-") and float(text) == 0 else text)
 
@@ -117,13 +127,13 @@ def scientific(value: float, digits: int = 4) -> Tex:
         if "e" not in text:
             return _in_maths(text)
         return _in_maths(f"{float(text):.0f}")
-    return Tex(rf"${number / 10.0**power:.{digits - 1}f} \times 10^{{{power}}}$")
+    return _in_maths(rf"{number / 10.0**power:.{digits - 1}f} \times 10^{{{power}}}")
 
 
 def interval(ends: Sequence[float | Fraction]) -> Tex:
     """Return [low, high] with both ends as they are emitted."""
-    low, high = (decimal(end).strip("$") for end in ends)
-    return Tex(rf"$[{low},\ {high}]$")
+    low, high = (decimal(end) for end in ends)
+    return _in_maths(rf"[{low},\ {high}]")
 
 
 def span(ends: Iterable[float], places: int) -> Tex:
@@ -149,10 +159,10 @@ def matrix(values: ArrayLike, *, exactly: bool = False, digits: int = 6) -> Tex:
 
     array: NDArray[np.float64] = np.atleast_2d(np.asarray(values, dtype=np.float64))
     write = decimal if exactly else (lambda v: scientific(v, digits))
-    rows = [" & ".join(write(float(v)).strip("$") for v in row) for row in array]
+    rows = [" & ".join(write(float(v)) for v in row) for row in array]
     return Tex(r"\begin{bmatrix} " + r" \\ ".join(rows) + r" \end{bmatrix}")
 
 
 def _in_maths(text: str) -> Tex:
-    """Return a number in mathematics, where a minus is a minus."""
-    return Tex(f"${text}$")
+    """Return a number that is set as mathematics, in text and in formulas alike."""
+    return Tex(rf"\ensuremath{{{text}}}")

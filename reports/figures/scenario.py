@@ -59,10 +59,13 @@ class ScenarioRun:
     tower: Real
 
 
-def scenario_figure(runs: Sequence[ScenarioRun], *, title: str = "") -> Figure:
+def scenario_figure(
+    runs: Sequence[ScenarioRun], *, title: str = "", total_points: int = POINTS
+) -> Figure:
     """Return six rows of panels with one column per law; one line per wind, one scale per row.
 
-    Laws and winds appear in the order of their first run.
+    Laws and winds appear in the order of their first run.  ``total_points`` are shared by all
+    lines: more show faster oscillations, and weigh more.
 
     Raises
     ------
@@ -77,7 +80,7 @@ def scenario_figure(runs: Sequence[ScenarioRun], *, title: str = "") -> Figure:
             f"{len(COLOURS)} winds can be told apart"
         )
     colours = dict(zip(winds, COLOURS, strict=False))
-    points = max(80, min(1000, POINTS // (len(ROWS) * len(runs))))
+    points = max(80, min(1000, total_points // (len(ROWS) * len(runs))))
     with house_style():
         figure, panels = new_figure(len(ROWS), len(laws), height=8.2, share_x=True)
         for row, (quantity, label) in enumerate(ROWS.items()):

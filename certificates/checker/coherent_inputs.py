@@ -1,0 +1,158 @@
+"""What a claim about the coherent loop speaks of, read exactly: plant, law, box, uncertainty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.reader import increasing, matrix, member, number, numbers
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.spline import Spline
+
+__all__ = ["Box", "Law", "Plant", "Uncertainty"]
+
+MOST_WINDS = 2000
+POSITIVE = (
+    "gear_ratio",
+    "torque_constant",
+    "rotor_radius",
+    "pitch_time_constant",
+    "pitch_rate_limit",
+    "rated_rotor_speed",
+)
+
+
+@dataclass(frozen=True)
+class Plant:
+    """The plant's numbers; torque and gear ratio over the nominal inertia."""
+
+    torque_per_inertia: Fraction
+    gear_per_inertia: Fraction
+    radius: Fraction
+    lag: Fraction
+    rate_limit: Fraction
+    rated_speed: Fraction
+    pitch_min: Fraction
+    pitch_max: Fraction
+    surface: Spline
+
+    @classmethod
+    def read(cls, model: Any) -> Plant:
+        """Return the plant; refuses a constant that is not positive."""
+        positive = {name: number(model, name, "model") for name in POSITIVE}
+        gear = positive["gear_ratio"]
+        inertia = number(model, "rotor_inertia", "model")
+        inertia += gear**2 * number(model, "generator_inertia", "model")
+        if inertia <= 0 or min(positive.values()) <= 0:
+            raise CertificateError("model: inertia, gear ratio and every constant must be positive")
+        table, where = member(model, "torque_surface", "model"), "model.torque_surface"
+        return cls(
+            torque_per_inertia=positive["torque_constant"] / inertia,
+            gear_per_inertia=gear / inertia,
+            radius=positive["rotor_radius"],
+            lag=positive["pitch_time_constant"],
+            rate_limit=positive["pitch_rate_limit"],
+            rated_speed=positive["rated_rotor_speed"],
+            pitch_min=number(model, "pitch_min", "model"),
+            pitch_max=number(model, "pitch_max", "model"),
+            surface=Spline(
+                numbers(table, "tip_speed_ratio_knots", where),
+                numbers(table, "pitch_knots", where),
+                matrix(table, "coefficients", where),
+            ),
+        )
+
+
+@dataclass(frozen=True)
+class Law:
+    """The law's tables, one entry per wind node; ``nu`` one per interval between them."""
+
+    wind: list[Fraction]
+    speed: list[Fraction]
+    effort: list[Fraction]
+    effectiveness: list[Fraction]
+    limit: list[Fraction]
+    gamma: list[Fraction]
+    nu: list[Fraction]
+    overlap: Fraction
+    rated_torque: Fraction
+    effort_torque: Fraction
+    pitch_min: Fraction
+    pitch_max: Fraction
+    integral_limit: Fraction
+
+    @classmethod
+    def read(cls, gains: Any) -> Law:
+        """Return the law; refuses winds that do not increase and gains that are not positive."""
+        wind = numbers(gains, "wind", "gains")
+        increasing(wind, "gains.wind")
+        count = len(wind)
+        if not 2 <= count <= MOST_WINDS:
+            raise CertificateError(f"gains.wind: {count} winds; 2 to {MOST_WINDS} are needed")
+        law = cls(
+            wind=wind,
+            speed=numbers(gains, "rotor_speed", "gains", count),
+            effort=numbers(gains, "trim_effort", "gains", count),
+            effectiveness=numbers(gains, "effectiveness", "gains", count),
+            limit=numbers(gains, "effectiveness_limit", "gains", count),
+            gamma=numbers(gains, "proportional", "gains", count),
+            nu=numbers(gains, "integral_rate", "gains", count - 1),
+            overlap=number(gains, "overlap", "gains"),
+            rated_torque=number(gains, "rated_torque", "gains"),
+            effort_torque=number(gains, "effort_torque", "gains"),
+            pitch_min=number(gains, "pitch_min", "gains"),
+            pitch_max=number(gains, "pitch_max", "gains"),
+            integral_limit=number(gains, "integral_limit", "gains"),
+        )
+        positive = [law.overlap, law.rated_torque, law.effort_torque, law.integral_limit, wind[0]]
+        if min(*positive, *law.speed, *law.effectiveness, *law.gamma, *law.nu) <= 0:
+            raise CertificateError(
+                "gains: winds, speeds, gains, effectiveness and limits must be positive"
+            )
+        return law
+
+
+@dataclass(frozen=True)
+class Box:
+    """The region around the trim that is enclosed."""
+
+    speed_error: Fraction
+    effort_lag: Fraction
+    speed_signal: Fraction
+    wind_share: Fraction
+
+    @classmethod
+    def read(cls, claim: Any, where: str) -> Box:
+        """Return the box; refuses bounds that are not positive and a wind share of 1 or more."""
+        box = member(claim, "box", where)
+        names = ("speed_error", "effort_lag", "speed_signal", "wind_share")
+        values = [number(box, name, f"{where}.box") for name in names]
+        if min(values) <= 0 or values[3] >= 1:
+            raise CertificateError(f"{where}.box: positive bounds, and a wind share below 1")
+        return cls(*values)
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """True over nominal inertia, and whether pitch may work as with a frozen wake."""
+
+    inertia: tuple[Fraction, Fraction]
+    frozen_wake: bool
+
+    @classmethod
+    def read(cls, claim: Any, where: str) -> Uncertainty:
+        """Return the uncertainty; refuses an interval that is empty or reaches zero."""
+        stated, place = member(claim, "uncertainty", where), f"{where}.uncertainty"
+        low, high = numbers(stated, "inertia", place, 2)
+        if not 0 < low <= high:
+            raise CertificateError(f"{place}.inertia: 0 < low <= high is needed")
+        frozen = member(stated, "frozen_wake", place)
+        if not isinstance(frozen, bool):
+            raise CertificateError(f"{place}.frozen_wake: true or false is needed")
+        return cls((low, high), frozen)
+
+    @property
+    def kappa(self) -> tuple[Fraction, Fraction]:
+        """Nominal over true inertia: what every torque is multiplied by."""
+        return 1 / self.inertia[1], 1 / self.inertia[0]

@@ -1,0 +1,183 @@
+"""Enclosures of the loop's coefficients in one wind cell, from the law's tables and the surface.
+
+The derivation of each coefficient is in ``coherent``; here it is only bounded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+
+from takagi.certificates.checker.coherent_inputs import Box, Law, Plant, Uncertainty
+from takagi.certificates.checker.coherent_residual import psi, residual, share, slope
+from takagi.certificates.checker.fixed import (
+    BITS,
+    ONE,
+    Q,
+    add,
+    div,
+    enclose,
+    hull,
+    magnitude,
+    mul,
+    point,
+    square,
+    sub,
+    within,
+)
+
+__all__ = ["Loop"]
+
+PIECES = 8
+Range = tuple[Fraction, Fraction]
+
+
+class Loop:
+    """One cell: schedule winds from node k to node k + 1."""
+
+    def __init__(self, plant: Plant, law: Law, box: Box, uncertainty: Uncertainty, k: int) -> None:
+        self.plant, self.law, self.box, self.k = plant, law, box, k
+        self.frozen, self.kappa = uncertainty.frozen_wake, uncertainty.kappa
+        self.wind = enclose(law.wind[k], law.wind[k + 1])
+        self.c = point(plant.torque_per_inertia)
+        self.b = self._range(law.effectiveness)
+        gammas, efforts = law.gamma[k : k + 2], law.effort[k : k + 2]
+        # The efforts that the set can demand: q* + gamma (e - x).
+        self.low = min(q - g * box.speed_signal for q in efforts for g in gammas)
+        self.high = max(q + g * box.speed_signal for q in efforts for g in gammas)
+        # b (beta - beta_min) = psi(U) - zeta, and pitch never goes below its lower limit.
+        owed = max(self._psi(self.low) - box.effort_lag, Fraction(0))
+        self.owed = enclose(owed, self._psi(self.high) + box.effort_lag)
+        self.pitch = add(div(self.owed, self.b), point(law.pitch_min))
+
+    def range_failure(self, stated: dict[str, list[Fraction]]) -> str:
+        """Return the name of a coefficient that leaves its stated range, or nothing."""
+        for name, (low, high) in self._rational_ranges().items():
+            if not stated[name][0] <= low <= high <= stated[name][1]:
+                return name
+        for name, found in self._enclosed_ranges().items():
+            if not within(found, *stated[name]):
+                return name
+        return ""
+
+    def size_failure(self, stated: dict[str, Fraction]) -> str:
+        """Return the name of a coefficient that exceeds its stated size, or nothing."""
+        reference = abs(slope(self.law.speed, self.law.wind, self.k))
+        for name, size in (("inertia_gain", self.kappa[1]), ("reference_slope", reference)):
+            if size > stated[name]:
+                return name
+        for name, found in self._magnitudes():
+            if found * stated[name].denominator > stated[name].numerator << BITS:
+                return name
+        return ""
+
+    def limits_failure(self) -> str:
+        """Return why the set may demand what the actuators cannot deliver, or nothing."""
+        if self.law.rated_torque < self.law.effort_torque * self._psi(-self.low):
+            return "negative torque may be demanded"
+        if self.pitch[1] > self.law.pitch_max * ONE:
+            return "pitch beyond its limit may be demanded"
+        return ""
+
+    def _psi(self, s: Fraction) -> Fraction:
+        return psi(s, self.law.overlap)
+
+    def _share(self, low: Fraction, high: Fraction) -> Range:
+        return share(low, self.law.overlap), share(high, self.law.overlap)
+
+    def _range(self, column: list[Fraction]) -> Q:
+        a, b = column[self.k], column[self.k + 1]
+        return enclose(min(a, b), max(a, b))
+
+    def _tip_speed(self, speed_error: Fraction, wind_error: Fraction) -> Q:
+        """Return the range of R (omega* + e) / (v_s + dv): monotone in each, so at corners."""
+        corners = [
+            self.plant.radius * (self.law.speed[i] + e) / (self.law.wind[i] + dv)
+            for i in (self.k, self.k + 1)
+            for e in {-speed_error, speed_error}
+            for dv in {-wind_error, wind_error}
+        ]
+        return enclose(min(corners), max(corners))
+
+    def _rational_ranges(self) -> dict[str, Range]:
+        """Return the coefficients that need no enclosure."""
+        gammas = self.law.gamma[self.k : self.k + 2]
+        low, high = self._share(self.low, self.high)
+        # Largest demanded pitch rate |zeta| / (b tau); beyond the limit the drive is a sector.
+        least = min(self.law.effectiveness[self.k : self.k + 2])
+        demanded = self.box.effort_lag / (least * self.plant.lag)
+        fastest = 1 / self.plant.lag
+        slowest = fastest * min(Fraction(1), self.plant.rate_limit / demanded)
+        return {
+            "share_gain": (low * min(gammas), high * max(gammas)),
+            "lag_rate": (slowest, fastest),
+        }
+
+    def _enclosed_ranges(self) -> dict[str, Q]:
+        """Return the coefficients that come from the surface."""
+        kappa, gamma = enclose(*self.kappa), self._range(self.law.gamma)
+        ratio = self._tip_speed(self.box.speed_error, Fraction(0))
+        at_trim = self._tip_speed(Fraction(0), Fraction(0))
+        steep = mul(self.plant.surface.bounds(ratio, self.pitch, 1, 0), self.wind)
+        return {
+            "stiffness": mul(kappa, mul(steep, mul(self.c, point(self.plant.radius)))),
+            "loop_gain": mul(mul(kappa, gamma), self._curve_gain(at_trim)),
+            "lag_gain": mul(kappa, self._sigma(at_trim, self.pitch)),
+        }
+
+    def _magnitudes(self) -> Iterator[tuple[str, int]]:
+        """Yield the coefficients that enter by their size, over 2^96."""
+        yield "residual", residual(self.plant, self.law, self.k)
+        yield "wind_gain", magnitude(self._wind_gain())
+        yield "lag_slope", magnitude(self._lag_slope())
+
+    def _lag_slope(self) -> Q:
+        """Return F (q*' + gamma' (e - x)) - b' (beta - beta_min)."""
+        q1, gamma1, b1 = (
+            point(slope(column, self.law.wind, self.k))
+            for column in (self.law.effort, self.law.gamma, self.law.effectiveness)
+        )
+        signal = enclose(-self.box.speed_signal, self.box.speed_signal)
+        forward = mul(enclose(*self._share(self.low, self.high)), add(mul(signal, gamma1), q1))
+        return sub(forward, mul(self.owed, div(b1, self.b)))
+
+    def _wind_gain(self) -> Q:
+        """Return dT_r/dv / J = c v (2 c_Q - lambda c_Q,lambda)."""
+        error = self.box.wind_share * self.law.wind[self.k]
+        ratio = self._tip_speed(self.box.speed_error, error)
+        bounds = self.plant.surface.bounds
+        value = bounds(ratio, self.pitch)
+        inner = sub(add(value, value), mul(ratio, bounds(ratio, self.pitch, 1, 0)))
+        wind = enclose(self.law.wind[self.k] - error, self.law.wind[self.k + 1] + error)
+        return mul(mul(inner, wind), self.c)
+
+    def _sigma(self, ratio: Q, pitch: Q) -> Q:
+        """Return -dT_r/dbeta / (J b), up to the frozen wake's where that is asked."""
+        slope_ = mul(mul(self.plant.surface.bounds(ratio, pitch, 0, 1), square(self.wind)), self.c)
+        sigma = div((-slope_[1], -slope_[0]), self.b)
+        if not self.frozen:
+            return sigma
+        return sigma[0], max(sigma[1], div(self._range(self.law.limit), self.b)[1])
+
+    def _curve_gain(self, ratio: Q) -> Q:
+        """Return m - F (m - sigma) along beta = beta_min + psi(s) / b, piece by piece."""
+        m = point(self.law.effort_torque * self.plant.gear_per_inertia)
+        found = []
+        for low, high in self._pieces():
+            held = enclose(*self._share(low, high))
+            if held[1] <= 0:
+                found.append(m)
+                continue
+            shed = enclose(self._psi(low), self._psi(high))
+            pitch = add(div(shed, self.b), point(self.law.pitch_min))
+            found.append(sub(m, mul(held, sub(m, self._sigma(ratio, pitch)))))
+        return hull(*found)
+
+    def _pieces(self) -> list[Range]:
+        """Return the efforts the set can demand, cut finely where the ramp bends."""
+        eps, cuts = self.law.overlap, {self.low, self.high}
+        start, stop = max(self.low, -eps), min(self.high, eps)
+        if start < stop:
+            cuts |= {start + (stop - start) * i / PIECES for i in range(PIECES + 1)}
+        ordered = sorted(cuts)
+        return list(zip(ordered, ordered[1:], strict=False))

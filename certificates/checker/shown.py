@@ -1,0 +1,24 @@
+"""Exact numbers as short decimals, rounded to the side on which the sentence stays true."""
+
+from __future__ import annotations
+
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from fractions import Fraction
+
+__all__ = ["at_least", "at_most"]
+
+
+def at_least(value: Fraction, digits: int) -> str:
+    """Return the greatest decimal of so many digits that does not exceed the value."""
+    return _shown(value, Context(prec=digits, rounding=ROUND_FLOOR))
+
+
+def at_most(value: Fraction, digits: int) -> str:
+    """Return the least decimal of so many digits that is not below the value."""
+    return _shown(value, Context(prec=digits, rounding=ROUND_CEILING))
+
+
+def _shown(value: Fraction, context: Context) -> str:
+    # Decimal division rounds once, in the context's direction.
+    quotient = context.divide(Decimal(value.numerator), Decimal(value.denominator))
+    return f"{quotient.normalize():f}" if -6 < quotient.adjusted() < 12 else f"{quotient:e}"

@@ -1,0 +1,141 @@
+"""A certificate for gains that exist already: the law is read back and analysed as it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.checker.reader import member, number, numbers, read_json, text
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.result import Checked
+from takagi.certificates.coherent import (
+    DEFAULT_BOX,
+    DEFAULT_UNCERTAINTY,
+    coherent_candidate,
+    coherent_claim,
+)
+from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
+from takagi.certificates.failing_winds import failing_winds
+from takagi.certificates.provenance import provenance
+from takagi.models.embedding.coherent import LoopBox, Uncertainty
+from takagi.models.errors import ModelError
+from takagi.models.law.coherent import CoherentLaw, EffortGains
+from takagi.models.law.schedule import EffortSchedule
+from takagi.models.turbine.data import Turbine
+
+__all__ = ["certify_law", "coherent_law_from_data", "read_law"]
+
+Tell = Callable[[str], None]
+
+
+def read_law(path: Path) -> Mapping[str, Any]:
+    """Return the ``law`` of a gain file, its numbers as they are written.
+
+    Raises
+    ------
+    CertificateError : unreadable, not strict JSON, or without a law.
+    """
+    law = member(read_json(path), "law", str(path))
+    if not isinstance(law, Mapping):
+        raise CertificateError(f"{path}: 'law' must be an object, as in a gain file of takagi")
+    return law
+
+
+def coherent_law_from_data(data: Mapping[str, Any], *, source: str = "gains") -> CoherentLaw:
+    """Return the law that ``coherent_law_data`` wrote.
+
+    Parameters
+    ----------
+    data : the law as ``read_law`` returns it.
+    source : what messages call it.
+
+    Raises
+    ------
+    CertificateError : another law, or a member that is missing or not a number.
+    ModelError : tables that do not make a law.
+    """
+    name = text(data, "name", source)
+    if name != "coherent":
+        raise CertificateError(
+            f"{source}.name: {name!r} was given; a gain file is certified for the law 'coherent', "
+            "a law of the paper by designing it anew, without --gains"
+        )
+    nodes = len(numbers(data, "wind", source))
+    row = {
+        key: [float(value) for value in numbers(data, key, source, nodes - less)]
+        for key, less in _ROWS
+    }
+    single: dict[str, Any] = {key: float(number(data, key, source)) for key in _SINGLE}
+    schedule = EffortSchedule(**_part(row, _SCHEDULE), overlap=single.pop("overlap"))
+    return CoherentLaw(schedule, EffortGains(**_part(row, _GAINS)), **single)
+
+
+_SCHEDULE = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
+_GAINS = ("proportional", "integral_rate")
+# How many entries fewer than wind nodes a row has.
+_ROWS = tuple((key, int(key == "integral_rate")) for key in (*_SCHEDULE, *_GAINS))
+_SINGLE = (
+    "overlap",
+    "rated_torque",
+    "effort_torque",
+    "pitch_min",
+    "pitch_max",
+    "wind_filter",
+    "integral_limit",
+)
+
+
+def _part(rows: Mapping[str, list[float]], keys: Sequence[str]) -> dict[str, Any]:
+    return {key: rows[key] for key in keys}
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """What the certificate's configuration records."""
+
+    law: str
+    box: LoopBox
+    uncertainty: Uncertainty
+
+
+def certify_law(
+    turbine: Turbine,
+    law: CoherentLaw,
+    *,
+    box: LoopBox = DEFAULT_BOX,
+    uncertainty: Uncertainty = DEFAULT_UNCERTAINTY,
+    files: Sequence[Path] = (),
+    tell: Tell | None = None,
+) -> tuple[dict[str, Any], Checked]:
+    """Return the certificate of a given law on a turbine, and what the checker says about it.
+
+    Parameters
+    ----------
+    files : the turbine's data files; the certificate records their SHA-256.
+    tell : called with a word on progress.
+
+    Raises
+    ------
+    ModelError : no common quadratic function was found, or the box leaves what is enclosed; names
+        the condition and what to relax.
+    """
+    candidate = coherent_candidate(turbine, law, box=box, uncertainty=uncertainty, tell=tell)
+    if candidate.P is None:
+        raise ModelError(
+            f"no common quadratic function; {failing_winds(candidate.cells)}. Reduce the "
+            "uncertainty, or change the gains there"
+        )
+    if tell is not None:
+        tell("exact proof")
+    document = certificate_document(
+        model=turbine_data(turbine, files),
+        gains=coherent_law_data(law),
+        claims=[coherent_claim(candidate)],
+        provenance=provenance(
+            _Asked(law.name, box, uncertainty), {"joint analysis": candidate.words}
+        ),
+    )
+    return document, check_document(document)

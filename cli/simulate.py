@@ -1,0 +1,144 @@
+"""`takagi simulate`: laws side by side in the same winds, on the nonlinear plant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from takagi.cli.command import run_command
+from takagi.cli.design_options import Model
+from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.progress import Tell, progress
+
+if TYPE_CHECKING:
+    from takagi.models.simulation.wind import WindSeries
+    from takagi.models.turbine.data import Turbine
+    from takagi.reports.simulation.runs import Simulation
+
+__all__ = ["run", "simulate"]
+
+# The whole as one bar: making the laws takes about as long as simulating them.
+_MAKING, _SIMULATING = 0.45, 0.95
+_DESIGN_STEPS = 7
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the verb; return its exit status."""
+    return run_command("simulate", simulate, arguments)
+
+
+def simulate(
+    model: Model,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="DIR", help="The folder for tables and figures."),
+    ] = None,
+    law: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="coherent, paper, paper-two-integrators or baseline; may be repeated. Without it: "
+            "coherent, paper and baseline.",
+        ),
+    ] = None,
+    scenario: Annotated[
+        str,
+        typer.Option(metavar="NAME", help="paper (three turbulent winds), step, gust or ramp."),
+    ] = "paper",
+    wake: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME", help="equilibrium, or dynamic: the wake needs time to follow pitch."
+        ),
+    ] = "equilibrium",
+    seed: Annotated[
+        int | None, typer.Option(help="Of the turbulence; 0 or more. Scenario paper.")
+    ] = None,
+    duration: Annotated[
+        float | None,
+        typer.Option(help="Of every wind [s]; 60 (paper), 120 (step), 90 (gust) or 180 (ramp)."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+) -> int:
+    """Simulate laws side by side: the project's, the published one, the reference's own.
+
+    The plant is nonlinear, with a pitch drive and its limits, a torque rate limit and the tower's
+    fore-aft mode; the wind observer is in the loop. Prints a table; with --out also leaves
+    summary.md, simulation.csv, simulation.json, figures/ and series/ in DIR: all of them, or none.
+
+    Exit status: 0 every loop ran to its end; 1 one diverged; 2 misuse.
+    """
+    if out is not None:
+        from takagi.cli.output_place import require_folder_place
+
+        files = ("summary.md", "simulation.csv", "simulation.json")
+        require_folder_place(out, files=files, folders=("figures", "series"))
+    from takagi.models.loading import load_model
+    from takagi.reports.simulation.laws import DEFAULT_LAWS, require_law_names
+    from takagi.reports.simulation.runs import simulation_plant
+    from takagi.reports.simulation.scenarios import scenario_winds
+
+    # All that can be refused is refused before the long work.
+    names = require_law_names(law or DEFAULT_LAWS)
+    turbine = load_model(model)
+    simulation_plant(turbine, wake)
+    winds = scenario_winds(turbine, scenario, duration=duration, seed=seed)
+    written: list[str] = []
+    with progress(f"takagi simulate {model}") as tell:
+        found = _simulate(turbine, model, names, winds, scenario, wake, tell)
+        if out is not None:
+            tell("figures and tables", _SIMULATING)
+            written = _write(found, out)
+    _print(found, written, as_json=as_json)
+    return UNPROVED if found.diverged else PROVED
+
+
+def _simulate(
+    turbine: Turbine,
+    model: str,
+    names: Sequence[str],
+    winds: Sequence[WindSeries],
+    scenario: str,
+    wake: str,
+    tell: Tell,
+) -> Simulation:
+    from takagi.models.turbine.loader import model_files
+    from takagi.reports.simulation.laws import chosen_laws
+    from takagi.reports.simulation.runs import run_simulation
+
+    steps = 0
+
+    def making(step: str) -> None:
+        nonlocal steps
+        tell(step, _MAKING * min(steps / _DESIGN_STEPS, 1.0))
+        steps += 1
+
+    def running(step: str, done: float) -> None:
+        tell(step, begin + (_SIMULATING - begin) * done)
+
+    chosen = chosen_laws(turbine, names, files=model_files(model), tell=making)
+    begin = _MAKING if steps else 0.0
+    return run_simulation(turbine, chosen, winds, scenario=scenario, wake=wake, tell=running)
+
+
+def _write(found: Simulation, out: Path) -> list[str]:
+    from takagi.reports.output import write_folder
+    from takagi.reports.simulation.folder import simulation_files
+
+    files = simulation_files(found)
+    write_folder(out, files)
+    return [str(out / name) for name in files]
+
+
+def _print(found: Simulation, written: list[str], *, as_json: bool) -> None:
+    from takagi.reports.simulation.tables import as_json as json_text
+
+    if as_json:
+        print(json_text(found, files=written), end="")
+        return
+    from takagi.cli.simulation_table import print_simulation
+
+    print_simulation(found, written)

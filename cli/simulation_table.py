@@ -1,0 +1,78 @@
+"""How `takagi simulate` shows its numbers on a terminal."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from textwrap import fill
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from takagi.reports.simulation.runs import Simulation
+
+__all__ = ["print_simulation"]
+
+# In a pipe or a file there is no terminal to fit into.
+_WIDTH = 100
+# Two short lines a column, so that the table fits into 80 characters; the full titles and units
+# stand in the files.
+_HEADS = {
+    "energy": "energy\n[kWh]",
+    "mean_power": "power\n[kW]",
+    "overspeed": "over-\nspeed\n[%]",
+    "speed_deviation": "speed\ndev.\n[%]",
+    "pitch_travel": "pitch\ntravel\n[deg]",
+    "torque_rate": "torque\nrate\n[kN m/s]",
+    "tower_del": "tower\nDEL\n[MN m]",
+    "both_active": "both\nact\n[%]",
+}
+
+
+def print_simulation(found: Simulation, written: Sequence[str]) -> None:
+    """Print one table per wind, what must be known to read them, and what was written."""
+    from rich.console import Console
+
+    from takagi.reports.simulation.tables import notes, table_rows
+
+    terminal = sys.stdout.isatty()
+    console = Console(file=sys.stdout, width=None if terminal else _WIDTH, highlight=False)
+    console.print(f"{found.turbine.name}, scenario {found.scenario}, {found.wake} wake")
+    console.print()
+    console.print(_table(table_rows(found), wide=console.width >= _WIDTH))
+    console.print()
+    for note in notes(found):
+        width = max(40, min(console.width, 100))
+        console.print(fill(note, width, subsequent_indent="  "), markup=False, soft_wrap=True)
+    if written:
+        folder = Path(written[0]).parent
+        figures = sum(name.endswith(".svg") for name in written)
+        series = sum(Path(name).parent.name == "series" for name in written)
+        console.print(
+            f"\n{folder}\n  summary.md, simulation.csv, simulation.json\n"
+            f"  figures/ ({figures}, as SVG and PNG)\n  series/ ({series})",
+            markup=False,
+            soft_wrap=True,
+        )
+
+
+def _table(rows: Sequence[dict[str, object]], *, wide: bool) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    from takagi.reports.simulation.tables import COLUMNS, shown
+
+    gap = (0, 2, 0, 0) if wide else (0, 1, 0, 0)
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=gap)
+    table.add_column("wind\n  law", no_wrap=True, vertical="bottom")
+    for name in COLUMNS:
+        table.add_column(_HEADS[name].replace("[", r"\["), justify="right", vertical="bottom")
+    wind = None
+    for row in rows:
+        if row["wind"] != wind:
+            wind = row["wind"]
+            table.add_row(f"[bold]{str(wind).split(',')[0]}[/bold]")
+        table.add_row(f"  {row['law']}", *(shown(row, name) for name in COLUMNS))
+    return table

@@ -1,0 +1,55 @@
+"""The published coupling filter and the law that it blends, with the numbers of this design."""
+
+from __future__ import annotations
+
+from takagi.certificates.turbine_design import TurbineDesign
+from takagi.models.law.coupling_filter import CouplingFilter, coupling_filter
+from takagi.models.law.paper import PaperLaw
+from takagi.reports.appendix.tex import Tex, fixed, matrix, scientific
+
+__all__ = ["blending_context", "filter_of"]
+
+
+def filter_of(design: TurbineDesign) -> CouplingFilter:
+    """Return the filter of a paper law, or for another law the one that the settings describe."""
+    if isinstance(design.law, PaperLaw):
+        return design.law.coupling
+    asked = design.settings
+    return coupling_filter(
+        design.turbine,
+        speed_overlap=asked.speed_overlap,
+        torque_overlap=asked.torque_overlap,
+        speed_setpoint=asked.speed_setpoint,
+    )
+
+
+def blending_context(design: TurbineDesign) -> dict[str, object]:
+    """Return filter, corners and rule numbering."""
+    coupling = filter_of(design)
+    low, high = coupling.torque_corners
+    ramp = coupling.speed_ramp
+    law = design.law if isinstance(design.law, PaperLaw) else None
+    n_b, n_c = len(design.partial_load.rules), len(design.full_load.rules)
+    slopes = coupling.torque_slope_range
+    return {
+        "paper_law": law is not None,
+        "law_name": design.law.name,
+        "tracking_time": None if law is None or law.tracking_time is None
+        else fixed(law.tracking_time, 1),
+        "variant": coupling.variant,
+        "shape": ramp.shape,
+        "corners": [matrix(corner, digits=6) for corner in coupling.corners],
+        "f2_low": scientific(low, 6),
+        "f2_high": scientific(high, 6),
+        "ramp_start": fixed(ramp.start, 5),
+        "ramp_end": fixed(ramp.end, 5),
+        "speed_overlap": scientific(ramp.width),
+        "torque_overlap": scientific(coupling.torque_overlap, 6),
+        "minimum_torque": scientific(coupling.minimum_torque, 8),
+        "maximum_torque": scientific(coupling.rated_torque, 8),
+        "top_torque": scientific(coupling.top_torque, 8),
+        "slopes": Tex(f"[{slopes[0]:.4g},\\ {slopes[1]:.4g}]"),
+        "n_b": n_b,
+        "n_c": n_c,
+        "n_rules": 4 * n_b * n_c,
+    }  # fmt: skip

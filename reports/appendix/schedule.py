@@ -1,0 +1,50 @@
+"""The effort-sharing law's tables over wind."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from takagi.certificates.turbine_design import TurbineDesign
+from takagi.models.law.coherent import CoherentLaw
+from takagi.reports.appendix.plant import DEGREES
+from takagi.reports.appendix.tex import NONE, Tex, escape, fixed, scientific
+
+__all__ = ["law_context"]
+
+
+def law_context(design: TurbineDesign) -> dict[str, Any]:
+    """Return the constants and the gain table of the coherent law; only a flag for another law."""
+    law = design.coherent
+    if law is None:
+        return {"coherent": False}
+    return {
+        "coherent": True,
+        "overlap": scientific(law.schedule.overlap),
+        "wind_filter": fixed(law.wind_filter, 1),
+        "integral_limit": scientific(law.integral_limit),
+        "effort_torque": scientific(law.effort_torque, 8),
+        "rated_torque": scientific(law.rated_torque, 8),
+        "nodes": len(law.schedule.wind),
+        "gain_rows": [_row(design, law, k) for k in range(len(law.schedule.wind))],
+        "limited": design.effort is not None and bool(design.effort.torque_limited.any()),
+    }
+
+
+def _row(design: TurbineDesign, law: CoherentLaw, k: int) -> list[Tex]:
+    table, gains, turbine = law.schedule, law.gains, design.turbine
+    wind = float(table.wind[k])
+    last = k == len(table.wind) - 1
+    limited = design.effort is not None and bool(design.effort.torque_limited[k])
+    return [
+        escape(k + 1),
+        fixed(wind, 4),
+        fixed(table.rotor_speed[k], 4),
+        fixed(table.trim_effort[k], 5),
+        fixed(table.pitch(wind, turbine) * DEGREES, 2),
+        fixed(table.torque(wind, turbine) / 1e3, 2),
+        fixed(law.pitch_share(wind), 3),
+        fixed(table.effectiveness[k], 4),
+        fixed(table.effectiveness_limit[k], 4),
+        Tex(fixed(gains.proportional[k], 5) + (r"\rlap{$^\dagger$}" if limited else "")),
+        NONE if last else fixed(gains.integral_rate[k], 6),
+    ]

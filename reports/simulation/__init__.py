@@ -1,0 +1,64 @@
+"""`takagi simulate`: laws side by side in the same winds, as a table, figures and series.
+
+scenarios           the winds to choose from: the paper's, steps, gusts, a ramp
+laws                the laws to choose from, made from one design
+runs                every law in every wind; what went wrong is said, not hidden
+tables              rows, Markdown, CSV, JSON; the series of a run
+pictures, folder    the figures; everything that is written, by file name
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from takagi.reports.simulation.folder import simulation_files
+    from takagi.reports.simulation.laws import LAW_NAMES, ChosenLaws, chosen_laws
+    from takagi.reports.simulation.runs import Run, Simulation, run_simulation
+    from takagi.reports.simulation.scenarios import SCENARIOS, Scenario, scenario_winds
+    from takagi.reports.simulation.tables import as_csv, as_json, as_markdown, table_rows
+
+__all__ = [
+    "LAW_NAMES",
+    "SCENARIOS",
+    "ChosenLaws",
+    "Run",
+    "Scenario",
+    "Simulation",
+    "as_csv",
+    "as_json",
+    "as_markdown",
+    "chosen_laws",
+    "run_simulation",
+    "scenario_winds",
+    "simulation_files",
+    "table_rows",
+]
+
+_HOME = {
+    "LAW_NAMES": "laws",
+    "SCENARIOS": "scenarios",
+    "ChosenLaws": "laws",
+    "Run": "runs",
+    "Scenario": "scenarios",
+    "Simulation": "runs",
+    "as_csv": "tables",
+    "as_json": "tables",
+    "as_markdown": "tables",
+    "chosen_laws": "laws",
+    "run_simulation": "runs",
+    "scenario_winds": "scenarios",
+    "simulation_files": "folder",
+    "table_rows": "tables",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOME:
+        return getattr(import_module(f"takagi.reports.simulation.{_HOME[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,141 @@
+"""The laws to choose from, all made from one design and simulated with its observer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, get_args
+
+from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.law.law import Law
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.simulation.closed_loop import Observer
+from takagi.models.turbine.data import Turbine
+
+if TYPE_CHECKING:
+    from takagi.certificates.turbine_design import DesignSettings, TurbineDesign
+    from takagi.lmi.turbine.regional import RegionGains
+    from takagi.models.law.paper import PaperLaw
+    from takagi.models.law.regional_schedule import RegionalSchedule
+
+__all__ = ["DEFAULT_LAWS", "LAW_NAMES", "ChosenLaws", "chosen_laws", "require_law_names"]
+
+# The law's name, and what a reader of its numbers should know.
+LAW_NAMES: Mapping[str, str] = MappingProxyType(
+    {
+        "coherent": "one effort, shared between torque and pitch; constant torque above rated wind",
+        "paper": (
+            "the published law with its one integrator for both regions: near rated wind it can "
+            "rest only with too much pitch and too little torque (docs/ledger.md, what follows "
+            "from the readings)"
+        ),
+        "paper-two-integrators": (
+            "the published law with an integrator for each region; above rated wind it rests at a "
+            "small overspeed that both carry (docs/ledger.md)"
+        ),
+        "baseline": (
+            "the reference's own controller: K omega^2 torque and scheduled PI pitch, constant "
+            "power above rated wind; it uses no wind estimate"
+        ),
+    }
+)
+DEFAULT_LAWS = ("coherent", "paper", "baseline")
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChosenLaws:
+    """Laws by name, and the observer in their loops (None where no law uses an estimate)."""
+
+    laws: Mapping[str, Law]
+    observer: Observer | None
+
+
+def chosen_laws(
+    turbine: Turbine,
+    names: Sequence[str],
+    *,
+    settings: DesignSettings | None = None,
+    files: Sequence[Path] = (),
+    tell: Tell | None = None,
+) -> ChosenLaws:
+    """Return the named laws, in the order given, a name given twice once.
+
+    Parameters
+    ----------
+    names : from ``LAW_NAMES``.
+    settings : of the design, whose law is the coherent one; None takes the defaults.
+    files, tell : see ``design_turbine``.
+
+    Raises
+    ------
+    ModelError : no or an unknown name, or a design that cannot be made.
+    """
+    asked_for = require_law_names(names)
+    if asked_for == ("baseline",):
+        return ChosenLaws({"baseline": BaselineLaw(turbine)}, None)
+    # Imported here: the reference's own controller needs no solver.
+    from takagi.certificates.turbine_design import DesignSettings, design_turbine
+
+    asked = replace(settings or DesignSettings(), law="coherent")
+    design = design_turbine(turbine, asked, files=files, tell=tell)
+    laws = {name: _law(name, design) for name in asked_for}
+    return ChosenLaws(laws, design.observer.observer)
+
+
+def require_law_names(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names without repetitions; ModelError for none or an unknown one."""
+    if not names:
+        raise ModelError(f"no law was given; choose from {', '.join(LAW_NAMES)}")
+    for name in names:
+        if name not in LAW_NAMES:
+            raise ModelError(
+                f"law {name!r} is not known{did_you_mean(name, LAW_NAMES)}; choose from "
+                f"{', '.join(LAW_NAMES)}"
+            )
+    return tuple(dict.fromkeys(names))
+
+
+def _law(name: str, design: TurbineDesign) -> Law:
+    if name == "coherent":
+        return design.law
+    if name == "baseline":
+        return BaselineLaw(design.turbine)
+    return _paper_law(name, design)
+
+
+def _paper_law(name: str, design: TurbineDesign) -> PaperLaw:
+    from takagi.models.law.coupling_filter import coupling_filter
+    from takagi.models.law.paper import PaperLawName, paper_law
+
+    asked = design.settings
+    known: dict[str, PaperLawName] = {known: known for known in get_args(PaperLawName)}
+    return paper_law(
+        design.turbine,
+        partial=_schedule(design, design.regional.partial),
+        full=_schedule(design, design.regional.full),
+        coupling=coupling_filter(
+            design.turbine,
+            speed_overlap=asked.speed_overlap,
+            torque_overlap=asked.torque_overlap,
+            speed_setpoint=asked.speed_setpoint,
+        ),
+        name=known[name],
+        speed_setpoint=asked.speed_setpoint,
+    )
+
+
+def _schedule(design: TurbineDesign, region: RegionGains) -> RegionalSchedule:
+    from takagi.models.law.regional_schedule import regional_schedule
+
+    k_x, k_I = region.require()
+    return regional_schedule(
+        design.turbine,
+        region.model,
+        k_x=k_x,
+        k_I=k_I,
+        speed_setpoint=design.settings.speed_setpoint,
+    )

@@ -1,0 +1,159 @@
+"""Every law in every wind; a loop that diverges or leaves the data is told, not hidden."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.simulation.closed_loop import Diverged
+from takagi.models.simulation.history import History
+from takagi.models.simulation.metrics import Metrics
+from takagi.models.simulation.plant import Flag, Plant, validation_plant
+from takagi.models.simulation.scenario import Case, run_cases
+from takagi.models.simulation.wind import WindSeries
+from takagi.models.turbine.data import Turbine
+from takagi.reports.simulation.laws import ChosenLaws
+
+__all__ = ["WAKES", "Run", "Simulation", "run_simulation", "simulation_plant"]
+
+WAKES = ("equilibrium", "dynamic")
+# From these shares on, a reader should know [-].
+WORTH_TELLING = 0.01
+FIGHTING = 5.0
+# A turbine would have been shut down by its safety system long before [% above rated].
+RUNAWAY = 20.0
+
+FLAG_WORDS = {
+    Flag.TIP_SPEED_RATIO_CLIPPED: "outside the coefficient table (tip-speed ratio)",
+    Flag.PITCH_OUTSIDE_TABLE: "outside the coefficient table (pitch)",
+    Flag.PITCH_RATE_LIMITED: "pitch drive at its rate limit",
+    Flag.PITCH_POSITION_LIMITED: "pitch reference outside the pitch range",
+    Flag.TORQUE_RATE_LIMITED: "torque at its rate limit",
+    Flag.TORQUE_LIMITED: "torque command outside its range",
+}
+
+Tell = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """One law in one wind.
+
+    Attributes
+    ----------
+    law, wind : their names.
+    history, metrics : None where the loop diverged.
+    diverged : when [s]; None where it did not.
+    """
+
+    law: str
+    wind: str
+    history: History | None = None
+    metrics: Metrics | None = None
+    diverged: float | None = None
+
+    def remarks(self) -> tuple[str, ...]:
+        """Return what a reader of the numbers must know, most important first."""
+        if self.history is None or self.metrics is None:
+            return (f"diverged: the states grew beyond all numbers before {self.diverged:g} s",)
+        found = []
+        if self.metrics.overspeed > RUNAWAY:
+            found.append("runaway: a turbine's safety system would have stopped it")
+        for flag, words in FLAG_WORDS.items():
+            share = self.history.share_flagged(flag)
+            if share >= WORTH_TELLING or (share > 0 and "table" in words):
+                found.append(f"{words} {_percent(share)} of the time")
+        if self.metrics.both_active >= FIGHTING:
+            found.append(
+                f"pitch sheds power while torque is below rated {self.metrics.both_active:.0f} % "
+                "of the time"
+            )
+        return tuple(found)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Simulation:
+    """What was simulated, and what came out: laws in their order, winds within."""
+
+    turbine: Turbine
+    scenario: str
+    wake: str
+    winds: tuple[WindSeries, ...]
+    chosen: ChosenLaws
+    runs: tuple[Run, ...]
+
+    @property
+    def diverged(self) -> tuple[Run, ...]:
+        """The runs that did not reach the end."""
+        return tuple(run for run in self.runs if run.diverged is not None)
+
+
+def simulation_plant(turbine: Turbine, wake: str) -> Plant:
+    """Return the validation plant with a wake in equilibrium or one that needs time.
+
+    Raises
+    ------
+    ModelError : an unknown wake.
+    """
+    if wake not in WAKES:
+        raise ModelError(
+            f"wake {wake!r} is not known{did_you_mean(wake, WAKES)}; choose one of "
+            f"{', '.join(WAKES)}"
+        )
+    return validation_plant(turbine, wake=wake == "dynamic")
+
+
+def run_simulation(
+    turbine: Turbine,
+    chosen: ChosenLaws,
+    winds: Sequence[WindSeries],
+    *,
+    scenario: str,
+    wake: str = "equilibrium",
+    tell: Tell | None = None,
+) -> Simulation:
+    """Return every law in every wind on the validation plant, from rest at each first wind.
+
+    Parameters
+    ----------
+    scenario : its name, for titles.
+    wake : one of ``WAKES``.
+    tell : called with the step in words and the share done.
+
+    Raises
+    ------
+    ModelError : an unknown wake.
+    """
+    plant = simulation_plant(turbine, wake)
+    runs = tuple(_runs(plant, chosen, winds, tell))
+    return Simulation(turbine, scenario, wake, tuple(winds), chosen, runs)
+
+
+def _runs(
+    plant: Plant, chosen: ChosenLaws, winds: Sequence[WindSeries], tell: Tell | None
+) -> Iterator[Run]:
+    total, done = len(chosen.laws) * len(winds), 0
+    for name, law in chosen.laws.items():
+        for wind in winds:
+            progress = _part(tell, f"{name}, {wind.name}", done, total)
+            yield _run(Case(name, plant, law, wind, chosen.observer), progress)
+            done += 1
+
+
+def _run(case: Case, progress: Callable[[float], None] | None) -> Run:
+    try:
+        (result,) = run_cases([case], progress=progress)
+    except Diverged as end:
+        return Run(case.label, case.wind.name, diverged=end.time)
+    return Run(case.label, case.wind.name, result.history, result.metrics)
+
+
+def _part(tell: Tell | None, step: str, done: int, total: int) -> Callable[[float], None] | None:
+    if tell is None:
+        return None
+    return lambda share: tell(step, (done + share) / total)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %" if share >= 0.01 else "less than 1 %"

@@ -1,0 +1,164 @@
+"""The numbers of a simulation: rows, Markdown, CSV and JSON, and the series of a run."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from takagi.models.simulation.history import History
+from takagi.models.simulation.plant import Flag
+from takagi.reports.simulation.laws import LAW_NAMES
+from takagi.reports.simulation.runs import Run, Simulation
+from takagi.reports.simulation.scenarios import SCENARIOS
+
+__all__ = ["COLUMNS", "as_csv", "as_json", "as_markdown", "notes", "series_csv", "table_rows"]
+
+# Metric -> (title, unit, decimals), in the table's order.
+COLUMNS: dict[str, tuple[str, str, int]] = {
+    "energy": ("energy", "kWh", 2),
+    "mean_power": ("mean power", "kW", 0),
+    "overspeed": ("largest overspeed", "%", 2),
+    "speed_deviation": ("speed deviation", "% of rated", 2),
+    "pitch_travel": ("pitch travel", "deg", 1),
+    "torque_rate": ("torque rate, rms", "kN m/s", 2),
+    "tower_del": ("tower DEL", "MN m", 2),
+    "both_active": ("actuators fight", "% of time", 1),
+}
+EXPLANATION = """\
+Energy and power are electrical. Overspeed and speed deviation are shares of rated rotor speed; an
+overspeed below zero means that rated speed was never reached. The tower's damage-equivalent load is
+that of the fore-aft moment at the base (rainflow counting, exponent 4, 1 Hz). The actuators fight
+while pitch is more than 0.5 deg above fine pitch and torque more than 5 % below rated."""
+PLANT = {
+    "equilibrium": "the wake follows pitch at once (coefficient table)",
+    "dynamic": (
+        "the wake needs time to follow pitch: torque first answers by the published frozen-wake "
+        "sensitivity, linear in pitch, which for pitch movements of several degrees overstates it"
+    ),
+}
+# Samples of the written series lie this far apart [s]; finer ones say nothing about the loop.
+SERIES_STEP = 0.1
+
+
+def table_rows(simulation: Simulation) -> list[dict[str, Any]]:
+    """Return one row per run: law, wind, the metrics by field (None if diverged), remarks, flags.
+
+    Rows are grouped by wind, so that the laws stand under one another.
+    """
+    rows = []
+    for wind in simulation.winds:
+        rows += [_row(run) for run in simulation.runs if run.wind == wind.name]
+    return rows
+
+
+def notes(simulation: Simulation) -> list[str]:
+    """Return what must be known to read the table: a line per law, then per remarkable run."""
+    lines = [f"{name}: {LAW_NAMES.get(name, '')}." for name in simulation.chosen.laws]
+    for run in simulation.runs:
+        if run.remarks():
+            lines.append(f"{run.law} in {run.wind}: {'; '.join(run.remarks())}.")
+    return lines
+
+
+def as_markdown(simulation: Simulation, *, figures: Sequence[str] = ()) -> str:
+    """Return the table with its explanations; ``figures`` are file names that it shows."""
+    about = SCENARIOS[simulation.scenario].about
+    titles = [f"{title} [{unit}]" for title, unit, _ in COLUMNS.values()]
+    observer = "no law uses a wind estimate"
+    if simulation.chosen.observer is not None:
+        observer = "the wind estimate comes from the Takagi-Sugeno observer in the loop"
+    lines = [
+        f"# {simulation.turbine.name}: scenario {simulation.scenario}",
+        "",
+        f"{about[0].upper()}{about[1:]}. Nonlinear plant with second-order pitch drive, limits on "
+        f"pitch, its rate and the torque rate, and tower fore-aft mode; {PLANT[simulation.wake]}; "
+        f"{observer}. Every loop starts at rest at the first wind.",
+        "",
+        "| wind | law | " + " | ".join(titles) + " |",
+        "|---|---|" + "---:|" * len(titles),
+    ]
+    for row in table_rows(simulation):
+        cells = [shown(row, name) for name in COLUMNS]
+        lines.append(f"| {row['wind']} | {row['law']} | " + " | ".join(cells) + " |")
+    lines += ["", EXPLANATION.replace("\n", " "), ""]
+    lines += [f"- {note}" for note in notes(simulation)]
+    for figure in figures:
+        lines += ["", f"![{figure}]({figure})"]
+    return "\n".join(lines) + "\n"
+
+
+def shown(row: dict[str, Any], name: str) -> str:
+    """Return one metric of a row as the table shows it; a dash where the loop diverged."""
+    value = row[name]
+    return "–" if value is None else f"{value:.{COLUMNS[name][2]}f}"
+
+
+def as_csv(simulation: Simulation) -> str:
+    """Return the rows with all digits; units in the header, remarks in the last column."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    titles = [f"{title} [{unit}]" for title, unit, _ in COLUMNS.values()]
+    writer.writerow(["wind", "law", *titles, "remarks"])
+    for row in table_rows(simulation):
+        cells = ["" if row[name] is None else repr(row[name]) for name in COLUMNS]
+        writer.writerow([row["wind"], row["law"], *cells, "; ".join(row["remarks"])])
+    return out.getvalue()
+
+
+def as_json(simulation: Simulation, *, files: Sequence[str] = ()) -> str:
+    """Return scenario, units and rows for machines; the same simulation gives the same text."""
+    content = {
+        "turbine": simulation.turbine.name,
+        "scenario": simulation.scenario,
+        "wake": simulation.wake,
+        "winds": [
+            {"name": wind.name, "duration": wind.duration, "mean": float(np.mean(wind.speed))}
+            for wind in simulation.winds
+        ],
+        "laws": {name: LAW_NAMES.get(name, "") for name in simulation.chosen.laws},
+        "units": {"duration": "s", **{name: unit for name, (_, unit, _) in COLUMNS.items()}},
+        "rows": table_rows(simulation),
+        "files": list(files),
+    }
+    return json.dumps(content, indent=2, allow_nan=False) + "\n"
+
+
+def series_csv(history: History) -> str:
+    """Return the record over time, SI units and degrees nowhere: wind, speed, pitch, torque, ..."""
+    step = float(history.time[1] - history.time[0])
+    stride = max(1, round(SERIES_STEP / step))
+    columns = {
+        "time [s]": history.time,
+        "wind [m/s]": history.wind,
+        "wind estimate [m/s]": history.wind_estimate,
+        "rotor speed [rad/s]": history.rotor_speed,
+        "pitch [rad]": history.pitch,
+        "pitch reference [rad]": history.pitch_reference,
+        "generator torque [N m]": history.torque,
+        "electrical power [W]": history.electrical_power,
+        "thrust [N]": history.thrust,
+        "tower-top displacement [m]": history.tower_displacement,
+        "tower-base moment [N m]": history.tower_moment,
+    }
+    lines = [",".join(columns)]
+    table = np.column_stack(list(columns.values()))[::stride]
+    lines += [",".join(f"{value:.7g}" for value in row) for row in table.tolist()]
+    return "\n".join(lines) + "\n"
+
+
+def _row(run: Run) -> dict[str, Any]:
+    row: dict[str, Any] = {"wind": run.wind, "law": run.law, "diverged": run.diverged}
+    row |= {name: None for name in COLUMNS}
+    if run.metrics is not None and run.history is not None:
+        row |= asdict(run.metrics)
+        row["flags"] = {
+            flag.name.lower(): run.history.share_flagged(flag) for flag in Flag if flag.name
+        }
+    row["remarks"] = list(run.remarks())
+    return row

@@ -1,0 +1,88 @@
+"""One certificate of the coherent loop for all tests of this folder, and a short one of six cells."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+from takagi.certificates.coherent import CoherentCandidate, coherent_candidate, coherent_claim
+from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
+from takagi.lmi.turbine.effort import effort_gains
+from takagi.models.law.coherent import CoherentLaw
+from takagi.models.law.schedule import effort_schedule
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.loader import nrel5mw
+
+# Nodes kept in the short certificate: where the effort passes from torque to pitch.
+SHORT_FROM, SHORT_CELLS = 11.2, 6
+
+
+@dataclass(frozen=True)
+class Built:
+    """The whole chain once: turbine, law, candidate, and the document as plain data."""
+
+    turbine: Turbine
+    law: CoherentLaw
+    candidate: CoherentCandidate
+    document: dict[str, Any]
+
+
+@pytest.fixture(scope="session")
+def built() -> Built:
+    """Return the certified NREL 5-MW loop; about three seconds."""
+    turbine = nrel5mw()
+    schedule = effort_schedule(turbine)
+    law = CoherentLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
+    candidate = coherent_candidate(turbine, law)
+    document = certificate_document(
+        model=turbine_data(turbine, []),
+        gains=coherent_law_data(law),
+        claims=[coherent_claim(candidate)],
+        provenance={},
+    )
+    return Built(turbine, law, candidate, document)
+
+
+@pytest.fixture
+def whole(built: Built) -> dict[str, Any]:
+    """Return a copy of the whole certificate."""
+    return deepcopy(built.document)
+
+
+@pytest.fixture(scope="session")
+def short_document(built: Built) -> dict[str, Any]:
+    """Return the certificate of six cells around rated wind: the same numbers, fewer winds."""
+    document = deepcopy(built.document)
+    gains, claim = document["gains"], document["claims"][0]
+    first = next(k for k, v in enumerate(gains["wind"]) if v >= SHORT_FROM)
+    for name, column in gains.items():
+        if isinstance(column, list):
+            nodes = SHORT_CELLS + (name != "integral_rate")
+            gains[name] = column[first : first + nodes]
+    claim["cells"] = claim["cells"][first : first + SHORT_CELLS]
+    return resealed(document)
+
+
+@pytest.fixture
+def short(short_document: dict[str, Any]) -> dict[str, Any]:
+    """Return a copy of the short certificate, to be damaged."""
+    return deepcopy(short_document)
+
+
+def resealed(document: dict[str, Any]) -> dict[str, Any]:
+    """Return the document with the hashes of what it now says."""
+    return certificate_document(
+        model=document["model"],
+        gains=document["gains"],
+        claims=document["claims"],
+        provenance={},
+    )
+
+
+@pytest.fixture(scope="session")
+def reseal() -> Any:
+    """Return the function that makes a forger's certificate: changed, with matching hashes."""
+    return resealed

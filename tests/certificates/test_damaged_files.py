@@ -1,0 +1,191 @@
+"""Random damage with matching hashes: refused or undecided, never a traceback, never PROVED."""
+
+from __future__ import annotations
+
+import json
+import random
+from collections.abc import Callable, Iterator
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from takagi.certificates.checker import CertificateError, Verdict, check
+from takagi.certificates.checker.certificate import check_document
+
+Document = dict[str, Any]
+Reseal = Callable[[Document], Document]
+
+# Words, and what the proof does not lean on: the law's own wind filter, hashes of files.
+FREE = {"name", "units", "formula", "files_sha256", "state", "wind_filter", "provenance"}
+# What stays true when it is made smaller, or larger, as random damage may do.
+WEAKER = {"wind_error", "wind_rate", "decay_rate", "integral_limit", "pitch_rate_limit"}
+WEAKER |= {"frozen_wake", "effectiveness_limit", "rated_rotor_speed", "residual", *()}
+WEAKER |= {"wind_gain", "inertia_gain", "reference_slope", "lag_slope", "inertia", "multiplier"}
+STRANGE: list[Any] = [None, True, False, "", "1", "NaN", [], {}, [[]], [1], {"a": 1}, "\x00"]
+STRANGE += [0, -1, 1, 1e-30, 1e30, -1e30, 10**30, 1e-12, [0, 0], [1, 0], [[1, 2], [3]]]
+
+
+def paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Yield the path of every part, leaves and branches alike."""
+    if path:
+        yield path
+    if isinstance(value, (dict, list)):
+        for key in value if isinstance(value, dict) else range(len(value)):
+            yield from paths(value[key], (*path, key))
+
+
+def damage(document: Document, path: tuple[Any, ...], rng: random.Random) -> Any:
+    """Replace, remove or double the part at the path; return what was put there."""
+    place: Any = document
+    for key in path[:-1]:
+        place = place[key]
+    way = rng.random()
+    if way < 0.1:
+        del place[path[-1]]
+        return "removed"
+    if way < 0.15 and isinstance(place, list):
+        place.append(place[path[-1]])
+        return "doubled"
+    before = place[path[-1]]
+    if way < 0.4 and isinstance(before, (int, float)) and not isinstance(before, bool):
+        place[path[-1]] = before * rng.choice([-1, 0, 0.5, 2, 1e6])
+    else:
+        place[path[-1]] = deepcopy(rng.choice(STRANGE))
+    return place[path[-1]]
+
+
+def survivors(short: Document, reseal: Reseal, count: int, seed: int) -> list[str]:
+    """Return the damage after which the certificate was still PROVED."""
+    rng = random.Random(seed)
+    where = [p for p in paths(short) if "coefficients" not in p or len(p) < 4]
+    where += rng.sample([p for p in paths(short) if "coefficients" in p], 20)
+    found = []
+    for path in (rng.choice(where) for _ in range(count)):
+        damaged = deepcopy(short)
+        put = damage(damaged, path, rng)
+        try:
+            damaged = reseal(damaged)
+        except KeyError:
+            continue  # A whole part is gone: there is nothing to seal.
+        try:
+            verdict = check_document(damaged).verdict
+        except CertificateError:
+            continue
+        if verdict is Verdict.PROVED and not set(path) & FREE:
+            found.append(f"{path}: {put}")
+    return found
+
+
+def is_weaker(survivor: str) -> bool:
+    return any(f"'{name}'" in survivor for name in WEAKER)
+
+
+def test_random_damage_is_refused_or_undecided(short: Document, reseal: Reseal) -> None:
+    """Two hundred damaged certificates: what is still PROVED claims less than before."""
+    assert [s for s in survivors(short, reseal, 200, seed=2) if not is_weaker(s)] == []
+
+
+@pytest.mark.slow
+def test_much_random_damage(short: Document, reseal: Reseal, reduced: bool) -> None:
+    """The same campaign with other seeds, ten thousand times (reduced: 300)."""
+    count = 300 if reduced else 10_000
+    assert [s for s in survivors(short, reseal, count, seed=3) if not is_weaker(s)] == []
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"format": "other"},
+        {"format": None},
+        {"version": 2},
+        {"version": 1.5},
+        {"version": "1"},
+        {"version": True},
+        {"claims": []},
+        {"claims": {}},
+        {"claims": None},
+        {"provenance": {}},
+        {"provenance": {"sha256": {}}},
+        {"provenance": {"sha256": {"model": 1, "gains": 2, "claims": 3}}},
+        {"model": None},
+        {"gains": None},
+    ],
+    ids=str,
+)
+def test_a_damaged_frame_is_refused(change: Document, short: Document) -> None:
+    """Format, version, hashes and parts have to be there and to be what they are called."""
+    with pytest.raises(CertificateError):
+        check_document(short | change)
+
+
+def test_the_gain_file_must_hold_the_same_numbers(
+    short: Document, reseal: Reseal, tmp_path: Path
+) -> None:
+    """Checked with gains, the certificate is about these: one decimal apart is refused by name."""
+    certificate, gains = tmp_path / "certificate.json", tmp_path / "gains.json"
+    certificate.write_text(json.dumps(reseal(short)))
+    gains.write_text(json.dumps({"law": short["gains"]}))
+    assert "gain file" not in " ".join(check(certificate, gains=gains).messages)
+
+    short["gains"]["overlap"] += 1e-9
+    gains.write_text(json.dumps({"law": short["gains"]}))
+    with pytest.raises(CertificateError, match="overlap"):
+        check(certificate, gains=gains)
+
+
+def test_the_model_file_must_be_the_recorded_one(
+    short: Document, reseal: Reseal, tmp_path: Path
+) -> None:
+    """SHA-256 of 'abc' is published (FIPS 180-4); one byte more and the file is refused."""
+    known = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    short["model"]["files_sha256"] = {"plant.toml": known}
+    certificate, model = tmp_path / "certificate.json", tmp_path / "plant.toml"
+    certificate.write_text(json.dumps(reseal(short)))
+    model.write_text("abc")
+    assert "model file" not in " ".join(check(certificate, model=model).messages)
+
+    model.write_text("abcd")
+    with pytest.raises(CertificateError, match="changed"):
+        check(certificate, model=model)
+    model.rename(tmp_path / "other.toml")
+    with pytest.raises(CertificateError, match="not a file"):
+        check(certificate, model=tmp_path / "other.toml")
+
+
+@pytest.mark.parametrize("name", ["../plant.toml", "", ".", "..", "a/b", "a\x00b", "gone.toml"])
+def test_recorded_file_names_lead_nowhere_else(
+    name: str, short: Document, reseal: Reseal, tmp_path: Path
+) -> None:
+    """A certificate cannot make the checker open another folder, or raise anything else."""
+    known = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    short["model"]["files_sha256"] = {"plant.toml": known, name: known}
+    certificate, model = tmp_path / "certificate.json", tmp_path / "plant.toml"
+    certificate.write_text(json.dumps(reseal(short)))
+    model.write_text("abc")
+
+    with pytest.raises(CertificateError):
+        check(certificate, model=model)
+
+
+def test_a_claim_that_the_gains_have_no_part_in_is_pointed_out(
+    short: Document, reseal: Reseal, tmp_path: Path
+) -> None:
+    """A true claim about other matrices does not pass silently as one about the gain file."""
+    short["claims"] = [
+        {
+            "name": "coherent loop, 3 to 25 m/s",
+            "kind": "quadratic-decay",
+            "A": [[[-1]]],
+            "P": [[1]],
+            "decay_rate": 0,
+        }
+    ]
+    certificate, gains = tmp_path / "certificate.json", tmp_path / "gains.json"
+    certificate.write_text(json.dumps(reseal(short)))
+    gains.write_text(json.dumps({"law": short["gains"]}))
+
+    checked = check(certificate, gains=gains)
+
+    assert any("inside the claim alone: claims[0]" in message for message in checked.messages)

@@ -1,0 +1,66 @@
+"""One real design for all tests of the verbs, and a folder writer that draws nothing."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Mapping
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from takagi.certificates.turbine_design import TurbineDesign
+
+Files = dict[str, bytes | str]
+
+
+@pytest.fixture(scope="session")
+def finished() -> TurbineDesign:
+    """The default design of the NREL 5-MW turbine, made once."""
+    from takagi.certificates.turbine_design import design_turbine
+    from takagi.models.loading import load_model
+    from takagi.models.turbine.loader import model_files
+
+    return design_turbine(load_model("nrel5mw"), files=model_files("nrel5mw"))
+
+
+def drawn(design: TurbineDesign, *, tell: Callable[..., None] | None = None) -> Files:
+    """The files of a design, figures and report replaced by a word: they are tested elsewhere."""
+    from takagi.certificates.document import dumps
+
+    if tell is not None:
+        tell("report")
+    return {
+        "gains.json": json.dumps({"law": design.document["gains"]}),
+        "certificate.json": dumps(design.document),
+        "report.html": "<!doctype html><title>report</title>",
+        "figures/bode.svg": b"<svg/>",
+    }
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the verbs write a folder without drawing it."""
+    module: Any = ModuleType("takagi.reports.design_folder")
+    module.design_files = drawn
+    monkeypatch.setitem(sys.modules, "takagi.reports.design_folder", module)
+
+
+@pytest.fixture
+def asked(
+    finished: TurbineDesign, undrawn: None, monkeypatch: pytest.MonkeyPatch
+) -> Mapping[str, Any]:
+    """Let the verbs meet the finished design; the mapping holds what they asked for."""
+    from takagi.certificates import turbine_design
+
+    seen: dict[str, Any] = {}
+
+    def design_turbine(turbine: Any, settings: Any, *, files: Any, tell: Any) -> TurbineDesign:
+        tell("gains")
+        seen.update(turbine=turbine, settings=settings, files=files)
+        return finished
+
+    monkeypatch.setattr(turbine_design, "design_turbine", design_turbine)
+    return seen

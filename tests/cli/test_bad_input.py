@@ -1,0 +1,299 @@
+"""Bad input through the real command line: one message, the right status, nothing half-written."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from takagi.cli.main import main
+from takagi.models.library import data_folder
+
+Capture = pytest.CaptureFixture[str]
+
+
+def told(capsys: Capture) -> str:
+    """The message, of which there is one, on standard error alone."""
+    captured = capsys.readouterr()
+    assert captured.out == "" and "Traceback" not in captured.err
+    assert captured.err.startswith(("Error: ", "Not proved, nothing written: "))
+    return captured.err
+
+
+@pytest.fixture
+def never(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The long work must not begin."""
+
+    def design_turbine(*_: Any, **__: Any) -> None:
+        raise AssertionError("the long work began")
+
+    monkeypatch.setattr("takagi.certificates.turbine_design.design_turbine", design_turbine)
+
+
+@pytest.fixture
+def turbine_file(tmp_path: Path) -> Callable[[str, str], Path]:
+    """A copy of the built-in turbine in which a text is replaced."""
+
+    def changed(old: str, new: str) -> Path:
+        folder = tmp_path / "mine"
+        shutil.copytree(data_folder(), folder, ignore=shutil.ignore_patterns("*.py", "__pycache__"))
+        path = folder / "nrel5mw.toml"
+        text = path.read_text(encoding="utf-8")
+        assert old in text
+        path.write_text(text.replace(old, new, 1), encoding="utf-8")
+        return path
+
+    return changed
+
+
+def line_of(path: Path, text: str) -> int:
+    """The number of the first line that holds a text."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return next(number for number, line in enumerate(lines, start=1) if text in line)
+
+
+# ------------------------------------------------------------------ the model
+
+
+def test_an_unknown_model_is_answered_with_the_near_one(
+    never: None, tmp_path: Path, capsys: Capture
+) -> None:
+    """The built-in names are listed."""
+    assert main(["design", "nrel5wm", "--out", str(tmp_path / "out")]) == 2
+
+    assert "did you mean 'nrel5mw'?" in told(capsys)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_model_file_that_is_not_there(never: None, tmp_path: Path, capsys: Capture) -> None:
+    """The path, and what to do."""
+    assert main(["design", str(tmp_path / "no.toml"), "--out", str(tmp_path / "out")]) == 2
+    assert "no.toml: no such file; check the path" in told(capsys)
+
+
+def test_malformed_toml_names_file_line_and_what_was_expected(
+    never: None, turbine_file: Callable[[str, str], Path], tmp_path: Path, capsys: Capture
+) -> None:
+    """A bracket that is not closed."""
+    path = turbine_file("[rotor]", "[rotor")
+    line = line_of(path, "[rotor")
+
+    assert main(["design", str(path), "--out", str(tmp_path / "out")]) == 2
+
+    message = told(capsys)
+    assert f"{path}:{line}:" in message and "not valid TOML" in message and "expected" in message
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field", "expected"),
+    [
+        ('unit = "rpm"', 'unit = "rp"', "rotor.rated_speed", "this field accepts"),
+        ('unit = "rpm"', 'unit = "kg"', "rotor.rated_speed", "does not fit"),
+        ("\nradius", "\nradios", "rotor.radios", "did you mean 'radius'"),
+        ("\nradius", "\n# radius", "rotor.radius", "is missing; add radius ="),
+        ('power = "nrel5mw_cp.csv"', 'power = "no.csv"', "coefficients.power", "no such file"),
+        ('kind = "turbine"', 'kind = "boat"', "kind", 'a turbine file says kind = "turbine"'),
+    ],
+)
+def test_a_wrong_field_is_named_with_file_and_line(
+    never: None,
+    turbine_file: Callable[[str, str], Path],
+    tmp_path: Path,
+    capsys: Capture,
+    old: str,
+    new: str,
+    field: str,
+    expected: str,
+) -> None:
+    """Unit, name, missing figure, missing table, kind."""
+    path = turbine_file(old, new)
+
+    assert main(["design", str(path), "--out", str(tmp_path / "out")]) == 2
+
+    message = told(capsys)
+    assert str(path) in message and repr(field) in message and expected in message
+    assert not (tmp_path / "out").exists()
+
+
+# ------------------------------------------------------------------ the options
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--overlap", "-1"], "option --overlap: -1 was given; it must be positive"),
+        (["--bandwidth", "0"], "option --bandwidth: 0 was given; it must be positive"),
+        (["--bandwidth", "inf"], "option --bandwidth: inf was given"),
+        (["--law", "papr"], "choose one of coherent, paper, paper-two-integrators"),
+        (["--law", "paper", "--overlap", "0.1"], "option --overlap belongs to the law coherent"),
+        (["--speed-overlap", "0.1"], "option --speed-overlap belongs to the laws of the paper"),
+        (["--speed-setpoint", "1.2"], "a number with its unit is needed"),
+        (["--speed-setpoint", "11knots"], "unit 'knots' is not known"),
+        (["--speed-setpoint", "5rpm"], "it must lie above the minimum 0.723322"),
+        (["--speed-setpoint", "20 rpm"], "at or below the rated 1.26711 rad/s"),
+        (["--inertia", "1.2", "0.8"], "lower end 1.2 exceeds upper end 0.8"),
+        (["--inertia", "1.1", "1.3"], "0 < LOW <= 1 <= HIGH is needed"),
+        (["--inertia", "half", "2"], "a finite number is needed"),
+    ],
+)
+def test_an_option_that_makes_no_sense_is_misuse(
+    never: None, tmp_path: Path, capsys: Capture, options: list[str], message: str
+) -> None:
+    """The option, what was given, what is needed; before the long work."""
+    assert main(["design", "nrel5mw", "--out", str(tmp_path / "out"), *options]) == 2
+
+    assert message in told(capsys)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_requirement_that_cannot_be_met_is_an_answer(tmp_path: Path, capsys: Capture) -> None:
+    """A set-point so low that pitch cannot hold it: status 1, the step, and what to relax."""
+    options = ["--speed-setpoint", "9.6rpm"]
+
+    assert main(["design", "nrel5mw", "--out", str(tmp_path / "out"), *options]) == 1
+
+    message = told(capsys)
+    assert "full-load model" in message and "--speed-setpoint 9.6rpm; relax that" in message
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_answer_for_machines_stays_json(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`--json` prints the reason where it prints the summary."""
+    import json
+
+    from takagi.models.errors import ModelError
+
+    def design_turbine(*_: Any, tell: Callable[[str], None], **__: Any) -> None:
+        tell("gains of the coherent law")
+        raise ModelError("no gain at wind 11.4 m/s")
+
+    monkeypatch.setattr("takagi.certificates.turbine_design.design_turbine", design_turbine)
+    options = ["--out", str(tmp_path / "out"), "--json", "--bandwidth", "50"]
+
+    assert main(["design", "nrel5mw", *options]) == 1
+
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["verdict"] == "UNDECIDED" and "wind 11.4 m/s" in answer["reason"]
+    assert "--bandwidth 50" in answer["reason"]
+
+
+# ------------------------------------------------------------------ the output
+
+
+def test_a_file_in_the_place_of_the_folder(never: None, tmp_path: Path, capsys: Capture) -> None:
+    """Told before the long work, and the file is as it was."""
+    (tmp_path / "out").write_text("mine")
+
+    assert main(["design", "nrel5mw", "--out", str(tmp_path / "out")]) == 2
+
+    assert "a file of this name stands where a folder is needed" in told(capsys)
+    assert (tmp_path / "out").read_text() == "mine"
+
+
+def test_a_folder_in_the_place_of_a_file(never: None, tmp_path: Path, capsys: Capture) -> None:
+    """`out/gains.json/` would stop the last step; it stops the first."""
+    (tmp_path / "gains.json").mkdir()
+
+    assert main(["design", "nrel5mw", "--out", str(tmp_path)]) == 2
+    assert "gains.json: this is a folder" in told(capsys)
+
+
+@pytest.mark.parametrize(
+    ("number", "message"),
+    [
+        (errno.EROFS, "the file system is read-only; choose another place"),
+        (errno.EACCES, "permission denied; check the permissions"),
+        (errno.ENOSPC, "the disk is full; free some space"),
+    ],
+)
+def test_a_place_that_refuses_is_told_before_the_long_work(
+    never: None,
+    tmp_path: Path,
+    capsys: Capture,
+    monkeypatch: pytest.MonkeyPatch,
+    number: int,
+    message: str,
+) -> None:
+    """Read-only, forbidden, full: the folder is named, and nothing is left in it."""
+
+    def refuse(*_: Any, **__: Any) -> None:
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr("takagi.cli.output_place.os.fsync", refuse)
+
+    assert main(["design", "nrel5mw", "--out", str(tmp_path / "out")]) == 2
+
+    written = told(capsys)
+    assert message in written and str(tmp_path / "out") in written
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="needs a user without rights")
+def test_a_read_only_folder(never: None, tmp_path: Path, capsys: Capture) -> None:
+    """The real thing, where the tests do not run as root."""
+    place = tmp_path / "locked"
+    place.mkdir(mode=0o555)
+
+    assert main(["design", "nrel5mw", "--out", str(place)]) == 2
+    assert "permission denied" in told(capsys)
+
+
+def test_a_disk_that_fills_up_in_the_end_keeps_the_old_files(
+    asked: Any, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Full between the first look and the last step: the earlier design is still whole."""
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "gains.json").write_text("old")
+
+    def refuse(path: Path, content: bytes) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+
+    monkeypatch.setattr("takagi.reports.output._write_through", refuse)
+
+    assert main(["design", "nrel5mw", "--out", str(out)]) == 2
+
+    assert "the disk is full" in told(capsys)
+    assert [path.name for path in out.iterdir()] == ["gains.json"]
+    assert (out / "gains.json").read_text() == "old"
+
+
+def test_an_interrupt_leaves_nothing(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Status 130, one word, no folder."""
+
+    def design_turbine(*_: Any, **__: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("takagi.certificates.turbine_design.design_turbine", design_turbine)
+
+    assert main(["design", "nrel5mw", "--out", str(tmp_path / "out")]) == 130
+
+    assert capsys.readouterr().err == "\nInterrupted.\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("verb", ["design", "report", "certify"])
+def test_the_installed_command_says_no_more_than_its_message(verb: str, tmp_path: Path) -> None:
+    """A process of its own: the status, one line, no traceback."""
+    ran = subprocess.run(
+        [sys.executable, "-m", "takagi.cli", verb, "nrel5wm", "--out", "out"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert (ran.returncode, ran.stdout, ran.stderr.count("\n")) == (2, "", 1)
+    assert ran.stderr.startswith("Error: model 'nrel5wm' is not known")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,130 @@
+"""`takagi certify`: a certificate for gains that exist, or for new ones."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from takagi.certificates.checker import Verdict, check
+from takagi.certificates.document import coherent_law_data
+from takagi.certificates.given_law import coherent_law_from_data, read_law
+from takagi.cli.main import main
+
+if TYPE_CHECKING:
+    from takagi.certificates.turbine_design import TurbineDesign
+
+Capture = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def gains(finished: TurbineDesign, tmp_path: Path) -> Path:
+    """A gain file with the finished design's law."""
+    path = tmp_path / "gains.json"
+    path.write_text(json.dumps({"law": finished.document["gains"]}))
+    return path
+
+
+def changed(gains: Path, **entries: Any) -> Path:
+    """The gain file with entries of its law replaced."""
+    law = {**json.loads(gains.read_text())["law"], **entries}
+    gains.write_text(json.dumps({"law": law}))
+    return gains
+
+
+def test_a_law_survives_its_file(finished: TurbineDesign, gains: Path) -> None:
+    """What is read back writes the same numbers: the certificate is about what was emitted."""
+    law = coherent_law_from_data(read_law(gains))
+
+    assert coherent_law_data(law) == finished.document["gains"]
+
+
+def test_given_gains_are_proved_as_they_stand(
+    gains: Path, finished: TurbineDesign, tmp_path: Path, capsys: Capture
+) -> None:
+    """Design and certify find the same claim, and the checker accepts it for this gain file."""
+    out = tmp_path / "certificate.json"
+
+    assert main(["certify", "nrel5mw", "--gains", str(gains), "--out", str(out)]) == 0
+
+    assert check(out, gains=gains).verdict is Verdict.PROVED
+    assert json.loads(out.read_text())["claims"] == finished.document["claims"]
+    assert f"takagi check {out} --gains {gains}" in capsys.readouterr().out
+
+
+def test_without_gains_they_are_designed_anew(asked: Any, tmp_path: Path, capsys: Capture) -> None:
+    """One file, and the same verdict in JSON."""
+    out = tmp_path / "certificate.json"
+
+    assert main(["certify", "nrel5mw", "--out", str(out), "--json"]) == 0
+
+    assert json.loads(capsys.readouterr().out)["verdict"] == "PROVED"
+    assert [path.name for path in tmp_path.iterdir()] == ["certificate.json"]
+
+
+def test_a_loop_without_a_proof_names_the_winds(
+    gains: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """Inertia 0.2 to 3 of nominal: which condition, where, and what to relax; status 1."""
+    out = tmp_path / "certificate.json"
+    options = ["--gains", str(gains), "--out", str(out), "--inertia", "0.2", "3"]
+
+    assert main(["certify", "nrel5mw", *options]) == 1
+
+    told = capsys.readouterr().err
+    assert "no common quadratic function" in told and "worst at wind 11." in told
+    assert "--inertia 0.2 3; relax that first" in told
+    assert not out.exists()
+
+
+def test_designing_options_do_not_go_with_given_gains(
+    gains: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """Silently ignored, they would mislead."""
+    options = ["--gains", str(gains), "--out", str(tmp_path / "c.json"), "--bandwidth", "0.4"]
+
+    assert main(["certify", "nrel5mw", *options]) == 2
+    assert "--bandwidth is about designing gains" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("entries", "told"),
+    [
+        ({"name": "paper"}, "a gain file is certified for the law 'coherent'"),
+        ({"proportional": [0.1]}, "proportional: a row of 71 numbers is needed"),
+        ({"overlap": "wide"}, "overlap: a number is needed"),
+        ({"overlap": -0.01}, "must be positive"),
+        ({"integral_rate": [-0.1] * 70}, "must be a row of positive numbers"),
+    ],
+)
+def test_a_damaged_gain_file_is_misuse(
+    gains: Path, tmp_path: Path, capsys: Capture, entries: dict[str, Any], told: str
+) -> None:
+    """The message names the entry; nothing is written."""
+    out = tmp_path / "certificate.json"
+    asked_for = ["--gains", str(changed(gains, **entries)), "--out", str(out)]
+
+    assert main(["certify", "nrel5mw", *asked_for]) == 2
+    assert told in capsys.readouterr().err and not out.exists()
+
+
+def test_a_gain_file_that_is_none_is_misuse(tmp_path: Path, capsys: Capture) -> None:
+    """Not JSON, and not there."""
+    wrong = tmp_path / "gains.json"
+    wrong.write_text("gamma = 1")
+    out = str(tmp_path / "c.json")
+
+    assert main(["certify", "nrel5mw", "--gains", str(wrong), "--out", out]) == 2
+    assert "not JSON" in capsys.readouterr().err
+    assert main(["certify", "nrel5mw", "--gains", str(tmp_path / "no"), "--out", out]) == 2
+    assert "cannot be read" in capsys.readouterr().err
+
+
+def test_a_folder_in_the_place_of_the_certificate_is_misuse(
+    tmp_path: Path, capsys: Capture
+) -> None:
+    """Told before the long work."""
+    assert main(["certify", "nrel5mw", "--out", str(tmp_path)]) == 2
+    assert "this is a folder" in capsys.readouterr().err

@@ -1,0 +1,142 @@
+"""`takagi design`: what it asks for, writes, prints and returns."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from fractions import Fraction
+from math import pi
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from takagi.certificates.checker import Checked, Claim, Verdict, check
+from takagi.cli.main import main
+
+if TYPE_CHECKING:
+    from takagi.certificates.turbine_design import TurbineDesign
+
+Capture = pytest.CaptureFixture[str]
+FILES = ["certificate.json", "figures", "figures/bode.svg", "gains.json", "report.html"]
+
+
+def listing(folder: Path) -> list[str]:
+    """All names below a folder, hidden ones included."""
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
+
+
+def test_the_folder_holds_what_is_promised(asked: Any, tmp_path: Path, capsys: Capture) -> None:
+    """Gains, certificate, report and figures; nothing is left of the way there."""
+    assert main(["design", "nrel5mw", "--out", str(tmp_path / "new" / "out")]) == 0
+
+    assert listing(tmp_path / "new" / "out") == FILES
+    printed = capsys.readouterr().out
+    assert printed.startswith("PROVED  NREL 5-MW, law coherent\n")
+    assert all(name in printed for name in ("gains.json", "certificate.json", "report.html"))
+
+
+def test_the_certificate_is_about_the_gain_file_and_the_model(asked: Any, tmp_path: Path) -> None:
+    """The independent checker accepts what was written, with both companions."""
+    from takagi.models.turbine.loader import model_files
+
+    main(["design", "nrel5mw", "--out", str(tmp_path)])
+    checked = check(
+        tmp_path / "certificate.json",
+        gains=tmp_path / "gains.json",
+        model=model_files("nrel5mw")[0],
+    )
+
+    assert checked.verdict is Verdict.PROVED and checked.messages == []
+
+
+def test_the_summary_quotes_the_certificate(
+    asked: Any, finished: TurbineDesign, tmp_path: Path, capsys: Capture
+) -> None:
+    """Winds, overspeed and decay on the terminal are those that the checker states."""
+    main(["design", "nrel5mw", "--out", str(tmp_path), "--json"])
+    printed = json.loads(capsys.readouterr().out)
+    stated = finished.checked.claims[0].text
+    shown = [float(text) for text in re.findall(r"-?[0-9]+\.[0-9]+(?:e-?[0-9]+)?", stated)]
+
+    assert printed["verdict"] == "PROVED" and printed["wind"] == [3.0, 25.0]
+    numbers = [*printed["wind_error"], *printed["wind_rate"], 100 * printed["overspeed"]]
+    for number in [*numbers, printed["decay_rate"]]:
+        assert any(number == pytest.approx(text, rel=1e-2) for text in shown)
+    assert sorted(Path(file).name for file in printed["files"]) == [
+        "bode.svg",
+        "certificate.json",
+        "gains.json",
+        "report.html",
+    ]
+
+
+def test_next_commands_can_be_typed_as_printed(asked: Any, tmp_path: Path, capsys: Capture) -> None:
+    """The check that is suggested exists and succeeds."""
+    main(["design", "nrel5mw", "--out", str(tmp_path)])
+    lines = capsys.readouterr().out.splitlines()
+    command = next(line.split() for line in lines if line.strip().startswith("takagi check"))
+
+    assert main(command[1:]) == 0
+
+
+def test_options_reach_the_design(asked: Any, tmp_path: Path) -> None:
+    """Each option sets its own field; inertia stays the decimals that were written."""
+    options = ["--overlap", "0.02", "--speed-setpoint", "11.5 rpm", "--bandwidth", "0.5"]
+    options += ["--inertia", "0.8", "1.3", "--equilibrium-wake"]
+
+    main(["design", "nrel5mw", "--out", str(tmp_path), *options])
+
+    settings = asked["settings"]
+    assert settings.overlap == 0.02 and settings.effort.bandwidth == 0.5
+    assert settings.speed_setpoint == pytest.approx(11.5 * pi / 30)
+    assert settings.uncertainty.inertia.lower == Fraction(4, 5)
+    assert settings.effort.inertia == (0.8, 1.3)
+    assert not settings.uncertainty.frozen_wake
+
+
+def test_options_of_the_paper_s_laws_reach_the_design(asked: Any, tmp_path: Path) -> None:
+    """Both overlaps of the coupling filter."""
+    options = ["--law", "paper", "--speed-overlap", "0.1", "--torque-overlap", "1500"]
+
+    main(["design", "nrel5mw", "--out", str(tmp_path), *options])
+
+    settings = asked["settings"]
+    assert (settings.law, settings.speed_overlap, settings.torque_overlap) == ("paper", 0.1, 1500)
+
+
+def test_the_design_knows_all_files_of_the_model(asked: Any, tmp_path: Path) -> None:
+    """The TOML file and both tables: their hashes go into the certificate."""
+    main(["design", "nrel5mw", "--out", str(tmp_path)])
+
+    names = [file.name for file in asked["files"]]
+    assert names == ["nrel5mw.toml", "nrel5mw_cp.csv", "nrel5mw_ct.csv"]
+
+
+def test_what_is_not_proved_is_written_and_returns_one(
+    asked: Any, finished: TurbineDesign, tmp_path: Path, capsys: Capture, monkeypatch: Any
+) -> None:
+    """An UNDECIDED certificate lists what fails; it is kept, and the status says so."""
+    claim = Claim("loop", Verdict.UNDECIDED, "wind 11.4 to 11.5 m/s: a corner fails")
+    undecided = replace(finished, checked=Checked.of([claim], []))
+    monkeypatch.setattr(
+        "takagi.certificates.turbine_design.design_turbine", lambda *_, **__: undecided
+    )
+
+    assert main(["design", "nrel5mw", "--out", str(tmp_path)]) == 1
+
+    printed = capsys.readouterr().out
+    assert printed.startswith("UNDECIDED") and "wind 11.4 to 11.5 m/s" in printed
+    assert listing(tmp_path) == FILES
+
+
+def test_a_second_design_replaces_the_first_and_leaves_the_rest(asked: Any, tmp_path: Path) -> None:
+    """Files of the user's own in the folder stay."""
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "gains.json").write_text("old")
+
+    main(["design", "nrel5mw", "--out", str(tmp_path)])
+
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+    assert "law" in json.loads((tmp_path / "gains.json").read_text())
