@@ -121,7 +121,7 @@ def _print(
             shown = name
         print(f"  {shown:<{width}}{purpose}")
     print(f"\nNext\n  takagi check {out / 'certificate.json'} --gains {out / 'gains.json'}")
-    print(f"  takagi simulate {model} --help")
+    print(f"  takagi simulate {model} --out {out / 'simulation'}")
 
 
 def _paths(out: Path, files: Mapping[str, bytes | str]) -> list[str]:

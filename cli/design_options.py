@@ -53,11 +53,16 @@ Overlap = Annotated[
 ]
 SpeedOverlap = Annotated[
     float | None,
-    typer.Option(help="Overlap of the coupling filter in rotor speed [rad/s]. Laws of the paper."),
+    typer.Option(
+        help="Overlap of the coupling filter in rotor speed [rad/s]; 0.05 unless given. Laws of "
+        "the paper."
+    ),
 ]
 TorqueOverlap = Annotated[
     float | None,
-    typer.Option(help="Overlap of the coupling filter in torque [N m]. Laws of the paper."),
+    typer.Option(
+        help="Overlap of the coupling filter in torque [N m]; 2000 unless given. Laws of the paper."
+    ),
 ]
 SpeedSetpoint = Annotated[
     str | None,

@@ -32,6 +32,7 @@ VERBS = (
     ),
     Verb("certify", "takagi.cli.certify", "Write a certificate for given gains, or for new ones"),
     Verb("report", "takagi.cli.report", "Write the report and its figures alone"),
+    Verb("appendix", "takagi.cli.appendix", "Write the design as a LaTeX appendix for a paper"),
     Verb(
         "simulate",
         "takagi.cli.simulate",

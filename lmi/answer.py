@@ -42,6 +42,8 @@ class Answer:
     margin : the t up to which every LMI holds, in balanced states and relative to the LMI's
         weight; negative or zero when not a candidate.
     decay_rate : alpha in 1/s with V' <= -2 alpha V, recomputed from P; None unless a candidate.
+    gain : upper bound on a norm from disturbance to output, recomputed from P; None unless a
+        norm was asked for and a candidate found.
     bound : upper bound on the margin from the multipliers (on the decay rate, for
         ``max_decay_rate``), to solver accuracy.
     values : unknown -> (count, rows, cols), in the coordinates of ``condition``.
@@ -56,6 +58,7 @@ class Answer:
     P: Floats | None
     margin: float
     decay_rate: float | None = None
+    gain: float | None = None
     bound: float = np.inf
     values: Mapping[str, Floats] = field(default_factory=dict)
     multipliers: Mapping[str, Floats] = field(default_factory=dict)
@@ -96,6 +99,7 @@ class Design:
     margin : as in ``Answer``.
     relaxation : name of the double-sum relaxation.
     answer : how it was found; its condition is in balanced states and inputs.
+    cost : bound on the mean quadratic cost, from P; None unless one was asked for and found.
     """
 
     gains: Floats | None
@@ -104,6 +108,7 @@ class Design:
     margin: float
     relaxation: str
     answer: Answer
+    cost: float | None = None
 
     @property
     def status(self) -> Status:

@@ -64,12 +64,12 @@ class CoherentLawTables(_Strict):
         return self
 
 
-class OtherLaw(BaseModel):
-    """Any other law, as its certificate states it."""
+class PaperLawTables(BaseModel):
+    """One of the published laws, as its certificate states it."""
 
     model_config = ConfigDict(extra="allow", allow_inf_nan=False)
 
-    name: str
+    name: Literal["paper", "paper-two-integrators"]
 
 
 class PremiseEntry(_Strict):
@@ -175,7 +175,7 @@ class GainFile(_Strict):
     name: str
     turbine: str
     units: dict[str, str]
-    law: Annotated[CoherentLawTables | OtherLaw, Field(union_mode="left_to_right")]
+    law: Annotated[CoherentLawTables | PaperLawTables, Field(discriminator="name")]
     states: list[str]
     schedule: dict[str, str]
     ramp: RampEntry | None

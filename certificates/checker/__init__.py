@@ -1,8 +1,10 @@
 """An independent checker: standard library alone, shares no code with the synthesis.
 
 Rooms: ``reader`` (strict JSON, numbers as written), ``definite`` (exact definiteness), ``fixed``
-(outward-rounded intervals), ``spline`` (ranges of the coefficient surface), ``quadratic`` and
-``coherent`` (one kind of claim each), ``certificate`` (the whole file).
+(outward-rounded intervals), ``spline`` (ranges of the coefficient surface), ``shown`` (numbers in
+words, rounded to the safe side), ``quadratic`` and ``coherent`` (one kind of claim each; the latter
+with ``coherent_inputs``, ``coherent_loop``, ``coherent_residual`` and ``coherent_corners``),
+``certificate`` (the whole file).
 """
 
 from __future__ import annotations

@@ -134,7 +134,7 @@ def _compare_model(data: dict[str, Any], model: Path | str | None) -> str:
     if not isinstance(recorded, dict) or path.name not in recorded:
         raise CertificateError(f"{model}: not a file that the certificate was made from")
     for name in recorded:
-        if Path(name).name != name or not name.isprintable():
+        if not name or Path(name).name != name or not name.isprintable():
             raise CertificateError(f"model.files_sha256: {name!a} is not a file name")
         file = path.with_name(name)
         try:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.reader import increasing, matrix, member, number, numbers
+from takagi.certificates.checker.reader import increasing, matrix, member, number, numbers, text
 from takagi.certificates.checker.refusal import CertificateError
 from takagi.certificates.checker.spline import Spline
 
@@ -39,7 +39,9 @@ class Plant:
 
     @classmethod
     def read(cls, model: Any) -> Plant:
-        """Return the plant; refuses a constant that is not positive."""
+        """Return the plant; refuses another kind, and a constant that is not positive."""
+        if text(model, "kind", "model") != "turbine":
+            raise CertificateError("model.kind: a coherent loop needs a turbine")
         positive = {name: number(model, name, "model") for name in POSITIVE}
         gear = positive["gear_ratio"]
         inertia = number(model, "rotor_inertia", "model")

@@ -1,8 +1,8 @@
 r"""Gains of the coherent law: at each wind a guaranteed-cost LMI for the effort loop.
 
 Around the trim at wind v the loop seen by the effort u is e' = a e - G u, x_I' = -e, with a in the
-range that dT_r/domega / J has on the speed band, and 1/G in the range of the inertia.  The LMI gives
-u = gamma_e e - gamma_I x_I for the weights of an operating set:
+range that dT_r/domega / J has on the speed band, and 1/G in the range of the inertia.  The LMI
+gives u = gamma_e e - gamma_I x_I for the weights of an operating set:
 
     speed error  e_max                     the band that the certificate encloses
     effort       gamma_v e_max             what torque can deliver at this wind

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -68,11 +69,16 @@ def _loop(claim: Mapping[str, Any], design: TurbineDesign) -> dict[str, Any]:
         "decay_range": span((cell["decay_rate"] for cell in cells), 5),
         "error_range": span((cell["wind_error"] for cell in cells), 5),
         "rate_range": span((cell["wind_rate"] for cell in cells), 5),
-        "overspeed": fixed(100 * ((top + peak) / turbine.rated_rotor_speed - 1), 2),
+        "overspeed": fixed(_up(100 * ((top + peak) / turbine.rated_rotor_speed - 1)), 2),
         "corners": 32,
         "ranges": [_range_rows(k, cell) for k, cell in enumerate(cells, start=1)],
         "claimed": [_claimed_row(k, cell) for k, cell in enumerate(cells, start=1)],
     }  # fmt: skip
+
+
+def _up(percent: float) -> float:
+    """Return a bound rounded to two decimals, never below itself."""
+    return math.ceil(percent * 100) / 100
 
 
 def cell_speed(design: TurbineDesign, k: int) -> float:
@@ -105,13 +111,12 @@ def _other(claim: Mapping[str, Any]) -> dict[str, Any]:
         for name, value in claim.items()
         if name not in ("name", "kind") and isinstance(value, (str, int, float, bool))
     ]
-    P = claim.get("P")
+    P: Any = claim.get("P")
     return {
         "name": claim.get("name", ""),
         "kind": claim.get("kind", ""),
         "facts": facts,
         "P": matrix(P, exactly=True) if _is_matrix(P) else None,
-        "size": len(P) if _is_matrix(P) else 0,
         "cells": len(claim["cells"]) if isinstance(claim.get("cells"), (list, tuple)) else 0,
     }
 
@@ -121,7 +126,7 @@ def _value(value: Any) -> Tex:
 
 
 def _is_matrix(value: Any) -> bool:
-    """Whether this is a matrix of numbers; a claim may carry rationals as words or nest P deeper."""
+    """Whether this is a matrix of numbers; a claim may nest P deeper, or write it in words."""
     if not isinstance(value, (list, tuple)) or not value:
         return False
     return all(

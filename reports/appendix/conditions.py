@@ -33,7 +33,11 @@ def laid_out(condition: Condition) -> list[tuple[Tex, Tex]]:
         label, formula = line.split(r" \quad & ", 1)
         words = label.removeprefix(r"\text{").removesuffix("}").removesuffix(":")
         lines.append((escape(words), Tex(formula)))
-    return lines
+    return lines if not condition.objective else [_one_line(*lines[:2]), *lines[2:]]
+
+
+def _one_line(cost: tuple[Tex, Tex], unknowns: tuple[Tex, Tex]) -> tuple[Tex, Tex]:
+    return cost[0], Tex(rf"{cost[1]} \quad\text{{over}}\quad {unknowns[1]}")
 
 
 def _conditions(design: TurbineDesign) -> Iterator[dict[str, object]]:
@@ -120,6 +124,6 @@ def _invariance(candidate: CoherentCandidate) -> Condition:
     return invariant_ellipsoid_condition(
         np.concatenate([v.A for v in corners]),
         np.concatenate(d),
-        np.concatenate([np.full(len(v.A), a) for v, a in zip(corners, candidate.multipliers)]),
+        np.repeat(candidate.multipliers, [len(v.A) for v in corners]),
         np.array([[1 / e, 0, 0], [0, 1 / z, 0], [1 / y, 0, -1 / y]]),
     )

@@ -1,6 +1,6 @@
 r"""The jinja2 environment: LaTeX delimiters, everything escaped that is not marked as LaTeX.
 
-    \VAR{expression}    \BLOCK{statement}    \#{comment}
+\VAR{expression}    \BLOCK{statement}    \#{comment}
 """
 
 from __future__ import annotations

@@ -36,8 +36,7 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
 
     say = tell or _silent
     say("margins at the trims")
-    loops = trim_loops(design)
-    margins = margins_context(loops)
+    loops, none = trim_loops(design)
     say("figures")
     figures = appendix_figures(design, loops)
     say("LaTeX")
@@ -47,7 +46,7 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
         **law_context(design),
         **conditions_context(design),
         **certificate_context(design),
-        **margins,
+        **margins_context(loops, none),
         "partial": region_context(design.partial_load, design.regional.partial, "b"),
         "full": region_context(design.full_load, design.regional.full, "c"),
         "figures": sorted(figures),

@@ -9,7 +9,7 @@ import numpy as np
 
 from takagi.certificates.checker.result import Verdict
 from takagi.certificates.turbine_design import TurbineDesign
-from takagi.models.turbine.trim import trim
+from takagi.models.turbine.trim import TrimPoint, trim
 from takagi.reports.appendix.blending import filter_of
 from takagi.reports.appendix.robustness import TrimLoops
 
@@ -76,7 +76,7 @@ def _trim(design: TurbineDesign) -> Figure:
     )
 
 
-def _curve(design: TurbineDesign) -> list:  # type: ignore[type-arg]
+def _curve(design: TurbineDesign) -> list[TrimPoint]:
     turbine, setpoint = design.turbine, design.settings.speed_setpoint
     winds = np.linspace(turbine.cut_in, turbine.cut_out, _CURVE)
     return [trim(turbine, float(v), speed_setpoint=setpoint) for v in winds]
@@ -117,13 +117,9 @@ def _cells(design: TurbineDesign) -> Figure | None:
 def _poles(design: TurbineDesign, loops: list[TrimLoops]) -> Figure | None:
     from takagi.reports.figures import poles_figure
 
-    resting = [item for item in loops if item.loops is not None]
-    if not resting:
+    if not loops:
         return None
-    return poles_figure(
-        [item.point.wind for item in resting],
-        [item.loops.poles for item in resting if item.loops is not None],
-    )
+    return poles_figure([item.wind for item in loops], [item.loops.poles for item in loops])
 
 
 def _bode(loops: list[TrimLoops], channel: str) -> Figure | None:
@@ -133,17 +129,18 @@ def _bode(loops: list[TrimLoops], channel: str) -> Figure | None:
     omega = np.geomspace(3e-3, 30, 900)
     lines = []
     for item in loops:
-        acts = item.torque_acts if channel == "torque" else item.pitch_acts
-        if item.loops is None or not acts or item.point.wind not in _BODE_WINDS:
+        acts = item.at.torque_acts if channel == "torque" else item.at.pitch_acts
+        if not acts or item.wind not in _BODE_WINDS:
             continue
         loop = item.loops.torque if channel == "torque" else item.loops.pitch
         margins = loop_margins(loop)
-        crossover = margins.phase_frequency
+        # A phase at the crossover of an unstable loop is no margin.
+        shown = margins.stable is not False and np.isfinite(margins.phase_frequency)
         lines.append(
             BodeLine(
-                f"{item.point.wind:g} m/s",
+                f"{item.wind:g} m/s" + (" (unstable)" if margins.stable is False else ""),
                 loop_response(loop).evaluate(omega)[:, 0, 0],
-                crossover=crossover if np.isfinite(crossover) else None,
+                crossover=margins.phase_frequency if shown else None,
             )
         )
     return bode_figure(omega, lines) if lines else None

@@ -29,9 +29,25 @@ _SYMBOLS = {
     "operation.cut_in": r"v_\mathrm{in}",
     "operation.cut_out": r"v_\mathrm{out}",
 }
-# Figures that no formula of the appendix uses.
-_LEFT_OUT = ("reference",)
-_WINDS = (3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 11.4, 11.5, 12.0, 13.0, 14.0, 16.0)
+# Figures to compare with, and of another controller: nothing in the appendix uses them.
+_LEFT_OUT = ("reference", "baseline")
+_WINDS: tuple[float, ...] = (
+    3.0,
+    4.0,
+    5.0,
+    6.0,
+    7.0,
+    8.0,
+    9.0,
+    10.0,
+    11.0,
+    11.4,
+    11.5,
+    12.0,
+    13.0,
+    14.0,
+    16.0,
+)
 _WINDS += (18.0, 20.0, 22.0, 24.0, 25.0)
 
 
@@ -39,6 +55,7 @@ def plant_context(design: TurbineDesign) -> dict[str, object]:
     """Return what the sections on plant, surface and trim show."""
     turbine, setpoint = design.turbine, design.settings.speed_setpoint
     surface = turbine.torque
+    low, high = (end * DEGREES for end in surface.y_range)
     return {
         "turbine": turbine.name,
         "parameters": _parameters(turbine),
@@ -47,9 +64,7 @@ def plant_context(design: TurbineDesign) -> dict[str, object]:
         "surface_size": Tex(rf"${surface.coefficients.shape[0]} \times "
                             rf"{surface.coefficients.shape[1]}$"),
         "ratio_range": Tex(rf"$[{surface.x_range[0]:g},\ {surface.x_range[1]:g}]$"),
-        "pitch_range": Tex(
-            rf"$[{surface.y_range[0] * DEGREES:.4g}^\circ,\ {surface.y_range[1] * DEGREES:.4g}^\circ]$"
-        ),
+        "pitch_range": Tex(rf"$[{low:.4g}^\circ,\ {high:.4g}^\circ]$"),
         "setpoint": fixed(setpoint or turbine.rated_rotor_speed, 5),
         "derated": setpoint is not None,
         "rated_wind": fixed(rated_wind(turbine, speed_setpoint=setpoint), 3),
@@ -69,9 +84,7 @@ def table_winds(turbine: Turbine) -> tuple[float, ...]:
 def trim_points(design: TurbineDesign) -> list[TrimPoint]:
     """Return the turbine's trims at the winds of the table."""
     setpoint = design.settings.speed_setpoint
-    return [
-        trim(design.turbine, v, speed_setpoint=setpoint) for v in table_winds(design.turbine)
-    ]
+    return [trim(design.turbine, v, speed_setpoint=setpoint) for v in table_winds(design.turbine)]
 
 
 def _parameters(turbine: Turbine) -> list[list[Tex]]:

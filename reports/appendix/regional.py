@@ -72,8 +72,7 @@ def rule_rows(model: TSModel) -> list[list[Tex]]:
 
 def vertex_lines(model: TSModel) -> Iterator[Tex]:
     """Yield A_i and E_i as display lines, as many rules in a line as fit a page."""
-    per_line = 2 if len(model.states) <= 2 else 1
-    per_line = 2 if len(model.states) == 3 else per_line
+    per_line = 2 if len(model.states) <= 3 else 1
     for first in range(0, len(model.rules), per_line):
         parts = [
             rf"A_{{{i + 1}}} &= {matrix(model.A[i])}, & E_{{{i + 1}}} &= {matrix(model.E[i])}"
@@ -87,9 +86,15 @@ def _steps(model: TSModel) -> list[dict[str, Tex]]:
     if model.derivation is None:
         return []
     return [
-        {"title": _title(step.title), "latex": Tex(_DOTTED.sub(r"\\dot{\1}_{\2}", step.latex))}
+        {"title": _title(step.title), "latex": _display(step.latex)}
         for step in model.derivation.steps
     ]
+
+
+def _display(formula: str) -> Tex:
+    """Return a display with fractions at full size, also inside vectors, and dots on letters."""
+    dotted = _DOTTED.sub(r"\\dot{\1}_{\2}", formula)
+    return Tex(dotted.replace(r"\frac", r"\dfrac").replace(r"\\", r"\\[8pt] "))
 
 
 def _title(words: str) -> Tex:

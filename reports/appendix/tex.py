@@ -56,7 +56,7 @@ _SPECIAL = {
     "|": r"\textbar{}",
     "\n": " ",
     "²": r"\textsuperscript{2}",
-    "°": r"\textdegree{}",
+    "°": r"$^\circ$",
     "–": "--",
     "−": "$-$",
     "·": r"\textperiodcentered{}",
@@ -117,17 +117,15 @@ def fixed(value: float, places: int) -> Tex:
 
 
 def scientific(value: float, digits: int = 4) -> Tex:
-    """Return a number with this many significant digits, as a power of ten where it is far from 1."""
+    """Return a number with this many significant digits, with a power of ten far from 1."""
     number = float(value)
     if number == 0 or not math.isfinite(number):
         return fixed(number, 0)
-    power = math.floor(math.log10(abs(number)))
-    if -4 <= power < 6:
-        text = f"{number:.{digits}g}"
-        if "e" not in text:
-            return _in_maths(text)
-        return _in_maths(f"{float(text):.0f}")
-    return _in_maths(rf"{number / 10.0**power:.{digits - 1}f} \times 10^{{{power}}}")
+    mantissa, power = f"{number:.{digits - 1}e}".split("e")
+    if not -4 <= int(power) < 6:
+        return _in_maths(rf"{mantissa} \times 10^{{{int(power)}}}")
+    text = f"{number:.{digits}g}"
+    return _in_maths(f"{float(text):.0f}" if "e" in text else text)
 
 
 def interval(ends: Sequence[float | Fraction]) -> Tex:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from takagi.reports.claim_summary import ClaimSummary, claim_summary
 from takagi.reports.figures import cells_figure
-from takagi.reports.html.text import Section, Table, fixed, plate, significant
+from takagi.reports.html.text import Section, Table, at_least, at_most, fixed, plate
 
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import TurbineDesign
@@ -50,7 +50,7 @@ def _details(design: TurbineDesign, summary: ClaimSummary) -> dict[str, Any]:
             alternative="Decay rate, wind class and overspeed bound per wind cell",
         ),
         "P": [[fixed(value, 4) for value in row] for row in summary.P],
-        "peaks": [(name.replace("_", " "), significant(v)) for name, v in summary.peaks.items()],
+        "peaks": [(name.replace("_", " "), at_most(v, 4)) for name, v in summary.peaks.items()],
         "table": _table(design, summary, over),
     }
 
@@ -63,10 +63,10 @@ def _table(design: TurbineDesign, summary: ClaimSummary, over: list[float]) -> T
             (
                 f"{low:g} – {high:g}",
                 "yes" if fine else "no",
-                significant(summary.decay_rates[k]),
-                significant(summary.wind_error[k]),
-                significant(summary.wind_rate[k]),
-                fixed(100 * over[k], 2),
+                at_least(summary.decay_rates[k]),
+                at_least(summary.wind_error[k]),
+                at_least(summary.wind_rate[k]),
+                at_most(100 * over[k], 2),
                 *extra[k],
             )
         )

@@ -128,12 +128,14 @@ def regional_gains_figure(
     """Return gains of the paper's structure over wind, one panel each (label with unit, values)."""
     v = np.asarray(wind, dtype=np.float64)
     with house_style():
-        figure, panels = new_figure(len(columns), 1, height=1.5 * len(columns) + 0.6, share_x=True)
+        figure, panels = new_figure(
+            len(columns), 1, width=5.2, height=1.3 * len(columns) + 0.6, share_x=True
+        )
         for axes, (label, values) in zip(panels, columns, strict=True):
             axes.plot(v, np.asarray(values, dtype=np.float64), color=COLOURS[0])
             axes.set_ylabel(label)
         panels[0].set_xlim(v[0], v[-1])
-        marks_above(panels[0], regions)
+        marks_above(panels[0], regions, width=4.2)
         wind_axis(panels[-1])
         figure.align_ylabels(panels)
     return figure

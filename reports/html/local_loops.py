@@ -93,8 +93,8 @@ def _coherent(design: TurbineDesign, law: CoherentLaw, wind: float) -> LoopPoint
     region = trim(turbine, wind, speed_setpoint=design.settings.speed_setpoint).region
     speed = float(np.interp(wind, table.wind, table.rotor_speed))
     point = TrimPoint(wind, speed, table.pitch(wind, turbine), table.torque(wind, turbine), region)
-    acts = (1 - share > SILENT, share > SILENT)
-    return LoopPoint(point, gains, *acts, _frozen(design, point) if acts[1] else float("nan"))
+    frozen = _frozen(design, point) if share > SILENT else float("nan")
+    return LoopPoint(point, gains, 1 - share > SILENT, share > SILENT, frozen)
 
 
 def _paper(design: TurbineDesign, wind: float) -> LoopPoint | None:
@@ -112,8 +112,9 @@ def _paper(design: TurbineDesign, wind: float) -> LoopPoint | None:
     controller = control.ss(
         gains.integrals[:, 2:], gains.integrals[:, :2], rows[:, 2:], rows[:, :2]
     )
-    acts = [bool(np.any(np.abs(row) > SILENT)) for row in rows]
-    return LoopPoint(point, controller, *acts, _frozen(design, point) if acts[1] else float("nan"))
+    torque, pitch = (bool(np.any(np.abs(row) > SILENT)) for row in rows)
+    frozen = _frozen(design, point) if pitch else float("nan")
+    return LoopPoint(point, controller, torque, pitch, frozen)
 
 
 def _frozen(design: TurbineDesign, point: TrimPoint) -> float:

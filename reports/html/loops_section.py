@@ -92,7 +92,11 @@ def loops_section(design: TurbineDesign) -> Section:
         "loops",
         "Bode plots and margins",
         {
-            "figures": [_bode(design, rows, "torque"), _bode(design, rows, "pitch")],
+            "figures": [
+                _bode(design, rows, "torque", "equilibrium"),
+                _bode(design, rows, "pitch", "equilibrium"),
+                _bode(design, rows, "pitch", "frozen"),
+            ],
             "table": _table(rows),
             "unstable": [
                 f"{row.loop.wind:g} m/s, {row.actuator} loop, {row.wake}"
@@ -129,23 +133,18 @@ def _acting(point: LoopPoint) -> list[Actuator]:
     return found
 
 
-def _bode(design: TurbineDesign, rows: Sequence[_Row], actuator: Actuator) -> Plate:
+def _bode(design: TurbineDesign, rows: Sequence[_Row], actuator: Actuator, wake: str) -> Plate:
     turbine = design.turbine
     lines = []
     for row in rows:
-        # Where pitch acts, the frozen wake is the faster loop: both are drawn for pitch only.
-        if row.actuator != actuator or (actuator == "torque" and row.wake == "frozen"):
+        if row.actuator != actuator or row.wake != wake:
             continue
         response = loop_response(getattr(row.loops, actuator), frequencies=FREQUENCY)
-        name = f"{row.loop.wind:g} m/s" + (" frozen" if row.wake == "frozen" else "")
-        lines.append(
-            BodeLine(
-                name,
-                response.evaluate(FREQUENCY)[:, 0, 0],
-                _finite(row.margins.phase_frequency),
-                _finite(row.margins.gain_increase_frequency),
-            )
-        )
+        m, values = row.margins, response.evaluate(FREQUENCY)[:, 0, 0]
+        # An unstable loop has crossings too, but no margins: none are marked.
+        marked = (m.phase_frequency, m.gain_increase_frequency) if m.stable else (np.nan, np.nan)
+        name = f"{row.loop.wind:g} m/s" + ("" if m.stable else ", unstable")
+        lines.append(BodeLine(name, values, *map(_finite, marked)))
     if not lines:
         lines = [BodeLine("no wind", np.zeros(len(FREQUENCY), dtype=np.complex128))]
     tower = float(np.sqrt(turbine.tower_stiffness / turbine.tower_mass))
@@ -154,11 +153,11 @@ def _bode(design: TurbineDesign, rows: Sequence[_Row], actuator: Actuator) -> Pl
     words = "torque command" if actuator == "torque" else "pitch reference"
     return plate(
         bode_figure(FREQUENCY, lines, marks=marks),
-        f"bode-{actuator}",
-        caption=f"The loop broken at the {words}, where it acts, the other actuator closed. Filled "
-        "dot: crossover with phase margin (PM); open dot: phase crossover with gain margin (GM). "
-        "3P at full-load speed.",
-        alternative=f"Bode plot of the loop at the {words} for several winds, with margins",
+        f"bode-{actuator}" + ("-frozen" if wake == "frozen" else ""),
+        caption=f"The loop broken at the {words}, where it acts, the other actuator closed; {wake} "
+        "wake. Filled dot: crossover with phase margin (PM); open dot: phase crossover with gain "
+        "margin (GM). 3P at full-load speed.",
+        alternative=f"Bode plot of the loop at the {words} for several winds, {wake} wake",
     )
 
 
@@ -173,7 +172,6 @@ def _table(rows: Sequence[_Row]) -> Table:
             ("wind", "m/s"),
             ("loop", ""),
             ("wake", ""),
-            ("∂T/∂β factor", "-"),
             ("crossover", "rad/s"),
             ("gain", "dB"),
             ("phase", "°"),
@@ -190,7 +188,8 @@ def _table(rows: Sequence[_Row]) -> Table:
 
 def _cells(row: _Row) -> tuple[str, ...]:
     m = row.margins
-    head = (f"{row.loop.wind:g}", row.actuator, row.wake, fixed(row.factor, 2))
+    wake = row.wake if row.wake == "equilibrium" else f"{row.wake} × {fixed(row.factor, 2)}"
+    head = (f"{row.loop.wind:g}", row.actuator, wake)
     if not m.stable:
         return (*head, *["unstable"] * 7)
     return (
@@ -212,12 +211,12 @@ def _least(rows: Sequence[_Row]) -> dict[str, str]:
 
     def worst(name: str, value: list[float], digits: int) -> str:
         k = int(np.argmin(value))
-        return f"{fixed(value[k], digits)} {name} at {rows[k].loop.wind:g} m/s ({rows[k].actuator})"
+        return f"{fixed(value[k], digits)}{name} at {rows[k].loop.wind:g} m/s ({rows[k].actuator})"
 
     gains = [20 * np.log10(max(row.margins.gain_increase, 1e-9)) for row in rows]
     return {
-        "gain": worst("dB", gains, 1),
+        "gain": worst(" dB", gains, 1),
         "phase": worst("°", [float(np.degrees(row.margins.phase)) for row in rows], 0),
-        "delay": worst("s", [row.margins.delay for row in rows], 2),
+        "delay": worst(" s", [row.margins.delay for row in rows], 2),
         "disk": worst("", [row.margins.disk.alpha for row in rows], 2),
     }

@@ -31,6 +31,7 @@ def model_section(design: TurbineDesign) -> Section:
         "The turbine",
         {
             "turbine": turbine,
+            "inertia": f"{turbine.inertia:,.0f}".replace(",", "\u202f"),
             "frequency": float(np.sqrt(turbine.tower_stiffness / turbine.tower_mass) / 2 / np.pi),
             "starts": {k: fixed(v, 2) for k, v in region_starts(design).items()},
             "trim_table": _trim_table(points),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.reports.html.regions_section import premise_table
-from takagi.reports.html.text import Section, Table, fixed, significant
+from takagi.reports.html.text import Section, Table, decimal, fixed, significant
 
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import TurbineDesign
@@ -30,7 +30,7 @@ def observer_section(design: TurbineDesign) -> Section:
             "premises": premise_table(found.model, "estimation error"),
             "poles": _poles(design),
             "box": [
-                (name, significant(float(a), 6), significant(float(b), 6))
+                (name, decimal(float(a)), decimal(float(b)))
                 for name, (a, b) in found.model.box.items()
             ],
         },

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING
 
-from takagi.reports.html.text import Section
+from takagi.reports.html.text import Section, powers
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
     from takagi.certificates.turbine_design import TurbineDesign
 
-__all__ = ["ReportFiles", "report_html"]
+__all__ = ["ReportFiles", "render", "report_html"]
 
 Tell = Callable[[str], None]
 TEMPLATES = "takagi.reports.html.templates"
@@ -45,16 +46,15 @@ def report_html(
         if tell is not None:
             tell(f"report: {name}")
         sections.append(make())
-    environment = _environment()
-    bodies = [
-        (section, environment.get_template(f"{section.anchor}.html.jinja").render(section.content))
-        for section in sections
-    ]
-    html = environment.get_template("page.html.jinja").render(
-        title=f"{design.turbine.name}: {design.law.name} law",
-        verdict=design.checked.verdict.name,
-        style=_read("style.css"),
-        sections=bodies,
+    html = (
+        _environment()
+        .get_template("page.html.jinja")
+        .render(
+            title=f"{design.turbine.name}: {design.law.name} law",
+            verdict=design.checked.verdict.name,
+            style=_read("style.css"),
+            sections=[(section, render(section)) for section in sections],
+        )
     )
     figures = {
         f"{plate.name}.svg": (SVG_HEAD + plate.svg).encode("utf-8")
@@ -62,6 +62,12 @@ def report_html(
         for plate in section.plates
     }
     return ReportFiles(html, figures)
+
+
+def render(section: Section) -> str:
+    """Return the section's HTML, without its heading."""
+    template = _environment().get_template(f"{section.anchor}.html.jinja")
+    return template.render(section.content)
 
 
 def _makers(design: TurbineDesign, *, timings: bool) -> dict[str, Callable[[], Section]]:
@@ -92,16 +98,19 @@ def _makers(design: TurbineDesign, *, timings: bool) -> dict[str, Callable[[], S
     }
 
 
+@cache
 def _environment() -> Environment:
     from jinja2 import Environment, FunctionLoader, StrictUndefined
 
-    return Environment(
+    environment = Environment(
         loader=FunctionLoader(_read),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["powers"] = powers
+    return environment
 
 
 def _read(name: str) -> str:

@@ -10,7 +10,7 @@ from takagi.models.law.regional_schedule import regional_schedule
 from takagi.models.turbine.trim import trim
 from takagi.reports.html.drawings import regional_gains_figure
 from takagi.reports.html.operation import region_starts
-from takagi.reports.html.text import Plate, Section, Table, fixed, plate, significant
+from takagi.reports.html.text import Plate, Section, Table, decimal, fixed, plate, significant
 
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import TurbineDesign
@@ -50,7 +50,7 @@ def _region(design: TurbineDesign, part: RegionGains) -> dict[str, Any]:
         "states": model.states,
         "input": model.inputs[0],
         "source": model.source,
-        "box": [(name, significant(low, 6), significant(high, 6)) for name, low, high in box],
+        "box": [(name, decimal(low), decimal(high)) for name, low, high in box],
         "premises": premise_table(model, part.region),
         "vertices": _vertices(model),
         "gains": _gains(part),
@@ -67,7 +67,7 @@ def premise_table(model: TSModel, words: str) -> Table:
         f"Premises, {words}",
         (("premise", ""), ("lower", ""), ("upper", ""), ("unit", ""), ("why it cannot leave", "")),
         tuple(
-            (p.name, significant(float(p.lower), 7), significant(float(p.upper), 7), p.unit,
+            (p.name, decimal(float(p.lower)), decimal(float(p.upper)), p.unit,
              p.evidence)
             for p in model.premises
         ),

@@ -22,7 +22,7 @@ from takagi.models.simulation import (
 from takagi.models.turbine.trim import rated_wind
 from takagi.reports.claim_summary import claim_summary
 from takagi.reports.figures import ResponseLine, response_figure
-from takagi.reports.html.text import Plate, Section, Table, fixed, plate, significant
+from takagi.reports.html.text import Plate, Section, Table, fixed, plate, powers, significant
 
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import TurbineDesign
@@ -87,7 +87,7 @@ def _figure(design: TurbineDesign, name: str, results: Sequence[Result]) -> Plat
     ]
     speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
     rated = {"rotor_speed": speed, "torque": turbine.rated_torque}
-    wind = results[0].wind_name.capitalize()
+    wind = powers(results[0].wind_name).capitalize()
     return plate(
         response_figure(results[0].history.time, lines, rated=rated),
         f"response-{name}",
@@ -99,7 +99,7 @@ def _figure(design: TurbineDesign, name: str, results: Sequence[Result]) -> Plat
 
 def _table(design: TurbineDesign, results: Sequence[Result]) -> Table:
     return Table(
-        "The same runs in numbers, from the start of the simulation",
+        "The same runs in numbers",
         (
             ("wind", ""),
             ("law", ""),

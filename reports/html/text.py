@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -12,8 +13,22 @@ from takagi.reports.figures.writing import figure_to_svg
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Plate", "Section", "Table", "fixed", "plate", "significant", "span"]
+__all__ = [
+    "Plate",
+    "Section",
+    "Table",
+    "at_least",
+    "at_most",
+    "decimal",
+    "fixed",
+    "plate",
+    "powers",
+    "significant",
+    "span",
+]
 
+LONG_CELL = 24
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 MINUS, DASH, INFINITY = "\u2212", "\u2013", "\u221e"
 
 
@@ -43,6 +58,13 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
     folded: str = ""
     note: str = ""
+
+    @property
+    def wordy(self) -> tuple[bool, ...]:
+        """Per column: whether it holds words that should wrap and stand to the left."""
+        return tuple(
+            any(len(row[k]) > LONG_CELL for row in self.rows) for k in range(len(self.columns))
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,10 +113,33 @@ def significant(value: float, digits: int = 3) -> str:
     if -4 <= size < 7:
         return fixed(value, max(digits - 1 - size, 0))
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-    return f"{mantissa.replace('-', MINUS)}·10^{int(exponent)}".replace("-", MINUS)
+    return f"{mantissa.replace('-', MINUS)}·10{str(int(exponent)).translate(RAISED)}"
+
+
+def at_most(value: float, digits: int) -> str:
+    """Return an upper bound with so many decimals, rounded up so that it stays one."""
+    return fixed(math.ceil(round(value * 10**digits, 6)) / 10**digits, digits)
+
+
+def at_least(value: float, digits: int = 3) -> str:
+    """Return a lower bound above 0 to so many significant digits, rounded down to stay one."""
+    if not value > 0 or math.isinf(value):
+        return significant(value, digits)
+    unit = 10.0 ** (digits - 1 - math.floor(math.log10(value)))
+    return significant(math.floor(round(value * unit, 6)) / unit, digits)
+
+
+def decimal(value: float) -> str:
+    """Return a short decimal as it is emitted, without zeros at its end."""
+    return f"{value:.12g}".replace("-", MINUS)
+
+
+def powers(words: str) -> str:
+    """Return words with ^2, ^3, ^-1 raised, as in m/s²."""
+    return re.sub(r"\^(-?\d+)", lambda match: match[1].translate(RAISED), words)
 
 
 def span(values: Sequence[float], digits: int = 3) -> str:
-    """Return "low to high", or the one number where both read the same."""
-    low, high = significant(min(values), digits), significant(max(values), digits)
+    """Return "low to high" of lower bounds, or the one number where both read the same."""
+    low, high = at_least(min(values), digits), at_least(max(values), digits)
     return low if low == high else f"{low} to {high}"

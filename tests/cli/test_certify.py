@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from takagi.certificates.checker import Verdict, check
-from takagi.certificates.document import coherent_law_data
+from takagi.certificates.document import coherent_law_data, dumps
 from takagi.certificates.given_law import coherent_law_from_data, read_law
 from takagi.cli.main import main
 
@@ -52,6 +54,25 @@ def test_given_gains_are_proved_as_they_stand(
     assert check(out, gains=gains).verdict is Verdict.PROVED
     assert json.loads(out.read_text())["claims"] == finished.document["claims"]
     assert f"takagi check {out} --gains {gains}" in capsys.readouterr().out
+
+
+def test_the_inequalities_hold_without_takagi(finished: TurbineDesign, tmp_path: Path) -> None:
+    """The program of docs/certificate.md accepts the certificate, and refuses a larger class."""
+    page = (Path(__file__).parents[2] / "docs" / "certificate.md").read_text(encoding="utf-8")
+    program = page.split("```python\n")[1].split("```")[0]
+    assert "import takagi" not in program and "from takagi" not in program
+    path = tmp_path / "build" / "nrel5mw" / "certificate.json"
+    path.parent.mkdir(parents=True)
+    document = json.loads(dumps(finished.document))
+
+    def status() -> int:
+        path.write_text(json.dumps(document))
+        command = [sys.executable, "-I", "-S", "-c", program]
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, check=False).returncode
+
+    assert status() == 0
+    document["claims"][0]["cells"][30]["wind_error"] *= 1.2
+    assert status() == 1
 
 
 def test_without_gains_they_are_designed_anew(asked: Any, tmp_path: Path, capsys: Capture) -> None:

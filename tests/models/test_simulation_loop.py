@@ -226,5 +226,5 @@ def test_misuse_is_told() -> None:
         simulate(plant, law, constant_wind(9.0, 5.0), time_step=0.0)
     with pytest.raises(ModelError, match="less than one step"):
         simulate(plant, law, constant_wind(9.0, 0.01))
-    with pytest.raises(ModelError, match="law 'held'.* before 0.04 s"):
+    with pytest.raises(ModelError, match="law 'held'.* before 0.02 s"):
         simulate(plant, Held(float("nan"), 0.0), constant_wind(9.0, 5.0))

@@ -1,0 +1,166 @@
+"""`takagi simulate`: what it prints, writes and returns; the design itself is made once."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from takagi.cli.main import main
+from takagi.models.turbine.data import Turbine
+from takagi.reports.simulation import laws
+from takagi.reports.simulation.laws import ChosenLaws
+
+Capture = pytest.CaptureFixture[str]
+QUICK = ("simulate", "nrel5mw", "--law", "baseline", "--duration", "6")
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Every file below the folder, by its name in it."""
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+def test_table_stands_on_standard_output(capsys: Capture) -> None:
+    """Winds, laws, units; nothing on standard error, which is no terminal here."""
+    status = main(QUICK)
+    shown = capsys.readouterr()
+
+    assert status == 0
+    assert shown.err == ""
+    for word in ("turbulent 8 m/s", "turbulent 14 m/s", "baseline", "[kWh]", "[MN m]"):
+        assert word in shown.out
+    assert max(map(len, shown.out.splitlines())) <= 100
+
+
+def test_same_seed_same_files_another_seed_others(tmp_path: Path, capsys: Capture) -> None:
+    """Byte by byte, figures included."""
+    for name in ("a", "b"):
+        assert main([*QUICK, "--seed", "5", "--out", str(tmp_path / name)]) == 0
+    assert "\n  summary.md" in capsys.readouterr().out
+    first, same = contents(tmp_path / "a"), contents(tmp_path / "b")
+    assert main([*QUICK, "--seed", "6", "--json"]) == 0
+    other = json.loads(capsys.readouterr().out)
+
+    assert first == same
+    assert set(first) >= {"summary.md", "simulation.csv", "simulation.json"}
+    assert json.loads(first["simulation.json"])["rows"] != other["rows"]
+
+
+def test_json_names_the_files_it_wrote(tmp_path: Path, capsys: Capture) -> None:
+    """Paths as given, each of them there; a gust in the wake that needs time."""
+    out = tmp_path / "deep" / "folder"
+    status = main([*QUICK[:-2], "--scenario", "gust", "--duration", "15", "--wake", "dynamic",
+                   "--json", "--out", str(out)])  # fmt: skip
+    answer = json.loads(capsys.readouterr().out)
+
+    assert status == 0
+    assert answer["wake"] == "dynamic"
+    assert len(answer["rows"]) == 3
+    assert all(Path(name).is_file() for name in answer["files"])
+    assert {str(out / name) for name in contents(out)} == set(answer["files"])
+
+
+def test_dynamic_wake_changes_what_pitch_does(capsys: Capture) -> None:
+    """Below rated wind nothing moves pitch and the two agree; above they differ."""
+    rows = []
+    for wake in ("equilibrium", "dynamic"):
+        assert main([*QUICK, "--wake", wake, "--json"]) == 0
+        rows.append([row["energy"] for row in json.loads(capsys.readouterr().out)["rows"]])
+
+    assert rows[0][0] == rows[1][0]
+    assert rows[0][2] != rows[1][2]
+
+
+def test_projects_and_papers_laws_run_with_the_observer(tmp_path: Path, capsys: Capture) -> None:
+    """Across rated wind neither law leaves the tables; the coherent one does not fight itself."""
+    names = ("coherent", "paper-two-integrators")
+    given = [word for name in names for word in ("--law", name)]
+    status = main(["simulate", "nrel5mw", *given, "--duration", "8", "--out", str(tmp_path)])
+    answer = json.loads((tmp_path / "simulation.json").read_text())
+
+    assert status == 0
+    assert "coherent" in capsys.readouterr().out
+    assert list(answer["laws"]) == list(names)
+    assert [row["law"] for row in answer["rows"]] == list(names) * 3
+    for row in answer["rows"]:
+        assert row["flags"]["tip_speed_ratio_clipped"] == 0
+        assert row["overspeed"] < 10
+    assert all(row["both_active"] < 1 for row in answer["rows"] if row["law"] == "coherent")
+    series = (tmp_path / "series").glob("coherent-turbulent-14*.csv")
+    for line in next(series).read_text().splitlines()[1:]:
+        wind, estimate = (float(cell) for cell in line.split(",")[1:3])
+        assert abs(wind - estimate) < 1.0
+
+
+def test_divergence_has_its_own_status(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    """1, with a dash in the table and the time in a sentence."""
+    import numpy as np
+
+    from takagi.models.simulation.baseline import BaselineLaw
+
+    class Wild(BaselineLaw):
+        """The reference's controller, its state no number after one step."""
+
+        def state_rate(self, state: Any, measurement: Any) -> Any:
+            return np.array([np.inf, 0.0])
+
+    def wild(turbine: Turbine, names: Any, **options: Any) -> ChosenLaws:
+        return ChosenLaws({"baseline": Wild(turbine)}, None)
+
+    monkeypatch.setattr(laws, "chosen_laws", wild)
+    status = main(QUICK)
+    shown = capsys.readouterr().out
+
+    assert status == 1
+    assert "–" in shown
+    assert "before 0.02 s" in shown
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--law", "coherrent"), "did you mean 'coherent'"),
+        (("--duration", "-5"), "above 0"),
+        (("--duration", "nan"), "above 0"),
+        (("--duration", "soon"), "a valid number"),
+        (("--scenario", "storm"), "paper, step, gust, ramp"),
+        (("--wake", "none"), "equilibrium, dynamic"),
+        (("--scenario", "step", "--seed", "1"), "no turbulence"),
+        (("--seed", "-1"), "0 or more"),
+    ],
+)
+def test_misuse_is_told_and_nothing_is_written(
+    tmp_path: Path, capsys: Capture, options: tuple[str, ...], words: str
+) -> None:
+    """Status 2, one message, no folder."""
+    out = tmp_path / "out"
+    status = main(["simulate", "nrel5mw", *options, "--out", str(out)])
+    shown = capsys.readouterr()
+
+    assert status == 2
+    assert words in " ".join(shown.err.split())
+    assert "Traceback" not in shown.err
+    assert shown.out == ""
+    assert not out.exists()
+
+
+def test_unknown_model_is_told(capsys: Capture) -> None:
+    """With the near name."""
+    assert main(["simulate", "nrel5m"]) == 2
+    assert "did you mean 'nrel5mw'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("place", ["file", "file/below", "/proc/takagi"])
+def test_a_folder_that_cannot_be_written_is_told_first(
+    tmp_path: Path, capsys: Capture, place: str
+) -> None:
+    """Before any simulation: a file in its place, a file on the way, a place that takes none."""
+    (tmp_path / "file").write_text("kept")
+    status = main([*QUICK, "--out", str(tmp_path / place)])
+
+    assert status == 2
+    assert "cannot write" in capsys.readouterr().err
+    assert contents(tmp_path) == {"file": b"kept"}

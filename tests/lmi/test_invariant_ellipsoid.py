@@ -1,0 +1,119 @@
+"""Invariant ellipsoids under bounded disturbances: against closed forms, and by trajectories."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from takagi.lmi.invariant_ellipsoid import (
+    decay_rates,
+    invariant_ellipsoid,
+    invariant_ellipsoid_condition,
+    largest_scale,
+    slacks,
+)
+from takagi.models.errors import ModelError
+
+Floats = NDArray[np.float64]
+
+
+def oscillators() -> tuple[Floats, Floats]:
+    """Return two damped oscillators with a force of either of two sizes."""
+    A = np.array([[[0.0, 1.0], [-1.0, -1.0]], [[0.0, 1.0], [-1.3, -1.2]]])
+    return A, np.array([[0.0, 0.1], [0.0, 0.12]])
+
+
+@pytest.mark.parametrize(("rate", "bound"), [(0.2, 1.0), (0.5, 0.1), (0.7, 20.0)])
+def test_one_state_reaches_the_exact_peak(rate: float, bound: float) -> None:
+    """x' = -a x + d, |d| <= 1, stays in |x| <= 1/a and no less: the scale inside b is a b."""
+    found = invariant_ellipsoid(
+        np.array([[[-rate]]]),
+        np.array([[1.0]]),
+        np.zeros(1, dtype=np.intp),
+        np.array([[1 / bound]]),
+    )
+
+    assert found.P is not None
+    assert 0.98 * rate * bound <= found.scale <= (1 + 1e-6) * rate * bound
+    assert found.P[0, 0] == pytest.approx(1 / bound**2, rel=1e-3)
+    assert found.multipliers[0] == pytest.approx(rate, rel=0.1)
+
+
+def test_the_candidate_satisfies_what_was_posed() -> None:
+    """P bounds every direction, and the invariance matrices of all vertices are negative."""
+    A, d = oscillators()
+    directions = np.array([[2.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
+    found = invariant_ellipsoid(A, d, np.array([0, 1]), directions)
+
+    assert found.P is not None
+    peaks = np.einsum("di,ij,dj->d", directions, np.linalg.inv(found.P), directions)
+    assert peaks.max() <= 1 + 1e-6
+    assert slacks(found.P, A, 0.99 * found.scale * d, found.multipliers).max() < 0
+
+
+def test_trajectories_stay_inside() -> None:
+    """Two hundred switched trajectories from the boundary under the worst constant-size force."""
+    A, d = oscillators()
+    found = invariant_ellipsoid(A, d, np.array([0, 1]), np.eye(2))
+    assert found.P is not None
+    rng = np.random.default_rng(0)
+    z = rng.normal(size=(200, 2))
+    x = z / np.sqrt(np.einsum("ni,ij,nj->n", z, found.P, z))[:, None]
+    largest = 0.0
+    for step in range(2000):
+        if step % 20 == 0:
+            vertex = rng.integers(2, size=200)
+        push = found.scale * d[vertex]
+        sign = np.sign(np.einsum("ni,ij,nj->n", x, found.P, push))[:, None]
+        x = x + 0.005 * (np.einsum("nij,nj->ni", A[vertex], x) + sign * push)
+        largest = max(largest, float(np.einsum("ni,ij,nj->n", x, found.P, x).max()))
+    # Euler's method alone adds up to the square of the step.
+    assert largest <= 1 + 1e-3
+    assert largest > 0.9, "the force was too weak to test anything"
+
+
+def test_decay_rates_of_known_matrices() -> None:
+    """With P = I the rate is minus the largest eigenvalue of the symmetric part."""
+    A = np.array([np.diag([-1.0, -3.0]), [[-2.0, 5.0], [-5.0, -2.0]], [[1.0, 0.0], [0.0, -1.0]]])
+
+    assert decay_rates(np.eye(2), A) == pytest.approx([1.0, 2.0, -1.0])
+    assert decay_rates(7 * np.eye(2), A) == pytest.approx([1.0, 2.0, -1.0])
+
+
+def test_largest_scale_is_the_root_of_the_inequality() -> None:
+    """At the returned scale the inequality is about to break; a hair below it holds."""
+    A, d = oscillators()
+    P = np.array([[3.0, 1.0], [1.0, 3.0]])
+    fixed = 0.1 * d
+
+    scale, alpha = largest_scale(P, A, fixed, d)
+    multipliers = np.full(2, alpha)
+    assert slacks(P, A, fixed + 0.999 * scale * d, multipliers).max() < 0
+    assert slacks(P, A, fixed + 1.001 * scale * d, multipliers).max() > 0
+    assert largest_scale(P, A, fixed, d, limit=0.01)[0] == 0.01
+    assert largest_scale(P, A, 1e3 * d, d)[0] == 0.0
+
+
+def test_an_unstable_vertex_has_no_ellipsoid() -> None:
+    """ "No common P" is an answer with words, not an exception."""
+    A = np.array([[[0.1, 0.0], [0.0, -1.0]], [[-1.0, 0.0], [0.0, -1.0]]])
+    found = invariant_ellipsoid(A, np.ones((2, 2)), np.zeros(2, dtype=np.intp), np.eye(2))
+
+    assert found.P is None and found.scale == 0.0
+    assert found.diagnosis
+
+
+@pytest.mark.parametrize(
+    ("d", "alpha", "directions"),
+    [
+        (np.ones((3, 2)), np.ones(2), np.eye(2)),
+        (np.ones((2, 2)), np.ones(3), np.eye(2)),
+        (np.ones((2, 2)), np.ones(2), np.eye(3)),
+        (np.ones((2, 2)), np.array([1.0, 0.0]), np.eye(2)),
+    ],
+)
+def test_sizes_and_signs_are_checked(d: Floats, alpha: Floats, directions: Floats) -> None:
+    """The builder names what does not fit; a multiplier of zero is refused."""
+    with pytest.raises(ModelError):
+        invariant_ellipsoid_condition(oscillators()[0], d, alpha, directions)

@@ -1,0 +1,160 @@
+"""The coherent law as it runs: formulas, limits, continuity, and what the tables say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from takagi.models.errors import ModelError
+from takagi.models.law.coherent import CoherentLaw, EffortGains
+from takagi.models.law.effort import effort_ramp
+from takagi.models.law.law import Measurement
+from takagi.models.law.schedule import EffortSchedule, effort_schedule
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.loader import nrel5mw
+
+WINDS = st.floats(3, 25)
+ERRORS = st.floats(-0.06, 0.06)
+
+
+def gains(schedule: EffortSchedule) -> EffortGains:
+    """Return gains that differ from node to node, so that a wrong node shows."""
+    count = len(schedule.wind)
+    return EffortGains(np.linspace(0.1, 0.5, count), np.linspace(0.01, 0.02, count - 1))
+
+
+@pytest.fixture(scope="module")
+def turbine() -> Turbine:
+    return nrel5mw()
+
+
+@pytest.fixture(scope="module")
+def law(turbine: Turbine) -> CoherentLaw:
+    schedule = effort_schedule(turbine)
+    return CoherentLaw.of(turbine, schedule, gains(schedule))
+
+
+def demanded(law: CoherentLaw, wind: float, e: float, x: float) -> tuple[float, float, float]:
+    """Return (omega, U, b) by numpy's interpolation, not the law's own."""
+    table = law.schedule
+    omega, q, b, gamma = (
+        float(np.interp(wind, table.wind, column))
+        for column in (
+            table.rotor_speed,
+            table.trim_effort,
+            table.effectiveness,
+            law.gains.proportional,
+        )
+    )
+    return omega + e, q + gamma * (e - x), b
+
+
+@given(wind=WINDS, e=ERRORS, x=ERRORS)
+def test_commands_follow_the_formulas(law: CoherentLaw, wind: float, e: float, x: float) -> None:
+    """T = T_rated - E psi(-U), beta = beta_min + psi(U) / b, x' = -nu e."""
+    omega, U, b = demanded(law, wind, e, x)
+    eps = law.schedule.overlap
+    measured = Measurement(omega, 0.0, wind)
+
+    command = law.command([x, wind], measured)
+
+    torque = max(law.rated_torque - law.effort_torque * float(effort_ramp(-U, eps)), 0.0)
+    assert command.torque == pytest.approx(torque, abs=1e-6 * law.rated_torque)
+    assert command.pitch == pytest.approx(law.pitch_min + float(effort_ramp(U, eps)) / b, abs=1e-9)
+    nu = law.gains.integral_rate
+    k = min(int(np.searchsorted(law.schedule.wind, wind, side="right")) - 1, len(nu) - 1)
+    rate, filtered = law.state_rate([x, wind], measured)
+    assert rate == pytest.approx(-nu[k] * e, abs=1e-9)
+    assert filtered == pytest.approx(0, abs=1e-12)
+
+
+@given(wind=WINDS, e=ERRORS, x=ERRORS)
+def test_both_actuators_together_buy_the_demanded_effort(
+    law: CoherentLaw, wind: float, e: float, x: float
+) -> None:
+    """b (beta - beta_min) - (T_rated - T) / E = U: no effort is lost or bought twice."""
+    omega, U, b = demanded(law, wind, e, x)
+    command = law.command([x, wind], Measurement(omega, 0.0, wind))
+    bought = b * (command.pitch - law.pitch_min)
+    bought -= (law.rated_torque - command.torque) / law.effort_torque
+
+    assert bought == pytest.approx(U, abs=1e-9) or command.torque == 0.0
+
+
+@given(wind=WINDS, e=ERRORS)
+def test_more_speed_never_asks_for_less(law: CoherentLaw, wind: float, e: float) -> None:
+    """Torque and pitch both rise with the speed error: no state in which they fight."""
+    omega, _, _ = demanded(law, wind, e, 0.0)
+    one, two = (
+        law.command([0.0, wind], Measurement(omega + step, 0.0, wind)) for step in (0.0, 1e-3)
+    )
+
+    assert two.torque >= one.torque - 1e-6 and two.pitch >= one.pitch - 1e-12
+
+
+def test_commands_are_continuous_across_every_node(law: CoherentLaw) -> None:
+    """Only the integral's rate may step from cell to cell."""
+    for wind in law.schedule.wind[1:-1]:
+        left, right = (
+            law.command([0.01, w], Measurement(1.2, 0.0, w)) for w in (wind - 1e-9, wind + 1e-9)
+        )
+        assert left.torque == pytest.approx(right.torque, abs=1e-2)
+        assert left.pitch == pytest.approx(right.pitch, abs=1e-7)
+
+
+def test_the_integral_is_held_at_its_limit_and_let_go(law: CoherentLaw) -> None:
+    """At |x| = limit it may move inward alone."""
+    limit = law.integral_limit
+    slow, fast = Measurement(0.9, 0.0, 12.0), Measurement(1.6, 0.0, 12.0)
+
+    assert law.state_rate([limit, 12.0], slow)[0] == 0.0
+    assert law.state_rate([limit, 12.0], fast)[0] < 0.0
+    assert law.state_rate([-limit, 12.0], fast)[0] == 0.0
+    assert law.state_rate([-limit, 12.0], slow)[0] > 0.0
+
+
+def test_torque_is_never_negative_nor_pitch_beyond_its_limit(law: CoherentLaw) -> None:
+    """Far outside the certified set the commands stop at the limits."""
+    stopped = law.command([0.0, 8.0], Measurement(0.0, 0.0, 8.0))
+    racing = law.command([0.0, 25.0], Measurement(9.0, 0.0, 25.0))
+
+    assert stopped.torque == 0.0 and stopped.pitch == law.pitch_min
+    assert racing.pitch == law.pitch_max and racing.torque == law.rated_torque
+
+
+def test_the_schedule_wind_stays_inside_the_table(law: CoherentLaw) -> None:
+    """A wind estimate outside the table pulls no further than to its end."""
+    assert law.initial_state(99.0)[1] == 25.0
+    assert law.state_rate([0.0, 25.0], Measurement(1.2, 0.0, 99.0))[1] == 0.0
+    assert law.state_rate([0.0, 3.0], Measurement(0.7, 0.0, 0.0))[1] == 0.0
+    rate = law.state_rate([0.0, 10.0], Measurement(1.2, 0.0, 11.0))[1]
+    assert rate == pytest.approx(1 / law.wind_filter)
+
+
+def test_without_a_filter_the_estimate_is_the_schedule_wind(turbine: Turbine) -> None:
+    """tau_f = 0 passes the estimate through: the state's second entry plays no part."""
+    schedule = effort_schedule(turbine)
+    direct = CoherentLaw.of(turbine, schedule, gains(schedule), wind_filter=0.0)
+
+    one, two = (direct.command([0.0, s], Measurement(1.2, 0.0, 14.0)) for s in (3.0, 20.0))
+    assert one == two
+    assert direct.state_rate([0.0, 3.0], Measurement(1.2, 0.0, 14.0))[1] == 0.0
+
+
+def test_shares_and_gain_pairs(law: CoherentLaw) -> None:
+    """f1 runs from torque alone to pitch alone; gamma_I = gamma nu."""
+    assert law.pitch_share(5.0) == 0.0 and law.pitch_share(20.0) == 1.0
+    gamma, integral = law.gain_pair(3.0)
+    assert (gamma, integral) == pytest.approx((0.1, 0.1 * 0.01))
+
+
+def test_sizes_that_differ_are_misuse(turbine: Turbine) -> None:
+    """One gain per node and one integral rate per interval, all positive."""
+    with pytest.raises(ModelError, match="integral rates"):
+        EffortGains(np.ones(3), np.ones(3))
+    with pytest.raises(ModelError, match="positive"):
+        EffortGains(np.array([1.0, 0.0]), np.ones(1))
+    with pytest.raises(ModelError, match="wind nodes"):
+        CoherentLaw.of(turbine, effort_schedule(turbine), EffortGains(np.ones(3), np.ones(2)))

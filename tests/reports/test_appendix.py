@@ -1,0 +1,286 @@
+"""The LaTeX appendix says what was solved and proved, and nothing breaks its LaTeX."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from takagi.certificates.checker.result import Checked, Claim, Verdict
+from takagi.reports.appendix import appendix_files
+from takagi.reports.appendix.tex import Tex, decimal, escape, fixed, scientific, unit
+
+if TYPE_CHECKING:
+    from takagi.certificates.turbine_design import TurbineDesign
+
+HOSTILE = r"50 % of a_1 & b^2 {x} \input{y} #3 $z$ ~ <|>"
+
+
+@pytest.fixture(scope="module")
+def design() -> TurbineDesign:
+    """The default design of the NREL 5-MW turbine."""
+    from takagi.certificates.turbine_design import design_turbine
+    from takagi.models.loading import load_model
+
+    return design_turbine(load_model("nrel5mw"))
+
+
+@pytest.fixture(scope="module")
+def files(design: TurbineDesign) -> dict[str, bytes | str]:
+    """Its appendix."""
+    return appendix_files(design)
+
+
+@pytest.fixture(scope="module")
+def body(files: dict[str, bytes | str]) -> str:
+    """The text for a paper."""
+    return str(files["appendix-body.tex"])
+
+
+@pytest.fixture(scope="module")
+def paper_files(design: TurbineDesign) -> dict[str, bytes | str]:
+    """The appendix of the published law, its figures as one word: drawing them takes long."""
+    with pytest.MonkeyPatch.context() as patch:
+        undrawn(patch)
+        return appendix_files(with_paper_law(design))
+
+
+def undrawn(patch: pytest.MonkeyPatch) -> None:
+    """Let a figure be one word."""
+    patch.setattr("takagi.reports.figures.figure_to_pdf", lambda _: b"%PDF", raising=False)
+
+
+def with_paper_law(design: TurbineDesign) -> TurbineDesign:
+    """The same turbine with the published law and a claim that the checker leaves open."""
+    from takagi.models.law.coupling_filter import coupling_filter
+    from takagi.models.law.paper import paper_law
+    from takagi.models.law.regional_schedule import regional_schedule
+
+    turbine = design.turbine
+    low, high = (region.require() for region in (design.regional.partial, design.regional.full))
+    law = paper_law(
+        turbine,
+        partial=regional_schedule(turbine, design.partial_load, k_x=low[0], k_I=low[1]),
+        full=regional_schedule(turbine, design.full_load, k_x=high[0], k_I=high[1]),
+        coupling=coupling_filter(turbine, variant="sector"),
+    )
+    claim = {"name": HOSTILE, "kind": "other", "P": [[2.5, -0.125], [-0.125, 1]], "winds": "12"}
+    return replace(
+        design,
+        law=law,
+        effort=None,
+        candidate=None,
+        document={"claims": [claim]},
+        checked=Checked.of([Claim("paper loop", Verdict.UNDECIDED, HOSTILE)], [HOSTILE]),
+    )
+
+
+def plain(cell: str) -> str:
+    """A table cell without the marks of mathematics."""
+    return (
+        re.sub(r"\\ensuremath\{([^{}]*)\}", r"\1", cell).replace(r"\rlap{$^\dagger$}", "").strip()
+    )
+
+
+def table(body: str, label: str) -> list[list[str]]:
+    """The rows of the table with this label, as plain cells."""
+    text = body[body.index(rf"\label{{{label}}}") :]
+    text = text[text.index(r"\endfoot") : text.index(r"\end{longtable}")]
+    rows = re.split(r"\\\\(?:\*|\[2pt\])?\n", text.split("\n", 1)[1])
+    return [[plain(cell) for cell in row.split("&")] for row in rows if "&" in row]
+
+
+def test_the_lyapunov_matrix_is_the_certificates(design: TurbineDesign, body: str) -> None:
+    """Every entry of P is printed with all its decimals, in its place."""
+    emitted = design.document["claims"][0]["P"]
+
+    shown = body[body.index(r"P = \begin{bmatrix}", body.index("exactly as\nemitted")) :]
+    rows = shown[len(r"P = \begin{bmatrix}") : shown.index(r"\end{bmatrix}")].split(r"\\")
+
+    assert [[float(plain(x)) for x in row.split("&")] for row in rows] == emitted
+
+
+def test_every_cell_of_the_certificate_is_in_the_tables(design: TurbineDesign, body: str) -> None:
+    """Read back, both tables give the claim's numbers without loss."""
+    cells: list[dict[str, Any]] = design.document["claims"][0]["cells"]
+    ranges = ("wind", "stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
+    sizes = (
+        *("integral_rate", "residual", "wind_gain", "reference_slope", "lag_slope"),
+        *("multiplier", "wind_error", "wind_rate", "decay_rate"),
+    )
+
+    found = [[float(x) for x in row[1:]] for row in table(body, "tk:ranges")]
+    claimed = [[float(x) for x in row[2:]] for row in table(body, "tk:cells")]
+
+    assert found == [[cell[name][end] for name in ranges] for cell in cells for end in (0, 1)]
+    assert claimed == [[cell[name] for name in sizes] for cell in cells]
+
+
+def test_the_gain_table_is_the_laws(design: TurbineDesign, body: str) -> None:
+    """Rounded to the decimals shown, every node has the law's gain and integral rate."""
+    law = design.coherent
+    assert law is not None
+
+    rows = table(body, "tk:gains")
+
+    assert len(rows) == len(law.schedule.wind)
+    gamma = np.array([float(row[9]) for row in rows])
+    nu = np.array([float(row[10]) for row in rows[:-1]])
+    assert np.abs(gamma - law.gains.proportional).max() <= 0.5e-5 + 1e-12
+    assert np.abs(nu - law.gains.integral_rate).max() <= 0.5e-6 + 1e-12
+
+
+def test_the_inequalities_are_those_of_the_solved_conditions(
+    design: TurbineDesign, body: str
+) -> None:
+    """Every inequality of both regions' conditions stands there as ``lmi.typeset`` writes it."""
+    from takagi.lmi.typeset import lmi_latex
+
+    for region in (design.regional.partial, design.regional.full):
+        assert all(lmi_latex(lmi) in body for lmi in region.condition.lmis)
+
+
+def test_the_vertices_are_the_models(design: TurbineDesign, body: str) -> None:
+    """The first and the last vertex of each region are printed with the proved corners."""
+    for model in (design.partial_load, design.full_load):
+        for i in (0, len(model.rules) - 1):
+            start = body.index(rf"A_{{{i + 1}}} &= \begin{{bmatrix}} {decimal(model.A[i, 0, 0])}")
+            assert body.index(rf"E_{{{i + 1}}} &=", start) > start
+
+
+@pytest.mark.parametrize("law", ["coherent", "paper"])
+def test_the_body_is_closed_in_itself(
+    files: dict[str, bytes | str], paper_files: dict[str, bytes | str], law: str
+) -> None:
+    """Braces and environments match; references, citations and figures have their target."""
+    found = files if law == "coherent" else paper_files
+    body = str(found["appendix-body.tex"])
+
+    bare = re.sub(r"\\[\\{}]", "", body)
+    assert bare.count("{") == bare.count("}")
+    assert Counter(re.findall(r"\\begin\{(\w+\*?)\}", body)) == Counter(
+        re.findall(r"\\end\{(\w+\*?)\}", body)
+    )
+    assert set(re.findall(r"\\(?:eq)?ref\{([^}]*)\}", body)) <= set(
+        re.findall(r"\\label\{([^}]*)\}", body)
+    )
+    assert set(re.findall(r"\\cite\{([^}]*)\}", body)) <= set(
+        re.findall(r"\\bibitem\{([^}]*)\}", body)
+    )
+    pictures = set(re.findall(r"\\takagifigures/([\w.-]+)", body))
+    assert pictures == {name.removeprefix("figures/") for name in found if name.endswith(".pdf")}
+    assert r"\VAR" not in body and r"\BLOCK" not in body
+
+
+def test_a_proved_certificate_brings_theorem_and_figure(
+    body: str, files: dict[str, bytes | str]
+) -> None:
+    """The verdict, both theorems and the list of what is not proved are there."""
+    assert r"\textbf{PROVED}" in body
+    assert "Theorem A" in body and "Theorem B" in body and "What is not proved" in body
+    assert "figures/cells.pdf" in files
+
+
+def test_what_is_not_proved_is_not_called_proved(
+    design: TurbineDesign, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With an open claim the figure of proved cells and every proved number are left out."""
+    claim = Claim("coherent loop", Verdict.UNDECIDED, "wind 3 to 4 m/s: a reason")
+    undrawn(monkeypatch)
+
+    found = appendix_files(replace(design, checked=Checked.of([claim], [])))
+    body = str(found["appendix-body.tex"])
+
+    assert "not proved as a whole" in body
+    assert "PROVED" not in body
+    assert "rotor speed stays below" not in body
+    assert "figures/cells.pdf" not in found
+
+
+def test_the_published_law_has_an_appendix_without_the_theorem(
+    paper_files: dict[str, bytes | str],
+) -> None:
+    """Nothing of the coherent law is said of another; the text of the claim is escaped."""
+    body = str(paper_files["appendix-body.tex"])
+
+    assert "Theorem" not in body and "effort-sharing" not in body
+    assert "One integrator serves both channels" in body
+    assert escape(HOSTILE) in body and HOSTILE not in body
+
+
+@given(st.text())
+def test_escaped_words_hold_no_command_of_their_own(words: str) -> None:
+    """Whatever the words, LaTeX reads no character of theirs as its own, and they are ASCII."""
+    text = escape(words)
+
+    allowed = r"\\(?:textbackslash|textasciicircum|textasciitilde|textless|textgreater|textbar"
+    allowed += r"|textperiodcentered|aa|AA|ss)\{\}|\\textsuperscript\{2\}|\$\^\\circ\$"
+    allowed += r"|\$-\$|\$\\times\$|\\[{}&%$#_]|\\[\"'`][a-zA-Z]"
+    rest = re.sub(allowed, "", text)
+    assert not set(rest) & set("\\{}&%$#_^~<>|\n")
+    assert text.isascii()
+    assert escape(text) is text
+
+
+def test_numbers_keep_their_meaning() -> None:
+    """Exact decimals stay exact, rounding never shows a negative zero, powers are powers."""
+    assert decimal(0.1 + 0.2) == r"\ensuremath{0.30000000000000004}"
+    assert decimal(1e-7) == r"\ensuremath{0.0000001}"
+    assert fixed(-0.0001, 2) == r"\ensuremath{0.00}"
+    assert fixed(float("nan"), 2) == "--"
+    assert scientific(43784725.444, 8) == r"\ensuremath{4.3784725 \times 10^{7}}"
+    assert scientific(9.99999e7, 3) == r"\ensuremath{1.00 \times 10^{8}}"
+    assert unit("N m s^2/rad^2") == r"\ensuremath{\mathrm{N\,m\,s^{2}/rad^{2}}}"
+    assert isinstance(unit("-"), Tex)
+
+
+def test_the_verb_writes_the_same_files_for_the_same_design(
+    design: TurbineDesign,
+    files: dict[str, bytes | str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Made a second time, by `takagi appendix`, every file has the same bytes; status 0."""
+    from takagi.certificates import turbine_design
+    from takagi.cli.main import main
+
+    monkeypatch.setattr(turbine_design, "design_turbine", lambda *_, **__: design)
+
+    assert main(["appendix", "nrel5mw", "--out", str(tmp_path)]) == 0
+    assert "pdflatex appendix.tex" in capsys.readouterr().out
+
+    for name, content in files.items():
+        expected = content.encode() if isinstance(content, str) else content
+        assert (tmp_path / name).read_bytes() == expected, name
+
+
+def test_the_verb_speaks_json_and_fails_an_open_certificate(
+    design: TurbineDesign,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Status 1 where not everything is proved, and the files are listed."""
+    from takagi.certificates import turbine_design
+    from takagi.cli.main import main
+
+    opened = replace(design, checked=Checked.of([Claim("c", Verdict.UNDECIDED, "why")], []))
+    monkeypatch.setattr(turbine_design, "design_turbine", lambda *_, **__: opened)
+    undrawn(monkeypatch)
+
+    assert main(["appendix", "nrel5mw", "--out", str(tmp_path), "--json"]) == 1
+
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["verdict"] == "UNDECIDED"
+    assert sorted(answer["files"]) == sorted(
+        str(path) for path in tmp_path.rglob("*") if path.is_file()
+    )

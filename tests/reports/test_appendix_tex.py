@@ -1,0 +1,111 @@
+"""The LaTeX appendix compiles with a stock TeX distribution, and fits its pages."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from takagi.certificates.checker.result import Checked, Claim, Verdict
+from takagi.reports.appendix import appendix_files
+from takagi.reports.output import write_folder
+
+if TYPE_CHECKING:
+    from takagi.certificates.turbine_design import TurbineDesign
+
+pytestmark = pytest.mark.tex
+
+WIDEST = 20.0  # pt that a line may stick out
+HOSTILE = r"50 % of a_1 & b^2 {x} \input{y} #3 $z$ ~ <|> K\"uhn Kühn"
+
+
+@pytest.fixture(scope="module")
+def design() -> TurbineDesign:
+    """The default design of the NREL 5-MW turbine."""
+    from takagi.certificates.turbine_design import design_turbine
+    from takagi.models.loading import load_model
+    from takagi.models.turbine.loader import model_files
+
+    return design_turbine(load_model("nrel5mw"), files=model_files("nrel5mw"))
+
+
+def paper_design(design: TurbineDesign, name: str) -> TurbineDesign:
+    """The same turbine with a published law and a claim of another kind, in hostile words."""
+    from takagi.models.law.coupling_filter import coupling_filter
+    from takagi.models.law.paper import PaperLawName, paper_law
+    from takagi.models.law.regional_schedule import regional_schedule
+
+    turbine = design.turbine
+    which: PaperLawName = "paper" if name == "paper" else "paper-two-integrators"
+    low, high = (region.require() for region in (design.regional.partial, design.regional.full))
+    law = paper_law(
+        turbine,
+        partial=regional_schedule(turbine, design.partial_load, k_x=low[0], k_I=low[1]),
+        full=regional_schedule(turbine, design.full_load, k_x=high[0], k_I=high[1]),
+        coupling=coupling_filter(turbine, variant="sector" if name == "paper" else "saturated"),
+        name=which,
+    )
+    wide = [[1234567.8901234 + 10 * i + j for j in range(7)] for i in range(7)]
+    claim = {"name": HOSTILE, "kind": "other", "P": wide, "words": HOSTILE, "rate": 1e-9}
+    checked = Checked.of([Claim(HOSTILE, Verdict.UNDECIDED, HOSTILE)], [HOSTILE])
+    return replace(
+        design,
+        law=law,
+        effort=None,
+        candidate=None,
+        document={"claims": [claim]},
+        checked=checked,
+    )
+
+
+def compiled(folder: Path, files: dict[str, bytes | str]) -> str:
+    """The log of the last of three runs; the first error of any run fails the test."""
+    write_folder(folder, files)
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "appendix.tex"]
+    for _ in range(3):
+        run = subprocess.run(command, cwd=folder, capture_output=True, check=False, timeout=120)
+        log = (folder / "appendix.log").read_text(encoding="latin-1")
+        assert run.returncode == 0, log[-3000:]
+    return log
+
+
+def sound(log: str) -> None:
+    """No undefined or doubled reference, nothing that leaves the page, no stale reference."""
+    assert not re.findall(r"LaTeX Warning: (?:Reference|Citation|Label|There were).*", log)
+    assert not re.findall(r"Warning:.*[Rr]erun.*", log)
+    wide = [float(w) for w in re.findall(r"Overfull \\hbox \(([\d.]+)pt", log)]
+    assert max(wide, default=0.0) <= WIDEST
+
+
+def test_the_default_appendix_compiles(design: TurbineDesign, tmp_path: Path) -> None:
+    """The coherent law, with theorem and all tables."""
+    sound(compiled(tmp_path, appendix_files(design)))
+
+
+@pytest.mark.parametrize("law", ["paper", "paper-two-integrators"])
+def test_the_published_laws_compile(design: TurbineDesign, tmp_path: Path, law: str) -> None:
+    """Other claims, a wide matrix and words full of LaTeX's own characters do no harm."""
+    sound(compiled(tmp_path, appendix_files(paper_design(design, law))))
+
+
+def test_an_open_certificate_compiles(design: TurbineDesign, tmp_path: Path) -> None:
+    """Without a proof there is a figure and a paragraph less."""
+    claim = Claim("coherent loop", Verdict.UNDECIDED, "wind 3 to 4 m/s: a reason")
+    sound(compiled(tmp_path, appendix_files(replace(design, checked=Checked.of([claim], [])))))
+
+
+def test_the_body_compiles_inside_a_paper(design: TurbineDesign, tmp_path: Path) -> None:
+    """The packages that its first lines name are enough, without hyperref."""
+    files = appendix_files(design)
+    preamble = (
+        r"\documentclass{article}\usepackage{amsmath,amssymb,booktabs,longtable,array,graphicx}"
+    )
+    files["appendix.tex"] = preamble + (
+        "\n\\usepackage[margin=25mm]{geometry}\\begin{document}\\appendix\n"
+        "\\input{appendix-body}\n\\end{document}\n"
+    )
+    sound(compiled(tmp_path, files))

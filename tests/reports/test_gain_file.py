@@ -1,0 +1,121 @@
+"""The gain file: the certificate's law number by number, within its schema, the same every time."""
+
+from __future__ import annotations
+
+import copy
+import json
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from takagi.certificates.checker import CertificateError, check
+from takagi.certificates.document import dumps
+from takagi.certificates.turbine_design import TurbineDesign
+from takagi.models.turbine.trim import trim
+from takagi.reports.gain_file import dump_gains, gain_file, gain_file_schema
+from takagi.reports.gain_file_schema import GainFile
+
+
+def test_law_is_the_certificates(turbine_design: TurbineDesign) -> None:
+    """The law in the gain file is the very object that the certificate proves."""
+    assert gain_file(turbine_design)["law"] == turbine_design.document["gains"]
+
+
+def test_checker_accepts_the_pair(turbine_design: TurbineDesign, tmp_path: Path) -> None:
+    """Written side by side, certificate and gains compare equal and the verdict is the design's."""
+    certificate, gains = tmp_path / "certificate.json", tmp_path / "gains.json"
+    certificate.write_text(dumps(turbine_design.document))
+    gains.write_text(dump_gains(gain_file(turbine_design)))
+
+    checked = check(certificate, gains=gains)
+
+    assert checked.verdict is turbine_design.checked.verdict
+    assert not any("gain file" in message for message in checked.messages)
+
+
+def test_checker_refuses_another_gain(turbine_design: TurbineDesign, tmp_path: Path) -> None:
+    """One changed proportional gain is enough for the checker to refuse the pair."""
+    certificate, gains = tmp_path / "certificate.json", tmp_path / "gains.json"
+    content = copy.deepcopy(gain_file(turbine_design))
+    content["law"]["proportional"][3] += 0.00001
+    certificate.write_text(dumps(turbine_design.document))
+    gains.write_text(dump_gains(content))
+
+    with pytest.raises(CertificateError, match="proportional"):
+        check(certificate, gains=gains)
+
+
+def test_schema_round_trip(turbine_design: TurbineDesign) -> None:
+    """What is written is read back by the schema, and printed again it is the same data."""
+    written = json.loads(dump_gains(gain_file(turbine_design)))
+
+    read = GainFile.model_validate(written)
+
+    assert read.model_dump(mode="json") == written
+
+
+def test_same_design_same_bytes(turbine_design: TurbineDesign) -> None:
+    """The file of one design is the same text every time."""
+    assert dump_gains(gain_file(turbine_design)) == dump_gains(gain_file(turbine_design))
+
+
+def test_every_number_of_the_law_has_a_unit(turbine_design: TurbineDesign) -> None:
+    """No column of the law stands without a unit."""
+    content = gain_file(turbine_design)
+
+    columns = {f"law.{name}" for name in content["law"] if name != "name"}
+
+    assert columns <= set(content["units"])
+
+
+def test_trim_table_is_the_turbines(turbine_design: TurbineDesign) -> None:
+    """The emitted trim equals the turbine's trim at each wind, to the emitted decimals."""
+    table = gain_file(turbine_design)["trim"]
+
+    for k, wind in enumerate(table["wind"]):
+        point = trim(turbine_design.turbine, wind)
+        assert table["pitch"][k] == pytest.approx(point.pitch, abs=1e-9)
+        assert table["torque"][k] == pytest.approx(point.torque, abs=1e-6)
+        assert table["region"][k] == point.region
+
+
+def test_regional_rules_and_gains_agree(turbine_design: TurbineDesign) -> None:
+    """4 rules of partial and 8 of full load, each with its gains; k_I is negative."""
+    regions = gain_file(turbine_design)["regional"]
+
+    assert [len(region["rules"]) for region in regions] == [4, 8]
+    for region in regions:
+        assert len(region["k_x"]) == len(region["k_I"]) == len(region["rules"])
+        assert max(region["k_I"]) < 0
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("version", 2), ("unheard", 1), ("turbine", float("nan"))]
+)
+def test_schema_refuses_what_it_does_not_know(
+    turbine_design: TurbineDesign, field: str, value: object
+) -> None:
+    """Another version, an unknown field, and a number for a name are refused."""
+    content = gain_file(turbine_design) | {field: value}
+
+    with pytest.raises(ValidationError):
+        GainFile.model_validate(content)
+
+
+def test_schema_refuses_a_column_of_another_length(turbine_design: TurbineDesign) -> None:
+    """A law whose table misses a node is refused as a coherent law."""
+    content = copy.deepcopy(gain_file(turbine_design))
+    content["law"]["proportional"].pop()
+
+    with pytest.raises(ValidationError, match="proportional"):
+        GainFile.model_validate(content)
+
+
+def test_json_schema_names_the_law_and_its_units() -> None:
+    """The JSON Schema is plain data and describes the law's columns."""
+    schema = json.loads(json.dumps(gain_file_schema()))
+
+    assert schema["$schema"].endswith("2020-12/schema")
+    assert "proportional" in schema["$defs"]["CoherentLawTables"]["properties"]
+    assert schema["additionalProperties"] is False
