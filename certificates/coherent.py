@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.lmi.decay_rate import max_decay_rate
 from takagi.lmi.invariant_ellipsoid import decay_rates, invariant_ellipsoid, largest_scale
 from takagi.models.embedding.coherent import LoopBox, LoopCell, Uncertainty, coherent_cells
 from takagi.models.embedding.vertices import LoopVertices, loop_vertices
@@ -70,6 +71,8 @@ class CoherentCandidate:
     P : (3, 3) in (e, zeta, x), or None where no common P was found.
     multipliers, wind_error, wind_rate, decay_rate : one per cell; a cell that is not believed to
         hold has wind class and decay 0.
+    common_rate : the largest decay rate of one quadratic function over all cells [1/s], and
+        settling_P : (3, 3) that function; both for constant wind.
     diagnosis : why there is no P, in words.
     words : the solver's.
     """
@@ -82,6 +85,8 @@ class CoherentCandidate:
     wind_error: Floats
     wind_rate: Floats
     decay_rate: Floats
+    settling_P: Floats
+    common_rate: float
     diagnosis: str
     words: str
 
@@ -127,20 +132,49 @@ def coherent_candidate(
     )
     none = np.zeros(len(cells))
     empty = CoherentCandidate(
-        box, uncertainty, cells, None, none, none, none, none, found.diagnosis, found.words
+        box,
+        uncertainty,
+        cells,
+        None,
+        none,
+        none,
+        none,
+        none,
+        np.eye(3),
+        0.0,
+        found.diagnosis,
+        found.words,
     )
     if found.P is None:
         return empty
     P = np.round(found.P * SHRINK, 4)
     alpha, wind_error, wind_rate, decay = _per_cell(P, cells, corners, box, error, rate)
+    say("the largest common decay rate")
+    settling, common = _settling(P, corners)
     return replace(
         empty,
         P=P,
+        settling_P=settling,
+        common_rate=common,
         multipliers=alpha,
         wind_error=wind_error,
         wind_rate=wind_rate,
         decay_rate=decay,
     )
+
+
+def _settling(P: Floats, corners: list[LoopVertices]) -> tuple[Floats, float]:
+    """Return the quadratic function with the largest decay rate over all corners, and the rate.
+
+    The largest rate is a generalised eigenvalue problem; where it fails, P itself serves.
+    """
+    # Both signs of the disturbance share one matrix.
+    A = np.concatenate([v.A[::2] for v in corners])
+    answer = max_decay_rate(A)
+    candidate = P if answer.P is None else np.asarray(answer.P)
+    rounded = np.round(candidate * (1e3 / np.linalg.eigvalsh(candidate)[0]), 3)
+    rate = RESERVE * float(decay_rates(rounded, A).min())
+    return rounded, max(math.floor(rate * 1e6) / 1e6, 0.0)
 
 
 def _per_cell(
@@ -207,6 +241,10 @@ def coherent_claim(candidate: CoherentCandidate) -> dict[str, Any]:
         },
         "P": candidate.P.tolist(),
         "peaks": _peaks(candidate.P),
+        "settling": {
+            "P": candidate.settling_P.tolist(),
+            "decay_rate": candidate.common_rate,
+        },
         "cells": [_cell(candidate, k) for k in range(len(cells))],
     }
 

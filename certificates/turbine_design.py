@@ -61,7 +61,7 @@ class DesignSettings:
 
     law: str = "coherent"
     overlap: float = 0.01
-    speed_overlap: float = 0.05
+    speed_overlap: float = 0.1
     torque_overlap: float = 2000.0
     speed_setpoint: float | None = None
     effort: EffortSettings | None = None

@@ -44,7 +44,7 @@ def as_text(design: TurbineDesign) -> str:
         f"most {_span(found.wind_rate)} m/s^2, depending on the wind",
         "plants": _plants(found),
         "rotor speed": _speed(design, found),
-        "settling": f"decay of at least {_down(found.decay_rate)} 1/s while the wind is constant",
+        "settling": f"decay of at least {_down(found.common_rate)} 1/s while the wind is constant",
     }
     width = max(map(len, rows))
     return "\n".join([head, *(f"  {name:<{width}}  {text}" for name, text in rows.items())])
@@ -76,7 +76,7 @@ def _numbers(found: ClaimSummary) -> dict[str, Any]:
         "inertia": list(found.inertia),
         "frozen_wake": found.frozen_wake,
         "overspeed": found.overspeed,
-        "decay_rate": found.decay_rate,
+        "decay_rate": found.common_rate,
     }
 
 

@@ -66,7 +66,7 @@ class Units:
     def of(cls, channel: Channel, states: Floats) -> Units:
         """Return the units in which |A| is about 1, |B| and |C| alike, and the gain about 1."""
         s = states
-        rate = float(nearest_power(np.float64(vertex_weight(channel.A * s / s[:, None]) / 2)))
+        rate = _power(vertex_weight(channel.A * s / s[:, None]) / 2)
         plain = channel.scaled(cls(states, rate, 1.0, 1.0))
         reach, shown = float(np.abs(plain.B).max()), float(np.abs(plain.C).max())
         gain = _largest_response(plain)
@@ -74,9 +74,9 @@ class Units:
             gain = reach * shown or 1.0
         # w scaled by d and y by c multiply the gain by d / c and P by c / d.
         ratio = np.sqrt(shown / reach) if reach and shown else 1.0
-        disturbance = nearest_power(np.float64(ratio / np.sqrt(gain)))
-        output = nearest_power(np.float64(ratio * np.sqrt(gain)))
-        return cls(states, rate, float(disturbance), float(output))
+        disturbance = _power(ratio / np.sqrt(gain))
+        output = _power(ratio * np.sqrt(gain))
+        return cls(states, rate, disturbance, output)
 
 
 def channel_of(
@@ -182,6 +182,10 @@ def answer_without(
         diagnosis=diagnosis,
         tries=(*outcome.tries, *stable.tries),
     )
+
+
+def _power(value: float) -> float:
+    return float(nearest_power(np.array([value]))[0])
 
 
 def _largest_response(channel: Channel) -> float:

@@ -1,22 +1,21 @@
 r"""The LMIs of guaranteed quadratic cost under parallel distributed compensation.
 
-With Y = P^-1, M_j = K_j Y, u = -sum_j h_j K_j x, weights Q = F' F and R = G' G,
+With S = P^-1, M_j = K_j S, u = -sum_j h_j K_j x, weights Q = F' F and R = G' G,
 
-    Theta_ij = [ He(A_i Y - B_i M_j)   Y F'   M_j' G' ]
-               [ F Y                   -I     0       ],     sum_ij h_i h_j Theta_ij < 0,
+    Theta_ij = [ He(A_i S - B_i M_j)   S F'   M_j' G' ]
+               [ F S                   -I     0       ],     sum_ij h_i h_j Theta_ij < 0,
                [ G M_j                 0      -I      ]
 
 gives V' <= -(x' Q x + u' R u) for V = x' P x, so the cost is at most x(0)' P x(0); and
-[[W, X], [X, Y]] > 0 with X = diag(d) gives trace W > sum_k d_k^2 P_kk, its mean where the x_k(0)
-are uncorrelated with standard deviations d_k.
+[[W, L'], [L, S]] > 0 gives trace W > trace L' P L, its mean where x(0) has the covariance L L'.
 
 Theta is the plain closed loop of taller matrices, so every relaxation of the double sum serves:
 
-    Theta_ij = He(Ahat_i Y E' - Bhat_i M_j E') - diag(0, I, I),
+    Theta_ij = He(Ahat_i S E' - Bhat_i M_j E') - diag(0, I, I),
     Ahat_i = [A_i; F; 0],  Bhat_i = [B_i; 0; -G],  E = [I; 0; 0].
 
-Source: Tanaka, Ikeda and Wang (1998), IEEE Trans. Fuzzy Systems 6(2), for the relaxations; Tanaka and
-Wang (2001), chapter 6.
+Source: Tanaka and Wang (2001), chapter 6; Boyd, El Ghaoui, Feron, Balakrishnan (1994), section
+7.4.1, for one gain.
 """
 
 from __future__ import annotations
@@ -32,17 +31,18 @@ from takagi.lmi.double_sum import ClosedLoop, Summand
 from takagi.lmi.intake import input_stack, positive_vector, symmetric, vertex_stack
 from takagi.lmi.relaxations import relaxation_named
 from takagi.lmi.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.models.errors import ModelError
 
-__all__ = ["CostLoop", "largest_lmi", "lqr_pdc_condition"]
+__all__ = ["CostLoop", "initial_factor", "largest_lmi", "lqr_pdc_condition"]
 
-# Largest Y in states where P is about 1: keeps Y finite where a state costs nothing, at a price of
+# Largest S in states where P is about 1: keeps S finite where a state costs nothing, at a price of
 # this much of the cost.
-LARGEST_Y = 1e6
+LARGEST_S = 1e6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CostLoop(ClosedLoop):
-    """Theta_ij in the place of Gamma_ij: A is Ahat (r, N, n), B is Bhat (r, N, m), Q is Y (n, n).
+    """Theta_ij in the place of Gamma_ij: A is Ahat (r, N, n), B is Bhat (r, N, m), Q is S (n, n).
 
     A closed loop in what the relaxations read of one: ``rules``, ``states`` (N, the size of their
     slack), ``weight`` and ``lmi``.
@@ -83,7 +83,7 @@ class CostLoop(ClosedLoop):
         )
 
     def terms(self, summand: Summand) -> tuple[Term, Term]:
-        """Return the summand's He(Ahat_i Y E') and -He(Bhat_i M_j E')."""
+        """Return the summand's He(Ahat_i S E') and -He(Bhat_i M_j E')."""
         select = np.eye(self.Q.rows, self.states)[None]
         w = summand.weight[:, None, None]
         i, j = summand.names
@@ -125,11 +125,12 @@ def lqr_pdc_condition(
     model : A (r, n, n) and B (r, n, m).
     Q, R : (n, n) positive semidefinite and (m, m) positive definite, symmetric.
     relaxation : how the double sum is made LMIs; see ``relaxations``.
-    deviations : d, (n,) or one number: standard deviation of each state of x(0).
+    deviations : standard deviation of each state of x(0), (n,) or one number; or L, (n, n), where
+        they are correlated with covariance L L'.
 
     Returns
     -------
-    The condition in the model's coordinates as they are, with the unknowns ``Y``, ``M``, ``W`` and
+    The condition in the model's coordinates as they are, with the unknowns ``S``, ``M``, ``W`` and
     those of the relaxation.  Nothing is solved.
 
     Raises
@@ -145,45 +146,63 @@ def lqr_pdc_condition(
     r, n, m = B.shape
     F = _factor(symmetric("Q", Q, n, definite=False))
     G = _factor(symmetric("R", R, m, definite=True))
-    Y = Unknown("Y", n, n, symmetric=True)
+    S = Unknown("S", n, n, symmetric=True)
     M = Unknown("M", m, n, count=1 if relaxation == "common-gain" else r)
     W = Unknown("W", n, n, symmetric=True)
     tall_A = np.concatenate([A, np.tile(F, (r, 1, 1)), np.zeros((r, m, n))], axis=1)
     tall_B = np.concatenate([B, np.zeros((r, len(F), m)), np.tile(-G, (r, 1, 1))], axis=1)
-    slack, double_sum = pose(CostLoop(tall_A, tall_B, Y, M, 1.0))
+    slack, double_sum = pose(CostLoop(tall_A, tall_B, S, M, 1.0))
     return Condition(
         name=f"guaranteed quadratic cost, {relaxation}",
-        unknowns=(Y, M, W, *slack),
-        lmis=(_cost_bound(W, Y, positive_vector("deviations", deviations, n)), *double_sum),
+        unknowns=(S, M, W, *slack),
+        lmis=(_cost_bound(W, S, initial_factor(deviations, n)), *double_sum),
         objective={"W": np.eye(n)[None]},
         source="Tanaka and Wang (2001), chapter 6",
     )
 
 
-def _cost_bound(W: Unknown, Y: Unknown, deviations: Array) -> LMI:
-    """Pose [[W, X], [X, Y]] > 0, which is Y > 0 and W > X Y^-1 X, X = diag(deviations)."""
-    one = np.eye(Y.rows)[None]
+def largest_lmi(S: Unknown) -> LMI:
+    """Pose S <= 1e6 I, in states where P is about 1: keeps S finite where a state costs nothing."""
+    one = np.eye(S.rows)[None]
     return LMI(
-        name="bound of the cost",
-        blocks=(Y.rows, Y.rows),
-        terms=(
-            Term(unknown=W, left=one, right=one),
-            Term(unknown=Y, left=one, right=one, at=(1, 1)),
-        ),
-        constants=(Constant(value=np.diag(deviations)[None], at=(0, 1), latex="X"),),
+        name="scale of S",
+        blocks=(S.rows,),
+        terms=(Term(unknown=S, left=one, right=one),),
+        constants=(Constant(value=-LARGEST_S * one, latex=rf"-{LARGEST_S:g} I"),),
+        sign=-1,
+        weight=0.0,
     )
 
 
-def largest_lmi(Y: Unknown) -> LMI:
-    """Pose Y <= 1e6 I, in states where P is about 1: keeps Y finite where a state costs nothing."""
-    one = np.eye(Y.rows)[None]
+def initial_factor(deviations: ArrayLike, size: int) -> Array:
+    """Return L, (size, size): the covariance of x(0) is L L'.
+
+    Raises
+    ------
+    ModelError : a shape, or an entry, that makes no sense.
+    """
+    if np.ndim(deviations) < 2:
+        return np.diag(positive_vector("deviations", deviations, size))
+    factor = np.asarray(deviations, dtype=np.float64)
+    if factor.shape != (size, size) or not np.isfinite(factor).all() or not factor.any():
+        raise ModelError(
+            f"deviations has shape {factor.shape}; ({size},) standard deviations are needed, or "
+            f"({size}, {size}) L, finite and not zero, with the covariance L L'"
+        )
+    return factor
+
+
+def _cost_bound(W: Unknown, S: Unknown, factor: Array) -> LMI:
+    """Pose [[W, L'], [L, S]] > 0, which is S > 0 and W > L' S^-1 L."""
+    one = np.eye(S.rows)[None]
     return LMI(
-        name="scale of Y",
-        blocks=(Y.rows,),
-        terms=(Term(unknown=Y, left=one, right=one),),
-        constants=(Constant(value=-LARGEST_Y * one, latex=rf"-{LARGEST_Y:g} I"),),
-        sign=-1,
-        weight=0.0,
+        name="bound of the cost",
+        blocks=(S.rows, S.rows),
+        terms=(
+            Term(unknown=W, left=one, right=one),
+            Term(unknown=S, left=one, right=one, at=(1, 1)),
+        ),
+        constants=(Constant(value=factor.T[None], at=(0, 1), latex=r"L^\top"),),
     )
 
 

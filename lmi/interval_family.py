@@ -4,7 +4,8 @@ For A = M + D with |D_ij| <= R_ij and any weights w_ij > 0,
 
     P D + D' P <= E = sum_ij R_ij (w_ij P e_i e_i' P + e_j e_j' / w_ij),
 
-since each entry gives 2 R |a b| <= R (w a^2 + b^2 / w).  So with N = -(M'P + PM) - E
+since each entry gives 2 R |a b| <= R (w a^2 + b^2 / w); taken here: w_ij = 1/sqrt(P_ii), which is
+right where the set touches |x_j| <= 1.  So with N = -(M'P + PM) - E
 
     N - 2 rho P > 0                               V = x'Px decays at 2 rho for every A,
     [[N - alpha P, -P d], [-d'P, alpha]] > 0      {V <= 1} is invariant under x' = A x + d,
@@ -87,7 +88,7 @@ def lyapunov_candidates(corners: Floats) -> list[Floats]:
 def _spare(P: Floats, middle: Floats, radius: Floats) -> Floats:
     """Return N."""
     PM = P @ middle
-    weights = np.sqrt(np.diag(np.linalg.inv(P))[None, :] / np.diag(P)[:, None])
+    weights = 1 / np.sqrt(np.diag(P))[:, None]
     rows = (radius * weights).sum(axis=1)
     columns = (radius / weights).sum(axis=0)
     return np.asarray(-(PM + PM.T) - (P * rows) @ P - np.diag(columns))

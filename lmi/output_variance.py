@@ -8,7 +8,8 @@ so that d/dt E V <= nu - E |y|^2 along every blend of the vertices: the mean of 
 at most nu for white noise w of unit intensity, and nu bounds the sum of the energies of y after
 an impulse in each w_k.
 
-Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1 (output energy); Scherer and Weiland (2000), Linear Matrix Inequalities in Control, section 3.3.
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1, output energy; Scherer and
+Weiland (2000), Linear Matrix Inequalities in Control, chapter 3.
 """
 
 from __future__ import annotations

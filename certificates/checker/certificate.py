@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.coherent import check_coherent
+from takagi.certificates.checker.paper import check_paper
 from takagi.certificates.checker.quadratic import check_impossibility, check_quadratic
 from takagi.certificates.checker.reader import (
     canonical,
@@ -83,6 +84,8 @@ def _replay(claim: Any, data: dict[str, Any], where: str) -> Claim:
     text(claim, "name", where)
     if kind == "coherent-loop":
         return check_coherent(claim, member(data, "model", "certificate"), data.get("gains"), where)
+    if kind == "paper-loop":
+        return check_paper(claim, member(data, "model", "certificate"), data.get("gains"), where)
     if kind == "quadratic-decay":
         return check_quadratic(claim, where)
     if kind == "no-common-quadratic":

@@ -13,6 +13,7 @@ compared with those the certificate states.  Then, exactly, at every corner
 
     -[[A'P + PA + alpha P, P d], [d'P, -alpha]] > 0    so  {V <= 1} is invariant, V = xi' P xi,
     -(A'P + PA + 2 rho P) > 0     so  V(xi - xi*) decays as exp(-2 rho t), v = v_s constant,
+    -(A'R + RA + 2 r R) > 0       so  (xi - xi*)' R (xi - xi*) does with one rate r for all winds,
 
 and P > h h' / peak^2 bounds each state on {V <= 1}, which must lie inside the enclosed box.  The
 secants between two points of the set lie in the same ranges as those from the trim, which is why
@@ -30,7 +31,7 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.coherent_corners import BOUNDS, RANGES, Corners
-from takagi.certificates.checker.coherent_inputs import Box, Law, Plant, Uncertainty
+from takagi.certificates.checker.coherent_inputs import Box, Law, Plant, Settling, Uncertainty
 from takagi.certificates.checker.coherent_loop import Loop
 from takagi.certificates.checker.definite import is_positive_definite
 from takagi.certificates.checker.reader import matrix, member, number, numbers
@@ -72,14 +73,17 @@ def check_coherent(claim: Any, model: Any, gains: Any, where: str) -> Claim:
     if not is_positive_definite(P):
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
     failures = list(_set_failures(P, claim, box, law, where))
+    settling = Settling.read(claim, where)
+    if not is_positive_definite(settling.P):
+        failures.append("the matrix of the common decay rate is not positive definite")
     for k, cell in enumerate(cells):
         loop = Loop(plant, law, box, uncertainty, k)
-        reason = _cell_failure(loop, cell, P, f"{where}.cells[{k}]")
+        reason = _cell_failure(loop, cell, P, settling, f"{where}.cells[{k}]")
         if reason:
             failures.append(f"wind {_span(*law.wind[k : k + 2])} m/s: {reason}")
     if failures:
         return Claim(name, Verdict.UNDECIDED, _listed(failures, len(cells)))
-    return Claim(name, Verdict.PROVED, _statement(claim, plant, law, cells, uncertainty, where))
+    return Claim(name, Verdict.PROVED, _statement(claim, plant, law, cells, uncertainty, settling, where))
 
 
 def _name(law: Law, uncertainty: Uncertainty) -> str:
@@ -110,7 +114,7 @@ def _set_failures(P: Rows, claim: Any, box: Box, law: Law, where: str) -> Iterat
             yield f"the set is not inside its stated bound on {name}"
 
 
-def _cell_failure(loop: Loop, cell: Any, P: Rows, where: str) -> str:
+def _cell_failure(loop: Loop, cell: Any, P: Rows, settling: Settling, where: str) -> str:
     """Return what is not proved about one cell, or nothing."""
     law, k = loop.law, loop.k
     if numbers(cell, "wind", where, 2) != law.wind[k : k + 2]:
@@ -134,7 +138,12 @@ def _cell_failure(loop: Loop, cell: Any, P: Rows, where: str) -> str:
         return "the wind class is outside the enclosed one"
     if alpha <= 0 or decay < 0:
         return "multiplier or decay rate has the wrong sign"
-    return Corners(stated, sizes, law.nu[k], where).failure(P, error, rate, alpha, decay)
+    corners = Corners(stated, sizes, law.nu[k], where)
+    if reason := corners.failure(P, error, rate, alpha, decay):
+        return reason
+    if corners.settles(settling.P, settling.decay_rate):
+        return ""
+    return "the common decay inequality fails at a corner"
 
 
 def _span(low: Fraction, high: Fraction) -> str:
@@ -143,7 +152,13 @@ def _span(low: Fraction, high: Fraction) -> str:
 
 
 def _statement(
-    claim: Any, plant: Plant, law: Law, cells: list[Any], uncertainty: Uncertainty, where: str
+    claim: Any,
+    plant: Plant,
+    law: Law,
+    cells: list[Any],
+    uncertainty: Uncertainty,
+    settling: Settling,
+    where: str,
 ) -> str:
     peak = number(member(claim, "peaks", where), "speed_error", f"{where}.peaks")
     overspeed = 100 * ((max(law.speed) + peak) / plant.rated_speed - 1)
@@ -160,5 +175,6 @@ def _statement(
         f"invariant for |v - v_s| up to {least['wind_error']} to {most['wind_error']} m/s and "
         f"|v_s'| up to {least['wind_rate']} to {most['wind_rate']} m/s^2 (by wind cell); overspeed "
         f"at most {at_most(overspeed, 3)} %; at constant wind v = v_s the loop settles at no less "
-        f"than {least['decay_rate']} 1/s"
+        f"than {at_least(settling.decay_rate, 3)} 1/s in one quadratic function for all winds, up "
+        f"to {most['decay_rate']} 1/s by wind cell"
     )

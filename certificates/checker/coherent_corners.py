@@ -69,6 +69,18 @@ class Corners:
                     return "the invariance inequality fails at a corner"
         return ""
 
+    def settles(self, R: list[list[Fraction]], decay: Fraction) -> bool:
+        """Return whether -(A'R + RA + 2 decay R) > 0 at every corner, for R > 0."""
+        rho = _scaled(decay, "settling.decay_rate")
+        scale = lcm(*(entry.denominator for row in R for entry in row))
+        whole = [[int(entry * scale) for entry in row] for row in R]
+        return all(
+            positive_definite_integers(
+                _shifted(_lyapunov(_matrix(*corner, self.nu), whole), whole, 2 * rho)
+            )
+            for corner in product(*self.ends)
+        )
+
     def _disturbance(self, error: Fraction, rate: Fraction) -> tuple[int, int]:
         """Return bounds of |w_e| and |w_zeta| over 10^7, rounded up."""
         size = self.sizes

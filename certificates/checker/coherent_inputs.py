@@ -10,7 +10,7 @@ from takagi.certificates.checker.reader import increasing, matrix, member, numbe
 from takagi.certificates.checker.refusal import CertificateError
 from takagi.certificates.checker.spline import Spline
 
-__all__ = ["Box", "Law", "Plant", "Uncertainty"]
+__all__ = ["Box", "Law", "Plant", "Settling", "Uncertainty"]
 
 MOST_WINDS = 2000
 POSITIVE = (
@@ -158,3 +158,20 @@ class Uncertainty:
     def kappa(self) -> tuple[Fraction, Fraction]:
         """Nominal over true inertia: what every torque is multiplied by."""
         return 1 / self.inertia[1], 1 / self.inertia[0]
+
+
+@dataclass(frozen=True)
+class Settling:
+    """A second quadratic function, with the decay rate that it shows at every wind."""
+
+    P: list[list[Fraction]]
+    decay_rate: Fraction
+
+    @classmethod
+    def read(cls, claim: Any, where: str) -> Settling:
+        """Return it; refuses another size than 3 by 3 and a negative rate."""
+        stated, place = member(claim, "settling", where), f"{where}.settling"
+        P, rate = matrix(stated, "P", place), number(stated, "decay_rate", place)
+        if len(P) != 3 or len(P[0]) != 3 or rate < 0:
+            raise CertificateError(f"{place}: P of 3 rows of 3 numbers, and a rate >= 0")
+        return cls(P, rate)

@@ -41,7 +41,9 @@ class EffortSettings:
 
     Attributes
     ----------
-    bandwidth : proportional action aimed at [1/s].
+    bandwidth : proportional action aimed at where pitch acts [1/s].
+    partial_bandwidth : the same where torque alone acts; a stiff speed hold there only swings
+        torque.  At most the other; region 2.5 goes from one to the other.
     speed_error : e_max of the operating set [rad/s].
     torque_share : largest share of the torque reserve to zero that the set may use [-].
     integral_share : integral rate over the slowest loop rate [-].
@@ -49,6 +51,7 @@ class EffortSettings:
     """
 
     bandwidth: float = 0.6
+    partial_bandwidth: float = 0.3
     speed_error: float = 0.04
     torque_share: float = 0.6
     integral_share: float = 0.3
@@ -105,7 +108,7 @@ def _node(
     full = turbine.gear_ratio * turbine.rated_torque / turbine.inertia
     reserve = full - float(effort_ramp(-schedule.trim_effort[k], schedule.overlap))
     most = asked.torque_share * reserve / asked.speed_error
-    aimed = min(asked.bandwidth, most)
+    aimed = min(_bandwidth(schedule, asked, k), most)
     slowest = _least_gain(turbine, schedule, asked, k, aimed) * aimed - stiffness[1]
     integral = asked.integral_share * max(slowest, 0.1 * aimed)
     gains = [1 / inertia for inertia in asked.inertia]
@@ -126,6 +129,15 @@ def _node(
     gamma_e, gamma_i = -float(K[0, 0]), float(K[0, 1])
     limited = gamma_e > most
     return min(gamma_e, most), gamma_i / gamma_e, stiffness, limited
+
+
+def _bandwidth(schedule: EffortSchedule, asked: EffortSettings, k: int) -> float:
+    """Return the bandwidth at a node: partial, full, or between them over region 2.5."""
+    begin = schedule.wind[np.argmax(schedule.rotor_speed)]
+    beyond = schedule.wind[schedule.trim_effort >= 0]
+    end = beyond[0] if len(beyond) else schedule.wind[-1]
+    ends = (min(asked.partial_bandwidth, asked.bandwidth), asked.bandwidth)
+    return float(np.interp(schedule.wind[k], (begin, max(end, begin + 1e-6)), ends))
 
 
 def _stiffness(
@@ -154,7 +166,13 @@ def _least_gain(
 
 
 def _check(asked: EffortSettings) -> None:
-    for name in ("bandwidth", "speed_error", "torque_share", "integral_share"):
+    for name in (
+        "bandwidth",
+        "partial_bandwidth",
+        "speed_error",
+        "torque_share",
+        "integral_share",
+    ):
         value = getattr(asked, name)
         if not 0 < value < 100:
             raise ModelError(f"{name} = {value!r} was given; a positive number is needed")

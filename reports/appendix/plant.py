@@ -31,24 +31,7 @@ _SYMBOLS = {
 }
 # Figures to compare with, and of another controller: nothing in the appendix uses them.
 _LEFT_OUT = ("reference", "baseline")
-_WINDS: tuple[float, ...] = (
-    3.0,
-    4.0,
-    5.0,
-    6.0,
-    7.0,
-    8.0,
-    9.0,
-    10.0,
-    11.0,
-    11.4,
-    11.5,
-    12.0,
-    13.0,
-    14.0,
-    16.0,
-)
-_WINDS += (18.0, 20.0, 22.0, 24.0, 25.0)
+_WINDS = (*range(3, 12), 11.4, 11.5, 12, 13, 14, 16, 18, 20, 22, 24, 25)
 
 
 def plant_context(design: TurbineDesign) -> dict[str, object]:
@@ -77,7 +60,7 @@ def plant_context(design: TurbineDesign) -> dict[str, object]:
 
 def table_winds(turbine: Turbine) -> tuple[float, ...]:
     """Return the winds of the trim table that the turbine works in [m/s]."""
-    inside = [v for v in _WINDS if turbine.cut_in <= v <= turbine.cut_out]
+    inside = [float(v) for v in _WINDS if turbine.cut_in <= v <= turbine.cut_out]
     return tuple(sorted({turbine.cut_in, *inside, turbine.cut_out}))
 
 

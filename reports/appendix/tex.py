@@ -46,7 +46,8 @@ _SPECIAL = {
     "}": r"\}",
     "&": r"\&",
     "%": r"\%",
-    "$": r"\$",
+    # As text it would come from a font that many distributions have as a bitmap only.
+    "$": r"$\mathdollar$",
     "#": r"\#",
     "_": r"\_",
     "^": r"\textasciicircum{}",

@@ -74,9 +74,10 @@ def _facts(design: TurbineDesign, summary: ClaimSummary) -> list[tuple[str, str,
         ),
         (
             "Decay",
-            f"\u2265 {at_least(summary.decay_rate)} 1/s",
-            f"at a constant wind that the law knows; the slowest cell is {slowest[0]:g} to "
-            f"{slowest[1]:g} m/s, the fastest has {at_least(max(summary.decay_rates))} 1/s",
+            f"\u2265 {at_least(summary.common_rate)} 1/s",
+            f"at a constant wind that the law knows, in one function for all winds; in the set's "
+            f"own function from {at_least(summary.decay_rate)} 1/s ({slowest[0]:g} to "
+            f"{slowest[1]:g} m/s) to {at_least(max(summary.decay_rates))} 1/s",
         ),
         (
             "Rotor speed",

@@ -173,8 +173,13 @@ def false_claims() -> dict[str, Callable[[Document], None]]:
         "larger lag box": claim("box", "effort_lag", to=lambda b: 1.2 * b),
         "larger wind share": claim("box", "wind_share", to=lambda b: 1.2 * b),
         "wind share below the class": claim("box", "wind_share", to=lambda b: 1e-3),
-        "faster decay": claim("cells", 1, "decay_rate", to=lambda r: 1.05 * r + 0.001),
+        "faster decay": claim("cells", 1, "decay_rate", to=lambda r: round(1.05 * r + 0.001, 5)),
         "negative decay": claim("cells", 1, "decay_rate", to=lambda r: -0.01),
+        "faster common decay": claim("settling", "decay_rate", to=lambda r: round(3 * r, 6)),
+        "common decay, P negative": claim(
+            "settling", "P", to=lambda P: [[-p for p in row] for row in P]
+        ),
+        "common decay, P flipped": claim("settling", "P", to=flipped),
         "negative multiplier": claim("cells", 1, "multiplier", to=lambda r: -r),
         "zero multiplier": claim("cells", 1, "multiplier", to=lambda r: 0),
         "large multiplier": claim("cells", 1, "multiplier", to=lambda r: 10.0),

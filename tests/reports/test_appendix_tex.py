@@ -77,6 +77,8 @@ def sound(log: str) -> None:
     """No undefined or doubled reference, nothing that leaves the page, no stale reference."""
     assert not re.findall(r"LaTeX Warning: (?:Reference|Citation|Label|There were).*", log)
     assert not re.findall(r"Warning:.*[Rr]erun.*", log)
+    # Bitmap fonts are made on the spot where they are missing, and look poor on a screen.
+    assert not re.findall(r"\S+pk>", log)
     wide = [float(w) for w in re.findall(r"Overfull \\hbox \(([\d.]+)pt", log)]
     assert max(wide, default=0.0) <= WIDEST
 
