@@ -187,8 +187,8 @@ def _gains(model: TSModel, gains: ArrayLike | None) -> Floats | None:
         K = np.broadcast_to(K, (r, m, n)).copy()
     if K.shape != (r, m, n) or not np.all(np.isfinite(K)):
         raise ModelError(
-            f"gains have shape {K.shape}; {r} rules, {m} inputs and {n} states need ({r}, {m}, {n}), "
-            "all finite"
+            f"gains have shape {K.shape}; {r} rules, {m} inputs and {n} states need "
+            f"({r}, {m}, {n}), all finite"
         )
     return K
 

@@ -23,6 +23,7 @@ from takagi.certificates.coherent import (
     coherent_claim,
 )
 from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
+from takagi.certificates.failing_winds import failing_winds
 from takagi.certificates.provenance import provenance
 from takagi.models.embedding.coherent import LoopBox, Uncertainty
 from takagi.models.errors import ModelError
@@ -231,7 +232,8 @@ def _coherent(
         if candidate.P is None:
             raise ModelError(
                 "joint analysis: no common quadratic function over all winds was found; "
-                f"{candidate.diagnosis}. Reduce the uncertainty or the box, or change the bandwidth"
+                f"{failing_winds(candidate.cells)}. Reduce the uncertainty or the box, or change "
+                "the bandwidth"
             )
     with clock("exact proof"):
         document = certificate_document(

@@ -37,8 +37,8 @@ class Answer:
     ----------
     status : "candidate", the unknowns were put back and every LMI held by eigenvalues;
         "infeasible", multipliers bound the margin by zero to solver accuracy; "unknown", neither.
-    P : (n, n) for V = x' P x with smallest eigenvalue of order 1 in balanced states; None unless
-        a candidate.
+    P : (n, n) for V = x' P x with smallest eigenvalue of order 1 in balanced states, or the one
+        that shows the gain; None unless a candidate.
     margin : the t up to which every LMI holds, in balanced states and relative to the LMI's
         weight; negative or zero when not a candidate.
     decay_rate : alpha in 1/s with V' <= -2 alpha V, recomputed from P; None unless a candidate.

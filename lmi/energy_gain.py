@@ -118,6 +118,7 @@ def hinf_norm(
     An ``Answer``: ``gain`` is gamma in units of y over units of w, the least that its P shows,
     recomputed from P by eigenvalues; with it P touches the LMI.  Without a common P the status is
     "infeasible", and the diagnosis names the vertices that rule it out.  Nothing is proved here.
+    The answer's condition is posed with time, w and y in units of order one as well.
 
     Raises
     ------

@@ -1,9 +1,9 @@
 r"""When no common P exists: multipliers that say so.
 
-    find Z_i >= 0, sum_i trace Z_i = 1, with  sum_i (A_i Z_i + Z_i A_i' + 2 alpha Z_i) >= t I,  t > 0.
+    find 0 <= Z_i <= I with  sum_i (A_i Z_i + Z_i A_i' + 2 alpha Z_i) >= t I,  t > 0.
 
-For any P > 0 with A_i'P + PA_i + 2 alpha P < 0 the trace of P times the sum would be negative on one
-side and positive on the other.
+For any P > 0 with A_i'P + PA_i + 2 alpha P < 0 the trace of P times the sum would be negative by
+the one and positive by the other.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3 (theorems of alternatives).
 """

@@ -127,6 +127,7 @@ def h2_norm(
     An ``Answer``: ``gain`` is sqrt(nu) in units of y over units of w per sqrt(s), recomputed from
     P; P is the one of the conditions above, to rounding.  Without a common P, or with a direct
     feed-through, the status is "infeasible" and the diagnosis says why.  Nothing is proved here.
+    The answer's condition is posed with time, w and y in units of order one as well.
 
     Raises
     ------

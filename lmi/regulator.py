@@ -114,7 +114,7 @@ def _solved(task: _Task, P: Floats, relaxation: str) -> tuple[Condition, Outcome
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Task:
-    """Vertices, weights and initial covariance factor' factor in one set of coordinates."""
+    """Vertices, weights, and the covariance factor factor' of x(0), in one set of coordinates."""
 
     A: Floats
     B: Floats

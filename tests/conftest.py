@@ -1,11 +1,15 @@
-"""What all tests share: repeatable property tests, and figures without a screen."""
+"""What all tests share: repeatable property tests, figures without a screen, one design."""
 
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+if TYPE_CHECKING:
+    from takagi.certificates.turbine_design import TurbineDesign
 
 # Before anything imports a linear-algebra library: many threads on few cores only add noise.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -26,3 +30,13 @@ settings.load_profile("takagi")
 def reduced() -> bool:
     """Whether campaigns shall run in their reduced form (``TAKAGI_REDUCED=1``)."""
     return os.environ.get("TAKAGI_REDUCED") == "1"
+
+
+@pytest.fixture(scope="session")
+def turbine_design() -> TurbineDesign:
+    """The default design of the NREL 5-MW turbine, made once: it takes ten seconds."""
+    from takagi.certificates.turbine_design import design_turbine
+    from takagi.models.loading import load_model
+    from takagi.models.turbine.loader import model_files
+
+    return design_turbine(load_model("nrel5mw"), files=model_files("nrel5mw"))

@@ -83,7 +83,9 @@ def check_coherent(claim: Any, model: Any, gains: Any, where: str) -> Claim:
             failures.append(f"wind {_span(*law.wind[k : k + 2])} m/s: {reason}")
     if failures:
         return Claim(name, Verdict.UNDECIDED, _listed(failures, len(cells)))
-    return Claim(name, Verdict.PROVED, _statement(claim, plant, law, cells, uncertainty, settling, where))
+    return Claim(
+        name, Verdict.PROVED, _statement(claim, plant, law, cells, uncertainty, settling, where)
+    )
 
 
 def _name(law: Law, uncertainty: Uncertainty) -> str:
@@ -139,8 +141,8 @@ def _cell_failure(loop: Loop, cell: Any, P: Rows, settling: Settling, where: str
     if alpha <= 0 or decay < 0:
         return "multiplier or decay rate has the wrong sign"
     corners = Corners(stated, sizes, law.nu[k], where)
-    if reason := corners.failure(P, error, rate, alpha, decay):
-        return reason
+    if wrong := corners.failure(P, error, rate, alpha, decay):
+        return wrong
     if corners.settles(settling.P, settling.decay_rate):
         return ""
     return "the common decay inequality fails at a corner"

@@ -74,12 +74,11 @@ class Corners:
         rho = _scaled(decay, "settling.decay_rate")
         scale = lcm(*(entry.denominator for row in R for entry in row))
         whole = [[int(entry * scale) for entry in row] for row in R]
-        return all(
-            positive_definite_integers(
-                _shifted(_lyapunov(_matrix(*corner, self.nu), whole), whole, 2 * rho)
-            )
-            for corner in product(*self.ends)
-        )
+        for a_, g_, s_, f_, t_ in product(*self.ends):
+            H = _lyapunov(_matrix(a_, g_, s_, f_, t_, self.nu), whole)
+            if not positive_definite_integers(_shifted(H, whole, 2 * rho)):
+                return False
+        return True
 
     def _disturbance(self, error: Fraction, rate: Fraction) -> tuple[int, int]:
         """Return bounds of |w_e| and |w_zeta| over 10^7, rounded up."""

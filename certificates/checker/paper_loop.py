@@ -24,7 +24,7 @@ from takagi.certificates.checker.fixed import mul, point, square, sub
 from takagi.certificates.checker.paper_inputs import Overlaps, PaperLaw, Region
 from takagi.certificates.checker.refusal import Refused
 
-__all__ = ["Ends", "Loop"]
+__all__ = ["Ends", "Loop", "interpolated"]
 
 HALF: Q = (ONE // 2, ONE // 2)
 
@@ -206,7 +206,7 @@ class Loop:
         """Return a column of the trim table at the wind: linear between nodes, held beyond."""
         low, high = self.ends.wind
         places = [low, *(v for v in region.wind if low < v < high), high]
-        values = [_interpolated(region.wind, column, v) for v in places]
+        values = [interpolated(region.wind, column, v) for v in places]
         runs = [
             (b - a) / (last - first)
             for first, last, a, b in zip(places, places[1:], values, values[1:], strict=False)
@@ -232,7 +232,7 @@ class Loop:
                 middle = first + share * (last - first)
                 found += [(middle - r) / at, (middle + r) / at]
             if of_trim and region:
-                found.append(_interpolated(region.wind, region.speed, v) / at)
+                found.append(interpolated(region.wind, region.speed, v) / at)
         return enclose(min(found) * self.plant.radius, max(found) * self.plant.radius)
 
     # ------------------------------------------------------------------ torque
@@ -382,7 +382,8 @@ def _corner_range(table: dict[tuple[int, ...], Fraction], weights: list[Q]) -> Q
     return hull(*found)
 
 
-def _interpolated(wind: list[Fraction], column: list[Fraction], at: Fraction) -> Fraction:
+def interpolated(wind: list[Fraction], column: list[Fraction], at: Fraction) -> Fraction:
+    """Return a column of a table at a wind: linear between nodes, held beyond them."""
     v = min(max(at, wind[0]), wind[-1])
     k = 0
     while k < len(wind) - 2 and wind[k + 1] <= v:

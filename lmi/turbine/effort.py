@@ -87,7 +87,7 @@ def effort_gains(
     """
     asked = settings or EffortSettings()
     _check(asked)
-    rows = [_node(turbine, schedule, asked, k) for k in range(len(schedule.wind))]
+    rows = [_named_node(turbine, schedule, asked, k) for k in range(len(schedule.wind))]
     gamma = np.array([row[0] for row in rows])
     rate = np.array([row[1] for row in rows])
     # The slower neighbour: an interval's integral must suit both of its ends.
@@ -98,6 +98,19 @@ def effort_gains(
         np.array([row[2] for row in rows]),
         np.array([row[3] for row in rows]),
     )
+
+
+def _named_node(
+    turbine: Turbine, schedule: EffortSchedule, asked: EffortSettings, k: int
+) -> tuple[float, float, tuple[float, float], bool]:
+    """Return ``_node``; what is said about the table gets the wind and what to change."""
+    try:
+        return _node(turbine, schedule, asked, k)
+    except ModelError as error:
+        raise ModelError(
+            f"at wind {schedule.wind[k]:.4g} m/s with overlap {schedule.overlap:.4g} rad/s^2 and "
+            f"speed errors up to {asked.speed_error:.4g} rad/s: {error}; reduce these"
+        ) from error
 
 
 def _node(

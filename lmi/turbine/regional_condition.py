@@ -185,7 +185,7 @@ def _demand_lmis(Q: Unknown, M: Unknown, mu: Unknown, bound: ActuatorBound) -> t
     largest = LMI(
         name=f"limit: {bound.name}",
         blocks=(1,),
-        terms=(Term(unknown=mu, left=-ONE, right=ONE),),
+        terms=(Term(unknown=mu, left=-ONE, right=ONE, latex=("-", "")),),
         constants=(limit,),
         weight=LIMIT_WEIGHT,
     )

@@ -35,6 +35,7 @@ __all__ = ["Corner", "Field", "Place"]
 
 End = Literal["all", "low", "high"]
 Hold = Literal["all", "free", "held"]
+NOISE = 2e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +168,7 @@ class Field:
                 for at in (speed, self.speed)
             ]
             near, far = (times(f.surface(r, angle.value, ((0, 0),))[0], squared) for r in ratios)
-            slope = _secant(slope, near, far, speed, self.speed)
+            slope = _secant(slope, near, far, speed, self.speed, squared)
         return gains.weight(0, slope)
 
     def _pitch_weight(self, gains: GainTable) -> Dual:
@@ -199,7 +200,7 @@ class Field:
                 times(f.surface(ratio, at.value, ((0, 0),))[0], squared)
                 for at in (trim, self.pitch)
             )
-            slope = _secant(slope, near, far, trim, self.pitch)
+            slope = _secant(slope, near, far, trim, self.pitch, squared)
         return gains.weight(1, slope)
 
     def _ratios(
@@ -299,15 +300,18 @@ class Field:
         return angle, Dual(gap, slopes)
 
 
-def _secant(slope: Dual, near: Range, far: Range, start: Dual, end: Dual) -> Dual:
+def _secant(
+    slope: Dual, near: Range, far: Range, start: Dual, end: Dual, scale: Range
+) -> Dual:
     """Return the difference quotient where it is sharper than the range of the derivative."""
     step = (end.value[0] - start.value[1], end.value[1] - start.value[0])
     if step[0] <= 0.0 <= step[1]:
         return slope
-    rise = (far[0] - near[1], far[1] - near[0])
+    # A checker's surface values may be known to NOISE alone, which a short step magnifies.
+    noise = NOISE * (abs(scale[0]) + abs(scale[1]))
+    rise = (far[0] - near[1] - noise, far[1] - near[0] + noise)
     found = times(rise, (1 / step[1], 1 / step[0]))
     low, high = max(found[0], slope.value[0]), min(found[1], slope.value[1])
-    # Over a tiny step rounding decides; then the derivative is as good.
     return Dual((low, high), ()) if low <= high else slope
 
 

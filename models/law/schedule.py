@@ -200,7 +200,13 @@ def _trim_effort(turbine: Turbine, v: float, omega: float, b: float, overlap: fl
         pitch = turbine.pitch_min + float(effort_ramp(q, overlap)) / b
         reserve = turbine.inertia * float(effort_ramp(-q, overlap))
         demanded = turbine.gear_ratio * turbine.rated_torque - reserve
-        return float(rotor_torque(turbine, omega, pitch, v)) - demanded
+        try:
+            return float(rotor_torque(turbine, omega, pitch, v)) - demanded
+        except ModelError as error:
+            raise ModelError(
+                f"trim at wind {v:.4g} m/s with overlap {overlap:.4g} rad/s^2: {error}; "
+                "narrow the overlap"
+            ) from error
 
     full = turbine.gear_ratio * turbine.rated_torque / turbine.inertia
     top = b * (turbine.torque.y_range[1] - turbine.pitch_min) * 0.999

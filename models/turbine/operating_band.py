@@ -147,7 +147,7 @@ def slope_range(
         (Interval(first, last), *offsets) for first, last in zip(nodes, nodes[1:], strict=False)
     ]
     tube = _Tube(band, slope, _Curve.of(band))
-    return range_over(tube.enclose, boxes, changes=tube.changes, tolerance=tolerance)
+    return range_over(tube.enclose_named, boxes, changes=tube.changes, tolerance=tolerance)
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,6 +199,16 @@ class _Tube:
     slope: Slope
     curve: _Curve
     known_rates: dict[Box, tuple[Interval, ...]] = field(default_factory=dict)
+
+    def enclose_named(self, box: Box) -> Interval:
+        """Return ``enclose``; a message about the table says at which winds and what to change."""
+        try:
+            return self.enclose(box)
+        except ModelError as error:
+            raise ModelError(
+                f"around the trim at wind {float(box[0].lower):.4g} to {float(box[0].upper):.4g} "
+                f"m/s: {error}; narrow the bands or the wind range, or raise the speed set-point"
+            ) from error
 
     def enclose(self, box: Box) -> Interval:
         """Return the common part of the plain, mean-value and monotone enclosures."""

@@ -55,6 +55,8 @@ def _loop(claim: Mapping[str, Any], design: TurbineDesign) -> dict[str, Any]:
     top = max(cell_speed(design, k) for k in range(len(cells)))
     return {
         "P": matrix(claim["P"], exactly=True),
+        "R": matrix(claim["settling"]["P"], exactly=True),
+        "common": decimal(claim["settling"]["decay_rate"]),
         "states": [escape(name) for name in claim["state"]],
         "low": decimal(cells[0]["wind"][0]),
         "high": decimal(cells[-1]["wind"][1]),

@@ -123,8 +123,8 @@ def test_missing_matrices_are_empty_and_shared_ones_are_repeated() -> None:
         ),
         (lambda: TSModel(np.eye(2)), r"\(r, n, n\) is needed"),
         (lambda: TSModel([np.eye(2)], np.ones((3, 1))), r"B has shape \(3, 1\)"),
-        (lambda: TSModel([[[1, np.nan], [0, 1]]]), r"A\[0, 0, 1\] is nan"),
-        (lambda: TSModel([[["a", 0], [0, 1]]]), "A cannot be read"),
+        (lambda: TSModel(np.array([[[1, np.nan], [0, 1]]])), r"A\[0, 0, 1\] is nan"),
+        (lambda: TSModel(np.array([[["a", "0"], ["0", "1"]]])), "A cannot be read"),
         (
             lambda: TSModel([np.eye(2)], np.eye(2), inputs=["force [N]"]),
             r"1 inputs are named \(force \[N\]\), but B has 2",

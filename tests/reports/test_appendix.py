@@ -25,12 +25,9 @@ HOSTILE = r"50 % of a_1 & b^2 {x} \input{y} #3 $z$ ~ <|>"
 
 
 @pytest.fixture(scope="module")
-def design() -> TurbineDesign:
+def design(turbine_design: TurbineDesign) -> TurbineDesign:
     """The default design of the NREL 5-MW turbine."""
-    from takagi.certificates.turbine_design import design_turbine
-    from takagi.models.loading import load_model
-
-    return design_turbine(load_model("nrel5mw"))
+    return turbine_design
 
 
 @pytest.fixture(scope="module")

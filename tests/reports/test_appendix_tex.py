@@ -24,13 +24,9 @@ HOSTILE = r"50 % of a_1 & b^2 {x} \input{y} #3 $z$ ~ <|> K\"uhn Kühn"
 
 
 @pytest.fixture(scope="module")
-def design() -> TurbineDesign:
+def design(turbine_design: TurbineDesign) -> TurbineDesign:
     """The default design of the NREL 5-MW turbine."""
-    from takagi.certificates.turbine_design import design_turbine
-    from takagi.models.loading import load_model
-    from takagi.models.turbine.loader import model_files
-
-    return design_turbine(load_model("nrel5mw"), files=model_files("nrel5mw"))
+    return turbine_design
 
 
 def paper_design(design: TurbineDesign, name: str) -> TurbineDesign:

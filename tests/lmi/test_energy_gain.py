@@ -1,0 +1,317 @@
+"""The energy gain by the bounded real lemma: published numbers, a Hamiltonian, cvxpy, units."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from takagi.lmi import Answer, expressed, hinf_norm, hinf_norm_condition, latex
+from takagi.models import ModelError, TSModel
+
+Floats = NDArray[np.float64]
+
+
+def mass_spring() -> TSModel:
+    """Two masses, springs and a damper, each parameter in an interval: ROLMIP manual, table 2.
+
+    xdot = A(t) x + [0, 0, t1, 0]' w, y = x2; t1 in [2/3, 2], t2 in [4/5, 4/3], t3 in [1, 3].
+    """
+    corners = list(product((2 / 3, 2.0), (0.8, 4 / 3), (1.0, 3.0)))
+    A = np.array(
+        [
+            [[0, 0, 1, 0], [0, 0, 0, 1], [-2 * a, a, -a * c, 0], [b, -b, 0, -b * c]]
+            for a, b, c in corners
+        ]
+    )
+    E = [[[0.0], [0.0], [a], [0.0]] for a, _, _ in corners]
+    return TSModel(A, E=E, C=[[0.0, 1.0, 0.0, 0.0]])
+
+
+def third_order() -> tuple[Floats, Floats, Floats]:
+    """A 2 x 2 system whose norms were computed in MATLAB: python-control, sysnorm_test.py (G4)."""
+    A = np.array(
+        [
+            [-1.017041847539126, -0.224182952826418, 0.042538079149249],
+            [-0.310374015319095, -0.516461581407780, -0.119195790221750],
+            [-1.452723568727942, 1.7995860837102088, -1.491935830615152],
+        ]
+    )
+    B = np.array(
+        [
+            [0.312858596637428, -0.164879019209038],
+            [-0.864879917324456, 0.627707287528727],
+            [-0.030051296196269, 1.093265669039484],
+        ]
+    )
+    C = np.array(
+        [
+            [1.109273297614398, 0.077359091130425, -1.113500741486764],
+            [-0.863652821988714, -1.214117043615409, -0.006849328103348],
+        ]
+    )
+    return A, B, C
+
+
+def two_vertices() -> TSModel:
+    """Two stable vertices that share a quadratic function, with feed-through."""
+    return TSModel(
+        [[[-1.0, 2.0], [-3.0, -4.0]], [[-1.5, 1.0], [-1.0, -2.0]]],
+        [[[1.0, 0.0], [0.5, 1.0]], [[2.0, 0.0], [0.0, 1.0]]],
+        C=[[[1.0, 0.0]], [[1.0, 0.5]]],
+        D=[[[0.1, 0.0]], [[0.0, -0.3]]],
+    )
+
+
+def hamiltonian_norm(A: Floats, B: Floats, C: Floats, D: Floats) -> float:
+    """Return the H-infinity norm by bisection: is an eigenvalue of the Hamiltonian imaginary?
+
+    Boyd, Balakrishnan and Kabamba (1989), Math. Control Signals Systems 2.
+    """
+    low = float(np.linalg.norm(D, 2))
+    high = low + float(2 * np.linalg.norm(B, 2) * np.linalg.norm(C, 2))
+    while not _above(A, B, C, D, high):
+        low, high = high, 2 * high
+    while high - low > 1e-9 * high:
+        middle = (low + high) / 2
+        low, high = (low, middle) if _above(A, B, C, D, middle) else (middle, high)
+    return high
+
+
+def _above(A: Floats, B: Floats, C: Floats, D: Floats, gamma: float) -> bool:
+    gap = gamma**2 * np.eye(B.shape[1]) - D.T @ D
+    if np.linalg.eigvalsh(gap)[0] <= 0:
+        return False
+    inverse = np.linalg.inv(gap)
+    inside = A + B @ inverse @ D.T @ C
+    weight = C.T @ (np.eye(len(C)) + D @ inverse @ D.T) @ C
+    H = np.block([[inside, B @ inverse @ B.T], [-weight, -inside.T]])
+    eigenvalues = np.linalg.eigvals(H)
+    return bool(np.abs(eigenvalues.real).min() > 1e-9 * np.abs(eigenvalues).max())
+
+
+def bounded_real(model: TSModel, P: Floats, gamma: float) -> float:
+    """Return the largest eigenvalue of the bounded real matrices, written out, scaled to 1."""
+    worst = -np.inf
+    for A, B, C, D in zip(model.A, model.B, model.C, model.D, strict=True):
+        q, p = B.shape[1], C.shape[0]
+        F = np.block(
+            [
+                [P @ A + A.T @ P, P @ B, C.T],
+                [B.T @ P, -gamma * np.eye(q), D.T],
+                [C, D, -gamma * np.eye(p)],
+            ]
+        )
+        worst = max(worst, float(np.linalg.eigvalsh(F)[-1]) / np.abs(F).max())
+    return worst
+
+
+def gain_of(answer: Answer) -> float:
+    """Return the gain of an answer that must have one."""
+    assert answer.status == "candidate", answer.diagnosis
+    assert answer.gain is not None
+    return answer.gain
+
+
+def test_mass_spring_with_one_quadratic_function() -> None:
+    """ROLMIP manual, table 2, degree 0 in the parameters: 2.8429."""
+    assert gain_of(hinf_norm(mass_spring())) == pytest.approx(2.8429, abs=6e-5)
+
+
+def test_third_order_system_by_matlab() -> None:
+    """python-control's sysnorm_test.py: 4.276759162964244, computed in MATLAB."""
+    assert gain_of(hinf_norm(*third_order())) == pytest.approx(4.276759162964244, rel=2e-6)
+
+
+@settings(max_examples=12)
+@given(
+    seed=st.integers(0, 10**6),
+    n=st.integers(1, 6),
+    q=st.integers(1, 3),
+    p=st.integers(1, 3),
+    slowest=st.floats(0.05, 2.0),
+    through=st.sampled_from([0.0, 1.0]),
+)
+def test_one_vertex_against_the_hamiltonian(
+    seed: int, n: int, q: int, p: int, slowest: float, through: float
+) -> None:
+    """For a linear system the lemma is exact: the Hamiltonian's bisection gives the same number."""
+    rng = np.random.default_rng(seed)
+    A = rng.standard_normal((n, n))
+    A -= (np.linalg.eigvals(A).real.max() + slowest) * np.eye(n)
+    B, C = rng.standard_normal((n, q)), rng.standard_normal((p, n))
+    D = through * rng.standard_normal((p, q))
+
+    assert gain_of(hinf_norm(A, B, C, D)) == pytest.approx(hamiltonian_norm(A, B, C, D), rel=1e-5)
+
+
+def test_two_vertices_against_cvxpy() -> None:
+    """The lemma written by hand in cvxpy has the same least gamma."""
+    cp: Any = pytest.importorskip("cvxpy")
+    model = two_vertices()
+    P, gamma = cp.Variable((2, 2), symmetric=True), cp.Variable()
+    constraints = [P >> 0]
+    for A, B, C, D in zip(model.A, model.B, model.C, model.D, strict=True):
+        F = cp.bmat(
+            [
+                [A.T @ P + P @ A, P @ B, C.T],
+                [B.T @ P, -gamma * np.eye(2), D.T],
+                [C, D, -gamma * np.eye(1)],
+            ]
+        )
+        constraints.append(-(F + F.T) / 2 >> 0)
+    cp.Problem(cp.Minimize(gamma), constraints).solve(solver="CLARABEL")
+
+    assert gain_of(hinf_norm(model)) == pytest.approx(float(gamma.value), rel=1e-5)
+
+
+def test_the_condition_itself_in_cvxpy() -> None:
+    """The condition as data, read by cvxpy, has the same least gamma as the answer."""
+    other = expressed(hinf_norm_condition(two_vertices()), margin=0.0)
+    other.problem().solve(solver="CLARABEL")
+
+    least = float(other.values()["gamma"][0, 0, 0])
+    assert gain_of(hinf_norm(two_vertices())) == pytest.approx(least, rel=1e-5)
+
+
+def test_the_gain_is_what_its_quadratic_function_shows() -> None:
+    """P meets the lemma in the model's own units a hair above the gain, and not below it."""
+    for scale in (1.0, 1e3):
+        S = np.array([1.0, scale])
+        plain = two_vertices()
+        model = TSModel(plain.A * S / S[:, None], plain.B / S[:, None], C=plain.C * S, D=plain.D)
+        answer = hinf_norm(model)
+        gain = gain_of(answer)
+        assert answer.P is not None
+
+        assert np.linalg.eigvalsh(answer.P)[0] > 0
+        assert bounded_real(model, answer.P, gain * (1 + 1e-6)) < 0
+        assert bounded_real(model, answer.P, gain * (1 - 1e-6)) > 0
+        assert bounded_real(model, -answer.P, gain * (1 + 1e-6)) > 0
+
+
+@pytest.mark.parametrize(
+    ("states", "rate", "disturbance", "output"),
+    [
+        (np.array([1.0, 1e4, 1e-3, 1.0]), 1.0, 1.0, 1.0),
+        (np.ones(4), 1e3, 1.0, 1.0),
+        (np.array([3.0, 0.1, 7.0, 1e5]), 1e-2, 1e6, 1e-5),
+    ],
+)
+def test_units_change_the_gain_by_their_ratio(
+    states: Floats, rate: float, disturbance: float, output: float
+) -> None:
+    """States and time leave the gain as it is; w = d what, y = c yhat multiply it by d / c."""
+    model, s = mass_spring(), states
+    other = TSModel(
+        rate * model.A * s / s[:, None],
+        E=rate * disturbance * model.E / s[:, None],
+        C=model.C * s / output,
+    )
+    expected = gain_of(hinf_norm(model)) * disturbance / output
+
+    assert gain_of(hinf_norm(other)) == pytest.approx(expected, rel=1e-5)
+
+
+def test_no_blend_has_a_larger_norm() -> None:
+    """Frozen blends of the vertices are among what the bound covers, the vertices too."""
+    model = two_vertices()
+    gain = gain_of(hinf_norm(model))
+    for h in np.linspace(0, 1, 11):
+        A, B, C, D = (
+            h * part[0] + (1 - h) * part[1] for part in (model.A, model.B, model.C, model.D)
+        )
+        assert hamiltonian_norm(A, B, C, D) <= gain * (1 + 1e-6)
+
+
+def test_the_disturbance_is_e_where_there_is_one() -> None:
+    """With E the input and its feed-through play no part; without it the input disturbs."""
+    A = [[[-2.0]]]
+    both = TSModel(A, [[7.0]], C=[[1.0]], D=[[9.0]], E=[[3.0]])
+    only_input = TSModel(A, [[7.0]], C=[[1.0]], D=[[9.0]])
+
+    assert gain_of(hinf_norm(both)) == pytest.approx(1.5, rel=1e-6)
+    assert gain_of(hinf_norm(only_input)) == pytest.approx(12.5, rel=1e-6)
+
+
+def test_redundant_disturbances_and_outputs_are_welcome() -> None:
+    """Five equal disturbances and three equal outputs: sqrt(5 * 3) times the gain of one pair."""
+    A = -np.eye(2)
+    one = gain_of(hinf_norm(A, np.ones((2, 1)), np.ones((1, 2))))
+
+    many = gain_of(hinf_norm(A, np.ones((2, 5)), np.ones((3, 2))))
+    assert many == pytest.approx(one * np.sqrt(15), rel=1e-5)
+
+
+def test_a_vertex_that_is_not_stable_is_named() -> None:
+    """An undamped vertex has no finite gain; the answer says which."""
+    A = [[[0.0, 1.0], [-1.0, -1.0]], [[0.0, 1.0], [-1.0, 0.0]]]
+    answer = hinf_norm(A, [[0.0], [1.0]], [[1.0, 0.0]])
+
+    assert answer.status == "infeasible"
+    assert answer.gain is None and answer.P is None
+    assert "vertex 2 of 2 is not stable" in answer.diagnosis
+
+
+def test_stable_vertices_without_a_common_function_are_a_reasoned_no() -> None:
+    """Dayawansa and Martin (1999): no common P beyond a = 3 + sqrt(8), though both are stable."""
+
+    def answer(a: float) -> Answer:
+        A = [[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -a], [1.0 / a, -1.0]]]
+        return hinf_norm(A, [[0.0], [1.0]], [[1.0, 0.0]])
+
+    assert answer(5.5).found
+    beyond = answer(6.1)
+    assert beyond.status == "infeasible"
+    assert beyond.gain is None
+    assert "no common P: binding: vertex" in beyond.diagnosis
+
+
+def test_a_bound_far_from_the_least_is_not_passed_off_as_it() -> None:
+    """Rates of 1e-3 and 1e4 1/s: either the gain, 1000, or no candidate at all."""
+    answer = hinf_norm([[-1e-3, 1.0], [0.0, -1e4]], [[0.0], [1e4]], [[1.0, 0.0]])
+
+    assert answer.gain is None or answer.gain == pytest.approx(1e3, rel=1e-3)
+    assert answer.found or answer.diagnosis
+
+
+def test_the_builder_writes_the_formula_it_poses() -> None:
+    """The typeset condition shows the three block rows of the lemma."""
+    text = latex(hinf_norm_condition(two_vertices()))
+
+    assert r"\mathrm{He}\left(P A_{i}\right) & P B_{i} & C_{i}^\top" in text
+    assert r"\gamma" in text and r"\text{minimise}" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((-np.eye(2), np.ones((2, 1))), "there is no output; C is needed"),
+        ((-np.eye(2), None, np.ones((1, 2))), "no disturbance and no input"),
+        ((-np.eye(2), np.ones((3, 1)), np.ones((1, 2))), r"B has shape \(3, 1\)"),
+        ((-np.eye(2), np.ones((2, 1)), np.ones((1, 3))), r"C has shape \(1, 3\)"),
+        ((-np.eye(2), np.ones((2, 1)), np.ones((1, 2)), np.ones((2, 2))), "D has shape"),
+        ((-np.eye(2), np.full((2, 1), np.nan), np.ones((1, 2))), "B.*is nan"),
+        ((-np.eye(2), np.zeros((2, 1)), np.ones((1, 2))), "B is zero at every vertex"),
+        ((-np.eye(2), np.ones((2, 1)), np.zeros((1, 2))), "C is zero at every vertex"),
+        ((np.zeros((0, 2, 2)), np.ones((2, 1)), np.ones((1, 2))), "no vertices"),
+        ((two_vertices(), np.ones((2, 1))), "a model and B were given"),
+    ],
+)
+def test_paths_that_make_no_sense(arguments: tuple[Any, ...], message: str) -> None:
+    """Shapes, emptiness, entries and dead paths are told apart, in the builder too."""
+    with pytest.raises(ModelError, match=message):
+        hinf_norm(*arguments)
+    with pytest.raises(ModelError, match=message):
+        hinf_norm_condition(*arguments)
+
+
+def test_scales_must_be_positive() -> None:
+    """A scale of zero is no range."""
+    with pytest.raises(ModelError, match=r"scales\[1\] is 0"):
+        hinf_norm(two_vertices(), scales=[1.0, 0.0])

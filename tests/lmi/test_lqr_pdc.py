@@ -1,0 +1,302 @@
+"""Guaranteed quadratic cost by PDC: Riccati equations, cvxpy, relaxations, units, bad weights."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.linalg import solve_continuous_are
+
+from takagi.lmi import Design, expressed, h2_norm, latex, lqr_pdc, lqr_pdc_condition
+from takagi.lmi.guaranteed_cost import guaranteed_cost_gain
+from takagi.models import ModelError, TSModel
+
+Floats = NDArray[np.float64]
+ALL = ("common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "kim-lee", "liu-zhang")
+
+
+def two_rules() -> TSModel:
+    """Tanaka and Wang (2001), page 58, with b = 3."""
+    return TSModel(
+        [[[2.0, -10.0], [1.0, 0.0]], [[2.5, -10.0], [1.0, 0.0]]],
+        [[[1.0], [0.0]], [[3.0], [0.0]]],
+    )
+
+
+def three_rules(b: float) -> TSModel:
+    """Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5): separates the relaxations."""
+    return TSModel(
+        [[[1.59, -7.29], [0.01, 0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0, 0.05]]],
+        [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0 - b], [-1.0]]],
+    )
+
+
+def benchmark(name: str) -> tuple[Floats, Floats, Floats, float]:
+    """Return A, B, Q for R = I, and the state-feedback H2 optimum with w on every state.
+
+    Leibfritz (2004), COMPleib 1.1: plants NN2, NN4 and REA1; the optima by Riccati equations.  In
+    the latter two z = (x1, x2, x3 + u1, x4 + u2); u = v - (x3, x4) takes the cross weight away.
+    """
+    if name == "NN2":
+        A, B = np.array([[0.0, 1.0], [-1.0, 0.0]]), np.array([[0.0], [1.0]])
+        return A, B, np.diag([1.0, 0.0]), 1.4823522614195388
+    if name == "NN4":
+        A = np.array(
+            [
+                [0, 1, 0, 0],
+                [0, -2.93, -4.75, -0.78],
+                [0.086, 0, -0.11, -1],
+                [0, -0.042, 2.59, -0.39],
+            ]
+        )
+        B = np.array([[0, 0], [0, -3.91], [0.035, 0], [-2.53, 0.31]])
+        return A - B @ np.eye(4)[2:], B, np.diag([1.0, 1.0, 0.0, 0.0]), 1.5267936519062328
+    A = np.array(
+        [
+            [1.38, -0.2077, 6.715, -5.676],
+            [-0.5814, -4.29, 0, 0.675],
+            [1.067, 4.273, -6.654, 5.893],
+            [0.048, 4.273, 1.343, -2.104],
+        ]
+    )
+    B = np.array([[0, 0], [5.679, 0], [1.136, -3.146], [1.136, 0]])
+    return A - B @ np.eye(4)[2:], B, np.diag([1.0, 1.0, 0.0, 0.0]), 1.2660993441451374
+
+
+def cost_of(design: Design) -> float:
+    """Return the cost of a design that must have one."""
+    assert design.status == "candidate", design.answer.diagnosis
+    assert design.cost is not None
+    return design.cost
+
+
+def worst_excess(model: TSModel, design: Design, Q: Floats, R: Floats) -> float:
+    """Return the largest relative eigenvalue of He(P Acl(h)) + Q + K(h)' R K(h) over blends h."""
+    K, P = design.require()
+    h = np.random.default_rng(0).dirichlet(np.ones(len(K)), 200)
+    h = np.concatenate([h, np.eye(len(K))])
+    A, B, K = (np.tensordot(h, part, axes=1) for part in (model.A, model.B, K))
+    closed = P @ (A - B @ K)
+    spent = Q + K.transpose(0, 2, 1) @ R @ K
+    total = closed + closed.transpose(0, 2, 1) + spent
+    sizes = np.linalg.norm(spent, 2, axis=(1, 2))
+    return float((np.linalg.eigvalsh(total)[:, -1] / sizes).max())
+
+
+@pytest.mark.parametrize("name", ["NN2", "NN4", "REA1"])
+def test_benchmark_plants(name: str) -> None:
+    """COMPleib: cost = (H2 optimum)^2, and ``h2_norm`` of the closed loop is that optimum."""
+    A, B, Q, optimum = benchmark(name)
+    m = B.shape[1]
+    design = lqr_pdc(TSModel([A], B), Q, np.eye(m))
+    K, _ = design.require()
+    C = np.concatenate([np.sqrt(Q), -K[0]])
+
+    assert np.sqrt(cost_of(design)) == pytest.approx(optimum, rel=1e-5)
+    assert h2_norm(A - B @ K[0], np.eye(len(A)), C).gain == pytest.approx(optimum, rel=1e-5)
+
+
+@settings(max_examples=12)
+@given(seed=st.integers(0, 10**6), n=st.integers(1, 6), rank=st.integers(1, 6), m=st.integers(1, 2))
+def test_one_rule_is_the_linear_quadratic_regulator(seed: int, n: int, rank: int, m: int) -> None:
+    """scipy's Riccati equation gives the same cost, and the gains to the root of its accuracy."""
+    rng = np.random.default_rng(seed)
+    m, rank = min(m, n), min(rank, n)
+    A, B = rng.standard_normal((n, n)), rng.standard_normal((n, m))
+    F = rng.standard_normal((rank, n))
+    Q, R = F.T @ F, np.diag(rng.uniform(0.1, 10.0, m))
+    P = solve_continuous_are(A, B, Q + 1e-9 * np.eye(n), R)
+    design = lqr_pdc(TSModel([A], B), Q, R)
+
+    assert cost_of(design) == pytest.approx(float(np.trace(P)), rel=1e-5)
+    K = np.linalg.solve(R, B.T @ P)
+    np.testing.assert_allclose(design.require()[0][0], K, atol=5e-3 * np.abs(K).max())
+
+
+def test_two_rules_against_cvxpy() -> None:
+    """All pairs written by hand in cvxpy have the same least cost."""
+    cp: Any = pytest.importorskip("cvxpy")
+    model = two_rules()
+    Q, R = np.diag([1.0, 4.0]), np.array([[0.25]])
+    S, W = (cp.Variable((2, 2), symmetric=True) for _ in range(2))
+    M = [cp.Variable((1, 2)) for _ in range(2)]
+    F, G = np.sqrt(Q), np.sqrt(R)
+
+    def theta(i: int, j: int) -> Any:
+        loop = model.A[i] @ S - model.B[i] @ M[j]
+        zero = np.zeros((2, 1))
+        block = [
+            [loop + loop.T, S @ F.T, M[j].T @ G.T],
+            [F @ S, -np.eye(2), zero],
+            [G @ M[j], zero.T, -np.eye(1)],
+        ]
+        return cp.bmat(block)
+
+    bound = cp.bmat([[W, np.eye(2)], [np.eye(2), S]])
+    constraints = [bound >> 0, *(-_symmetric(theta(i, i)) >> 0 for i in range(2))]
+    constraints.append(-_symmetric(theta(0, 1) + theta(1, 0)) >> 0)
+    problem = cp.Problem(cp.Minimize(cp.trace(W)), constraints)
+    problem.solve(solver="CLARABEL")
+
+    assert cost_of(lqr_pdc(model, Q, R)) == pytest.approx(float(problem.value), rel=1e-5)
+
+
+def _symmetric(block: Any) -> Any:
+    return (block + block.T) / 2
+
+
+@pytest.mark.parametrize("relaxation", ["common-gain", "tanaka-wang", "tuan", "polya-1"])
+def test_the_condition_itself_in_cvxpy(relaxation: str) -> None:
+    """The relaxations, read by cvxpy from the same data, have the same least cost."""
+    Q, R = np.eye(2), [[1.0]]
+    other = expressed(lqr_pdc_condition(two_rules(), Q, R, relaxation=relaxation), margin=0.0)
+    problem = other.problem()
+    problem.solve(solver="CLARABEL")
+    design = lqr_pdc(two_rules(), Q, R, relaxation=relaxation)
+
+    assert cost_of(design) == pytest.approx(float(problem.value), rel=1e-4)
+
+
+def test_the_cost_holds_for_every_blend() -> None:
+    """V' + x'Qx + u'Ru <= 0 at random memberships and corners; not for a P that is 1 % smaller."""
+    Q, R = np.eye(2), np.eye(1)
+    for relaxation in ALL:
+        design = lqr_pdc(two_rules(), Q, R, relaxation=relaxation)
+        assert worst_excess(two_rules(), design, Q, R) <= 1e-9
+    smaller = type(design)(
+        gains=design.gains,
+        P=0.99 * design.require()[1],
+        decay_rate=0.0,
+        margin=design.margin,
+        relaxation=design.relaxation,
+        answer=design.answer,
+    )
+    assert worst_excess(two_rules(), smaller, Q, R) > 0
+
+
+def test_richer_relaxations_cost_no_more() -> None:
+    """Three rules, damped a little: each step of the ladder pays less, and one gain does not do."""
+    plant = three_rules(-2.0)
+    model = TSModel(plant.A - 0.1 * np.eye(2), plant.B)
+    ladders = (
+        ("wang-tanaka-griffin", "tanaka-wang", "kim-lee", "liu-zhang"),
+        ("wang-tanaka-griffin", "tuan", "kim-lee"),
+        ("polya-0", "polya-1", "polya-2", "polya-4"),
+    )
+    names = {name for ladder in ladders for name in ladder}
+    cost = {name: cost_of(lqr_pdc(model, np.eye(2), [[1.0]], relaxation=name)) for name in names}
+
+    for ladder in ladders:
+        for poorer, richer in zip(ladder, ladder[1:], strict=False):
+            assert cost[richer] < 0.995 * cost[poorer]
+    assert cost["polya-0"] == pytest.approx(cost["wang-tanaka-griffin"], rel=1e-4)
+    assert lqr_pdc(model, np.eye(2), [[1.0]], relaxation="common-gain").status == "infeasible"
+
+
+def test_rules_that_can_hardly_be_stabilised() -> None:
+    """Three rules, b = -2: costs a thousand times those of one rule alone, or a reasoned no."""
+    design = lqr_pdc(three_rules(-2.0), np.eye(2), [[1.0]], relaxation="polya-2")
+    no = lqr_pdc(three_rules(-2.0), np.eye(2), [[1.0]], relaxation="wang-tanaka-griffin")
+
+    assert cost_of(design) > 1e3
+    assert worst_excess(three_rules(-2.0), design, np.eye(2), np.eye(1)) <= 1e-9
+    assert no.status == "infeasible"
+    assert no.gains is None and no.cost is None
+    assert "rule" in no.answer.diagnosis and "liu-zhang" in no.answer.diagnosis
+    assert "decay rate" not in no.answer.diagnosis
+
+
+def test_a_schedule_costs_less_than_one_gain() -> None:
+    """Damped more, one gain for all rules exists, and pays for it."""
+    plant = three_rules(-2.0)
+    model = TSModel(plant.A - 0.3 * np.eye(2), plant.B)
+    one = cost_of(lqr_pdc(model, np.eye(2), [[1.0]], relaxation="common-gain"))
+    many = cost_of(lqr_pdc(model, np.eye(2), [[1.0]], relaxation="wang-tanaka-griffin"))
+
+    assert many < 0.8 * one
+
+
+@pytest.mark.parametrize("states", [np.array([1.0, 1e4]), np.array([3e-5, 0.1])])
+def test_units_of_states_inputs_time_and_cost_do_not_matter(states: Floats) -> None:
+    """In other units the gains are the same law and the cost the same number of cost units."""
+    model, s, tau, rate, unit = two_rules(), states, 1e3, 50.0, 1e-4
+    Q, R = np.diag([1.0, 4.0]), np.array([[0.25]])
+    plain = lqr_pdc(model, Q, R)
+    other = lqr_pdc(
+        TSModel(rate * model.A * s / s[:, None], rate * tau * model.B / s[:, None]),
+        unit * Q * s * s[:, None],
+        unit * R * tau**2,
+        deviations=1 / s,
+    )
+
+    assert cost_of(other) == pytest.approx(unit / rate * cost_of(plain), rel=1e-5)
+    ours, theirs = plain.require()[0], tau * other.require()[0] / s
+    np.testing.assert_allclose(theirs, ours, atol=1e-2 * np.abs(ours).max())
+
+
+def test_deviations_weigh_the_initial_states() -> None:
+    """One rule: the cost is trace L' P L of the Riccati solution, for deviations and for L."""
+    A, B, Q, _ = benchmark("REA1")
+    P = solve_continuous_are(A, B, Q, np.eye(2))
+    d = np.array([1.0, 0.1, 3.0, 10.0])
+    L = np.tril(np.ones((4, 4)))
+
+    by_vector = lqr_pdc(TSModel([A], B), Q, np.eye(2), deviations=d)
+    by_matrix = lqr_pdc(TSModel([A], B), Q, np.eye(2), deviations=L)
+    assert cost_of(by_vector) == pytest.approx(float(d**2 @ np.diag(P)), rel=1e-5)
+    assert cost_of(by_matrix) == pytest.approx(float(np.trace(L.T @ P @ L)), rel=1e-5)
+
+
+def test_the_gain_for_all_vertices_is_the_common_gain() -> None:
+    """Bryson weights and ranges: ``guaranteed_cost_gain`` is the relaxation "common-gain"."""
+    x, u = np.array([0.5, 2.0]), np.array([3.0])
+    model = two_rules()
+    robust = guaranteed_cost_gain(model.A, model.B, state_ranges=x, input_ranges=u)
+    design = lqr_pdc(
+        model, np.diag(1 / x**2), np.diag(1 / u**2), relaxation="common-gain", deviations=x
+    )
+
+    assert robust is not None
+    np.testing.assert_allclose(design.require()[0][0], robust, atol=1e-3 * robust.max())
+    np.testing.assert_array_equal(*design.require()[0])
+
+
+def test_the_builder_writes_the_formula_it_poses() -> None:
+    """The typeset condition shows the tall matrices and the constant blocks."""
+    text = latex(lqr_pdc_condition(two_rules(), np.eye(2), [[1.0]]))
+
+    assert r"\hat A_{i} S E^\top - \hat B_{i} M_{j} E^\top" in text
+    assert r"-2 \, \mathrm{diag}(0, I, I)" in text.replace("- 2", "-2")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"Q": [[1.0, 1.0], [0.0, 1.0]]}, "Q is not symmetric"),
+        ({"Q": -np.eye(2)}, "Q has the eigenvalue -1; it must be positive semidefinite"),
+        ({"Q": np.eye(3)}, r"Q has shape \(3, 3\); \(2, 2\) is needed"),
+        ({"R": [[0.0]]}, "R has the eigenvalue 0; it must be positive definite"),
+        ({"R": [[np.nan]]}, "R.*is nan"),
+        ({"relaxation": "tanaka-wong"}, "mean 'tanaka-wang'"),
+        ({"deviations": [1.0, -1.0]}, r"deviations\[1\] is -1"),
+        ({"deviations": np.eye(3)}, r"deviations has shape \(3, 3\)"),
+    ],
+)
+def test_weights_that_make_no_sense(change: dict[str, Any], message: str) -> None:
+    """Each is refused where it is given, by the builder too."""
+    given_ = {"Q": np.eye(2), "R": [[1.0]], **change}
+    with pytest.raises(ModelError, match=message):
+        lqr_pdc(two_rules(), **given_)
+    with pytest.raises(ModelError, match=message):
+        lqr_pdc_condition(two_rules(), **given_)
+
+
+def test_an_unstable_mode_out_of_reach_is_named() -> None:
+    """No cost is finite where an unstable mode is not moved by the input."""
+    model = TSModel([np.diag([0.5, 1.0])], [[0.0], [1.0]], states=["drift [m]", "speed [m/s]"])
+    with pytest.raises(ModelError, match=r"the mode at 0.5.*drift \[m\]"):
+        lqr_pdc(model, np.eye(2), [[1.0]])

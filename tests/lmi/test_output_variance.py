@@ -1,0 +1,224 @@
+"""The output variance under white noise: published numbers, Lyapunov equations, cvxpy, units."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.linalg import solve_continuous_lyapunov
+
+from takagi.lmi import Answer, expressed, h2_norm, h2_norm_condition, latex
+from takagi.models import ModelError, TSModel
+
+Floats = NDArray[np.float64]
+
+
+def third_order() -> tuple[Floats, Floats, Floats]:
+    """A 2 x 2 system whose norms were computed in MATLAB: python-control, sysnorm_test.py (G4)."""
+    A = np.array(
+        [
+            [-1.017041847539126, -0.224182952826418, 0.042538079149249],
+            [-0.310374015319095, -0.516461581407780, -0.119195790221750],
+            [-1.452723568727942, 1.7995860837102088, -1.491935830615152],
+        ]
+    )
+    B = np.array(
+        [
+            [0.312858596637428, -0.164879019209038],
+            [-0.864879917324456, 0.627707287528727],
+            [-0.030051296196269, 1.093265669039484],
+        ]
+    )
+    C = np.array(
+        [
+            [1.109273297614398, 0.077359091130425, -1.113500741486764],
+            [-0.863652821988714, -1.214117043615409, -0.006849328103348],
+        ]
+    )
+    return A, B, C
+
+
+def two_vertices() -> TSModel:
+    """Two stable vertices that share a quadratic function, each with its own path."""
+    return TSModel(
+        [[[-1.0, 2.0], [-3.0, -4.0]], [[-1.5, 1.0], [-1.0, -2.0]]],
+        E=[[[1.0, 0.0], [0.5, 1.0]], [[2.0, 0.0], [0.0, 1.0]]],
+        C=[[[1.0, 0.0]], [[1.0, 0.5]]],
+    )
+
+
+def gramian_norm(A: Floats, B: Floats, C: Floats) -> float:
+    """Return the H2 norm from the controllability Gramian, the dual of what is under test."""
+    gramian = solve_continuous_lyapunov(A, -B @ B.T)
+    return float(np.sqrt(np.trace(C @ gramian @ C.T)))
+
+
+def gain_of(answer: Answer) -> float:
+    """Return the gain of an answer that must have one."""
+    assert answer.status == "candidate", answer.diagnosis
+    assert answer.gain is not None
+    return answer.gain
+
+
+def test_third_order_system_by_matlab() -> None:
+    """python-control's sysnorm_test.py: 2.237461821810309, computed in MATLAB."""
+    assert gain_of(h2_norm(*third_order())) == pytest.approx(2.237461821810309, rel=2e-6)
+
+
+@settings(max_examples=12)
+@given(
+    seed=st.integers(0, 10**6),
+    n=st.integers(1, 6),
+    q=st.integers(1, 3),
+    p=st.integers(1, 3),
+    slowest=st.floats(0.1, 2.0),
+)
+def test_one_vertex_against_the_gramian(seed: int, n: int, q: int, p: int, slowest: float) -> None:
+    """For a linear system the bound is the norm that the Lyapunov equation gives."""
+    rng = np.random.default_rng(seed)
+    A = rng.standard_normal((n, n))
+    A -= (np.linalg.eigvals(A).real.max() + slowest) * np.eye(n)
+    B, C = rng.standard_normal((n, q)), rng.standard_normal((p, n))
+
+    assert gain_of(h2_norm(A, B, C)) == pytest.approx(gramian_norm(A, B, C), rel=1e-5)
+
+
+def test_two_vertices_against_cvxpy() -> None:
+    """The inequalities by hand in cvxpy, with a Schur complement, have the same least nu."""
+    cp: Any = pytest.importorskip("cvxpy")
+    model = two_vertices()
+    P, nu = cp.Variable((2, 2), symmetric=True), cp.Variable()
+    constraints = [P >> 0]
+    for A, E, C in zip(model.A, model.E, model.C, strict=True):
+        F = cp.bmat([[A.T @ P + P @ A, C.T], [C, -np.eye(1)]])
+        constraints += [-(F + F.T) / 2 >> 0, cp.trace(E.T @ P @ E) <= nu]
+    cp.Problem(cp.Minimize(nu), constraints).solve(solver="CLARABEL")
+
+    assert gain_of(h2_norm(model)) == pytest.approx(float(np.sqrt(nu.value)), rel=1e-5)
+
+
+def test_the_condition_itself_in_cvxpy() -> None:
+    """The condition as data, read by cvxpy, has the same least nu as the answer."""
+    other = expressed(h2_norm_condition(two_vertices()), margin=0.0)
+    other.problem().solve(solver="CLARABEL")
+
+    least = float(other.values()["nu"][0, 0, 0])
+    assert gain_of(h2_norm(two_vertices())) == pytest.approx(np.sqrt(least), rel=1e-5)
+
+
+def test_the_gain_is_what_its_quadratic_function_shows() -> None:
+    """P meets both inequalities in the model's own units, the second with equality; -P does not."""
+    S = np.array([1.0, 1e3])
+    plain = two_vertices()
+    model = TSModel(plain.A * S / S[:, None], E=plain.E / S[:, None], C=plain.C * S)
+    answer = h2_norm(model)
+    P = answer.P
+    assert P is not None
+
+    def excess(P: Floats) -> float:
+        F = P @ model.A + model.A.transpose(0, 2, 1) @ P + model.C.transpose(0, 2, 1) @ model.C
+        return float(np.linalg.eigvalsh(F * np.outer(1 / S, 1 / S))[:, -1].max())
+
+    shown = max(float(np.trace(E.T @ P @ E)) for E in model.E)
+    assert np.sqrt(shown) == pytest.approx(gain_of(answer), rel=1e-9)
+    assert excess(P * (1 + 1e-9)) <= 1e-9
+    assert excess(-P) > 0
+    assert excess(P * (1 - 1e-3)) > 0
+
+
+@pytest.mark.parametrize(
+    ("states", "rate", "disturbance", "output"),
+    [
+        (np.array([1.0, 1e4]), 1.0, 1.0, 1.0),
+        (np.ones(2), 1e3, 1.0, 1.0),
+        (np.array([3.0, 1e-5]), 1e-2, 1e6, 1e-5),
+    ],
+)
+def test_units_change_the_gain_as_they_should(
+    states: Floats, rate: float, disturbance: float, output: float
+) -> None:
+    """States leave it as it is; time multiplies it by the root of the rate."""
+    model, s = two_vertices(), states
+    other = TSModel(
+        rate * model.A * s / s[:, None],
+        E=rate * disturbance * model.E / s[:, None],
+        C=model.C * s / output,
+    )
+    expected = gain_of(h2_norm(model)) * disturbance / output * np.sqrt(rate)
+
+    assert gain_of(h2_norm(other)) == pytest.approx(expected, rel=1e-5)
+
+
+def test_no_blend_has_a_larger_norm() -> None:
+    """Frozen blends of the vertices are among what the bound covers, the vertices too."""
+    model = two_vertices()
+    gain = gain_of(h2_norm(model))
+    for h in np.linspace(0, 1, 11):
+        A, E, C = (h * part[0] + (1 - h) * part[1] for part in (model.A, model.E, model.C))
+        assert gramian_norm(A, E, C) <= gain * (1 + 1e-6)
+
+
+def test_an_impulse_under_switching_stays_below_the_bound() -> None:
+    """The energies after an impulse in each w_k, memberships switching, sum to at most gain^2."""
+    from scipy.linalg import expm
+
+    model = two_vertices()
+    step, energy = 0.01, 0.0
+    flows = [expm(A * step) for A in model.A]
+    for column in model.E[1].T:
+        x = column
+        for k in range(1500):
+            vertex = (k // 7) % 2
+            following = flows[vertex] @ x
+            y = model.C[vertex] @ np.stack([x, following], axis=1)
+            energy += step * float((y**2).mean())
+            x = following
+
+    assert energy <= gain_of(h2_norm(model)) ** 2
+
+
+def test_feed_through_has_infinite_variance() -> None:
+    """D that is not zero is a no with its reason; the builder has nothing to pose."""
+    A, B, C = third_order()
+    D = np.diag([0.0, 0.25])
+    answer = h2_norm(A, B, C, D)
+
+    assert answer.status == "infeasible"
+    assert answer.gain is None
+    assert "vertex 1 of 1: D is not zero (largest entry 0.25)" in answer.diagnosis
+    with pytest.raises(ModelError, match="infinite variance"):
+        h2_norm_condition(A, B, C, D)
+
+
+def test_unstable_and_uncommon_vertices_are_a_reasoned_no() -> None:
+    """A vertex that does not decay is named; without a common P the binding vertices are."""
+    B, C = [[0.0], [1.0]], [[1.0, 0.0]]
+    unstable = h2_norm([[0.0, 1.0], [-1.0, 0.0]], B, C)
+    apart = h2_norm([[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -10.0], [0.1, -1.0]]], B, C)
+
+    assert unstable.status == apart.status == "infeasible"
+    assert "vertex 1 of 1 is not stable" in unstable.diagnosis
+    assert "no common P: binding: vertex" in apart.diagnosis
+    assert unstable.gain is None and apart.gain is None
+
+
+def test_the_builder_writes_the_formula_it_poses() -> None:
+    """The typeset condition shows the energy inequality and the bound."""
+    text = latex(h2_norm_condition(two_vertices()))
+
+    assert r"\mathrm{He}\left(P A_{i}\right) + C_{i}^\top C_{i} \prec 0" in text
+    assert r"\nu" in text
+
+
+def test_paths_that_make_no_sense() -> None:
+    """No output, no disturbance, matrices besides a model."""
+    with pytest.raises(ModelError, match="C is needed"):
+        h2_norm(-np.eye(2), np.ones((2, 1)))
+    with pytest.raises(ModelError, match="E .or B. is needed"):
+        h2_norm(TSModel([-np.eye(2)], C=np.ones((1, 2))))
+    with pytest.raises(ModelError, match="a model and C were given"):
+        h2_norm(two_vertices(), C=np.ones((1, 2)))

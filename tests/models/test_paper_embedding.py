@@ -1,0 +1,195 @@
+"""Enclosures of the loop with the paper's laws: what the real loop does lies inside."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from takagi.models.embedding.dual import Dual, larger
+from takagi.models.embedding.paper import PaperCell, disturbance_bound, enclosed_cell, wind_breaks
+from takagi.models.embedding.paper_tables import LoopFigures, loop_figures
+from takagi.models.embedding.patch_ranges import patch_ranges
+from takagi.models.enclosure.interval import Interval
+from takagi.models.errors import ModelError
+from takagi.models.law.coupling_filter import coupling_filter
+from takagi.models.law.law import Measurement
+from takagi.models.law.paper import PaperLaw, PaperLawName, paper_law
+from takagi.models.law.paper_equilibrium import equilibrium
+from takagi.models.law.regional_schedule import regional_schedule
+from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine.full_load import full_load_model
+from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine.partial_load import partial_load_model
+
+Floats = NDArray[np.float64]
+TURBINE = nrel5mw()
+LAWS: tuple[PaperLawName, PaperLawName] = ("paper", "paper-two-integrators")
+# Winds in every region, beside the kinks of table and reference speed, and near rated wind.
+WINDS = (3.3, 4.09, 6.0, 9.9, 10.7, 11.3, 11.44, 12.6, 17.1, 21.0, 24.9)
+BOX = np.array([0.004, 0.006, 0.03, 0.03])
+
+
+@cache
+def make_law(name: PaperLawName, variant: str = "saturated") -> PaperLaw:
+    """Return a law with gains of realistic size that differ between the corners of a and b."""
+    partial = partial_load_model(TURBINE, tolerance="0.1")
+    full = full_load_model(TURBINE, tolerance="0.1")
+    by_a = np.repeat([-1.0, 1.0], 2)
+    by_ab = np.repeat([-1.0, -0.3, 0.4, 1.0], 2)
+    return paper_law(
+        TURBINE,
+        partial=regional_schedule(
+            TURBINE, partial, k_x=-8e4 - 5e3 * by_a[:, None], k_I=-9.2e3 + 700 * by_a
+        ),
+        full=regional_schedule(
+            TURBINE,
+            full,
+            k_x=np.column_stack([-0.4 + 0.05 * by_ab, -0.6 - 0.06 * by_ab]),
+            k_I=-0.075 + 0.008 * by_ab,
+        ),
+        coupling=coupling_filter(TURBINE, variant=variant),  # type: ignore[arg-type]
+        name=name,
+    )
+
+
+@cache
+def figures(name: PaperLawName) -> LoopFigures:
+    """Return the numbers of the loop, made once."""
+    return loop_figures(make_law(name))
+
+
+def field(law: PaperLaw, wind: float, z: Floats) -> Floats:
+    """Return the real loop's derivative, from the law's own run-time code."""
+    seen = Measurement(float(z[0]), float(z[1]), wind)
+    command = law.command(z[2:], seen)
+    torque = float(rotor_torque(TURBINE, z[0], z[1], wind)) - TURBINE.gear_ratio * command.torque
+    drive = (command.pitch - z[1]) / TURBINE.pitch_time_constant
+    return np.array([torque / TURBINE.inertia, drive, *law.state_rate(z[2:], seen)])
+
+
+def centre_line(law: PaperLaw, wind: tuple[float, float]) -> Floats:
+    """Return the law's rest points, or the nearest to the trim without one, at both winds."""
+    rows = []
+    for v in wind:
+        point = equilibrium(law, v)
+        pair = [point.rotor_speed, point.pitch]
+        if point.kind == "none":
+            pair = [point.trim.rotor_speed, point.trim.pitch]
+        rows.append([pair[0], max(pair[1], 0.0), *point.integrals])
+    return np.array(rows)
+
+
+@cache
+def cell_at(name: PaperLawName, wind: float, width: float, share: float) -> PaperCell:
+    """Return an enclosed cell, its box shrunk until the pitch rate limit is out of reach."""
+    law = make_law(name)
+    ends = (wind, min(wind + width, 25.0))
+    centre = centre_line(law, ends)
+    box = share * BOX[: centre.shape[1]]
+    while True:
+        try:
+            return enclosed_cell(figures(name), ends, centre, box)
+        except ModelError:
+            box = box / 2
+
+
+@settings(deadline=None, derandomize=True, max_examples=60)
+@given(
+    st.sampled_from(LAWS),
+    st.sampled_from(WINDS),
+    st.sampled_from([0.02, 0.2]),
+    st.sampled_from([1.0, 0.2]),
+    st.integers(0, 10_000),
+)
+def test_differences_of_the_real_loop_lie_in_the_family(
+    name: PaperLawName, wind: float, width: float, share: float, seed: int
+) -> None:
+    """f(z1) - f(z2) = A (z1 - z2) with A between the entrywise least and largest corner."""
+    law, cell, rng = make_law(name), cell_at(name, wind, width, share), np.random.default_rng(seed)
+    low, high = cell.low.min(axis=0), cell.high.max(axis=0)
+    for _ in range(4):
+        t = rng.uniform()
+        v = cell.wind[0] + t * (cell.wind[1] - cell.wind[0])
+        middle = cell.centre[0] + t * (cell.centre[1] - cell.centre[0])
+        first, last = (middle + cell.box * rng.uniform(-1, 1, len(middle)) for _ in range(2))
+        if rng.uniform() < 0.5:
+            # One coordinate at a time shows single entries.
+            only = rng.integers(len(middle))
+            last = np.where(np.arange(len(middle)) == only, last, first)
+        first[1], last[1] = max(first[1], 0.0), max(last[1], 0.0)
+        step = (last - first) / cell.box
+        found = (field(law, v, last) - field(law, v, first)) / cell.box
+        least = np.where(step > 0, low, high) @ step
+        most = np.where(step > 0, high, low) @ step
+        # The run-time law's difference quotients for premises are good to about 1e-8.
+        slack = 2e-6 * (1 + np.abs(found)) / np.minimum(1, cell.box / 1e-3)
+        assert np.all(least - slack <= found) and np.all(found <= most + slack)
+
+
+@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("wind", WINDS)
+def test_the_field_at_the_centre_is_within_its_bound(name: PaperLawName, wind: float) -> None:
+    """|f(z_0(v), v)| at random winds of a cell stays below the bound over the cell."""
+    law, cell = make_law(name), cell_at(name, wind, 0.1, 0.2)
+    for t in np.linspace(0, 1, 9):
+        v = cell.wind[0] + t * (cell.wind[1] - cell.wind[0])
+        middle = cell.centre[0] + t * (cell.centre[1] - cell.centre[0])
+        found = np.abs(field(law, float(v), middle)) / cell.box
+        assert np.all(found <= cell.disturbance + 1e-6)
+
+
+def test_the_bound_shrinks_with_the_square_of_the_cell() -> None:
+    """Away from kinks the centres follow the equilibrium, so that what is left is of second order."""
+    law, F = make_law("paper-two-integrators"), figures("paper-two-integrators")
+    sizes = []
+    for width in (0.08, 0.04):
+        ends = (20.05, 20.05 + width)
+        sizes.append(disturbance_bound(F, ends, centre_line(law, ends))[0])
+    assert sizes[1] < 0.3 * sizes[0]
+
+
+def test_fast_ranges_are_the_exact_ones() -> None:
+    """Bernstein ranges in floating point agree with those in exact arithmetic."""
+    fast, rng = patch_ranges(TURBINE.torque), np.random.default_rng(3)
+    orders = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+    for _ in range(6):
+        x = np.sort(rng.uniform(2.5, 14, 2)).round(4).tolist()
+        y = np.sort(rng.uniform(-0.05, 0.5, 2)).round(4).tolist()
+        for order, found in zip(orders, fast((x[0], x[1]), (y[0], y[1]), orders), strict=True):
+            proved = TURBINE.torque.bounds(Interval.of(*x), Interval.of(*y), *order)
+            assert found == pytest.approx((float(proved.lower), float(proved.upper)), abs=1e-9)
+    with pytest.raises(ModelError, match="leaves the coefficient table"):
+        fast((1.0, 3.0), (0.0, 0.1), orders)
+
+
+def test_a_corner_gives_the_hull_of_both_slopes() -> None:
+    """max(x, 0) around 0 has slopes from 0 to 1."""
+    x = Dual((-1.0, 1.0), ((1.0, 1.0),))
+    assert larger(x, Dual((0.0, 0.0), ((0.0, 0.0),))) == Dual((0.0, 1.0), ((0.0, 1.0),))
+
+
+def test_breaks_hold_nodes_and_bends() -> None:
+    """Nodes of both tables are breaks, and the bends of the reference speed are enclosed."""
+    F = figures("paper")
+    breaks = wind_breaks(F, 3.0, 25.0)
+    assert set(F.partial.trim.wind) <= set(breaks) and breaks == sorted(set(breaks))
+    bend = F.speed_setpoint * F.radius / F.optimal_ratio
+    assert any(a <= bend <= b and b - a < 2e-6 for a, b in zip(breaks, breaks[1:], strict=False))
+
+
+def test_what_no_enclosure_covers_is_refused() -> None:
+    """The filter's other variant, and gains that depend on the premise d."""
+    with pytest.raises(ModelError, match="saturated"):
+        loop_figures(make_law("paper", "sector"))
+    law = make_law("paper")
+    tilted = regional_schedule(
+        TURBINE, law.partial.model, k_x=-8e4 - np.arange(4.0)[:, None], k_I=-9e3 * np.ones(4)
+    )
+    other = paper_law(TURBINE, partial=tilted, full=law.full, coupling=law.coupling)
+    with pytest.raises(ModelError, match="premise d"):
+        loop_figures(other)
