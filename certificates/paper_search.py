@@ -35,6 +35,8 @@ CENTRE_DIGITS = 9
 BOX_DIGITS = 3
 P_DIGITS = 6
 RESERVE = 0.97
+# Winds are decimals: their differences meet a width up to rounding alone.
+ROUNDED = 1 - 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,14 +84,15 @@ class PaperSearch:
             if point.kind in ("none", "continuum"):
                 return Unproved(wind, _without(point))
         centre = np.round(
-            [[p.rotor_speed, max(p.pitch, self.figures.pitch_limits[0]), *p.integrals] for p in ends],
+            [
+                [p.rotor_speed, max(p.pitch, self.figures.pitch_limits[0]), *p.integrals]
+                for p in ends
+            ],
             CENTRE_DIGITS,
         )
         return self._around(wind, centre, _kind(ends))
 
-    def _around(
-        self, wind: tuple[float, float], centre: Floats, rest: str
-    ) -> FoundCell | Unproved:
+    def _around(self, wind: tuple[float, float], centre: Floats, rest: str) -> FoundCell | Unproved:
         units = UNITS[: centre.shape[1]]
         try:
             bound = disturbance_bound(self.figures, wind, centre)
@@ -133,7 +136,13 @@ class PaperSearch:
         return None
 
     def _with(
-        self, wind: tuple[float, float], centre: Floats, units: Floats, P: Floats, size: float, bound: Floats
+        self,
+        wind: tuple[float, float],
+        centre: Floats,
+        units: Floats,
+        P: Floats,
+        size: float,
+        bound: Floats,
     ) -> tuple[PaperCell, Floats, float, float] | None:
         extent = np.sqrt(np.diag(np.linalg.inv(P)))
         box = units * extent / (units[0] * extent[0]) * size
@@ -153,9 +162,7 @@ class PaperSearch:
         return (cell, scaled, float(rate), float(alpha)) if rate > 0 else None
 
 
-def search_cells(
-    search: PaperSearch, winds: tuple[float, float]
-) -> Iterator[FoundCell | Unproved]:
+def search_cells(search: PaperSearch, winds: tuple[float, float]) -> Iterator[FoundCell | Unproved]:
     """Yield cells over a range of winds, halved where they fail, down to the narrowest."""
     breaks = wind_breaks(search.figures, *winds)
     for low, high in zip(breaks, breaks[1:], strict=False):
@@ -168,7 +175,7 @@ def search_cells(
 def _halved(search: PaperSearch, wind: tuple[float, float]) -> Iterator[FoundCell | Unproved]:
     found = search.cell(wind)
     low, high = wind
-    if isinstance(found, FoundCell) or high - low < 2 * search.narrowest:
+    if isinstance(found, FoundCell) or high - low < 2 * search.narrowest * ROUNDED:
         yield found
         return
     middle = round((low + high) / 2, 9)

@@ -100,7 +100,8 @@ def guaranteed_cost_gain(
         raise ModelError("one positive range per state and per input is needed")
     condition = guaranteed_cost_condition(vertices * x / x[:, None], inputs * u / x[:, None])
     outcome = optimise(condition, slack=1e-4)
-    if outcome.status != "candidate":
+    # Without an objective the solver failed and the centre is feasible at any cost.
+    if outcome.status != "candidate" or not np.isfinite(outcome.objective):
         return None
     M, Y = outcome.values["M"][0], outcome.values["Y"][0]
     return np.asarray(u[:, None] * np.linalg.solve(Y, M.T).T / x, dtype=np.float64)

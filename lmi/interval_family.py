@@ -39,9 +39,7 @@ class Contraction:
     multiplier: float
 
 
-def contraction(
-    P: Floats, low: Floats, high: Floats, disturbance: Floats
-) -> Contraction | None:
+def contraction(P: Floats, low: Floats, high: Floats, disturbance: Floats) -> Contraction | None:
     """Return rate and multiplier for which {x'Px <= 1} is invariant, or None.
 
     Parameters

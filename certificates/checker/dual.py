@@ -90,6 +90,5 @@ def chained(value: Q, *terms: tuple[Q, Dual]) -> Dual:
     return Dual(value, tuple(slopes))
 
 
-
 def _product(a: Q, b: Q) -> Q:
     return ZERO if a == ZERO or b == ZERO else mul(a, b)

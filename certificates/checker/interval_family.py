@@ -57,7 +57,9 @@ def contraction_failure(
             return "the set is not inside its box"
     delta = [_over_unit(d, where) for d in disturbance]
     for low, high in corners:
-        least, most = ([[_over_unit(a, where) for a in row] for row in rows] for rows in (low, high))
+        least, most = (
+            [[_over_unit(a, where) for a in row] for row in rows] for rows in (low, high)
+        )
         spare, factor = _spare(whole, scale, least, most)
         decayed = _minus(spare, whole, 2 * rate, factor // scale)
         if not positive_definite_integers(decayed):
@@ -80,7 +82,8 @@ def _spare(P: Integers, scale: int, low: Integers, high: Integers) -> tuple[Inte
     columns = [sum(radius[i][j] * inverse[i] for i in range(n)) for j in range(n)]
     found = [
         [
-            -(PM[i][j] + PM[j][i]) * one * scale - sum(rows[k] * P[i][k] * P[k][j] for k in range(n))
+            -(PM[i][j] + PM[j][i]) * one * scale
+            - sum(rows[k] * P[i][k] * P[k][j] for k in range(n))
             for j in range(n)
         ]
         for i in range(n)

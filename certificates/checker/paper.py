@@ -218,7 +218,9 @@ def _statement(
     missing: list[Span],
     failures: list[str],
 ) -> str:
-    changed = "" if overlaps == law.overlaps else " (the law with these overlaps in place of its own)"
+    changed = (
+        "" if overlaps == law.overlaps else " (the law with these overlaps in place of its own)"
+    )
     if not proved:
         parts = [f"proved at no wind for {_words(overlaps)}{changed}"]
     else:
@@ -251,7 +253,7 @@ def _rest(plant: Plant, law: PaperLaw, overlaps: Overlaps, proved: list[_Cell]) 
 
 
 def _near_trim_pitch(law: PaperLaw, ends: Ends) -> bool:
-    """Return whether pitch stays close to the trim table's that covers the cell, all over its set."""
+    """Return whether pitch is close to that of the trim table for these winds, all over the set."""
     for region in (law.partial, law.full):
         if not region.wind[0] <= ends.wind[0] < ends.wind[1] <= region.wind[-1]:
             continue

@@ -55,7 +55,8 @@ class Region:
         increasing(wind, f"{where}.wind")
         if not 1 < len(wind) <= MOST_WINDS or wind[0] <= 0:
             raise CertificateError(f"{where}.wind: 2 to {MOST_WINDS} winds above 0 are needed")
-        columns = [numbers(owner, name, where, len(wind)) for name in ("rotor_speed", "pitch")]
+        speed = numbers(owner, "rotor_speed", where, len(wind))
+        pitch = numbers(owner, "pitch", where, len(wind))
         names = "ab"[:premises]
         stated = member(owner, "premises", where)
         bounds = [numbers(stated, name, f"{where}.premises", 2) for name in names]
@@ -73,7 +74,7 @@ class Region:
                     raise CertificateError(f"{where}.{kind}: differs between the corners of d")
         if max(gains[2].values()) >= 0:
             raise CertificateError(f"{where}.k_integral: must be negative")
-        return cls(wind, *columns, [(b[0], b[1]) for b in bounds], gains)
+        return cls(wind, speed, pitch, [(b[0], b[1]) for b in bounds], gains)
 
 
 @dataclass(frozen=True)
@@ -124,9 +125,12 @@ class PaperLaw:
         if name not in LAWS:
             raise CertificateError(f"gains.name: one of {', '.join(LAWS)} is needed")
         tracking = number(gains, "tracking_time", "gains") if LAWS[name] == 4 else None
-        positive = [number(gains, key, "gains") for key in POSITIVE]
-        if min(positive) <= 0 or positive[4] >= positive[5] or (tracking or 1) <= 0:
-            raise CertificateError("gains: speeds, ratios, winds, torque and times must be positive")
+        positive = {key: number(gains, key, "gains") for key in POSITIVE}
+        ordered = positive["cut_in"] < positive["cut_out"]
+        if min(positive.values()) <= 0 or not ordered or (tracking is not None and tracking <= 0):
+            raise CertificateError(
+                "gains: speeds, ratios, winds, torque and times must be positive"
+            )
         filter_, where = member(gains, "coupling", "gains"), "gains.coupling"
         if text(filter_, "variant", where) != "saturated":
             raise CertificateError(f"{where}.variant: only 'saturated' is covered")
@@ -139,14 +143,20 @@ class PaperLaw:
         if any(partial.gains[1].values()):
             raise CertificateError("gains.partial.k_pitch: must be 0")
         return cls(
-            name,
-            LAWS[name],
-            tracking,
-            *positive,
-            number(gains, "pitch_min", "gains"),
-            number(gains, "pitch_max", "gains"),
-            shape == "smooth",
-            Overlaps.read(filter_, where, positive[6]),
-            partial,
-            Region.read(member(gains, "full", "gains"), "gains.full", 2),
+            name=name,
+            states=LAWS[name],
+            tracking_time=tracking,
+            setpoint=positive["speed_setpoint"],
+            minimum_speed=positive["minimum_rotor_speed"],
+            optimal_ratio=positive["optimal_tip_speed_ratio"],
+            largest_ratio=positive["largest_tip_speed_ratio"],
+            cut_in=positive["cut_in"],
+            cut_out=positive["cut_out"],
+            rated_torque=positive["rated_torque"],
+            pitch_min=number(gains, "pitch_min", "gains"),
+            pitch_max=number(gains, "pitch_max", "gains"),
+            smooth=shape == "smooth",
+            overlaps=Overlaps.read(filter_, where, positive["rated_torque"]),
+            partial=partial,
+            full=Region.read(member(gains, "full", "gains"), "gains.full", 2),
         )

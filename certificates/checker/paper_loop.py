@@ -18,9 +18,21 @@ from functools import cached_property
 from itertools import product
 
 from takagi.certificates.checker.coherent_inputs import Plant
-from takagi.certificates.checker.dual import UNIT_RANGE, Dual, chained, greater, lesser, still
-from takagi.certificates.checker.fixed import ONE, ZERO, Q, add, div, enclose, hull, magnitude
-from takagi.certificates.checker.fixed import mul, point, square, sub
+from takagi.certificates.checker.dual import Dual, chained, greater, lesser, still
+from takagi.certificates.checker.fixed import (
+    ONE,
+    ZERO,
+    Q,
+    add,
+    div,
+    enclose,
+    hull,
+    magnitude,
+    mul,
+    point,
+    square,
+    sub,
+)
 from takagi.certificates.checker.paper_inputs import Overlaps, PaperLaw, Region
 from takagi.certificates.checker.refusal import Refused
 
@@ -112,7 +124,11 @@ class Loop:
     @cached_property
     def rotor(self) -> Dual:
         """T_r / J = c v^2 c_Q(omega R / v, beta)."""
-        c, radius, v = point(self.plant.torque_per_inertia), point(self.plant.radius), self.wind.value
+        c, radius, v = (
+            point(self.plant.torque_per_inertia),
+            point(self.plant.radius),
+            self.wind.value,
+        )
         ratio, angle = self._ratio(None, True, False), self.pitch.value
         bounds = self.plant.surface.bounds
         value, by_ratio = bounds(ratio, angle), bounds(ratio, angle, 1, 0)
@@ -131,9 +147,7 @@ class Loop:
         """omega - omega_ref(v)."""
         law, radius = self.law, self.plant.radius
         v = self._held_wind(law.cut_in, law.cut_out)
-        floor = lesser(
-            still(point(law.minimum_speed), v), v.by(point(law.largest_ratio / radius))
-        )
+        floor = lesser(still(point(law.minimum_speed), v), v.by(point(law.largest_ratio / radius)))
         wanted = greater(v.by(point(law.optimal_ratio / radius)), floor)
         return self.speed - lesser(wanted, still(point(law.setpoint), v))
 
@@ -152,7 +166,10 @@ class Loop:
 
     def _speed_premise(self, region: Region, angle: Dual) -> Dual:
         c, radius = point(self.plant.torque_per_inertia), point(self.plant.radius)
-        wind, trim = self._held_wind(region.wind[0], region.wind[-1]), self._column(region, region.speed)
+        wind, trim = (
+            self._held_wind(region.wind[0], region.wind[-1]),
+            self._column(region, region.speed),
+        )
         ratio, bounds = self._ratio(region, True, True), self.plant.surface.bounds
         first, second = bounds(ratio, angle.value, 1, 0), bounds(ratio, angle.value, 2, 0)
         cr = mul(c, radius)
@@ -174,7 +191,10 @@ class Loop:
 
     def _pitch_premise(self, region: Region) -> Dual:
         c, radius = point(self.plant.torque_per_inertia), point(self.plant.radius)
-        wind, trim = self._held_wind(region.wind[0], region.wind[-1]), self._column(region, region.pitch)
+        wind, trim = (
+            self._held_wind(region.wind[0], region.wind[-1]),
+            self._column(region, region.pitch),
+        )
         speed, bounds = self._column(region, region.speed), self.plant.surface.bounds
         ratio = self._ratio(region, False, True)
         angle = hull(trim.value, self.pitch.value)
@@ -212,9 +232,7 @@ class Loop:
             for first, last, a, b in zip(places, places[1:], values, values[1:], strict=False)
             if last > first
         ] or [Fraction(0)]
-        return self.wind.through(
-            enclose(min(values), max(values)), enclose(min(runs), max(runs))
-        )
+        return self.wind.through(enclose(min(values), max(values)), enclose(min(runs), max(runs)))
 
     def _ratio(self, region: Region | None, of_state: bool, of_trim: bool) -> Q:
         """Return the range of omega R / v for the state's speed, the trim's, or all between.
@@ -334,7 +352,9 @@ def _bare(quantity: Dual) -> Dual:
 
 
 def _joined(value: Q, parts: list[Dual]) -> Dual:
-    return Dual(value, tuple(hull(*slopes) for slopes in zip(*(p.slopes for p in parts), strict=True)))
+    return Dual(
+        value, tuple(hull(*slopes) for slopes in zip(*(p.slopes for p in parts), strict=True))
+    )
 
 
 def _quotient(found: Dual, rise: Q, step: Q) -> Dual:

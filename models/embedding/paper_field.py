@@ -285,8 +285,8 @@ class Field:
         blended = self.share * u
         rest = self.share.plus(-1.0) * u
         angle = blended.held(bottom, top)
-        limits = [end for end, there in (
-            (bottom, blended.value[0] < bottom), (top, blended.value[1] > top)) if there]  # fmt: skip
+        low, high = blended.value
+        limits = [end for end, met in ((bottom, low < bottom), (top, high > top)) if met]
         gaps = [rest] if free or not limits else []
         gaps += [constant(end, u) - u for end in limits]
         gap = hull(*(g.value for g in gaps))
@@ -300,9 +300,7 @@ class Field:
         return angle, Dual(gap, slopes)
 
 
-def _secant(
-    slope: Dual, near: Range, far: Range, start: Dual, end: Dual, scale: Range
-) -> Dual:
+def _secant(slope: Dual, near: Range, far: Range, start: Dual, end: Dual, scale: Range) -> Dual:
     """Return the difference quotient where it is sharper than the range of the derivative."""
     step = (end.value[0] - start.value[1], end.value[1] - start.value[0])
     if step[0] <= 0.0 <= step[1]:

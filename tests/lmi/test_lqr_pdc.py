@@ -108,7 +108,8 @@ def test_one_rule_is_the_linear_quadratic_regulator(seed: int, n: int, rank: int
     m, rank = min(m, n), min(rank, n)
     A, B = rng.standard_normal((n, n)), rng.standard_normal((n, m))
     F = rng.standard_normal((rank, n))
-    Q, R = F.T @ F, np.diag(rng.uniform(0.1, 10.0, m))
+    G = rng.standard_normal((m, m))
+    Q, R = F.T @ F, G.T @ G + 0.1 * np.eye(m)
     P = solve_continuous_are(A, B, Q + 1e-9 * np.eye(n), R)
     design = lqr_pdc(TSModel([A], B), Q, R)
 

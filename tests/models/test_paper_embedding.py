@@ -144,7 +144,7 @@ def test_the_field_at_the_centre_is_within_its_bound(name: PaperLawName, wind: f
 
 
 def test_the_bound_shrinks_with_the_square_of_the_cell() -> None:
-    """Away from kinks the centres follow the equilibrium, so that what is left is of second order."""
+    """Away from kinks the centres follow the equilibrium: what is left is of second order."""
     law, F = make_law("paper-two-integrators"), figures("paper-two-integrators")
     sizes = []
     for width in (0.08, 0.04):

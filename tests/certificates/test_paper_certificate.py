@@ -1,0 +1,281 @@
+"""Claims about the paper's laws: proved where they hold, refused or undecided where they do not."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.document import certificate_document, turbine_data
+from takagi.certificates.paper import (
+    PaperCandidate,
+    merged,
+    overlap_candidates,
+    paper_candidate,
+    paper_claim,
+    paper_law_data,
+    with_overlaps,
+)
+from takagi.models.law.coupling_filter import coupling_filter
+from takagi.models.law.law import Measurement
+from takagi.models.law.paper import PaperLaw, PaperLawName, paper_law
+from takagi.models.law.paper_equilibrium import equilibrium
+from takagi.models.law.regional_schedule import RegionalSchedule, regional_schedule
+from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine.full_load import full_load_model
+from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine.partial_load import partial_load_model
+
+TURBINE = nrel5mw()
+LAWS: tuple[PaperLawName, PaperLawName] = ("paper", "paper-two-integrators")
+WINDOWS = ((6.0, 6.2), (13.0, 13.06), (20.0, 20.06))
+
+
+@cache
+def schedules() -> tuple[RegionalSchedule, RegionalSchedule]:
+    """Return gains of the size that the regional designs have, equal over the premise d."""
+    return (
+        regional_schedule(
+            TURBINE,
+            partial_load_model(TURBINE, tolerance="0.1"),
+            k_x=np.repeat([-75_500.0, -84_700.0], 2)[:, None],
+            k_I=np.repeat([-9_900.0, -8_500.0], 2),
+        ),
+        regional_schedule(
+            TURBINE,
+            full_load_model(TURBINE, tolerance="0.1"),
+            k_x=np.repeat([[-0.43, -0.52], [-0.32, -0.67], [-0.47, -0.55], [-0.41, -0.65]], 2, 0),
+            k_I=np.repeat([-0.080, -0.079, -0.065, -0.083], 2),
+        ),
+    )
+
+
+@cache
+def make_law(name: PaperLawName, placement: float = 0.5) -> PaperLaw:
+    """Return the law with a filter placed around rated speed, or beside it."""
+    partial, full = schedules()
+    coupling = coupling_filter(TURBINE, placement=placement)
+    return paper_law(TURBINE, partial=partial, full=full, coupling=coupling, name=name)
+
+
+@cache
+def candidate(name: PaperLawName) -> PaperCandidate:
+    """Return what is found in three short windows of partial and full load."""
+    return paper_candidate(make_law(name), winds=WINDOWS)
+
+
+def document(law: PaperLaw, claim: dict[str, Any]) -> dict[str, Any]:
+    """Return a certificate of one claim."""
+    return certificate_document(
+        model=turbine_data(TURBINE, ()),
+        gains=paper_law_data(law),
+        claims=[claim],
+        provenance={"solver": {}},
+    )
+
+
+@cache
+def proved(name: PaperLawName) -> Claim:
+    """Return the checker's answer to the candidate."""
+    found = candidate(name)
+    return check_document(document(found.law, paper_claim(found))).claims[0]
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_candidates_are_proved(name: PaperLawName) -> None:
+    """Every window is proved, with its overlaps and winds in the claim's words."""
+    claim = proved(name)
+    assert claim.verdict is Verdict.PROVED, claim.text
+    assert "winds 6 to 6.2, 13 to 13.06, 20 to 20.06 m/s" in claim.text
+    assert "speed overlap 0.1 rad/s, torque overlap 2000 N m" in claim.text
+    assert candidate(name).covered == list(WINDOWS)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_motions_from_the_boundary_stay_and_settle(name: PaperLawName) -> None:
+    """From V = 1 the real loop stays inside, and approaches its equilibrium at the stated rate."""
+    law, rng = make_law(name), np.random.default_rng(7)
+    for found in candidate(name).cells:
+        cell, P = found.cell, found.P
+        v = float(rng.uniform(*cell.wind))
+        share = (v - cell.wind[0]) / (cell.wind[1] - cell.wind[0])
+        centre = cell.centre[0] + share * (cell.centre[1] - cell.centre[0])
+        point = equilibrium(law, v)
+        rest = np.array([point.rotor_speed, point.pitch, *point.integrals])
+
+        def norm(z: Any, origin: Any, box: Any = cell.box, P: Any = P) -> float:
+            y = (z - origin) / box
+            return float(np.sqrt(y @ P @ y))
+
+        y = rng.normal(size=len(centre))
+        y[1] = abs(y[1])  # pitch never goes below its smallest
+        start = centre + cell.box * y / np.sqrt(y @ P @ y)
+        assert norm(rest, centre) < 1
+        found_path = solve_ivp(
+            lambda _, z, v=v: _rate(law, v, z), (0, 20), start, rtol=1e-9, atol=1e-12,
+            max_step=0.05,
+        )  # fmt: skip
+        path = found_path.y.T
+        assert max(norm(z, centre) for z in path) < 1 + 1e-6
+        first = norm(start, rest)
+        for t, z in zip(found_path.t, path, strict=True):
+            assert norm(z, rest) <= first * np.exp(-found.decay_rate * t) * (1 + 1e-4) + 1e-5
+
+
+def _rate(law: PaperLaw, wind: float, z: Any) -> Any:
+    seen = Measurement(float(z[0]), float(z[1]), wind)
+    command = law.command(z[2:], seen)
+    torque = float(rotor_torque(TURBINE, z[0], z[1], wind)) - TURBINE.gear_ratio * command.torque
+    drive = (command.pitch - z[1]) / TURBINE.pitch_time_constant
+    return np.array([torque / TURBINE.inertia, drive, *law.state_rate(z[2:], seen)])
+
+
+def test_no_equilibrium_no_proof() -> None:
+    """With f_1 = 0 at rated speed the shared integrator has no equilibrium above rated wind.
+
+    Source: docs/ledger.md, "One integrator, no placement", placement 1.
+    """
+    law = make_law("paper", placement=1.0)
+    found = paper_candidate(law, winds=[(15.0, 15.1)])
+    assert not found.cells
+    assert all("no equilibrium" in gap.reason for gap in found.unproved)
+    claim = check_document(document(law, paper_claim(found))).claims[0]
+    assert claim.verdict is Verdict.UNDECIDED
+    assert "proved at no wind" in claim.text
+
+
+def test_cells_of_another_placement_prove_nothing() -> None:
+    """Cells of a law with equilibria, claimed of the one without, are not proved."""
+    good, law = candidate("paper"), make_law("paper", placement=1.0)
+    claim = paper_claim(replace(good, law=law, winds=WINDOWS[2:]))
+    claim["cells"] = [cell for cell in claim["cells"] if cell["wind"][0] >= 20]
+    found = check_document(document(law, claim)).claims[0]
+    assert found.verdict is Verdict.UNDECIDED
+    assert "proved at no wind" in found.text
+
+
+def _scaled(value: Any, factor: float) -> Any:
+    if isinstance(value, list):
+        return [_scaled(item, factor) for item in value]
+    return round(value * factor, 7)
+
+
+def _cell(change: Callable[[dict[str, Any]], None]) -> Callable[[dict[str, Any]], None]:
+    """Return a mutation of the last cell, in full load."""
+    return lambda doc: change(doc["claims"][0]["cells"][-1])
+
+
+def _set(key: str, factor: float) -> Callable[[dict[str, Any]], None]:
+    def change(cell: dict[str, Any]) -> None:
+        cell[key] = _scaled(cell[key], factor)
+
+    return _cell(change)
+
+
+def _corner(key: str, shift: float) -> Callable[[dict[str, Any]], None]:
+    def change(cell: dict[str, Any]) -> None:
+        for corner in cell["corners"]:
+            corner[key][1][0] = round(corner[key][1][0] + shift, 7)
+
+    return _cell(change)
+
+
+MUTATIONS: dict[str, Callable[[dict[str, Any]], None]] = {
+    "larger box": _set("box", 4.0),
+    "smaller P": _set("P", 0.5),
+    "larger P": _set("P", 400.0),
+    "faster": _set("decay_rate", 30.0),
+    "smaller disturbance": _set("disturbance", 0.1),
+    "other multiplier": _set("multiplier", 40.0),
+    "negative rate": _set("decay_rate", -1.0),
+    "moved centre": _cell(lambda c: c["centre"][0].__setitem__(0, c["centre"][0][0] + 1e-3)),
+    "pitch below its range": _cell(lambda c: c["centre"][0].__setitem__(1, -1e-3)),
+    "narrow below": _corner("low", 5.0),
+    "narrow above": _corner("high", -5.0),
+    "no corners": _cell(lambda c: c.__setitem__("corners", [])),
+    "asymmetric P": _cell(lambda c: c["P"][0].__setitem__(1, c["P"][0][1] + 0.1)),
+    "wider cell": _cell(lambda c: c.__setitem__("wind", [20.0, 23.0])),
+    "other wind": _cell(lambda c: c.__setitem__("wind", [18.0, 18.06])),
+    "reversed wind": _cell(lambda c: c.__setitem__("wind", c["wind"][::-1])),
+    "more digits": _cell(lambda c: c["disturbance"].__setitem__(0, 1.234567891e-3)),
+    "no cells": lambda d: d["claims"][0].__setitem__("cells", []),
+    "more winds": lambda d: d["claims"][0].__setitem__("winds", [[6.0, 20.06]]),
+    "empty winds": lambda d: d["claims"][0].__setitem__("winds", [[6.0, 6.0]]),
+    "narrower ramp": lambda d: d["claims"][0].__setitem__("speed_overlap", 0.05),
+    "moved ramp": lambda d: d["claims"][0].__setitem__("speed_ramp_start", 1.1),
+    "no overlap": lambda d: d["claims"][0].__setitem__("torque_overlap", 0.0),
+    "other law": lambda d: d["gains"].__setitem__("name", "papr"),
+    "other states": lambda d: d["gains"].__setitem__("states", 5),
+    "other filter": lambda d: d["gains"]["coupling"].__setitem__("variant", "sector"),
+    "stronger gain": lambda d: d["gains"]["full"].__setitem__(
+        "k_speed", _scaled(d["gains"]["full"]["k_speed"], 1.5)
+    ),
+    "wrong sign": lambda d: d["gains"]["full"].__setitem__(
+        "k_integral", _scaled(d["gains"]["full"]["k_integral"], -1.0)
+    ),
+    "gains over d": lambda d: d["gains"]["partial"]["k_speed"].__setitem__(0, -1.0),
+    "other trim table": lambda d: d["gains"]["full"].__setitem__(
+        "pitch", _scaled(d["gains"]["full"]["pitch"], 0.8)
+    ),
+    "other premise": lambda d: d["gains"]["full"]["premises"].__setitem__("b", [-9.0, -0.1]),
+    "rules out of order": lambda d: d["gains"]["full"]["rules"].reverse(),
+    "slower drive": lambda d: d["model"].__setitem__("pitch_time_constant", 0.5),
+    "small rate limit": lambda d: d["model"].__setitem__("pitch_rate_limit", 1e-3),
+    "heavier rotor": lambda d: d["model"].__setitem__("rotor_inertia", 6e7),
+}
+
+
+@pytest.mark.parametrize("what", MUTATIONS)
+@pytest.mark.parametrize("name", LAWS)
+def test_damage_is_refused_or_not_proved(name: PaperLawName, what: str) -> None:
+    """A changed certificate, hashes made good again, is never PROVED."""
+    parts = _last_window(name)
+    damaged = copy.deepcopy(parts)
+    MUTATIONS[what](damaged)
+    again = certificate_document(
+        model=damaged["model"],
+        gains=damaged["gains"],
+        claims=damaged["claims"],
+        provenance={"solver": {}},
+    )
+    try:
+        verdict = check_document(again).verdict
+    except CertificateError:
+        return
+    assert verdict is Verdict.UNDECIDED
+
+
+@cache
+def _last_window(name: PaperLawName) -> dict[str, Any]:
+    """Return the certificate about full load alone: quick to replay."""
+    found = candidate(name)
+    cells = tuple(c for c in found.cells if c.cell.wind[0] >= 20)
+    whole = document(found.law, paper_claim(replace(found, winds=WINDOWS[2:], cells=cells)))
+    assert check_document(whole).verdict is Verdict.PROVED
+    return whole
+
+
+def test_overlaps_move_the_ramp_with_its_placement() -> None:
+    """Other overlaps keep the share of the ramp above rated speed."""
+    law = make_law("paper-two-integrators")
+    moved = with_overlaps(law, speed_overlap=0.2, torque_overlap=1000.0)
+    assert moved.coupling.speed_ramp.at(law.speed_setpoint) == pytest.approx(0.5)
+    assert moved.coupling.torque_overlap == 1000.0
+    first = next(overlap_candidates(law))
+    claim = check_document(document(law, paper_claim(first))).claims[0]
+    assert "speed overlap 0.05 rad/s, torque overlap 1000 N m" in claim.text
+    assert "with these overlaps in place of its own" in claim.text
+
+
+def test_ranges_that_touch_are_one() -> None:
+    """Cells end where the next begins."""
+    assert merged([(2.0, 3.0), (1.0, 2.0), (4.0, 5.0)]) == [(1.0, 3.0), (4.0, 5.0)]
