@@ -2,7 +2,7 @@
 
     checker/          replays a certificate: standard library alone, shares no code with synthesis
     document          the certificate file: model, law, claims as decimals, hashes
-    coherent          the claim about the loop with the coherent law
+    coherent, paper   the claims about the loops with the coherent and the published laws
     common_quadratic  claims about Takagi-Sugeno models: ``certify``
     turbine_design    from a turbine to a checked design
 

@@ -95,9 +95,10 @@ def paper_candidate(
 
 
 def overlap_candidates(law: PaperLaw) -> Iterator[PaperCandidate]:
-    """Yield candidates for other overlaps: half to twice the law's, narrow windows of wind.
+    """Yield candidates for other overlaps, half to twice the law's, at narrow windows of wind.
 
-    Source of the windows: one of ``WINDOW`` m/s per m/s, from cut-in on.
+    One window of ``WINDOW`` m/s per m/s is looked at, from half a metre per second above cut-in
+    on.  Each candidate claims the windows that were found, and lists the others as not proved.
     """
     coupling, turbine = law.coupling, law.turbine
     starts = np.arange(turbine.cut_in + 0.5, turbine.cut_out, 1.0)
@@ -111,7 +112,18 @@ def overlap_candidates(law: PaperLaw) -> Iterator[PaperCandidate]:
                 speed_overlap=_short(coupling.speed_ramp.width * speed),
                 torque_overlap=_short(coupling.torque_overlap * torque),
             )
-            yield paper_candidate(moved, winds=windows, narrowest=WINDOW)
+            yield _claiming_what_holds(paper_candidate(moved, winds=windows, narrowest=WINDOW / 8))
+
+
+def _claiming_what_holds(candidate: PaperCandidate) -> PaperCandidate:
+    """Return the candidate about the windows that are covered whole; unchanged without any."""
+    covered = candidate.covered
+    holding = [
+        (low, high)
+        for low, high in candidate.winds
+        if any(start <= low and high <= stop for start, stop in covered)
+    ]
+    return replace(candidate, winds=tuple(holding)) if holding else candidate
 
 
 def with_overlaps(law: PaperLaw, *, speed_overlap: float, torque_overlap: float) -> PaperLaw:

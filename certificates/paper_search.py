@@ -29,7 +29,9 @@ LARGER = (0.002, 0.005, 0.015)
 # Units in which the states' sizes are comparable: rad/s, rad, rad, rad.
 UNITS = np.array([0.01, 0.01, 0.1, 0.1])
 PROBE = 1e-6
-NARROWEST = 0.03
+NARROWEST = 0.002
+# Where there is no equilibrium at either end, smaller cells than this are not looked at [m/s].
+HOPELESS = 0.1
 WIDEST = 0.5
 CENTRE_DIGITS = 9
 BOX_DIGITS = 3
@@ -52,10 +54,11 @@ class FoundCell:
 
 @dataclass(frozen=True, slots=True)
 class Unproved:
-    """A range of winds for which nothing was found, and why."""
+    """A range of winds without a cell, why, and whether narrower ones are not worth a try."""
 
     wind: tuple[float, float]
     reason: str
+    hopeless: bool = False
 
 
 @dataclass(slots=True, eq=False)
@@ -80,9 +83,9 @@ class PaperSearch:
     def cell(self, wind: tuple[float, float]) -> FoundCell | Unproved:
         """Return a cell with P, or why there is none."""
         ends = [self.rest(v) for v in wind]
-        for point in ends:
-            if point.kind in ("none", "continuum"):
-                return Unproved(wind, _without(point))
+        without = [point for point in ends if point.kind in ("none", "continuum")]
+        if without:
+            return Unproved(wind, _without(without[0]), hopeless=len(without) == len(ends))
         centre = np.round(
             [
                 [p.rotor_speed, max(p.pitch, self.figures.pitch_limits[0]), *p.integrals]
@@ -175,7 +178,10 @@ def search_cells(search: PaperSearch, winds: tuple[float, float]) -> Iterator[Fo
 def _halved(search: PaperSearch, wind: tuple[float, float]) -> Iterator[FoundCell | Unproved]:
     found = search.cell(wind)
     low, high = wind
-    if isinstance(found, FoundCell) or high - low < 2 * search.narrowest * ROUNDED:
+    narrowest = search.narrowest
+    if isinstance(found, Unproved) and found.hopeless:
+        narrowest = max(narrowest, HOPELESS / 2)
+    if isinstance(found, FoundCell) or high - low < 2 * narrowest * ROUNDED:
         yield found
         return
     middle = round((low + high) / 2, 9)

@@ -33,7 +33,8 @@ __all__ = ["check_paper"]
 
 MOST_CELLS = 5000
 MOST_CORNERS = 8
-MOST_LISTED = 12
+MOST_LISTED, MOST_NAMED = 12, 4
+MOST_SPANS = 40
 # Just below 2 degrees.
 NEAR_PITCH = Fraction(349, 10000)
 Rows = list[list[Fraction]]
@@ -97,6 +98,9 @@ def check_paper(claim: Any, model: Any, gains: Any, where: str) -> Claim:
     if (plant.pitch_min, plant.pitch_max) != (law.pitch_min, law.pitch_max):
         raise CertificateError("gains: pitch limits differ from the model's")
     overlaps = Overlaps.read(claim, where, law.rated_torque)
+    if law.rated_torque + overlaps.torque / 2 > law.top_torque:
+        # Only then does the filter hold rated torque all the way from the rounded corner on.
+        raise CertificateError("gains.coupling.top_torque: the rounded corner goes beyond it")
     winds = _spans(matrix(claim, "winds", where), f"{where}.winds")
     cells = member(claim, "cells", where)
     if not isinstance(cells, list) or len(cells) > MOST_CELLS:
@@ -114,7 +118,20 @@ def check_paper(claim: Any, model: Any, gains: Any, where: str) -> Claim:
     missing = [gap for span in winds for gap in _gaps(span, covered)]
     verdict = Verdict.UNDECIDED if missing or failures else Verdict.PROVED
     text = _statement(plant, law, overlaps, proved, covered, missing, failures)
+    if left := _left_out(claim, winds, where):
+        text += f"; looked at but not claimed: {_shown(left)} m/s"
     return Claim(_name(law, overlaps, winds), verdict, text)
+
+
+def _left_out(claim: Any, winds: list[Span], where: str) -> list[Span]:
+    """Return the winds that the file names as not proved and does not claim."""
+    stated = member(claim, "unproved", where)
+    if not isinstance(stated, list) or len(stated) > MOST_CELLS:
+        raise CertificateError(f"{where}.unproved: a list of at most {MOST_CELLS} is needed")
+    rows = [numbers(gap, "wind", f"{where}.unproved[{k}]", 2) for k, gap in enumerate(stated)]
+    spans = _spans(rows, f"{where}.unproved") if rows else []
+    claimed = _merged(winds)
+    return _merged([gap for span in spans for gap in _gaps(span, claimed)])
 
 
 def _spans(rows: Rows, where: str) -> list[Span]:
@@ -192,7 +209,13 @@ def _gaps(span: Span, covered: list[Span]) -> list[Span]:
 
 
 def _name(law: PaperLaw, overlaps: Overlaps, winds: list[Span]) -> str:
-    return f"law {law.name}, {_words(overlaps)}, winds {_shown(_merged(winds))} m/s"
+    spans = _merged(winds)
+    if len(spans) <= MOST_NAMED:
+        return f"law {law.name}, {_words(overlaps)}, winds {_shown(spans)} m/s"
+    return (
+        f"law {law.name}, {_words(overlaps)}, {len(spans)} windows within "
+        f"{_shown([(spans[0][0], spans[-1][1])])} m/s"
+    )
 
 
 def _words(overlaps: Overlaps) -> str:
@@ -204,8 +227,8 @@ def _words(overlaps: Overlaps) -> str:
 
 def _shown(spans: list[Span]) -> str:
     """Return ranges, rounded so that none is wider than what it stands for."""
-    shown = [f"{at_most(low, 8)} to {at_least(high, 8)}" for low, high in spans[:MOST_LISTED]]
-    more = f" (+{len(spans) - MOST_LISTED} more)" if len(spans) > MOST_LISTED else ""
+    shown = [f"{at_most(low, 8)} to {at_least(high, 8)}" for low, high in spans[:MOST_SPANS]]
+    more = f" (+{len(spans) - MOST_SPANS} more)" if len(spans) > MOST_SPANS else ""
     return ", ".join(shown) + more
 
 
@@ -248,20 +271,22 @@ def _rest(plant: Plant, law: PaperLaw, overlaps: Overlaps, proved: list[_Cell]) 
     share = 100 * Fraction(error, 1 << 96) / law.setpoint
     words = f"there the speed is within {at_most(share, 3)} % of rated of its reference"
     far = [cell.ends.wind for cell in proved if not _near_trim_pitch(law, cell.ends)]
-    near = "pitch within 2 deg of the trim's"
+    near = "pitch within 2 deg of the trim tables' (lines between nodes, held beyond them)"
     return f"{words}, {near}" + (f" except at {_shown(_merged(far))} m/s" if far else "")
 
 
 def _near_trim_pitch(law: PaperLaw, ends: Ends) -> bool:
-    """Return whether pitch is close to that of the trim table for these winds, all over the set."""
-    for region in (law.partial, law.full):
-        if not region.wind[0] <= ends.wind[0] < ends.wind[1] <= region.wind[-1]:
-            continue
-        places = [*ends.wind, *(v for v in region.wind if ends.wind[0] < v < ends.wind[1])]
-        offsets = [
-            abs(interpolated(list(ends.wind), [z[1] for z in ends.states], v)
-                - interpolated(region.wind, region.pitch, v))
-            for v in places
-        ]  # fmt: skip
-        return max(offsets) + ends.widths[1] <= NEAR_PITCH
-    return False
+    """Return whether pitch is close to that of the trim tables for these winds, all over the set.
+
+    Both tables make one: lines between the nodes, held beyond the ends.
+    """
+    low, high = law.partial, law.full
+    above = [k for k, v in enumerate(high.wind) if v > low.wind[-1]]
+    wind = low.wind + [high.wind[k] for k in above]
+    pitch = low.pitch + [high.pitch[k] for k in above]
+    line = [z[1] for z in ends.states]
+    places = [*ends.wind, *(v for v in wind if ends.wind[0] < v < ends.wind[1])]
+    offsets = [
+        abs(interpolated(list(ends.wind), line, v) - interpolated(wind, pitch, v)) for v in places
+    ]
+    return max(offsets) + ends.widths[1] <= NEAR_PITCH

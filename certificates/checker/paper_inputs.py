@@ -111,6 +111,7 @@ class PaperLaw:
     cut_in: Fraction
     cut_out: Fraction
     rated_torque: Fraction
+    top_torque: Fraction
     pitch_min: Fraction
     pitch_max: Fraction
     smooth: bool
@@ -153,6 +154,7 @@ class PaperLaw:
             cut_in=positive["cut_in"],
             cut_out=positive["cut_out"],
             rated_torque=positive["rated_torque"],
+            top_torque=number(filter_, "top_torque", where),
             pitch_min=number(gains, "pitch_min", "gains"),
             pitch_max=number(gains, "pitch_max", "gains"),
             smooth=shape == "smooth",

@@ -165,6 +165,11 @@ def loop_figures(law: PaperLaw) -> LoopFigures:
         raise ModelError(
             f"coupling filter {coupling.variant!r}: claims cover the variant 'saturated' alone"
         )
+    if coupling.rated_torque != turbine.rated_torque:
+        raise ModelError(
+            f"the filter holds torque at {coupling.rated_torque:.6g} N m, the turbine's limit is "
+            f"{turbine.rated_torque:.6g} N m; a claim needs them equal"
+        )
     return LoopFigures(
         patch_ranges(turbine.torque),
         turbine.torque_constant / turbine.inertia,

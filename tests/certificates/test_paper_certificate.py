@@ -216,6 +216,7 @@ MUTATIONS: dict[str, Callable[[dict[str, Any]], None]] = {
     "other law": lambda d: d["gains"].__setitem__("name", "papr"),
     "other states": lambda d: d["gains"].__setitem__("states", 5),
     "other filter": lambda d: d["gains"]["coupling"].__setitem__("variant", "sector"),
+    "low top": lambda d: d["gains"]["coupling"].__setitem__("top_torque", 43_500.0),
     "stronger gain": lambda d: d["gains"]["full"].__setitem__(
         "k_speed", _scaled(d["gains"]["full"]["k_speed"], 1.5)
     ),
@@ -274,6 +275,8 @@ def test_overlaps_move_the_ramp_with_its_placement() -> None:
     claim = check_document(document(law, paper_claim(first))).claims[0]
     assert "speed overlap 0.05 rad/s, torque overlap 1000 N m" in claim.text
     assert "with these overlaps in place of its own" in claim.text
+    assert claim.verdict is Verdict.PROVED
+    assert bool(first.unproved) == ("looked at but not claimed" in claim.text)
 
 
 def test_ranges_that_touch_are_one() -> None:
