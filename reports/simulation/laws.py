@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.law.law import Law
@@ -16,9 +16,6 @@ from takagi.models.turbine.data import Turbine
 
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import DesignSettings, TurbineDesign
-    from takagi.lmi.turbine.regional import RegionGains
-    from takagi.models.law.paper import PaperLaw
-    from takagi.models.law.regional_schedule import RegionalSchedule
 
 __all__ = ["DEFAULT_LAWS", "LAW_NAMES", "ChosenLaws", "chosen_laws", "require_law_names"]
 
@@ -106,38 +103,10 @@ def _law(name: str, design: TurbineDesign) -> Law:
         return design.law
     if name == "baseline":
         return BaselineLaw(design.turbine)
-    return _paper_law(name, design)
+    from takagi.certificates.paper_design import designed_law
 
-
-def _paper_law(name: str, design: TurbineDesign) -> PaperLaw:
-    from takagi.models.law.coupling_filter import coupling_filter
-    from takagi.models.law.paper import PaperLawName, paper_law
-
-    asked = design.settings
-    known: dict[str, PaperLawName] = {known: known for known in get_args(PaperLawName)}
-    return paper_law(
-        design.turbine,
-        partial=_schedule(design, design.regional.partial),
-        full=_schedule(design, design.regional.full),
-        coupling=coupling_filter(
-            design.turbine,
-            speed_overlap=asked.speed_overlap,
-            torque_overlap=asked.torque_overlap,
-            speed_setpoint=asked.speed_setpoint,
-        ),
-        name=known[name],
-        speed_setpoint=asked.speed_setpoint,
-    )
-
-
-def _schedule(design: TurbineDesign, region: RegionGains) -> RegionalSchedule:
-    from takagi.models.law.regional_schedule import regional_schedule
-
-    k_x, k_I = region.require()
-    return regional_schedule(
-        design.turbine,
-        region.model,
-        k_x=k_x,
-        k_I=k_I,
-        speed_setpoint=design.settings.speed_setpoint,
+    # The emitted law: what is certified and what is simulated read the same gains.
+    asked = replace(design.settings, law=name)
+    return designed_law(
+        design.turbine, asked, (design.partial_load, design.full_load, design.regional)
     )

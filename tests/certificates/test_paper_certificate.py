@@ -120,10 +120,11 @@ def test_motions_from_the_boundary_stay_and_settle(name: PaperLawName) -> None:
         y[1] = abs(y[1])  # pitch never goes below its smallest
         start = centre + cell.box * y / np.sqrt(y @ P @ y)
         assert norm(rest, centre) < 1
-        found_path = solve_ivp(
-            lambda _, z, v=v: _rate(law, v, z), (0, 20), start, rtol=1e-9, atol=1e-12,
-            max_step=0.05,
-        )  # fmt: skip
+
+        def motion(_: float, z: Any, v: float = v) -> Any:
+            return _rate(law, v, z)
+
+        found_path = solve_ivp(motion, (0, 20), start, rtol=1e-9, atol=1e-12, max_step=0.05)
         path = found_path.y.T
         assert max(norm(z, centre) for z in path) < 1 + 1e-6
         first = norm(start, rest)
