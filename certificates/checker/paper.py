@@ -34,6 +34,7 @@ __all__ = ["check_paper"]
 MOST_CELLS = 5000
 MOST_CORNERS = 8
 MOST_LISTED, MOST_NAMED = 12, 4
+FEW_SPANS = 3
 MOST_SPANS = 40
 # Just below 2 degrees.
 NEAR_PITCH = Fraction(349, 10000)
@@ -227,9 +228,29 @@ def _words(overlaps: Overlaps) -> str:
 
 def _shown(spans: list[Span]) -> str:
     """Return ranges, rounded so that none is wider than what it stands for."""
+    if len(spans) > FEW_SPANS and len({high - low for low, high in spans}) == 1:
+        return _windows([low for low, _ in spans], spans[0][1] - spans[0][0])
     shown = [f"{at_most(low, 8)} to {at_least(high, 8)}" for low, high in spans[:MOST_SPANS]]
     more = f" (+{len(spans) - MOST_SPANS} more)" if len(spans) > MOST_SPANS else ""
     return ", ".join(shown) + more
+
+
+def _windows(starts: list[Fraction], width: Fraction) -> str:
+    """Return windows of one width by their lower ends, runs of one step taken together."""
+    runs: list[list[Fraction]] = []
+    for start in starts:
+        run = runs[-1] if runs else []
+        if len(run) == 1 or (len(run) > 1 and start - run[-1] == run[1] - run[0]):
+            run.append(start)
+        else:
+            runs.append([start])
+    shown = [
+        f"{at_most(run[0], 8)} to {at_most(run[-1], 8)} in steps of {at_most(run[1] - run[0], 8)}"
+        if len(run) > 2
+        else ", ".join(at_most(start, 8) for start in run)
+        for run in runs
+    ]
+    return f"in windows {at_least(width, 3)} m/s wide from {', '.join(shown)}"
 
 
 def _statement(
