@@ -2,9 +2,9 @@
 
 Rooms: ``reader`` (strict JSON, numbers as written), ``definite`` (exact definiteness), ``fixed``
 (outward-rounded intervals), ``spline`` (ranges of the coefficient surface), ``shown`` (numbers in
-words, rounded to the safe side), ``quadratic`` and ``coherent`` (one kind of claim each; the latter
-with ``coherent_inputs``, ``coherent_loop``, ``coherent_residual`` and ``coherent_corners``),
-``certificate`` (the whole file).
+words, rounded to the safe side), ``quadratic``, ``coherent`` and ``paper`` (one kind of claim each,
+with what they are made of in ``coherent_*``, ``paper_*``, ``dual`` and ``interval_family``),
+``model_file`` (the plant against its turbine file), ``certificate`` (the whole file).
 """
 
 from __future__ import annotations

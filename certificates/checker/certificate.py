@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.coherent import check_coherent
+from takagi.certificates.checker.model_file import compare_turbine
 from takagi.certificates.checker.paper import check_paper
 from takagi.certificates.checker.quadratic import check_impossibility, check_quadratic
 from takagi.certificates.checker.reader import (
@@ -146,4 +147,6 @@ def _compare_model(data: dict[str, Any], model: Path | str | None) -> str:
             raise CertificateError(f"{file}: cannot be read: {error.strerror or error}") from error
         if found != recorded[name]:
             raise CertificateError(f"{file}: has changed since the certificate was made from it")
+    if path.suffix == ".toml":
+        compare_turbine(data["model"], data.get("gains"), path)
     return ""

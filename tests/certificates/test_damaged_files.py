@@ -135,8 +135,8 @@ def test_the_model_file_must_be_the_recorded_one(
 ) -> None:
     """SHA-256 of 'abc' is published (FIPS 180-4); one byte more and the file is refused."""
     known = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
-    short["model"]["files_sha256"] = {"plant.toml": known}
-    certificate, model = tmp_path / "certificate.json", tmp_path / "plant.toml"
+    short["model"]["files_sha256"] = {"plant.data": known}
+    certificate, model = tmp_path / "certificate.json", tmp_path / "plant.data"
     certificate.write_text(json.dumps(reseal(short)))
     model.write_text("abc")
     assert "model file" not in " ".join(check(certificate, model=model).messages)
@@ -149,14 +149,14 @@ def test_the_model_file_must_be_the_recorded_one(
         check(certificate, model=tmp_path / "other.toml")
 
 
-@pytest.mark.parametrize("name", ["../plant.toml", "", ".", "..", "a/b", "a\x00b", "gone.toml"])
+@pytest.mark.parametrize("name", ["../plant.data", "", ".", "..", "a/b", "a\x00b", "gone.toml"])
 def test_recorded_file_names_lead_nowhere_else(
     name: str, short: Document, reseal: Reseal, tmp_path: Path
 ) -> None:
     """A certificate cannot make the checker open another folder, or raise anything else."""
     known = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
-    short["model"]["files_sha256"] = {"plant.toml": known, name: known}
-    certificate, model = tmp_path / "certificate.json", tmp_path / "plant.toml"
+    short["model"]["files_sha256"] = {"plant.data": known, name: known}
+    certificate, model = tmp_path / "certificate.json", tmp_path / "plant.data"
     certificate.write_text(json.dumps(reseal(short)))
     model.write_text("abc")
 
