@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from math import pi
 from typing import TYPE_CHECKING, Any
@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from takagi.certificates.checker.result import Checked
     from takagi.certificates.turbine_design import TurbineDesign
     from takagi.reports.claim_summary import ClaimSummary
+    from takagi.reports.overlap_claims import OverlapClaim
 
 __all__ = ["as_data", "as_text", "claims_as_data", "claims_as_text"]
 
@@ -30,11 +31,18 @@ def as_data(design: TurbineDesign) -> dict[str, Any]:
 
 
 def as_text(design: TurbineDesign) -> str:
-    """Return the summary in a few lines; a claim that is not proved is quoted in full."""
+    """Return the summary in a few lines.
+
+    A claim about the coherent law that is not proved is quoted in full.  Of the claims about a
+    law of the paper, the one for the law's own overlaps is told, and the others in a line each.
+    """
     from takagi.reports.claim_summary import claim_summary
+    from takagi.reports.overlap_claims import overlap_claims
 
     verdict = design.checked.verdict.name
     head = f"{verdict}  {design.turbine.name}, law {design.settings.law}"
+    if overlaps := overlap_claims(design):
+        return "\n".join([head, *_by_overlaps(overlaps)])
     found = claim_summary(design)
     if verdict != "PROVED" or found is None:
         return "\n".join([head, claims_as_text(design.checked)])
@@ -46,8 +54,54 @@ def as_text(design: TurbineDesign) -> str:
         "rotor speed": _speed(design, found),
         "settling": f"decay of at least {_down(found.common_rate)} 1/s while the wind is constant",
     }
+    return "\n".join([head, *_aligned(rows)])
+
+
+def _aligned(rows: Mapping[str, str]) -> list[str]:
     width = max(map(len, rows))
-    return "\n".join([head, *(f"  {name:<{width}}  {text}" for name, text in rows.items())])
+    return [f"  {name:<{width}}  {text}" for name, text in rows.items()]
+
+
+def _by_overlaps(claims: Sequence[OverlapClaim]) -> list[str]:
+    """Return lines on the chosen overlaps, then one per other pair."""
+    from takagi.reports.overlap_claims import wind_words, window_width
+
+    told = [claim for claim in claims if claim.chosen] or list(claims[:1])
+    lines = [line for claim in told for line in _aligned(_overlap_rows(claim))]
+    others = [claim for claim in claims if claim not in told]
+    if not others:
+        return lines
+    width = max(map(window_width, others))
+    verdict, label = (
+        max(map(len, words))
+        for words in ([c.verdict.name for c in others], [c.label for c in others])
+    )
+    return [
+        *lines,
+        f"Other overlaps, proved winds{f' (windows {width:g} m/s wide)' if width else ''}",
+        *(f"  {c.verdict.name:<{verdict}}  {c.label:<{label}}  {wind_words(c)}" for c in others),
+    ]
+
+
+def _overlap_rows(claim: OverlapClaim) -> dict[str, str]:
+    from takagi.reports.overlap_claims import gap_words, wind_words
+
+    rows = {
+        "overlaps": f"{claim.label}: {claim.verdict.name}",
+        "proved winds": wind_words(claim),
+    }
+    if claim.left:
+        rows["not proved"] = gap_words(claim)
+    if not (claim.decay and claim.speed_share and claim.half_width):
+        return rows | {"claim": claim.text}
+    return rows | {
+        "claim": "at each constant wind, v_hat = v, one equilibrium in a stated set, reached from "
+        "all of it",
+        "set": f"half-width in speed up to {claim.half_width} rad/s",
+        "settling": f"decay of at least {' to '.join(claim.decay)} 1/s, by wind",
+        "at rest": f"speed within {claim.speed_share} % of rated of its reference",
+        **({"pitch": claim.pitch.removeprefix("pitch ")} if claim.pitch else {}),
+    }
 
 
 def claims_as_text(checked: Checked) -> str:

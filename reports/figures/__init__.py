@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from takagi.reports.figures.cells import cells_figure
     from takagi.reports.figures.memberships import membership_figure
     from takagi.reports.figures.operation import power_surface_figure, trim_figure
+    from takagi.reports.figures.overlaps import OverlapRow, overlaps_figure
     from takagi.reports.figures.poles import poles_figure
     from takagi.reports.figures.response import ResponseLine, response_figure
     from takagi.reports.figures.scenario import ScenarioRun, scenario_figure
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BodeLine",
+    "OverlapRow",
     "ResponseLine",
     "ScenarioRun",
     "bode_figure",
@@ -31,6 +33,7 @@ __all__ = [
     "figure_to_png",
     "figure_to_svg",
     "membership_figure",
+    "overlaps_figure",
     "poles_figure",
     "power_surface_figure",
     "response_figure",
@@ -40,6 +43,7 @@ __all__ = [
 
 _HOME = {
     "BodeLine": "bode",
+    "OverlapRow": "overlaps",
     "ResponseLine": "response",
     "ScenarioRun": "scenario",
     "bode_figure": "bode",
@@ -49,6 +53,7 @@ _HOME = {
     "figure_to_png": "writing",
     "figure_to_svg": "writing",
     "membership_figure": "memberships",
+    "overlaps_figure": "overlaps",
     "poles_figure": "poles",
     "power_surface_figure": "operation",
     "response_figure": "response",

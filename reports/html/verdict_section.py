@@ -5,9 +5,28 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from takagi.certificates.checker.result import Verdict
 from takagi.reports.claim_summary import ClaimSummary, claim_summary
+from takagi.reports.figures.overlaps import OverlapRow, overlaps_figure
 from takagi.reports.html.drawings import wind_class_figure
-from takagi.reports.html.text import Section, at_least, at_most, fixed, plate, span
+from takagi.reports.html.text import (
+    DASH,
+    Plate,
+    Section,
+    Table,
+    at_least,
+    at_most,
+    fixed,
+    plate,
+    span,
+)
+from takagi.reports.overlap_claims import (
+    OverlapClaim,
+    gap_words,
+    overlap_claims,
+    wind_words,
+    window_width,
+)
 
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import TurbineDesign
@@ -24,16 +43,26 @@ ALTERNATIVE = (
 
 def verdict_section(design: TurbineDesign) -> Section:
     """Return the verdict box of a design."""
-    summary = claim_summary(design)
+    summary, overlaps = claim_summary(design), overlap_claims(design)
+    short = {claim.name for claim in overlaps}
     content: dict[str, Any] = {
         "verdict": design.checked.verdict.name,
         "meaning": design.checked.verdict.value,
-        "claims": [(c.name, c.verdict.name, c.text) for c in design.checked.claims],
+        "claims": [
+            (c.name, c.verdict.name, c.text) for c in design.checked.claims if c.name not in short
+        ],
+        "overlaps": overlaps,
         "law": design.law.name,
         "turbine": design.turbine.name,
         "summary": summary,
         "setpoint": design.settings.speed_setpoint,
     }
+    if overlaps:
+        content |= {
+            "overlap_figure": _overlap_figure(design, overlaps),
+            "overlap_table": _overlap_table(overlaps),
+            "overlap_gaps": [(c.label, gap_words(c)) for c in overlaps if _open(c)],
+        }
     if summary is not None:
         content |= {
             "facts": _facts(design, summary),
@@ -52,6 +81,57 @@ def verdict_section(design: TurbineDesign) -> Section:
             ),
         }
     return Section("verdict", "Verdict", content)
+
+
+def _open(claim: OverlapClaim) -> bool:
+    """Return whether a claim is not proved as it stands, or the law's own leaves winds out."""
+    return claim.verdict is not Verdict.PROVED or (claim.chosen and bool(claim.left))
+
+
+def _overlap_figure(design: TurbineDesign, claims: tuple[OverlapClaim, ...]) -> Plate:
+    turbine = design.turbine
+    rows = [
+        OverlapRow(f"{c.label}{' (chosen)' if c.chosen else ''}", c.proved, c.left) for c in claims
+    ]
+    told = "; ".join(f"{claim.label}: {wind_words(claim)}" for claim in claims)
+    return plate(
+        overlaps_figure(rows, wind=(turbine.cut_in, turbine.cut_out)),
+        "overlaps",
+        caption="Winds for which each claim is proved, by overlap in speed and in torque. "
+        "Filled: proved. Hatched: looked at, not proved. Blank: not looked at. Low bars are "
+        "windows drawn wider than they are; their width is below the table.",
+        alternative=f"One bar per pair of overlaps over wind. Proved winds: {told}",
+    )
+
+
+def _overlap_table(claims: tuple[OverlapClaim, ...]) -> Table:
+    width = max(map(window_width, claims))
+    windows = f", in windows of {width:g} m/s where so called" if width else ""
+    return Table(
+        "The claims by pair of overlaps",
+        (
+            ("overlaps", ""),
+            ("verdict", ""),
+            ("proved winds", ""),
+            ("decay rate ≥", "1/s"),
+            ("speed error ≤", "% of rated"),
+            ("half-width ≤", "rad/s"),
+        ),
+        tuple(
+            (
+                f"{claim.label}{' (chosen)' if claim.chosen else ''}",
+                claim.verdict.name,
+                wind_words(claim),
+                " to ".join(claim.decay) or DASH,
+                claim.speed_share or DASH,
+                claim.half_width or DASH,
+            )
+            for claim in claims
+        ),
+        note="A verdict is about the winds that its claim names; the bounds hold for the proved "
+        f"winds{windows}. Decay rate: least and greatest over the cells. Speed error: of the "
+        "equilibrium, from the reference speed. Half-width: of the widest set, in rotor speed.",
+    )
 
 
 def _facts(design: TurbineDesign, summary: ClaimSummary) -> list[tuple[str, str, str]]:

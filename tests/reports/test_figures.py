@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from takagi.models.errors import ModelError
 from takagi.reports.figures import (
     BodeLine,
+    OverlapRow,
     ResponseLine,
     ScenarioRun,
     bode_figure,
@@ -28,6 +29,7 @@ from takagi.reports.figures import (
     figure_to_png,
     figure_to_svg,
     membership_figure,
+    overlaps_figure,
     poles_figure,
     power_surface_figure,
     response_figure,
@@ -117,6 +119,15 @@ def cells() -> Figure:
 
 
 @maker
+def overlaps() -> Figure:
+    """One row with a gap, eight of narrow windows, all of the last one not proved."""
+    windows = tuple((v, v + 0.03) for v in np.arange(3.5, 25))
+    rows = [OverlapRow("0.1 rad/s, 2000 N m (chosen)", ((3, 10), (10.4, 25)), ((10, 10.4),))]
+    rows += [OverlapRow("0.05 rad/s, 1000 N m", windows[:k], windows[k:]) for k in range(7, -1, -1)]
+    return overlaps_figure(rows, wind=(3, 25))
+
+
+@maker
 def operation() -> Figure:
     """Something like trim curves."""
     wind = np.linspace(3, 25, 120)
@@ -191,6 +202,19 @@ def test_no_text_leaves_the_figure(name: str) -> None:
             box = text.get_window_extent(renderer)
             assert page.x0 <= box.x0 and box.x1 <= page.x1, text.get_text()
             assert page.y0 <= box.y0 and box.y1 <= page.y1, text.get_text()
+
+
+def test_what_is_not_proved_is_hatched_and_lies_on_top() -> None:
+    """Proved ranges are plain, others hatched and drawn later; wide ranges keep their ends."""
+    from matplotlib.patches import Rectangle
+
+    row = OverlapRow("0.1 rad/s, 2000 N m", ((3, 10), (10.4, 25)), ((10, 10.4),))
+    bars = [bar for bar in overlaps_figure([row], wind=(3, 25)).axes[0].patches]
+    looks = [bool(bar.get_hatch()) for bar in bars]
+    ends = [(b.get_x(), b.get_x() + b.get_width()) for b in bars if isinstance(b, Rectangle)]
+
+    assert looks == [False, False, True]
+    np.testing.assert_allclose(ends, [(3, 10), (10.4, 25), (10, 10.4)])
 
 
 def test_pdf_carries_no_date_and_is_repeatable() -> None:
@@ -276,6 +300,8 @@ def misuse(case: str) -> None:
         "unknown": lambda: response_figure(time, [line], rated={"speed": 1.0}),
         "lines": lambda: response_figure(time, []),
         "laws": lambda: scenario_figure([]),
+        "no overlaps": lambda: overlaps_figure([], wind=(3, 25)),
+        "it must increase": lambda: overlaps_figure([OverlapRow("a", ((4, 4),), ())], wind=(3, 25)),
         "bound n cells": lambda: cells_figure(
             [1, 2], [True, True], decay_rate=[1], wind_rate=[1], overspeed=[1]
         ),
@@ -298,6 +324,8 @@ def misuse(case: str) -> None:
         "unknown",
         "lines",
         "laws",
+        "no overlaps",
+        "it must increase",
         "bound n cells",
         "c_P",
         "points",

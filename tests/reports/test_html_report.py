@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 from html.parser import HTMLParser
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -14,10 +16,12 @@ import pytest
 from takagi.certificates.checker.result import Checked, Claim, Verdict
 from takagi.certificates.document import dumps
 from takagi.certificates.turbine_design import DesignSettings, TurbineDesign
+from takagi.cli.design_summary import as_text
 from takagi.models.law.coupling_filter import coupling_filter
 from takagi.models.law.law import Measurement
 from takagi.models.law.paper import paper_law
 from takagi.models.law.regional_schedule import regional_schedule
+from takagi.models.turbine.loader import nrel5mw
 from takagi.reports.claim_summary import claim_summary
 from takagi.reports.design_folder import design_files
 from takagi.reports.html.cells_section import cells_section
@@ -28,6 +32,7 @@ from takagi.reports.html.page import render
 from takagi.reports.html.text import Section, at_least, at_most, fixed, powers, significant
 from takagi.reports.html.verdict_section import verdict_section
 from takagi.reports.margins import LocalGains, closed_loop_poles
+from takagi.reports.overlap_claims import gap_words, overlap_claims, wind_words
 
 VOID = {"area", "base", "br", "col", "hr", "img", "input", "link", "meta", "source", "wbr"}
 FIGURES = {
@@ -130,6 +135,45 @@ def with_paper_law(design: TurbineDesign) -> TurbineDesign:
         },
         checked=Checked.of([Claim("decay", Verdict.UNDECIDED, "from 12 m/s")], []),
     )
+
+
+WINDOWS = [[v + 0.5, v + 0.53] for v in range(3, 25)]
+BOUNDS = (
+    "at each constant wind, v_hat = v, one equilibrium in a stated set (speed within 0.0005 to "
+    "0.015 rad/s), reached from all of it at no less than 0.00233 to 0.0997 1/s (by wind, 551 "
+    "cells); there the speed is within 3.53 % of rated of its reference, pitch within 2 deg of "
+    "the trim tables'"
+)
+GAP = f"proved for winds 3 to 10.084124, 10.413799 to 25 m/s with speed overlap 0.1: {BOUNDS}"
+
+
+def overlap_design(
+    text: str = GAP, verdict: Verdict = Verdict.UNDECIDED, name: str = "paper"
+) -> TurbineDesign:
+    """A stub of a design with two claims: the law's own overlaps, and 20 of 22 windows of others.
+
+    The words are those that the checker prints.
+    """
+    own = {"speed_overlap": 0.1, "torque_overlap": 2000.0, "winds": [[3.0, 25.0]]}
+    other = {"speed_overlap": 0.05, "torque_overlap": 1000.0, "winds": WINDOWS[:20]}
+    gaps = [[10.084124595, 10.413798828]], WINDOWS[20:]
+    claims: list[dict[str, Any]] = [
+        {**claim, "kind": "paper-loop", "unproved": [{"wind": gap} for gap in left]}
+        for claim, left in zip((own, other), gaps, strict=True)
+    ]
+    checked = [
+        Claim("own <overlaps>", verdict, text),
+        Claim("other overlaps", Verdict.PROVED, f"proved for winds in windows: {BOUNDS}"),
+    ]
+    stub = SimpleNamespace(
+        turbine=nrel5mw(),
+        settings=DesignSettings(law=name),
+        law=SimpleNamespace(name=name),
+        candidate=None,
+        document={"claims": claims, "gains": {"coupling": own}},
+        checked=Checked.of(checked, []),
+    )
+    return cast(TurbineDesign, stub)
 
 
 def text_of(section: Section) -> str:
@@ -319,6 +363,78 @@ def test_a_paper_law_has_its_own_words(turbine_design: TurbineDesign) -> None:
     assert "from 12 m/s" in box and "UNDECIDED" in box
     assert "4 × 4 × 8 = 128 rules" in law
     assert "stable" in text_of(poles_section(design))
+
+
+def test_only_winds_that_the_checker_names_are_proved() -> None:
+    """All winds of a PROVED claim; of an UNDECIDED one the ranges named, the rest is left."""
+    own, other = overlap_claims(overlap_design())
+
+    assert own.chosen and not other.chosen
+    assert own.proved == ((3.0, 10.084124), (10.413799, 25.0))
+    assert own.left == ((10.084124, 10.413799),)
+    assert wind_words(own) == "3 to 10.084, 10.414 to 25 m/s"
+    assert gap_words(own) == "10.084 to 10.414 m/s"
+    assert (own.decay, own.speed_share, own.half_width) == (("0.00233", "0.0997"), "3.53", "0.015")
+    assert len(other.proved) == 20 and len(other.left) == 2
+    assert wind_words(other) == "20 of 22 windows, from 3.5 to 22.5 m/s"
+    whole = overlap_claims(overlap_design(verdict=Verdict.PROVED))[0]
+    assert whole.proved == ((3.0, 25.0),) and whole.left == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "verdict"),
+    [
+        ("proved at no wind for speed overlap 0.1 rad/s", Verdict.UNDECIDED),
+        (f"proved for winds in windows 0.03 m/s wide from 3.5 m/s with x: {BOUNDS}",
+         Verdict.UNDECIDED),
+        (f"proved for winds 3 to 4, about 5 to 6 m/s with x: {BOUNDS}", Verdict.UNDECIDED),
+        (f"not {GAP}", Verdict.UNDECIDED),
+        (GAP, Verdict.DISPROVED),
+    ],
+)  # fmt: skip
+def test_words_not_understood_prove_no_wind(text: str, verdict: Verdict) -> None:
+    """In doubt every wind is left, without bounds, and the terminal quotes the checker."""
+    design = overlap_design(text, verdict)
+    own = overlap_claims(design)[0]
+
+    assert (own.proved, own.left, own.decay) == ((), ((3.0, 25.0),), ())
+    assert wind_words(own) == "none"
+    assert text in as_text(design)
+
+
+def test_winds_beyond_the_claim_are_not_taken_as_proved() -> None:
+    """Ranges that a text names are cut to the winds of the claim."""
+    own = overlap_claims(overlap_design(GAP.replace("3 to 10.084124", "1 to 10.084124")))[0]
+
+    assert own.proved[0] == (3.0, 10.084124)
+
+
+def test_overlaps_are_a_picture_a_table_and_folded_words() -> None:
+    """The verdict on a paper law: one figure, one row per claim, full texts to unfold, the gap."""
+    section = verdict_section(overlap_design())
+    box = text_of(section)
+    page = _Page(box)
+
+    assert [plate.name for plate in section.plates] == ["overlaps"]
+    assert sum(1 for a in page.all("th") if a.get("scope") == "row") == 2
+    assert page.wrong == [] and page.open == []
+    shown, folded = box.split("<details>")
+    assert "10.084 to 10.414 m/s with the overlaps 0.1 rad/s, 2000 N m" in shown
+    assert "0.00233 to 0.0997" in shown and "551" not in shown
+    assert "own &lt;overlaps&gt;" in folded and "551" in folded
+    assert box == text_of(verdict_section(overlap_design()))
+
+
+def test_terminal_tells_the_chosen_overlaps_and_lists_the_others() -> None:
+    """A few lines on the law's own overlaps, one line on the others; no full text."""
+    lines = as_text(overlap_design()).splitlines()
+
+    assert lines[0] == "UNDECIDED  NREL 5-MW, law paper"
+    assert lines[1].split() == "overlaps 0.1 rad/s, 2000 N m: UNDECIDED".split()
+    assert "  not proved    10.084 to 10.414 m/s" in lines
+    assert lines[-1] == "  PROVED  0.05 rad/s, 1000 N m  20 of 22 windows, from 3.5 to 22.5 m/s"
+    assert lines[-2] == "Other overlaps, proved winds (windows 0.03 m/s wide)"
+    assert max(map(len, lines)) < 110
 
 
 def test_numbers_read_well() -> None:
