@@ -283,3 +283,24 @@ def test_overlaps_move_the_ramp_with_its_placement() -> None:
 def test_ranges_that_touch_are_one() -> None:
     """Cells end where the next begins."""
     assert merged([(2.0, 3.0), (1.0, 2.0), (4.0, 5.0)]) == [(1.0, 3.0), (4.0, 5.0)]
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_the_report_reads_every_number_of_the_checkers_words(name: PaperLawName) -> None:
+    """The page reads winds, rates and bounds in the claim's text; rewording would lose them."""
+    from types import SimpleNamespace
+    from typing import cast
+
+    from takagi.certificates.turbine_design import TurbineDesign
+    from takagi.reports.overlap_claims import overlap_claims
+
+    found = candidate(name)
+    whole = document(found.law, paper_claim(found))
+    design = SimpleNamespace(document=whole, checked=check_document(whole))
+
+    (read,) = overlap_claims(cast(TurbineDesign, design))
+
+    assert read.verdict is Verdict.PROVED
+    assert read.proved == WINDOWS
+    for number in (read.decay, read.speed_share, read.half_width, read.pitch):
+        assert number
