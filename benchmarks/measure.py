@@ -115,7 +115,7 @@ def problem(rules: int, states: int, inputs: int) -> tuple[Floats, Floats]:
 @contextmanager
 def recorded() -> Iterator[list[tuple[Any, Mapping[str, Any]]]]:
     """Record every cone program that reaches the solver, with its settings."""
-    from takagi.lmi import solve
+    from takagi.lmi.solver import solve
 
     kept: list[tuple[Any, Mapping[str, Any]]] = []
     original: Callable[..., Any] = solve._clarabel
@@ -133,7 +133,7 @@ def recorded() -> Iterator[list[tuple[Any, Mapping[str, Any]]]]:
 
 def replayed(kept: list[tuple[Any, Mapping[str, Any]]]) -> float:
     """Return the time that the solver alone takes for the same data [s]."""
-    from takagi.lmi import solve
+    from takagi.lmi.solver import solve
 
     began = time.perf_counter()
     for program, options in kept:

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.decay_rate import max_decay_rate
-from takagi.lmi.invariant_ellipsoid import decay_rates, invariant_ellipsoid, largest_scale
+from takagi.lmi.analysis.decay_rate import max_decay_rate
+from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, invariant_ellipsoid, largest_scale
 from takagi.models.embedding.coherent import LoopBox, LoopCell, Uncertainty, coherent_cells
 from takagi.models.embedding.vertices import LoopVertices, loop_vertices
 from takagi.models.enclosure.interval import Interval

@@ -208,7 +208,7 @@ def _multipliers(loops: Floats, rate: float) -> Floats | None:
 
     Floating point; the checker decides.
     """
-    from takagi.lmi.impossibility import impossibility_multipliers
+    from takagi.lmi.analysis.impossibility import impossibility_multipliers
 
     Z = impossibility_multipliers(loops, decay_rate=rate)
     if Z is None:

@@ -52,7 +52,7 @@ def failing_winds(cells: Sequence[LoopCell]) -> str:
 
 def _common(A: Floats) -> bool:
     """Return whether floating point finds one P with A'P + PA < 0 at all corners."""
-    from takagi.lmi.quadratic import common_lyapunov
+    from takagi.lmi.analysis.quadratic import common_lyapunov
 
     return common_lyapunov(A).P is not None
 

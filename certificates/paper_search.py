@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.interval_family import contraction, lyapunov_candidates
+from takagi.lmi.analysis.interval_family import contraction, lyapunov_candidates
 from takagi.models.embedding.paper import PaperCell, disturbance_bound, enclosed_cell, wind_breaks
 from takagi.models.embedding.paper_tables import LoopFigures, loop_figures
 from takagi.models.errors import ModelError

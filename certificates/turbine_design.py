@@ -198,7 +198,7 @@ def _regions(
 
 
 def _observer(turbine: Turbine, asked: DesignSettings) -> ObserverDesign:
-    from takagi.lmi.observation import observer
+    from takagi.lmi.synthesis.observation import observer
     from takagi.models.turbine.wind_observer import WindObserver, wind_observer_model
 
     model = wind_observer_model(turbine, speed_setpoint=asked.speed_setpoint)

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.guaranteed_cost import guaranteed_cost_gain
+from takagi.lmi.synthesis.guaranteed_cost import guaranteed_cost_gain
 from takagi.models.errors import ModelError
 from takagi.models.law.coherent import EffortGains
 from takagi.models.law.effort import effort_ramp, effort_ramp_slope

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from takagi.lmi.diagnosis import binding_items
-from takagi.lmi.stages import Outcome, decide
+from takagi.lmi.solver.diagnosis import binding_items
+from takagi.lmi.solver.stages import Outcome, decide
 from takagi.lmi.term import Condition
 from takagi.lmi.turbine.region_task import RegionTask, Requirement
 from takagi.models.turbine.regional_model import WIND_ESTIMATE

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.balance import nearest_power
+from takagi.lmi.solver.balance import nearest_power
 from takagi.lmi.term import Condition
 from takagi.lmi.turbine.regional_condition import ActuatorBound, regional_gain_condition
 from takagi.models.errors import ModelError

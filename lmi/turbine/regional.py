@@ -19,9 +19,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.lmi.analysis.quadratic import rate_of
 from takagi.lmi.answer import Status, Try
-from takagi.lmi.quadratic import rate_of
-from takagi.lmi.stages import optimise
+from takagi.lmi.solver.stages import optimise
 from takagi.lmi.term import Condition
 from takagi.lmi.turbine.region_diagnosis import why_none
 from takagi.lmi.turbine.region_task import FULL_LOAD, PARTIAL_LOAD, Requirement, region_task

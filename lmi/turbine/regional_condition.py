@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.limits import initial_lmis, input_lmis, state_lmis
+from takagi.lmi.synthesis.limits import initial_lmis, input_lmis, state_lmis
 from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
 from takagi.models.errors import ModelError
 

@@ -87,7 +87,7 @@ def _entry(title: str, condition: Condition, remark: str) -> dict[str, object]:
 
 
 def _observer(design: TurbineDesign) -> Condition:
-    from takagi.lmi.observation import observer_condition
+    from takagi.lmi.synthesis.observation import observer_condition
 
     return observer_condition(
         design.observer.model, decay_rate=design.observer.decay_rate, relaxation="common-gain"
@@ -96,7 +96,7 @@ def _observer(design: TurbineDesign) -> Condition:
 
 def _effort(design: TurbineDesign) -> Condition:
     """Return the guaranteed-cost condition of the first wind node; all nodes share its form."""
-    from takagi.lmi.guaranteed_cost import guaranteed_cost_condition
+    from takagi.lmi.synthesis.guaranteed_cost import guaranteed_cost_condition
     from takagi.lmi.turbine.effort import EffortSettings
 
     if design.effort is None:
@@ -110,7 +110,7 @@ def _effort(design: TurbineDesign) -> Condition:
 
 def _invariance(candidate: CoherentCandidate) -> Condition:
     """Return the invariance condition over all corners, at the stated class and multipliers."""
-    from takagi.lmi.invariant_ellipsoid import invariant_ellipsoid_condition
+    from takagi.lmi.analysis.invariant_ellipsoid import invariant_ellipsoid_condition
     from takagi.models.embedding.vertices import loop_vertices
 
     corners = [loop_vertices(cell) for cell in candidate.cells]

@@ -16,7 +16,7 @@ from takagi.certificates.checker.coherent_loop import Loop
 from takagi.certificates.checker.coherent_residual import residual
 from takagi.certificates.checker.fixed import ONE
 from takagi.certificates.checker.reader import read_text
-from takagi.lmi.invariant_ellipsoid import largest_scale
+from takagi.lmi.analysis.invariant_ellipsoid import largest_scale
 from takagi.models.embedding.vertices import loop_vertices
 from takagi.models.law.effort import effort_ramp
 from takagi.models.turbine.aerodynamics import rotor_torque

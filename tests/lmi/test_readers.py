@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.lmi import LMI, Condition, Constant, Term, Unknown, exact_matrices, expressed, latex
-from takagi.lmi.assemble import assemble, pack, unpack
-from takagi.lmi.compensation_condition import pdc_condition
+from takagi.lmi.analysis.quadratic import common_lyapunov_condition
 from takagi.lmi.evaluate import lmi_value, smallest_eigenvalues
 from takagi.lmi.exact import fractions
-from takagi.lmi.quadratic import common_lyapunov_condition
+from takagi.lmi.solver.assemble import assemble, pack, unpack
+from takagi.lmi.synthesis.compensation_condition import pdc_condition
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]
@@ -134,7 +134,7 @@ def test_cvxpy_says_the_same(seed: int) -> None:
 @pytest.mark.parametrize("relaxation", ["tuan", "kim-lee", "liu-zhang", "polya-2", "tanaka-wang"])
 def test_cvxpy_finds_the_same_margin(relaxation: str) -> None:
     """Solved through cvxpy from its own expressions, the largest margin is the same."""
-    from takagi.lmi.stages import decide
+    from takagi.lmi.solver.stages import decide
 
     A = np.array([[[2.0, -10.0], [1.0, 0.0]], [[2.5, -10.0], [1.0, 0.0]]])
     B = np.array([[[1.0], [0.0]], [[25.0], [0.0]]])

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi.intake import vertex_stack
-from takagi.lmi.stages import decide
+from takagi.lmi.solver.stages import decide
 from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
 
 __all__ = ["impossibility_condition", "impossibility_multipliers"]

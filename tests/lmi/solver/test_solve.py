@@ -10,12 +10,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from takagi.lmi import LMI, Condition, Constant, Term, Unknown, common_lyapunov, stages
-from takagi.lmi.assemble import assemble
+from takagi.lmi import LMI, Condition, Constant, Term, Unknown, common_lyapunov
+from takagi.lmi.analysis.quadratic import common_lyapunov_condition
 from takagi.lmi.evaluate import margin
-from takagi.lmi.quadratic import common_lyapunov_condition
-from takagi.lmi.solve import ConeProgram, Raw, Row, Session, attempts, cone_program
-from takagi.lmi.solve import _with_cvxpy as with_cvxpy
+from takagi.lmi.solver import stages
+from takagi.lmi.solver.assemble import assemble
+from takagi.lmi.solver.solve import ConeProgram, Raw, Row, Session, attempts, cone_program
+from takagi.lmi.solver.solve import _with_cvxpy as with_cvxpy
 
 
 def stable() -> Condition:

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.quadratic import common_lyapunov
-from takagi.lmi.stages import optimise
+from takagi.lmi.analysis.quadratic import common_lyapunov
+from takagi.lmi.solver.stages import optimise
 from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
 from takagi.models.errors import ModelError
 

@@ -26,10 +26,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.compensation_condition import Controlled
-from takagi.lmi.double_sum import ClosedLoop, Summand
 from takagi.lmi.intake import input_stack, positive_vector, symmetric, vertex_stack
-from takagi.lmi.relaxations import relaxation_named
+from takagi.lmi.synthesis.compensation_condition import Controlled
+from takagi.lmi.synthesis.double_sum import ClosedLoop, Summand
+from takagi.lmi.synthesis.relaxations import relaxation_named
 from takagi.lmi.term import LMI, Array, Condition, Constant, Term, Unknown
 from takagi.models.errors import ModelError
 

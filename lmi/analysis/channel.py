@@ -8,12 +8,12 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from takagi.lmi.analysis.quadratic import common_lyapunov, slow_vertex, vertex_weight
 from takagi.lmi.answer import Answer
-from takagi.lmi.balance import nearest_power
-from takagi.lmi.diagnosis import binding_items
 from takagi.lmi.intake import Vertices, vertex_stack
-from takagi.lmi.quadratic import common_lyapunov, slow_vertex, vertex_weight
-from takagi.lmi.stages import Outcome
+from takagi.lmi.solver.balance import nearest_power
+from takagi.lmi.solver.diagnosis import binding_items
+from takagi.lmi.solver.stages import Outcome
 from takagi.lmi.term import Condition
 from takagi.models.errors import ModelError
 from takagi.models.vertex_arrays import vertex_arrays

@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from takagi.lmi.double_sum import ClosedLoop, Summand, selections
+from takagi.lmi.synthesis.double_sum import ClosedLoop, Summand, selections
 from takagi.lmi.term import LMI, Indices, Term, Unknown
 from takagi.lmi.unknown import triangle
 from takagi.models.errors import ModelError, did_you_mean

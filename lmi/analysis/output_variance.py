@@ -17,9 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.answer import Answer, Floats
-from takagi.lmi.balance import state_units
-from takagi.lmi.channel import (
+from takagi.lmi.analysis.channel import (
     Channel,
     Units,
     answer_without,
@@ -27,8 +25,10 @@ from takagi.lmi.channel import (
     hopeless_vertex,
     near_least,
 )
+from takagi.lmi.answer import Answer, Floats
 from takagi.lmi.intake import Vertices
-from takagi.lmi.stages import Outcome, optimise
+from takagi.lmi.solver.balance import state_units
+from takagi.lmi.solver.stages import Outcome, optimise
 from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
 from takagi.models.errors import ModelError
 

@@ -7,11 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from takagi.lmi.analysis.quadratic import vertex_weight
 from takagi.lmi.answer import Answer, Design, Floats
-from takagi.lmi.assemble import assemble
-from takagi.lmi.balance import balanced_inputs, nearest_power, state_units
-from takagi.lmi.compensation_condition import Controlled, pdc_condition
-from takagi.lmi.diagnosis import binding_items
 from takagi.lmi.intake import (
     check_stabilisable,
     fixed_mode,
@@ -19,10 +16,13 @@ from takagi.lmi.intake import (
     number,
     vertex_stack,
 )
-from takagi.lmi.limits import Limits, limits_of
-from takagi.lmi.quadratic import vertex_weight
-from takagi.lmi.relaxations import relaxation_named
-from takagi.lmi.stages import Outcome, decide, improve
+from takagi.lmi.solver.assemble import assemble
+from takagi.lmi.solver.balance import balanced_inputs, nearest_power, state_units
+from takagi.lmi.solver.diagnosis import binding_items
+from takagi.lmi.solver.stages import Outcome, decide, improve
+from takagi.lmi.synthesis.compensation_condition import Controlled, pdc_condition
+from takagi.lmi.synthesis.limits import Limits, limits_of
+from takagi.lmi.synthesis.relaxations import relaxation_named
 from takagi.lmi.term import Array, Condition
 
 __all__ = ["pdc"]

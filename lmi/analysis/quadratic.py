@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Answer, Floats, Status
-from takagi.lmi.balance import state_units
-from takagi.lmi.diagnosis import binding_items
 from takagi.lmi.intake import Vertices, number, vertex_stack
-from takagi.lmi.stages import Outcome
+from takagi.lmi.solver.balance import state_units
+from takagi.lmi.solver.diagnosis import binding_items
+from takagi.lmi.solver.stages import Outcome
+from takagi.lmi.solver.vertex_rounds import CHUNK, decide_by_rounds
 from takagi.lmi.term import LMI, Array, Condition, Constant, Term, Unknown
-from takagi.lmi.vertex_rounds import CHUNK, decide_by_rounds
 
 __all__ = ["common_lyapunov", "common_lyapunov_condition", "rate_of"]
 

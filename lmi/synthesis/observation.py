@@ -8,13 +8,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from takagi.lmi.analysis.quadratic import vertex_weight
 from takagi.lmi.answer import Design
-from takagi.lmi.balance import balanced_inputs, balanced_states
-from takagi.lmi.compensation import pdc
-from takagi.lmi.compensation_condition import pdc_condition
 from takagi.lmi.intake import check_stabilisable, input_stack, positive_vector, vertex_stack
-from takagi.lmi.quadratic import vertex_weight
-from takagi.lmi.relaxations import relaxation_named
+from takagi.lmi.solver.balance import balanced_inputs, balanced_states
+from takagi.lmi.synthesis.compensation import pdc
+from takagi.lmi.synthesis.compensation_condition import pdc_condition
+from takagi.lmi.synthesis.relaxations import relaxation_named
 from takagi.lmi.term import Array, Condition
 
 __all__ = ["Measured", "observer", "observer_condition"]

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi.answer import Status, Try
-from takagi.lmi.assemble import Assembled, assemble, pack, unpack
 from takagi.lmi.evaluate import margin
-from takagi.lmi.solve import ConeProgram, Raw, Row, Session, attempts, cone_program
+from takagi.lmi.solver.assemble import Assembled, assemble, pack, unpack
+from takagi.lmi.solver.solve import ConeProgram, Raw, Row, Session, attempts, cone_program
 from takagi.lmi.term import Condition
 
 __all__ = ["Outcome", "decide", "improve", "optimise"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.lmi.invariant_ellipsoid import (
+from takagi.lmi.analysis.invariant_ellipsoid import (
     decay_rates,
     invariant_ellipsoid,
     invariant_ellipsoid_condition,

@@ -8,21 +8,21 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.lmi.answer import Answer, Floats, Try
-from takagi.lmi.balance import state_units
-from takagi.lmi.evaluate import margin
-from takagi.lmi.intake import Vertices, number, vertex_stack
-from takagi.lmi.quadratic import (
+from takagi.lmi.analysis.quadratic import (
     answer_in_states,
     common_lyapunov_condition,
     rate_of,
     rates_of,
     vertex_weight,
 )
-from takagi.lmi.solve import Session
-from takagi.lmi.stages import Outcome, decide
+from takagi.lmi.answer import Answer, Floats, Try
+from takagi.lmi.evaluate import margin
+from takagi.lmi.intake import Vertices, number, vertex_stack
+from takagi.lmi.solver.balance import state_units
+from takagi.lmi.solver.solve import Session
+from takagi.lmi.solver.stages import Outcome, decide
+from takagi.lmi.solver.vertex_rounds import first_vertices
 from takagi.lmi.term import Condition
-from takagi.lmi.vertex_rounds import first_vertices
 
 __all__ = ["max_decay_rate", "rate_bound"]
 

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from takagi.lmi.assemble import Assembled, Cone
+from takagi.lmi.solver.assemble import Assembled, Cone
 from takagi.lmi.unknown import triangle
 
 __all__ = ["ConeProgram", "Raw", "Row", "Session", "attempts", "cone_program"]

@@ -11,16 +11,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from takagi.lmi.analysis.channel import near_least
+from takagi.lmi.analysis.quadratic import vertex_weight
 from takagi.lmi.answer import Answer, Design, Status
-from takagi.lmi.balance import state_units
-from takagi.lmi.channel import near_least
-from takagi.lmi.compensation import pdc
-from takagi.lmi.compensation_condition import Controlled
-from takagi.lmi.cost_condition import initial_factor, largest_lmi, lqr_pdc_condition
 from takagi.lmi.intake import input_stack, symmetric, vertex_stack
-from takagi.lmi.quadratic import vertex_weight
-from takagi.lmi.relaxations import relaxation_named
-from takagi.lmi.stages import Outcome, optimise
+from takagi.lmi.solver.balance import state_units
+from takagi.lmi.solver.stages import Outcome, optimise
+from takagi.lmi.synthesis.compensation import pdc
+from takagi.lmi.synthesis.compensation_condition import Controlled
+from takagi.lmi.synthesis.cost_condition import initial_factor, largest_lmi, lqr_pdc_condition
+from takagi.lmi.synthesis.relaxations import relaxation_named
 from takagi.lmi.term import Condition
 
 __all__ = ["lqr_pdc"]

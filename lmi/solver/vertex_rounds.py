@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from takagi.lmi.answer import Floats, Try
 from takagi.lmi.evaluate import smallest_eigenvalues
-from takagi.lmi.stages import Outcome, decide
+from takagi.lmi.solver.stages import Outcome, decide
 from takagi.lmi.term import Condition
 
 __all__ = ["decide_by_rounds", "first_vertices"]

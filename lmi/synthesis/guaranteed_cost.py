@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.lmi.stages import optimise
+from takagi.lmi.solver.stages import optimise
 from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
 from takagi.models.errors import ModelError
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.lmi import common_lyapunov, max_decay_rate
-from takagi.lmi.quadratic import rate_of
+from takagi.lmi.analysis.quadratic import rate_of
 
 Floats = NDArray[np.float64]
 

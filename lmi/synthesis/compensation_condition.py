@@ -6,11 +6,11 @@ from typing import Protocol
 
 import numpy as np
 
-from takagi.lmi.double_sum import ClosedLoop
+from takagi.lmi.analysis.quadratic import vertex_weight
 from takagi.lmi.intake import input_stack, number, vertex_stack
-from takagi.lmi.limits import Limits, gain_lmis, initial_lmis, input_lmis, state_lmis
-from takagi.lmi.quadratic import vertex_weight
-from takagi.lmi.relaxations import relaxation_named
+from takagi.lmi.synthesis.double_sum import ClosedLoop
+from takagi.lmi.synthesis.limits import Limits, gain_lmis, initial_lmis, input_lmis, state_lmis
+from takagi.lmi.synthesis.relaxations import relaxation_named
 from takagi.lmi.term import LMI, Array, Condition, Constant, Term, Unknown
 
 __all__ = ["Controlled", "effort_lmi", "pdc_condition"]

@@ -1,0 +1,1 @@
+"""Conditions about a given loop, one a file: each has a builder that solves nothing."""
