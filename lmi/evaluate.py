@@ -26,13 +26,11 @@ def lmi_value(
     """
     dtype = np.float64 if isinstance(zero, float) else object
     total = np.full((lmi.count, lmi.size, lmi.size), zero, dtype=dtype)
-    starts = lmi.starts()
-    spans = [slice(start, start + size) for start, size in zip(starts, lmi.blocks, strict=True)]
     for constant in lmi.constants:
-        row, column = constant.at
-        total[:, spans[row], spans[column]] += constant.value
+        row, column = lmi.spans(constant.at)
+        total[:, row, column] += constant.value
         if row != column:
-            total[:, spans[column], spans[row]] += constant.value.transpose(0, 2, 1)
+            total[:, column, row] += constant.value.transpose(0, 2, 1)
     for term in lmi.terms:
         item, member, left, right = term.spread(lmi.count)
         X = values[term.unknown.name][member]
@@ -41,10 +39,10 @@ def lmi_value(
             block = block * parameters[term.parameter]
         if term.plus_transpose:
             block = block + block.transpose(0, 2, 1)
-        row, column = term.at
-        np.add.at(total[:, spans[row], spans[column]], item, block)
+        row, column = lmi.spans(term.at)
+        np.add.at(total[:, row, column], item, block)
         if row != column:
-            np.add.at(total[:, spans[column], spans[row]], item, block.transpose(0, 2, 1))
+            np.add.at(total[:, column, row], item, block.transpose(0, 2, 1))
     return total
 
 

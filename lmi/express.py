@@ -98,15 +98,21 @@ def _expressions(
         [[cp.Constant(np.zeros((p, q))) for q in lmi.blocks] for p in lmi.blocks]
         for _ in range(lmi.count)
     ]
+    whole: list[list[Any]] = [[] for _ in range(lmi.count)]
     for constant in lmi.constants:
-        row, column = constant.at
         value = np.broadcast_to(constant.value, (lmi.count, *constant.shape)).astype(float)
         for k in range(lmi.count):
-            _add(blocks[k], row, column, cp.Constant(value[k]))
+            if constant.at is None:
+                whole[k].append(cp.Constant(value[k]))
+            else:
+                _add(blocks[k], *constant.at, cp.Constant(value[k]))
     for term in lmi.terms:
         for item, block in _contributions(term, lmi.count, variables, parameters):
-            _add(blocks[item], *term.at, block)
-    return [lmi.sign * cp.bmat(block) for block in blocks]
+            if term.at is None:
+                whole[item].append(block)
+            else:
+                _add(blocks[item], *term.at, block)
+    return [lmi.sign * sum(more, cp.bmat(block)) for block, more in zip(blocks, whole, strict=True)]
 
 
 def _add(blocks: list[list[Any]], row: int, column: int, value: Any) -> None:

@@ -7,7 +7,7 @@ from numbers import Real
 from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi.term import Array
 from takagi.models.errors import ModelError
@@ -15,9 +15,13 @@ from takagi.models.errors import ModelError
 __all__ = [
     "Vertices",
     "check_stabilisable",
+    "corners_of",
+    "fixed_mode",
     "input_stack",
     "number",
     "positive_vector",
+    "rate_parameter",
+    "sample_time_of",
     "symmetric",
     "vertex_stack",
 ]
@@ -128,6 +132,54 @@ def fixed_mode(A: Array, B: Array, decay_rate: float) -> tuple[int, complex, Arr
         )
         return int(vertex), complex(eigenvalues[vertex, mode]), direction
     return None
+
+
+def sample_time_of(model: object, given: float | None = None) -> float | None:
+    """Return the sample time T in s of a discrete-time model; None for continuous time.
+
+    Parameters
+    ----------
+    given : where the model is an array and cannot say; must agree with a model that can.
+
+    Raises
+    ------
+    ModelError : not positive, or not the model's own.
+    """
+    own = getattr(model, "sample_time", None)
+    if given is None:
+        return own
+    step = float(number("sample_time", given))
+    if step <= 0:
+        raise ModelError(
+            f"sample_time is {step:g} s; it must be positive, None for continuous time"
+        )
+    if own is not None and own != step:
+        raise ModelError(
+            f"sample_time is {step:g} s, but the model's own is {own:g} s; leave it out"
+        )
+    if own is None and hasattr(model, "sample_time"):
+        raise ModelError(
+            f"sample_time is {step:g} s, but the model is of continuous time; discretise it first"
+        )
+    return step
+
+
+def rate_parameter(alpha: float | Fraction, step: float | None) -> dict[str, float]:
+    """Return what the decay rate is in a condition: ``alpha``, or ``contraction`` e^(-2 alpha T).
+
+    V' <= -2 alpha V in continuous time, V(x+) <= e^(-2 alpha T) V(x) in discrete time.
+    """
+    if step is None:
+        return {"alpha": float(alpha)}
+    return {"contraction": float(np.exp(-2.0 * float(alpha) * step))}
+
+
+def corners_of(model: object) -> NDArray[np.intp] | None:
+    """Return (r, premises), which corner of each premise a rule takes; None without premises."""
+    premises, rules = getattr(model, "premises", ()), getattr(model, "rules", ())
+    if not premises:
+        return None
+    return np.array(rules, dtype=np.intp).reshape(len(rules), len(premises))
 
 
 def number(name: str, value: object, *, at_least: float | None = None) -> float | Fraction:

@@ -41,7 +41,8 @@ class Term:
     right : (T, X.cols, q) or (1, X.cols, q); None for a scalar X, then left is (T, p, q) and the
         contribution is X * left.
     at : block row and block column.  A block off the diagonal stands for its mirror image too.
-    plus_transpose : add the transpose; on the diagonal only.
+        None is the whole matrix.
+    plus_transpose : add the transpose; on the diagonal, or in the whole, only.
     items : (T,); None means one contribution to each item of the LMI.
     members : (T,); None means the first member everywhere.
     parameter : name of a number that multiplies the term, or None.
@@ -52,7 +53,7 @@ class Term:
     unknown: Unknown
     left: Array
     right: Array | None = None
-    at: Position = (0, 0)
+    at: Position | None = (0, 0)
     plus_transpose: bool = False
     items: Indices | None = None
     members: Indices | None = None
@@ -82,10 +83,13 @@ class Term:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Constant:
-    """A known block: value (N, p, q), or (1, p, q) for the same in every item."""
+    """A known block: value (N, p, q), or (1, p, q) for the same in every item.
+
+    ``at`` as in ``Term``; the whole matrix must be symmetric.
+    """
 
     value: Array
-    at: Position = (0, 0)
+    at: Position | None = (0, 0)
     latex: str = ""
 
     @property
@@ -138,9 +142,12 @@ class LMI:
     def size(self) -> int:
         return sum(self.blocks)
 
-    def starts(self) -> tuple[int, ...]:
-        """Return the first row of each block."""
-        return tuple(sum(self.blocks[:k]) for k in range(len(self.blocks)))
+    def spans(self, at: Position | None) -> tuple[slice, slice]:
+        """Return the rows and the columns of a block, or of the whole."""
+        if at is None:
+            return slice(0, self.size), slice(0, self.size)
+        first, second = (sum(self.blocks[:k]) for k in at)
+        return slice(first, first + self.blocks[at[0]]), slice(second, second + self.blocks[at[1]])
 
     def label(self, item: int) -> str:
         """Return the name of one item."""
@@ -218,7 +225,7 @@ def _check_term(what: str, term: Term, lmi: LMI) -> None:
             f"{unknown.rows} x {unknown.cols}"
         )
     _check_block(what, term.at, term.shape, lmi.blocks)
-    if term.plus_transpose and term.at[0] != term.at[1]:
+    if term.plus_transpose and term.at is not None and term.at[0] != term.at[1]:
         raise ModelError(
             f"{what}: plus_transpose off the diagonal; the mirror block is implied, leave it out"
         )
@@ -235,7 +242,15 @@ def _check_term(what: str, term: Term, lmi: LMI) -> None:
             raise ModelError(f"{what}: {name} must lie in 0 ... {count - 1}")
 
 
-def _check_block(what: str, at: Position, shape: tuple[int, int], blocks: tuple[int, ...]) -> None:
+def _check_block(
+    what: str, at: Position | None, shape: tuple[int, int], blocks: tuple[int, ...]
+) -> None:
+    if at is None:
+        if shape != (sum(blocks),) * 2:
+            raise ModelError(
+                f"{what}: {shape[0]} x {shape[1]}, but the whole matrix is {sum(blocks)} square"
+            )
+        return
     if not all(0 <= k < len(blocks) for k in at):
         raise ModelError(f"{what}: block {at} of an LMI with {len(blocks)} block rows")
     if shape != (blocks[at[0]], blocks[at[1]]):

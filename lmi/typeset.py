@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from takagi.lmi.term import LMI, Condition, Term
+from takagi.lmi.term import LMI, Condition, Position, Term
 from takagi.lmi.unknown import Unknown
 
 __all__ = ["latex", "lmi_latex"]
@@ -33,13 +33,17 @@ def lmi_latex(lmi: LMI) -> str:
     relation = _relation(lmi)
     size = len(lmi.blocks)
     if size == 1:
-        return f"{_block(lmi, 0, 0)} {relation} 0"
+        return f"{_block(lmi, ((0, 0), None))} {relation} 0"
     rows = [
-        " & ".join(_block(lmi, i, j) if i <= j else r"\ast" for j in range(size))
+        " & ".join(_block(lmi, ((i, j),)) if i <= j else r"\ast" for j in range(size))
         for i in range(size)
     ]
     matrix = r" \\ ".join(rows)
-    return rf"\begin{{bmatrix}} {matrix} \end{{bmatrix}} {relation} 0"
+    whole = _block(lmi, (None,))
+    total = _sum(
+        [rf"\begin{{bmatrix}} {matrix} \end{{bmatrix}}", *([] if whole == "0" else [whole])]
+    )
+    return f"{total} {relation} 0"
 
 
 def _relation(lmi: LMI) -> str:
@@ -70,19 +74,20 @@ def _cost(unknown: Unknown) -> str:
     return rf"\langle C_{{{unknown.symbol}}}, {unknown.symbol} \rangle"
 
 
-def _block(lmi: LMI, row: int, column: int) -> str:
+def _block(lmi: LMI, places: tuple[Position | None, ...]) -> str:
     """Return the sum in one block; a block kept below the diagonal is written transposed."""
+    mirrors = [place[::-1] for place in places if place is not None and place[0] != place[1]]
     he: list[str] = []
     plain: list[str] = []
     for term in lmi.terms:
-        if term.at == (row, column):
+        if term.at in places:
             (he if term.plus_transpose else plain).append(_product(term))
-        elif term.at == (column, row):
+        elif term.at in mirrors:
             plain.append(_transposed(term))
     for constant in lmi.constants:
-        if constant.at == (row, column):
+        if constant.at in places:
             plain.append(constant.latex or "C")
-        elif constant.at == (column, row):
+        elif constant.at in mirrors:
             plain.append(rf"({constant.latex or 'C'})^\top")
     parts = [rf"\mathrm{{He}}\left({_sum(he)}\right)"] if he else []
     return _sum([*parts, *plain]) if parts or plain else "0"

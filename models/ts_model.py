@@ -55,6 +55,8 @@ class TSModel:
     rules : the c_i, one tuple of corner indices per vertex; None takes every combination, the
         last premise changing first.
     box : variable with unit -> (lower, upper): where the model equals its plant.
+    sample_time : T in s of a model in discrete time, x(t + T) in the place of xdot; None for
+        continuous time.
     name, source : what it is, and where the numbers come from.
     derivation : how it was derived; None when it was given as matrices.
 
@@ -63,7 +65,8 @@ class TSModel:
     Raises
     ------
     ModelError : a shape that does not fit, an entry that is not finite, names that do not fit or
-        are not unique, rules that do not match the vertices or the premises.
+        are not unique, rules that do not match the vertices or the premises, a sample time that
+        is not positive.
 
     Source: Tanaka and Wang (2001), Fuzzy Control Systems Design and Analysis, section 2.2.
     """
@@ -80,6 +83,7 @@ class TSModel:
     premises: tuple[Premise, ...]
     rules: tuple[Rule, ...]
     box: Mapping[str, tuple[Fraction, Fraction]]
+    sample_time: float | None
     name: str
     source: str
     derivation: Derivation | None
@@ -99,6 +103,7 @@ class TSModel:
         premises: Sequence[Premise] = (),
         rules: Sequence[Sequence[int]] | None = None,
         box: Mapping[str, tuple[Number, Number]] | None = None,
+        sample_time: float | None = None,
         name: str = "",
         source: str = "",
         derivation: Derivation | None = None,
@@ -115,6 +120,7 @@ class TSModel:
         values: dict[str, object] = {**arrays, **names, "premises": members}
         values["rules"] = _rules(members, rules, len(arrays["A"]))
         values["box"] = _box(box or {})
+        values["sample_time"] = _positive(sample_time)
         values |= {"name": name, "source": source, "derivation": derivation}
         for field, value in values.items():
             object.__setattr__(self, field, value)
@@ -215,6 +221,17 @@ class TSModel:
                 f"({', '.join(names)})"
             )
         return tuple(z)
+
+
+def _positive(sample_time: float | None) -> float | None:
+    if sample_time is None:
+        return None
+    if not (math.isfinite(sample_time) and sample_time > 0):
+        raise ModelError(
+            f"sample_time is {sample_time!r}; a positive number of seconds is needed, or None for "
+            "continuous time"
+        )
+    return float(sample_time)
 
 
 def _rules(

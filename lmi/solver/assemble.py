@@ -178,24 +178,22 @@ def _cost(cost: Array, index: Indices, entries: int) -> Floats:
 
 def _constant(lmi: LMI) -> Floats:
     total = np.zeros((lmi.count, lmi.size, lmi.size))
-    starts = lmi.starts()
     for constant in lmi.constants:
-        row, column = (starts[k] for k in constant.at)
-        p, q = constant.shape
+        row, column = lmi.spans(constant.at)
         # The lower triangle is never read, so a mirrored block is written where it counts.
         value = np.asarray(constant.value, dtype=np.float64)
-        if constant.at[0] > constant.at[1]:
-            row, column, p, q, value = column, row, q, p, value.transpose(0, 2, 1)
-        total[:, row : row + p, column : column + q] += value
+        if row.start > column.start:
+            row, column, value = column, row, value.transpose(0, 2, 1)
+        total[:, row, column] += value
     return total
 
 
 def _triplets(term: Term, lmi: LMI, cone: Cone, offset: int) -> Triplets:
     """Return the matrix entries of one term."""
     item, member, a, b, entry, value = _products(term, lmi.count)
-    starts = lmi.starts()
-    row, column = a + starts[term.at[0]], b + starts[term.at[1]]
-    if term.at[0] == term.at[1]:
+    rows, columns = lmi.spans(term.at)
+    row, column = a + rows.start, b + columns.start
+    if rows == columns:
         if term.plus_transpose:
             value = np.where(row == column, 2.0 * value, value)
         else:

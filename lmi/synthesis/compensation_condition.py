@@ -7,8 +7,15 @@ from typing import Protocol
 import numpy as np
 
 from takagi.lmi.analysis.quadratic import vertex_weight
-from takagi.lmi.intake import input_stack, number, vertex_stack
-from takagi.lmi.synthesis.double_sum import ClosedLoop
+from takagi.lmi.intake import (
+    corners_of,
+    input_stack,
+    number,
+    rate_parameter,
+    sample_time_of,
+    vertex_stack,
+)
+from takagi.lmi.synthesis.closed_loop import closed_loop, gain_unknown
 from takagi.lmi.synthesis.limits import Limits, gain_lmis, initial_lmis, input_lmis, state_lmis
 from takagi.lmi.synthesis.relaxations import relaxation_named
 from takagi.lmi.term import LMI, Array, Condition, Constant, Term, Unknown
@@ -36,11 +43,13 @@ def pdc_condition(
     decay_rate: float = 0.0,
     relaxation: str = "wang-tanaka-griffin",
     limits: Limits | None = None,
+    sample_time: float | None = None,
 ) -> Condition:
-    """Pose sum_ij h_i h_j Gamma_ij < 0, Gamma_ij = He(A_i Q - B_i M_j) + 2 alpha Q, Q > 0.
+    """Pose sum_ij h_i h_j Theta_ij < 0, Theta_ij = He(A_i Q - B_i M_j) + 2 alpha Q, Q > 0.
 
     Then u = -sum_j h_j K_j x with K_j = M_j Q^-1 gives V' <= -2 alpha V for V = x' Q^-1 x.  The
     objective is the input effort nu, K_j Q K_j' <= nu I: the largest input on x' P x <= 1.
+    Discrete time: Theta_ij as in ``closed_loop``.
 
     Parameters
     ----------
@@ -48,6 +57,7 @@ def pdc_condition(
     decay_rate : alpha in 1/s.
     relaxation : how the double sum is made LMIs; see ``relaxations``.
     limits : on inputs, states and gains, in the model's coordinates.
+    sample_time : T in s; None takes the model's own, continuous where it has none.
 
     Returns
     -------
@@ -65,9 +75,18 @@ def pdc_condition(
     alpha = number("decay_rate", decay_rate)
     r, n, m = B.shape
     Q = Unknown("Q", n, n, symmetric=True)
-    M = Unknown("M", m, n, count=1 if relaxation == "common-gain" else r)
+    M = gain_unknown(r, m, n, relaxation)
     nu = Unknown("nu", 1, 1, latex=r"\nu")
-    loop = ClosedLoop(A, B, Q, M, vertex_weight(A))
+    step = sample_time_of(model, sample_time)
+    loop = closed_loop(
+        A,
+        B,
+        Q,
+        M,
+        weight=vertex_weight(A) if step is None else 1.0,
+        discrete=step is not None,
+        corners=corners_of(model),
+    )
     slack, double_sum = pose(loop)
     more, restrictions = _restrictions(Q, M, limits)
     largest = LARGEST_ELLIPSOID if limits is not None and limits.level else 1.0
@@ -76,7 +95,7 @@ def pdc_condition(
         unknowns=(Q, M, nu, *slack, *more),
         lmis=(*_scale_of(Q, largest), *double_sum, effort_lmi(Q, M, nu), *restrictions),
         objective={"nu": np.ones((1, 1, 1))},
-        parameters={"alpha": float(alpha)},
+        parameters=rate_parameter(alpha, step),
         source="Tanaka and Wang (2001), section 3.3",
     )
 

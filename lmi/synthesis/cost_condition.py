@@ -9,105 +9,58 @@ With S = P^-1, M_j = K_j S, u = -sum_j h_j K_j x, weights Q = F' F and R = G' G,
 gives V' <= -(x' Q x + u' R u) for V = x' P x, so the cost is at most x(0)' P x(0); and
 [[W, L'], [L, S]] > 0 gives trace W > trace L' P L, its mean where x(0) has the covariance L L'.
 
-Theta is the plain closed loop of taller matrices, so every relaxation of the double sum serves:
-
-    Theta_ij = He(Ahat_i S E' - Bhat_i M_j E') - diag(0, I, I),
-    Ahat_i = [A_i; F; 0],  Bhat_i = [B_i; 0; -G],  E = [I; 0; 0].
-
 Source: Tanaka and Wang (2001), chapter 6; Boyd, El Ghaoui, Feron, Balakrishnan (1994), section
 7.4.1, for one gain.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.intake import input_stack, positive_vector, symmetric, vertex_stack
+from takagi.lmi.intake import corners_of, input_stack, positive_vector, symmetric, vertex_stack
+from takagi.lmi.synthesis.closed_loop import closed_loop, gain_member, gain_symbol, gain_unknown
 from takagi.lmi.synthesis.compensation_condition import Controlled
-from takagi.lmi.synthesis.double_sum import ClosedLoop, Summand
+from takagi.lmi.synthesis.double_sum import DoubleSum, Fixed, Part
 from takagi.lmi.synthesis.relaxations import relaxation_named
-from takagi.lmi.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.term import LMI, Array, Condition, Constant, Indices, Term, Unknown
 from takagi.models.errors import ModelError
 
-__all__ = ["CostLoop", "initial_factor", "largest_lmi", "lqr_pdc_condition"]
+__all__ = ["initial_factor", "largest_lmi", "lqr_pdc_condition"]
 
 # Largest S in states where P is about 1: keeps S finite where a state costs nothing, at a price of
 # this much of the cost.
 LARGEST_S = 1e6
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class CostLoop(ClosedLoop):
-    """Theta_ij in the place of Gamma_ij: A is Ahat (r, N, n), B is Bhat (r, N, m), Q is S (n, n).
-
-    A closed loop in what the relaxations read of one: ``rules``, ``states`` (N, the size of their
-    slack), ``weight`` and ``lmi``.
-    """
-
-    def lmi(
-        self,
-        name: str,
-        summands: Sequence[Summand],
-        slack: Sequence[Term] = (),
-        *,
-        count: int,
-        labels: tuple[str, ...],
-        index: str,
-    ) -> LMI:
-        """Return: sum of the summands + slack < 0, for each of ``count`` items."""
-        total = np.zeros(count)
-        for summand in summands:
-            np.add.at(
-                total, np.arange(count) if summand.item is None else summand.item, summand.weight
-            )
-        unit = np.diag((np.arange(self.states) >= self.Q.rows).astype(np.float64))
-        return LMI(
-            name=name,
-            blocks=(self.states,),
-            terms=(*(term for one in summands for term in self.terms(one)), *slack),
-            constants=(
-                Constant(
-                    value=-total[:, None, None] * unit,
-                    latex=rf"-{total[0]:.4g} \, \mathrm{{diag}}(0, I, I)",
-                ),
-            ),
-            sign=-1,
-            count=count,
-            weight=self.weight,
-            labels=labels,
-            index=index,
-        )
-
-    def terms(self, summand: Summand) -> tuple[Term, Term]:
-        """Return the summand's He(Ahat_i S E') and -He(Bhat_i M_j E')."""
-        select = np.eye(self.Q.rows, self.states)[None]
-        w = summand.weight[:, None, None]
-        i, j = summand.names
-        shared = self.M.count == 1
-        return (
-            Term(
-                unknown=self.Q,
-                left=w * self.A[summand.i],
-                right=select,
-                plus_transpose=True,
-                items=summand.item,
-                latex=(rf"{summand.factor}\hat A_{{{i}}}", r"E^\top"),
-            ),
-            Term(
-                unknown=self.M,
-                left=-w * self.B[summand.i],
-                right=select,
-                plus_transpose=True,
-                items=summand.item,
-                members=None if shared else summand.j,
-                latex=(rf"-{summand.factor}\hat B_{{{i}}}", r"E^\top"),
-                symbol=self.M.symbol if shared else f"{self.M.symbol}_{{{j}}}",
-            ),
-        )
+def _cost_loop(
+    A: Array, B: Array, F: Array, G: Array, S: Unknown, M: Unknown, corners: Indices | None
+) -> DoubleSum:
+    """Return the module's double sum: the closed loop, with the cost's factors below it."""
+    n, m, q = S.rows, M.rows, len(F)
+    plain = closed_loop(A, B, S, M, weight=1.0, corners=corners)
+    one, inputs = np.eye(n)[None], np.eye(m)[None]
+    spent = Part(unknown=S, left=F[None], right=one, at=(1, 0), latex=("F", ""))
+    moved = Part(
+        unknown=M,
+        left=G[None],
+        right=one,
+        at=(2, 0),
+        member=gain_member(M),
+        latex=("G", ""),
+        symbol=gain_symbol(M),
+    )
+    return DoubleSum(
+        rules=len(A),
+        blocks=(n, q, m),
+        # Without a decay rate: the cost says how fast.
+        parts=(*plain.parts[:2], spent, moved),
+        fixed=(
+            Fixed(value=-np.eye(q)[None], at=(1, 1), latex="-I"),
+            Fixed(value=-inputs, at=(2, 2), latex="-I"),
+        ),
+        corners=corners,
+    )
 
 
 def lqr_pdc_condition(
@@ -147,11 +100,9 @@ def lqr_pdc_condition(
     F = _factor(symmetric("Q", Q, n, definite=False))
     G = _factor(symmetric("R", R, m, definite=True))
     S = Unknown("S", n, n, symmetric=True)
-    M = Unknown("M", m, n, count=1 if relaxation == "common-gain" else r)
+    M = gain_unknown(r, m, n, relaxation)
     W = Unknown("W", n, n, symmetric=True)
-    tall_A = np.concatenate([A, np.tile(F, (r, 1, 1)), np.zeros((r, m, n))], axis=1)
-    tall_B = np.concatenate([B, np.zeros((r, len(F), m)), np.tile(-G, (r, 1, 1))], axis=1)
-    slack, double_sum = pose(CostLoop(tall_A, tall_B, S, M, 1.0))
+    slack, double_sum = pose(_cost_loop(A, B, F, G, S, M, corners_of(model)))
     return Condition(
         name=f"guaranteed quadratic cost, {relaxation}",
         unknowns=(S, M, W, *slack),

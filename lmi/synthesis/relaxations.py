@@ -1,4 +1,4 @@
-"""Sufficient LMIs for sum_ij h_i h_j Gamma_ij < 0 whatever the memberships: named relaxations."""
+"""Sufficient LMIs for sum_ij h_i h_j Theta_ij < 0 whatever the memberships: named relaxations."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from takagi.lmi.synthesis.double_sum import ClosedLoop, Summand, selections
+from takagi.lmi.synthesis.double_sum import DoubleSum, Summand, selections
 from takagi.lmi.term import LMI, Indices, Term, Unknown
 from takagi.lmi.unknown import triangle
 from takagi.models.errors import ModelError, did_you_mean
@@ -18,7 +18,7 @@ from takagi.models.errors import ModelError, did_you_mean
 __all__ = ["RELAXATIONS", "Relaxation", "relaxation_named"]
 
 Posed: TypeAlias = tuple[tuple[Unknown, ...], tuple[LMI, ...]]
-Relaxation: TypeAlias = Callable[[ClosedLoop], Posed]
+Relaxation: TypeAlias = Callable[[DoubleSum], Posed]
 
 
 def relaxation_named(name: str) -> Relaxation:
@@ -40,41 +40,48 @@ def relaxation_named(name: str) -> Relaxation:
     return RELAXATIONS[name]
 
 
-def common_gain(loop: ClosedLoop) -> Posed:
-    """Gamma_i < 0 with one gain for all rules: a robust controller, no schedule."""
+def common_gain(loop: DoubleSum) -> Posed:
+    """Theta_i < 0 with one gain for all rules: a robust controller, no schedule."""
     return (), (_rules(loop),)
 
 
-def wang_tanaka_griffin(loop: ClosedLoop) -> Posed:
-    """Gamma_ii < 0, and Gamma_ij + Gamma_ji < 0 for all pairs i < j.
+def wang_tanaka_griffin(loop: DoubleSum) -> Posed:
+    """Theta_ii < 0, and Theta_ij + Theta_ji < 0 for all pairs i < j.
 
     Source: Wang, Tanaka and Griffin (1996), IEEE Trans. Fuzzy Systems 4(1), theorem 3.
     """
     return (), _pairwise(loop)
 
 
-def tanaka_wang(loop: ClosedLoop) -> Posed:
-    """Gamma_ii + (r - 1) Y < 0, Gamma_ij + Gamma_ji - 2 Y < 0 for i < j, Y > 0.
+def tanaka_wang(loop: DoubleSum) -> Posed:
+    """Theta_ii + (r - 1) Y < 0, Theta_ij + Theta_ji - 2 Y < 0 for i < j, Y > 0.
 
     A common slack: rules that act together may be worse in the sum, if each alone is better.
 
     Source: Tanaka, Ikeda and Wang (1998), IEEE Trans. Fuzzy Systems 6(2), theorem 2; Tanaka and
     Wang (2001), theorem 9, with all r rules active.
     """
-    n, one = loop.states, np.eye(loop.states)[None]
-    Y = Unknown("Y", n, n, symmetric=True)
+    n, one = loop.size, np.eye(loop.size)[None]
+    Y = _slack(loop, "Y", n)
     more = Term(
-        unknown=Y, left=(loop.rules - 1.0) * one, right=one, latex=(f"{loop.rules - 1}", "")
+        unknown=Y,
+        left=(loop.rules - 1.0) * one,
+        right=one,
+        at=None,
+        latex=("" if loop.rules == 2 else f"{loop.rules - 1}", ""),
     )
-    less = Term(unknown=Y, left=-2.0 * one, right=one, latex=("-2", ""))
+    less = Term(unknown=Y, left=-2.0 * one, right=one, at=None, latex=("-2", ""))
     positive = LMI(
-        name="slack", blocks=(n,), terms=(Term(unknown=Y, left=one, right=one),), weight=loop.weight
+        name=_named(loop, "slack"),
+        blocks=(n,),
+        terms=(Term(unknown=Y, left=one, right=one),),
+        weight=loop.weight,
     )
     return (Y,), (*_pairwise(loop, (more,), (less,)), positive)
 
 
-def tuan(loop: ClosedLoop) -> Posed:
-    """Gamma_ii < 0, and 2/(r - 1) Gamma_ii + Gamma_ij + Gamma_ji < 0 for all i != j.
+def tuan(loop: DoubleSum) -> Posed:
+    """Theta_ii < 0, and 2/(r - 1) Theta_ii + Theta_ij + Theta_ji < 0 for all i != j.
 
     No slack unknowns, and never more conservative than all pairs.
 
@@ -96,35 +103,42 @@ def tuan(loop: ClosedLoop) -> Posed:
     return (), (_rules(loop), pairs)
 
 
-def kim_lee(loop: ClosedLoop) -> Posed:
-    """Gamma_ii < X_ii, Gamma_ij + Gamma_ji < 2 X_ij for i < j, [X_ij] < 0, each X_ij symmetric.
+def kim_lee(loop: DoubleSum) -> Posed:
+    """Theta_ii < X_ii, Theta_ij + Theta_ji < 2 X_ij for i < j, [X_ij] < 0, each X_ij symmetric.
 
     Source: Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5), theorem 3.
     """
-    r, n = loop.rules, loop.states
+    r, n = loop.rules, loop.size
     one = np.eye(n)[None]
-    X = Unknown("X", n, n, symmetric=True, count=triangle(r))
+    X = _slack(loop, "X", n, count=triangle(r))
     i, j = np.triu_indices(r)
     place = np.zeros((r, r), dtype=np.intp)
     place[i, j] = np.arange(len(i))
     own = Term(
-        unknown=X, left=-one, right=one, members=np.diag(place), latex=("-", ""), symbol="X_{ii}"
+        unknown=X,
+        left=-one,
+        right=one,
+        at=None,
+        members=np.diag(place),
+        latex=("-", ""),
+        symbol=f"{X.symbol}_{{ii}}",
     )
     cross = Term(
         unknown=X,
         left=-2.0 * one,
         right=one,
+        at=None,
         members=place[np.triu_indices(r, 1)],
         latex=("-2", ""),
-        symbol="X_{ij}",
+        symbol=f"{X.symbol}_{{ij}}",
     )
     pairs = _pairwise(loop, (own,), (cross,) if r > 1 else ())
     return (X,), (*pairs, _whole_of_blocks(loop, X, place))
 
 
-def _whole_of_blocks(loop: ClosedLoop, X: Unknown, place: Indices) -> LMI:
+def _whole_of_blocks(loop: DoubleSum, X: Unknown, place: Indices) -> LMI:
     """Return [X_ij] < 0, block (i, j) and its mirror image being member place[i, j] of X."""
-    r, n = loop.rules, loop.states
+    r, n = loop.rules, loop.size
     E = selections(r, n)
     Et = E.transpose(0, 2, 1)
     a, b = np.triu_indices(r, 1)
@@ -135,7 +149,7 @@ def _whole_of_blocks(loop: ClosedLoop, X: Unknown, place: Indices) -> LMI:
         items=np.zeros(r, dtype=np.intp),
         members=np.diag(place),
         latex=(r"\sum_i E_i", r"E_i^\top"),
-        symbol="X_{ii}",
+        symbol=f"{X.symbol}_{{ii}}",
     )
     cross = Term(
         unknown=X,
@@ -145,35 +159,38 @@ def _whole_of_blocks(loop: ClosedLoop, X: Unknown, place: Indices) -> LMI:
         members=place[a, b],
         plus_transpose=True,
         latex=(r"\sum_{i<j} E_i", r"E_j^\top"),
-        symbol="X_{ij}",
+        symbol=f"{X.symbol}_{{ij}}",
     )
     terms = (own, cross) if len(a) else (own,)
-    return LMI(name="slack", blocks=(r * n,), terms=terms, sign=-1, weight=loop.weight)
+    return LMI(
+        name=_named(loop, "slack"), blocks=(r * n,), terms=terms, sign=-1, weight=loop.weight
+    )
 
 
-def liu_zhang(loop: ClosedLoop) -> Posed:
-    """Gamma_ii < X_ii, Gamma_ij + Gamma_ji < X_ij + X_ij' for i < j, X = [X_ij] < 0.
+def liu_zhang(loop: DoubleSum) -> Posed:
+    """Theta_ii < X_ii, Theta_ij + Theta_ji < X_ij + X_ij' for i < j, X = [X_ij] < 0.
 
     As Kim and Lee's, but the blocks off the diagonal need not be symmetric.
 
     Source: Liu and Zhang (2003), Automatica 39(9), theorem 2.
     """
-    r, n = loop.rules, loop.states
-    X = Unknown("X", r * n, r * n, symmetric=True)
+    r, n = loop.rules, loop.size
+    X = _slack(loop, "X", r * n)
     E = selections(r, n)
     Et = E.transpose(0, 2, 1)
-    own = Term(unknown=X, left=-Et, right=E, latex=(r"-E_i^\top", "E_i"))
+    own = Term(unknown=X, left=-Et, right=E, at=None, latex=(r"-E_i^\top", "E_i"))
     a, b = np.triu_indices(r, 1)
     cross = Term(
         unknown=X,
         left=-Et[a],
         right=E[b],
+        at=None,
         plus_transpose=True,
         latex=(r"-E_i^\top", "E_j"),
     )
     all_of_it = np.eye(r * n)[None]
     whole = LMI(
-        name="slack",
+        name=_named(loop, "slack"),
         blocks=(r * n,),
         terms=(Term(unknown=X, left=all_of_it, right=all_of_it),),
         sign=-1,
@@ -182,8 +199,8 @@ def liu_zhang(loop: ClosedLoop) -> Posed:
     return (X,), (*_pairwise(loop, (own,), (cross,) if len(a) else ()), whole)
 
 
-def polya(loop: ClosedLoop, degree: int) -> Posed:
-    """Every coefficient of (h_1 + ... + h_r)^d sum_ij h_i h_j Gamma_ij is negative definite.
+def polya(loop: DoubleSum, degree: int) -> Posed:
+    """Every coefficient of (h_1 + ... + h_r)^d sum_ij h_i h_j Theta_ij is negative definite.
 
     Degree 0 is all pairs; necessary and sufficient as d grows, with (r + d + 1 choose d + 2)
     LMIs.
@@ -224,7 +241,16 @@ def _polya_weights(
     return item, i, j, weight / orderings[item]
 
 
-def _rules(loop: ClosedLoop, slack: tuple[Term, ...] = ()) -> LMI:
+def _slack(loop: DoubleSum, name: str, size: int, count: int = 1) -> Unknown:
+    """Return a symmetric slack unknown of its own for each double sum of a condition."""
+    return Unknown(_named(loop, name), size, size, symmetric=True, count=count, latex=name)
+
+
+def _named(loop: DoubleSum, name: str) -> str:
+    return f"{loop.name}, {name}" if loop.name else name
+
+
+def _rules(loop: DoubleSum, slack: tuple[Term, ...] = ()) -> LMI:
     r = loop.rules
     i = np.arange(r)
     return loop.lmi(
@@ -238,9 +264,9 @@ def _rules(loop: ClosedLoop, slack: tuple[Term, ...] = ()) -> LMI:
 
 
 def _pairwise(
-    loop: ClosedLoop, own: tuple[Term, ...] = (), cross: tuple[Term, ...] = ()
+    loop: DoubleSum, own: tuple[Term, ...] = (), cross: tuple[Term, ...] = ()
 ) -> tuple[LMI, ...]:
-    """Return Gamma_ii + own < 0 and Gamma_ij + Gamma_ji + cross < 0 for i < j."""
+    """Return Theta_ii + own < 0 and Theta_ij + Theta_ji + cross < 0 for i < j."""
     i, j = np.triu_indices(loop.rules, 1)
     if not len(i):
         return (_rules(loop, own),)

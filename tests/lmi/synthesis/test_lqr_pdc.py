@@ -267,11 +267,11 @@ def test_the_gain_for_all_vertices_is_the_common_gain() -> None:
 
 
 def test_the_builder_writes_the_formula_it_poses() -> None:
-    """The typeset condition shows the tall matrices and the constant blocks."""
+    """The typeset condition shows the blocks of the formula and their constants."""
     text = latex(lqr_pdc_condition(two_rules(), np.eye(2), [[1.0]]))
 
-    assert r"\hat A_{i} S E^\top - \hat B_{i} M_{j} E^\top" in text
-    assert r"-2 \, \mathrm{diag}(0, I, I)" in text.replace("- 2", "-2")
+    assert r"\mathrm{He}\left(A_{i} S - B_{i} M_{i}\right) & (F S)^\top & (G M_{i})^\top" in text
+    assert r"-2I & 0 \\" in text
 
 
 @pytest.mark.parametrize(
