@@ -12,14 +12,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.models.sector.assemble import Factored, Plant, assemble
+    from takagi.models.sector.assemble import Equations, Factored, assemble
     from takagi.models.sector.ball import expression_range, expression_value
     from takagi.models.sector.factor import factor
     from takagi.models.sector.model import sector_model
 
 __all__ = [
     "Factored",
-    "Plant",
+    "Equations",
     "assemble",
     "expression_range",
     "expression_value",
@@ -29,7 +29,7 @@ __all__ = [
 
 _HOME = {
     "Factored": "assemble",
-    "Plant": "assemble",
+    "Equations": "assemble",
     "assemble": "assemble",
     "expression_range": "ball",
     "expression_value": "ball",

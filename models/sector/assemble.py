@@ -20,13 +20,13 @@ from takagi.models.ts_model import TSModel
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Factored", "Plant", "assemble"]
+__all__ = ["Factored", "Equations", "assemble"]
 
 LETTERS = ("A", "B", "C", "D", "E")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Plant:
+class Equations:
     """xdot = f(x, u, w), y = outputs(x, u), in symbols; ``units`` by symbol."""
 
     f: tuple[sp.Expr, ...]
@@ -52,7 +52,7 @@ class Factored:
     premises: Mapping[sp.Symbol, sp.Expr]
     constants: Mapping[sp.Symbol, Fraction] = field(default_factory=dict)
 
-    def check_exact(self, plant: Plant) -> None:
+    def check_exact(self, plant: Equations) -> None:
         """Raise ModelError unless f - (A x + B u + E w) and y - (C x + D u) simplify to zero."""
         import sympy as sp
 
@@ -96,7 +96,7 @@ class Factored:
 
 
 def assemble(
-    plant: Plant,
+    plant: Equations,
     factored: Factored,
     premises: Sequence[Premise],
     *,
@@ -168,7 +168,7 @@ def _times(matrix: sp.Matrix, vector: sp.Matrix) -> sp.Matrix:
 
 
 def _derivation(
-    plant: Plant, factored: Factored, premises: Sequence[Premise], between: Sequence[Step]
+    plant: Equations, factored: Factored, premises: Sequence[Premise], between: Sequence[Step]
 ) -> Derivation:
     import sympy as sp
 

@@ -9,12 +9,12 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.sector.assemble import Plant
+    from takagi.models.sector.assemble import Equations
 
 __all__ = ["factor"]
 
 
-def factor(plant: Plant) -> dict[str, sp.Matrix]:
+def factor(plant: Equations) -> dict[str, sp.Matrix]:
     """Return A, B, C, D, E in the plant's own variables with f = A x + B u + E w, y = C x + D u.
 
     Inputs and disturbances must enter linearly.  Of what is left each term goes to one state: to
@@ -44,7 +44,7 @@ def factor(plant: Plant) -> dict[str, sp.Matrix]:
 
 
 def _rows(
-    expressions: tuple[sp.Expr, ...], plant: Plant, exogenous: tuple[sp.Symbol, ...]
+    expressions: tuple[sp.Expr, ...], plant: Equations, exogenous: tuple[sp.Symbol, ...]
 ) -> tuple[sp.Matrix, sp.Matrix]:
     import sympy as sp
 

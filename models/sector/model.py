@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from takagi.models.enclosure.interval import Interval, Number, exact
 from takagi.models.errors import ModelError
 from takagi.models.premise import Premise, round_outward
-from takagi.models.sector.assemble import LETTERS, Factored, Plant, assemble
+from takagi.models.sector.assemble import LETTERS, Equations, Factored, assemble
 from takagi.models.ts_model import TSModel
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def sector_model(
     Source: Tanaka and Wang (2001), Fuzzy Control Systems Design and Analysis, section 2.2.
     """
     values = {symbol: _rational(value) for symbol, value in (parameters or {}).items()}
-    plant = Plant(
+    plant = Equations(
         f=_cleaned(f, values),
         states=tuple(states),
         inputs=tuple(inputs),
@@ -114,7 +114,7 @@ def _cleaned(
 
 
 def _factored(
-    plant: Plant,
+    plant: Equations,
     matrices: Mapping[str, Sequence[Sequence[sp.Expr]]] | None,
     premises: dict[sp.Symbol, sp.Expr],
     values: Mapping[sp.Symbol, sp.Rational],
@@ -141,7 +141,7 @@ def _factored(
     return Factored(found, premises)
 
 
-def _shapes(plant: Plant) -> dict[str, tuple[int, int]]:
+def _shapes(plant: Equations) -> dict[str, tuple[int, int]]:
     n, m, p = len(plant.states), len(plant.inputs), len(plant.outputs)
     return {"A": (n, n), "B": (n, m), "C": (p, n), "D": (p, m), "E": (n, len(plant.disturbances))}
 
@@ -179,7 +179,7 @@ def _premise(
     expression: sp.Expr,
     sides: Mapping[sp.Symbol, Interval],
     given: tuple[Number, Number] | None,
-    plant: Plant,
+    plant: Equations,
     tolerance: Fraction,
 ) -> Premise:
     import sympy as sp

@@ -20,7 +20,7 @@ every wind of the band is above rated; with the default bands b <= -0.15 1/s^2/r
 from __future__ import annotations
 
 from takagi.models.enclosure.interval import Number, exact
-from takagi.models.sector.assemble import Factored, Plant
+from takagi.models.sector.assemble import Equations, Factored
 from takagi.models.ts_model import TSModel
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import operating_band
@@ -103,7 +103,7 @@ def _region(turbine: Turbine) -> Region:
     integral, command = sp.symbols(r"x_I \delta_\mathrm{ref}", real=True)
     tau = sp.Symbol(r"\tau_\beta", positive=True)
     e, p, w = torque.speed_error, torque.pitch_deviation, torque.wind_deviation
-    plant = Plant(
+    plant = Equations(
         f=((torque.point - torque.trim) / torque.inertia, (command - p) / tau, -e),
         states=(e, p, integral),
         inputs=(command,),

@@ -15,7 +15,7 @@ import math
 from takagi.models.derivation import Step
 from takagi.models.enclosure.interval import Number, exact
 from takagi.models.errors import ModelError
-from takagi.models.sector.assemble import Factored, Plant
+from takagi.models.sector.assemble import Equations, Factored
 from takagi.models.ts_model import TSModel
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import operating_band
@@ -140,7 +140,7 @@ def _region(turbine: Turbine) -> Region:
     J, e, w = torque.inertia, torque.speed_error, torque.wind_deviation
     balance = {trim_torque: torque.trim / gear}
     acceleration = ((torque.point - gear * (trim_torque + command)) / J).subs(balance)
-    plant = Plant(
+    plant = Equations(
         f=(acceleration, -e),
         states=(e, integral),
         inputs=(command,),

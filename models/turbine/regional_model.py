@@ -9,7 +9,7 @@ from fractions import Fraction
 from takagi.models.derivation import Step
 from takagi.models.enclosure.interval import exact
 from takagi.models.premise import Premise
-from takagi.models.sector.assemble import Factored, Plant, assemble
+from takagi.models.sector.assemble import Equations, Factored, assemble
 from takagi.models.ts_model import TSModel
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import OperatingBand
@@ -41,7 +41,7 @@ SOURCE = (
 class Region:
     """A regional plant in symbols, its factored form, and the names with units."""
 
-    plant: Plant
+    plant: Equations
     factored: Factored
     names: Mapping[str, tuple[str, ...]]
     steps: tuple[Step, ...]

@@ -31,7 +31,7 @@ from takagi.models.enclosure.interval import Number, exact
 from takagi.models.errors import ModelError
 from takagi.models.fast_surface import scalar_surface
 from takagi.models.premise import Premise, round_outward
-from takagi.models.sector.assemble import Factored, Plant, assemble
+from takagi.models.sector.assemble import Equations, Factored, assemble
 from takagi.models.ts_model import TSModel
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import OperatingBand, operating_band, slope_range
@@ -209,7 +209,7 @@ def _error_system(band: OperatingBand, premise: Premise) -> TSModel:
     omega, beta, estimate, inertia = sp.symbols(r"\omega \beta \hat{v} J", positive=True)
     speed_error, wind_error, rate, d = sp.symbols(r"\tilde{\omega} \tilde{v} w d", real=True)
     rise = T(omega, beta, estimate + wind_error) - T(omega, beta, estimate)
-    plant = Plant(
+    plant = Equations(
         f=(rise / inertia, rate),
         states=(speed_error, wind_error),
         inputs=(),
