@@ -7,9 +7,10 @@ PYTHON ?= python3
 OUT ?= build/nrel5mw
 VENV := .venv
 BIN := $(VENV)/bin
+MEASURED := measure lmi_layer lmi_growth kim_lee_ladder
 
 .DEFAULT_GOAL := help
-.PHONY: help design test marked-tests lint format types layers packaging bench check clean
+.PHONY: help design test marked-tests lint format types layers packaging bench docs check clean
 
 help:
 	@echo "make design      design, prove and report the NREL 5-MW controller in $(OUT)"
@@ -17,6 +18,7 @@ help:
 	@echo "make check       lint, types and layers: what a change must pass beside the tests"
 	@echo "make packaging   build the distribution and try it in a clean environment"
 	@echo "make bench       measure the times that the documentation promises"
+	@echo "make docs        write the pages that are made from the code: conditions, published"
 	@echo "make format      write the code as the linter wants it"
 	@echo "make clean       remove all that was made, the environment included"
 
@@ -48,8 +50,13 @@ layers: $(VENV)/.installed-dev
 packaging: $(VENV)/.installed-dev
 	.ci/try-wheel $(BIN)/python
 
-bench: $(VENV)/.installed-dev
-	@for script in benchmarks/*.py; do echo "$$script"; $(BIN)/python "$$script" || exit 1; done
+bench: $(VENV)/.installed-bench
+	@for script in $(MEASURED); do \
+	    echo "$$script"; $(BIN)/python benchmarks/$$script.py || exit 1; \
+	done
+
+docs: $(VENV)/.installed-dev
+	$(BIN)/python docs/make_pages.py
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis \
@@ -72,3 +79,8 @@ $(VENV)/.installed: $(VENV)/.made pyproject.toml
 $(VENV)/.installed-dev: $(VENV)/.made pyproject.toml
 	$(BIN)/python -m pip install --quiet --editable ".[dev]"
 	@touch $(VENV)/.installed $@
+
+# The peers that the LMI layer is measured against; a row says so when one is missing.
+$(VENV)/.installed-bench: $(VENV)/.installed-dev
+	$(BIN)/python -m pip install --quiet --editable ".[bench]"
+	@touch $@

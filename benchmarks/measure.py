@@ -15,27 +15,14 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
-
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "benchmarks.md"
 REPEATS = 9
 LIBRARIES = ("numpy", "scipy", "sympy", "clarabel", "matplotlib")
-# rules, states, inputs, relaxation
-PROBLEMS = (
-    (2, 4, 1, "wang-tanaka-griffin"),
-    (8, 4, 2, "tanaka-wang"),
-    (16, 6, 2, "tanaka-wang"),
-    (16, 6, 2, "wang-tanaka-griffin"),
-)
 
 
 class Times(NamedTuple):
@@ -59,7 +46,6 @@ def main() -> None:
         "machine": machine(before),
         "commands": commands(start, help_, models, check, wall),
         "steps": steps(wall, answer["seconds"]),
-        "lmi": layer(),
         "sizes": sizes_table(sizes),
     }
     text = PAGE.read_text(encoding="utf-8")
@@ -96,78 +82,6 @@ def designed(out: Path) -> tuple[float, Mapping[str, Any]]:
     command = [sys.executable, *verb("design", "nrel5mw", "--out", str(out), "--json")]
     ran = subprocess.run(command, check=True, capture_output=True, text=True)
     return time.perf_counter() - began, json.loads(ran.stdout)
-
-
-# ------------------------------------------------------------------ the LMI layer
-
-
-def problem(rules: int, states: int, inputs: int) -> tuple[Floats, Floats]:
-    """Return vertices (A, B) scattered around one controllable pair; the same at every run."""
-    random = np.random.default_rng(1)
-    A = random.normal(size=(states, states)) / states**0.5
-    B = random.normal(size=(states, inputs))
-    return (
-        A + 0.02 * random.normal(size=(rules, states, states)),
-        B + 0.01 * random.normal(size=(rules, states, inputs)),
-    )
-
-
-@contextmanager
-def recorded() -> Iterator[list[tuple[Any, Mapping[str, Any]]]]:
-    """Record every cone program that reaches the solver, with its settings."""
-    from takagi.lmi.solver import solve
-
-    kept: list[tuple[Any, Mapping[str, Any]]] = []
-    original: Callable[..., Any] = solve._clarabel
-
-    def recording(program: Any, options: Mapping[str, Any]) -> Any:
-        kept.append((program, options))
-        return original(program, options)
-
-    solve._clarabel = recording
-    try:
-        yield kept
-    finally:
-        solve._clarabel = original
-
-
-def replayed(kept: list[tuple[Any, Mapping[str, Any]]]) -> float:
-    """Return the time that the solver alone takes for the same data [s]."""
-    from takagi.lmi.solver import solve
-
-    began = time.perf_counter()
-    for program, options in kept:
-        solve._clarabel(program, options).solve()
-    return time.perf_counter() - began
-
-
-def layer() -> str:
-    """Return the table: all of ``pdc`` against the bare solver calls it makes."""
-    from takagi.lmi import pdc
-    from takagi.models import TSModel
-
-    rows: list[tuple[str, ...]] = []
-    for rules, states, inputs, relaxation in PROBLEMS:
-        model = TSModel(*problem(rules, states, inputs))
-        whole, bare = [], []
-        for _ in range(3):
-            with recorded() as kept:
-                began = time.perf_counter()
-                design = pdc(model, decay_rate=0.1, relaxation=relaxation)
-                whole.append(time.perf_counter() - began)
-            bare.append(replayed(kept))
-        rows.append(
-            (
-                f"{rules} rules, {states} states, {inputs} inputs, {relaxation}",
-                str(design.answer.status),
-                str(len(kept)),
-                seconds(min(whole)),
-                seconds(min(bare)),
-                f"{min(whole) / min(bare):.2f}",
-            )
-        )
-    heads = ("problem", "answer", "solver calls", "`pdc`", "the solver alone", "ratio")
-    return table(heads, rows)
 
 
 # ------------------------------------------------------------------ tables

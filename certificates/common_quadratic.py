@@ -96,12 +96,13 @@ def certify(
 
     Raises
     ------
-    ModelError : shapes, or numbers that are not finite.
+    ModelError : shapes, numbers that are not finite, or a model of discrete time.
 
     Source: Tanaka and Wang (2001), chapter 3; Boyd et al. (1994), section 5.1.
     """
     from takagi.lmi import common_lyapunov, max_decay_rate
 
+    _check_continuous(model)
     K = _gains(model, gains)
     loops = _loops(model, K)
     if decay_rate is None:
@@ -119,6 +120,14 @@ def certify(
     if answer.P is None:
         return _no(model, K, loops, decay_rate or 0.0, answer)
     return _proof(model, K, np.asarray(answer.P), rates, answer)
+
+
+def _check_continuous(model: TSModel) -> None:
+    if model.sample_time is not None:
+        raise ModelError(
+            f"the model is of discrete time (sample time {model.sample_time:g} s), certificates are "
+            "of continuous time so far; takagi.lmi.common_lyapunov(model) gives a candidate P"
+        )
 
 
 def _proof(

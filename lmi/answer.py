@@ -9,6 +9,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.lmi.lyapunov_family import LyapunovFamily
+from takagi.lmi.rung import Rung
 from takagi.lmi.term import Condition
 from takagi.models.errors import ModelError
 
@@ -38,14 +40,17 @@ class Answer:
     status : "candidate", the unknowns were put back and every LMI held by eigenvalues;
         "infeasible", multipliers bound the margin by zero to solver accuracy; "unknown", neither.
     P : (n, n) for V = x' P x with smallest eigenvalue of order 1 in balanced states, or the one
-        that shows the gain; None unless a candidate.
+        that shows the gain; None unless a candidate, and where V depends on the memberships.
+    family : P(h) for V = x' P(h) x, where that was asked for and found; else None.
     margin : the t up to which every LMI holds, in balanced states and relative to the LMI's
         weight; negative or zero when not a candidate.
     decay_rate : alpha in 1/s with V' <= -2 alpha V, recomputed from P; None unless a candidate.
     gain : upper bound on a norm from disturbance to output, recomputed from P; None unless a
         norm was asked for and a candidate found.
+    enlargement : theta up to which the box may grow about its nominal point, recomputed from P;
+        inf where nothing ends it; None unless it was asked for and found.
     bound : upper bound on the margin from the multipliers (on the decay rate, for
-        ``max_decay_rate``), to solver accuracy.
+        ``max_decay_rate``; on the enlargement, for ``max_box_enlargement``), to solver accuracy.
     values : unknown -> (count, rows, cols), in the coordinates of ``condition``.
     multipliers : LMI -> (items, size, size), in the coordinates of ``condition``.
     coordinates : (n,) s: the condition is posed in x_k / s_k.
@@ -57,8 +62,10 @@ class Answer:
     status: Status
     P: Floats | None
     margin: float
+    family: LyapunovFamily | None = None
     decay_rate: float | None = None
     gain: float | None = None
+    enlargement: float | None = None
     bound: float = np.inf
     values: Mapping[str, Floats] = field(default_factory=dict)
     multipliers: Mapping[str, Floats] = field(default_factory=dict)
@@ -100,6 +107,7 @@ class Design:
     relaxation : name of the double-sum relaxation.
     answer : how it was found; its condition is in balanced states and inputs.
     cost : bound on the mean quadratic cost, from P; None unless one was asked for and found.
+    ladder : what was tried, in order, where the relaxation was "auto"; else empty.
     """
 
     gains: Floats | None
@@ -109,10 +117,16 @@ class Design:
     relaxation: str
     answer: Answer
     cost: float | None = None
+    ladder: tuple[Rung, ...] = ()
 
     @property
     def status(self) -> Status:
         return self.answer.status
+
+    @property
+    def gain(self) -> float | None:
+        """Return the bound on a norm from disturbance to output; None unless asked and found."""
+        return self.answer.gain
 
     @property
     def found(self) -> bool:

@@ -9,6 +9,7 @@ from typing import Protocol, TypeAlias, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from takagi.lmi.stabilisability import check_stabilisable, fixed_mode
 from takagi.lmi.term import Array
 from takagi.models.errors import ModelError
 
@@ -34,6 +35,9 @@ class _HasVertices(Protocol):
 
 
 Vertices: TypeAlias = _HasVertices | ArrayLike
+
+# Products of a few such entries are still finite.
+LARGEST = 1e60
 
 
 def vertex_stack(model: Vertices) -> Array:
@@ -85,53 +89,6 @@ def input_stack(model: object, A: Array, letter: str = "B") -> Array:
     _finite(letter, B)
     _check_independent(B.astype(np.float64), letter)
     return B
-
-
-def check_stabilisable(
-    A: Array, B: Array, *, units: Array, names: tuple[str, ...] = (), dual: bool = False
-) -> None:
-    """Raise ModelError for a vertex with an eigenvalue, Re >= 0, that no input can move.
-
-    Parameters
-    ----------
-    A, B : in states and inputs of order one, x = units xhat, so that rounding means something.
-    names : of the states; x1, x2, ... when empty.
-    dual : speak of outputs and observation instead.
-    """
-    found = fixed_mode(A, B, 0.0)
-    if found is None:
-        return
-    vertex, eigenvalue, direction = found
-    labels = names or tuple(f"x{k}" for k in range(1, A.shape[1] + 1))
-    parts = [
-        f"{weight:+.3g} * {label}"
-        for weight, label in zip(direction / units, labels, strict=True)
-        if abs(weight) > 1e-6 * np.abs(direction / units).max()
-    ]
-    verb, need = ("be seen in no output", "C") if dual else ("be moved by no input", "B")
-    raise ModelError(
-        f"vertex {vertex + 1} of {len(A)}: the mode at {eigenvalue:.6g} ({' '.join(parts)}) does "
-        f"not decay and can {verb}; change {need} or the box, so that it decays or can be reached"
-    )
-
-
-def fixed_mode(A: Array, B: Array, decay_rate: float) -> tuple[int, complex, Array] | None:
-    """Return (vertex, eigenvalue, left eigenvector) that no input moves, Re >= -decay_rate.
-
-    By the Popov-Belevitch-Hautus test in floating point; None when there is none.
-    """
-    A, B = A.astype(np.float64), B.astype(np.float64)
-    eigenvalues, left = np.linalg.eig(A.transpose(0, 2, 1))
-    size = np.maximum(1e-300, np.abs(A).max(axis=(1, 2)))
-    reach = np.abs(np.einsum("vni,vnm->vim", left, B)).max(axis=2)
-    stuck = reach <= 1e-10 * np.maximum(np.abs(B).max(axis=(1, 2)), 1e-300)[:, None]
-    slow = eigenvalues.real >= -decay_rate - 1e-12 * size[:, None]
-    for vertex, mode in np.argwhere(stuck & slow):
-        direction = np.real(
-            left[vertex][:, mode] / left[vertex][:, mode][np.argmax(np.abs(left[vertex][:, mode]))]
-        )
-        return int(vertex), complex(eigenvalues[vertex, mode]), direction
-    return None
 
 
 def sample_time_of(model: object, given: float | None = None) -> float | None:
@@ -242,11 +199,16 @@ def symmetric(name: str, value: ArrayLike, size: int, *, definite: bool) -> Arra
 
 def _numbers(name: str, value: object) -> Array:
     try:
+        if hasattr(value, "toarray"):
+            raise TypeError("a sparse matrix; write .toarray() behind it")
         array = np.asarray(value)
+        if array.dtype.kind not in "biufOUS":
+            raise TypeError("complex entries" if np.iscomplexobj(array) else f"{array.dtype}")
+        if array.dtype == object and any(entry is None for entry in array.flat):
+            # numpy would make it not-a-number.
+            raise TypeError("None in the place of a number")
         if array.dtype == object and all(isinstance(entry, Fraction) for entry in array.flat):
             return array
-        if np.iscomplexobj(array):
-            raise TypeError("complex entries")
         return array.astype(np.float64)
     except (TypeError, ValueError) as error:
         raise ModelError(
@@ -256,13 +218,28 @@ def _numbers(name: str, value: object) -> Array:
 
 
 def _finite(name: str, array: Array) -> None:
-    finite = np.isfinite(array.astype(np.float64))
-    if not finite.all():
-        where = tuple(int(k) for k in np.argwhere(~finite)[0])
+    size = np.abs(array.astype(np.float64))
+    good = size <= LARGEST
+    if not good.all():
+        where = tuple(int(k) for k in np.argwhere(~good)[0])
         item = f"vertex {where[0] + 1} of {len(array)}: " if array.ndim == 3 else ""
-        raise ModelError(
-            f"{item}{name}{list(where[-2:])} is {array[where]}; every entry must be finite"
+        need = (
+            f"entries above {LARGEST:g} overflow; take other units"
+            if np.isfinite(size[where])
+            else "every entry must be finite"
         )
+        raise ModelError(f"{item}{name}{list(where[-2:])} is {array[where]}; {need}")
+
+
+def _equal_sizes(B: Array) -> Array:
+    """Return B stacked, in units of states and inputs that make its entries of like size."""
+    scaled = B
+    for _ in range(20):
+        row = np.abs(scaled).max(axis=(0, 2))[:, None]
+        scaled = scaled / np.sqrt(np.where(row > 0, row, 1.0))
+        column = np.abs(scaled).max(axis=(0, 1))
+        scaled = scaled / np.sqrt(np.where(column > 0, column, 1.0))
+    return np.asarray(scaled.reshape(-1, B.shape[2]))
 
 
 def _check_independent(B: Array, letter: str) -> None:
@@ -274,7 +251,7 @@ def _check_independent(B: Array, letter: str) -> None:
             f"{what} {k + 1} of {B.shape[2]}: its {column} of {letter} is zero in every vertex, so "
             f"it does nothing; leave it out"
         )
-    singular = np.linalg.svd(stacked / size, compute_uv=False)
+    singular = np.linalg.svd(_equal_sizes(B), compute_uv=False)
     if len(singular) < B.shape[2] or singular[-1] <= 1e-12 * singular[0]:
         raise ModelError(
             f"{letter} has rank {int((singular > 1e-12 * singular[0]).sum())} over all vertices, "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias
@@ -48,6 +48,8 @@ class Term:
     parameter : name of a number that multiplies the term, or None.
     latex : what is written before and behind the unknown, e.g. ``("A_i^\\top", "")``.
     symbol : the unknown with its index, e.g. ``"M_j"``; the unknown's own symbol when empty.
+    factor : LaTeX of a number or sum that is part of left, e.g. ``"\\sum_j"``; terms that share
+        it are written in one bracket.
     """
 
     unknown: Unknown
@@ -60,6 +62,7 @@ class Term:
     parameter: str | None = None
     latex: tuple[str, str] = ("", "")
     symbol: str = ""
+    factor: str = ""
 
     def spread(self, count: int) -> Spread:
         """Write the term out for an LMI of ``count`` items."""
@@ -85,12 +88,13 @@ class Term:
 class Constant:
     """A known block: value (N, p, q), or (1, p, q) for the same in every item.
 
-    ``at`` as in ``Term``; the whole matrix must be symmetric.
+    ``at``, ``factor`` as in ``Term``; the whole matrix must be symmetric.
     """
 
     value: Array
     at: Position | None = (0, 0)
     latex: str = ""
+    factor: str = ""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -110,7 +114,8 @@ class LMI:
     count : number of items, one cone each.
     weight : an LMI holds with margin t when sign F >= t weight I; 0 for a normalisation, which
         may be touched.
-    labels : one name per item; ``"<name> 3 of 8"`` when empty.
+    labels : one name per item, made when it is asked for if it is ``Labels``; ``"<name> 3 of 8"``
+        when empty.
     index : LaTeX of the index range, e.g. ``"i = 1, \\dots, 8"``.
     """
 
@@ -121,7 +126,7 @@ class LMI:
     sign: int = 1
     count: int = 1
     weight: float = 1.0
-    labels: tuple[str, ...] = ()
+    labels: Sequence[str] = ()
     index: str = ""
 
     def __post_init__(self) -> None:

@@ -76,6 +76,9 @@ def check_unique(axis: str, names: Sequence[str]) -> None:
 
 def _read(letter: str, value: ArrayLike) -> Array:
     try:
+        if np.iscomplexobj(np.asarray(value)):
+            # numpy would drop the imaginary parts with no more than a warning.
+            raise TypeError("complex entries")
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise ModelError(
@@ -107,7 +110,11 @@ def _square_stack(A: ArrayLike, states: Sequence[str] | None) -> Array:
 
 
 def _check_squares(A: Sequence[ArrayLike], states: Sequence[str] | None) -> None:
-    shapes = [np.shape(vertex) for vertex in A]
+    try:
+        shapes = [np.shape(vertex) for vertex in A]
+    except ValueError:
+        # Rows of unequal length: the reader says so.
+        return
     size = len(states) if states is not None else min((s[0] for s in shapes if s), default=0)
     for index, shape in enumerate(shapes, start=1):
         if len(shape) == 2 and shape != (size, size):

@@ -8,34 +8,43 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.lmi.analysis.quadratic import common_lyapunov, slow_vertex, vertex_weight
-from takagi.lmi.answer import Answer
-from takagi.lmi.intake import Vertices, vertex_stack
-from takagi.lmi.solver.balance import nearest_power
-from takagi.lmi.solver.diagnosis import binding_items
+from takagi.lmi.analysis.quadratic import vertex_weight
+from takagi.lmi.intake import Vertices, sample_time_of, vertex_stack
+from takagi.lmi.solver.balance import motion, nearest_power
 from takagi.lmi.solver.stages import Outcome
-from takagi.lmi.term import Condition
 from takagi.models.errors import ModelError
 from takagi.models.vertex_arrays import vertex_arrays
 
-__all__ = ["Channel", "Units", "answer_without", "channel_of", "hopeless_vertex", "near_least"]
+__all__ = ["Channel", "Units", "channel_of", "near_least"]
 
 Floats: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Channel:
-    """xdot = sum_i h_i (A_i x + B_i w), y = sum_i h_i (C_i x + D_i w).
+    """xdot = sum_i h_i (A_i x + B_i w), y = sum_i h_i (C_i x + D_i w); x+ in discrete time.
 
     Attributes
     ----------
     A, B, C, D : (r, n, n), (r, n, q), (r, p, n), (r, p, q).
+    sample_time : T in s; None for continuous time.
     """
 
     A: Floats
     B: Floats
     C: Floats
     D: Floats
+    sample_time: float | None = None
+
+    def at(self, vertices: NDArray[np.intp]) -> Channel:
+        """Return the path at some of the vertices."""
+        A, B, C, D = (part[vertices] for part in (self.A, self.B, self.C, self.D))
+        return Channel(A, B, C, D, self.sample_time)
+
+    def in_states(self, T: Floats) -> Channel:
+        """Return the path in the states xhat of x = T xhat."""
+        A, B = (np.asarray(np.linalg.solve(T, part), np.float64) for part in (self.A @ T, self.B))
+        return Channel(A, B, self.C @ T, self.D, self.sample_time)
 
     def scaled(self, units: Units) -> Channel:
         """Return the path in the given units; each number is multiplied by powers of two."""
@@ -45,6 +54,7 @@ class Channel:
             self.B / s[:, None] * (units.disturbance / units.rate),
             self.C * s / units.output,
             self.D * (units.disturbance / units.output),
+            self.sample_time,
         )
 
 
@@ -55,6 +65,7 @@ class Units:
     Attributes
     ----------
     states : (n,) powers of two, as are the others.
+    rate : in 1/s; 1 in discrete time, which counts samples.
     """
 
     states: Floats
@@ -63,19 +74,31 @@ class Units:
     output: float
 
     @classmethod
-    def of(cls, channel: Channel, states: Floats) -> Units:
-        """Return the units in which |A| is about 1, |B| and |C| alike, and the gain about 1."""
-        s = states
-        rate = _power(vertex_weight(channel.A * s / s[:, None]) / 2)
+    def of(cls, channel: Channel, states: Floats, *, noise: bool = False) -> Units:
+        """Return the units in which |A| is about 1, |B| and |C| alike, and the gain about 1.
+
+        In discrete time V changes by a share |A - I| in a sample, and |w|^2 and |y|^2 in units of
+        V are of that size, for P of order one.
+
+        Parameters
+        ----------
+        noise : w is white noise, whose effect in one sample is the root of that share of time.
+        """
+        s, step = states, channel.sample_time
+        speed = _power(vertex_weight(motion(channel.A * s / s[:, None], step)) / 2)
+        rate = speed if step is None else 1.0
         plain = channel.scaled(cls(states, rate, 1.0, 1.0))
-        reach, shown = float(np.abs(plain.B).max()), float(np.abs(plain.C).max())
+        share = 1.0 if step is None else speed
+        reach, shown = float(np.abs(plain.B).max()) / share**0.5, float(np.abs(plain.C).max())
         gain = _largest_response(plain)
         if gain == 0.0 or not np.isfinite(gain):
-            gain = reach * shown or 1.0
+            gain = reach * shown / share**0.5 or 1.0
         # w scaled by d and y by c multiply the gain by d / c and P by c / d.
         ratio = np.sqrt(shown / reach) if reach and shown else 1.0
         disturbance = _power(ratio / np.sqrt(gain))
         output = _power(ratio * np.sqrt(gain))
+        if noise:
+            disturbance *= _power(share**-0.5)
         return cls(states, rate, disturbance, output)
 
 
@@ -84,21 +107,28 @@ def channel_of(
     B: ArrayLike | None = None,
     C: ArrayLike | None = None,
     D: ArrayLike | None = None,
+    *,
+    sample_time: float | None = None,
 ) -> Channel:
     """Return the path E (or B, where there is no E) to C, of a model or of matrices.
+
+    Where there is an E nothing leads from w to y directly: a model's D is that of its input.
 
     Parameters
     ----------
     model : A (r, n, n), C (r, p, n), and E (r, n, q) or B (r, n, m) with D (r, p, m); or A itself,
         (r, n, n) or (n, n).
     B, C, D : with A itself only; (r, ., .), or (., .) for the same in every vertex.
+    sample_time : T in s of x+ = A x + B w, where arrays cannot say; None for continuous time, or
+        the model's own.
 
     Raises
     ------
-    ModelError : shapes, entries that are not finite, no disturbance, no output, or a path that is
-        zero at every vertex.
+    ModelError : shapes, entries that are not finite, no disturbance, no output, a path that is
+        zero at every vertex, or a sample time that is not positive or not the model's.
     """
     A = vertex_stack(model).astype(np.float64)
+    step = sample_time_of(model, sample_time)
     given = {"B": B, "C": C, "D": D, "E": None}
     if hasattr(model, "A"):
         extra = [letter for letter, value in given.items() if value is not None]
@@ -128,20 +158,7 @@ def channel_of(
         raise ModelError(
             f"{name} is zero at every vertex, so nothing reaches the output; the gain is 0"
         )
-    return Channel(A, W, C_, through)
-
-
-def hopeless_vertex(channel: Channel, states: Floats) -> str:
-    """Return why no bound can be finite: a vertex that is not stable; empty when all are."""
-    found = slow_vertex(channel.A * states / states[:, None], 0.0)
-    if found is None:
-        return ""
-    vertex, eigenvalue, _ = found
-    return (
-        f"vertex {vertex + 1} of {len(channel.A)} is not stable: its eigenvalue {eigenvalue:.6g} "
-        "does not decay, so no bound is finite; stabilise it, or shrink the box so that this "
-        "vertex moves"
-    )
+    return Channel(A, W, C_, through, step)
 
 
 def near_least(outcome: Outcome) -> bool:
@@ -150,38 +167,7 @@ def near_least(outcome: Outcome) -> bool:
     Where no solver gets near it, ``optimise`` returns unknowns that only satisfy the condition:
     a bound too, but possibly a thousand times the least one, so it is not passed off as that.
     """
-    return outcome.status == "candidate" and bool(np.isfinite(outcome.objective))
-
-
-def answer_without(
-    channel: Channel, states: Floats, condition: Condition, outcome: Outcome
-) -> Answer:
-    """Return the answer where no bound was found: no common P at all, or no solver settled it."""
-    stable = common_lyapunov(channel.A, scales=states)
-    no = stable.status == "infeasible"
-    why = (
-        "the vertices have a common P, so a bound exists, but"
-        if stable.found
-        else "whether the vertices have a common P is not settled, and"
-    )
-    diagnosis = f"{why} no solver came near the least one; give scales, or leave out fast states"
-    if no and stable.condition is not None:
-        binding = binding_items(stable.condition, stable.multipliers, "vertex")
-        diagnosis = (
-            f"no bound by one quadratic function, for there is no common P: {binding}; shrink the "
-            "box that these vertices span, or stabilise them with a margin"
-        )
-    return Answer(
-        status="infeasible" if no else "unknown",
-        P=None,
-        margin=stable.margin if no else min(outcome.margin, 0.0),
-        bound=stable.bound if no else np.inf,
-        multipliers=stable.multipliers if no else {},
-        coordinates=states,
-        condition=stable.condition if no else condition,
-        diagnosis=diagnosis,
-        tries=(*outcome.tries, *stable.tries),
-    )
+    return outcome.status == "candidate" and outcome.settled
 
 
 def _power(value: float) -> float:
@@ -190,14 +176,21 @@ def _power(value: float) -> float:
 
 def _largest_response(channel: Channel) -> float:
     """Return the largest singular value of the vertices' responses, at their own frequencies."""
-    A, B, C, D = channel.A, channel.B, channel.C, channel.D
+    # It only sets units, for which some of very many vertices will do.
+    some = slice(None, None, 1 + len(channel.A) // 512)
+    A, B, C, D = channel.A[some], channel.B[some], channel.C[some], channel.D[some]
     poles = np.linalg.eigvals(A)
-    rates = np.concatenate([np.zeros((len(A), 1)), np.abs(poles.imag), np.abs(poles)], axis=1)
+    if channel.sample_time is None:
+        rates = np.concatenate([np.zeros((len(A), 1)), np.abs(poles.imag), np.abs(poles)], axis=1)
+        points = 1j * rates
+    else:
+        turns = np.concatenate([[[0.0, np.pi]] * len(A), np.abs(np.angle(poles))], axis=1)
+        points = np.exp(1j * turns)
     one = np.eye(A.shape[1])
     through = float(np.linalg.norm(D, 2, axis=(1, 2)).max())
     with np.errstate(all="ignore"):
         try:
-            inside = 1j * rates[:, :, None, None] * one - A[:, None]
+            inside = points[:, :, None, None] * one - A[:, None]
             response = C[:, None] @ np.linalg.solve(inside, B[:, None]) + D[:, None]
         except np.linalg.LinAlgError:
             return through

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TypeAlias
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.quadratic import (
     answer_in_states,
@@ -17,36 +16,45 @@ from takagi.lmi.analysis.quadratic import (
 )
 from takagi.lmi.answer import Answer, Floats, Try
 from takagi.lmi.evaluate import margin
-from takagi.lmi.intake import Vertices, number, vertex_stack
+from takagi.lmi.intake import Vertices, number, sample_time_of, vertex_stack
 from takagi.lmi.solver.balance import state_units
-from takagi.lmi.solver.solve import Session
+from takagi.lmi.solver.largest_parameter import extreme_parameter
 from takagi.lmi.solver.stages import Outcome, decide
 from takagi.lmi.solver.vertex_rounds import first_vertices
 from takagi.lmi.term import Condition
 
-__all__ = ["max_decay_rate", "rate_bound"]
+__all__ = ["max_decay_rate"]
 
-Indices: TypeAlias = NDArray[np.intp]
-
-STEPS, ROUNDS, ADDED = 60, 40, 12
+ROUNDS, ADDED = 40, 12
+# The search begins anew in coordinates where the last P is the identity, so often, each time
+# with so many steps: near a rate that is not attained P degenerates and the numbers with it.
+ATTEMPTS, STEPS = 12, 6
+# The bound is a look just beyond the rate, up to two hairs above it.
+ENOUGH = 4.0
 # Reciprocal condition number of P, in balanced states, below which it is not used.
 WORST = 1e-8
 
 
 def max_decay_rate(
-    model: Vertices, *, tolerance: float = 1e-6, scales: ArrayLike | None = None
+    model: Vertices,
+    *,
+    tolerance: float = 1e-6,
+    scales: ArrayLike | None = None,
+    sample_time: float | None = None,
 ) -> Answer:
     """Return the largest alpha, and its P, with A_i' P + P A_i + 2 alpha P <= 0 at every vertex.
 
-    Each step poses the condition in coordinates where the last P is the identity, at the rate
-    that P shows, and asks for the P with the largest margin: its rate is higher (Dinkelbach's
-    iteration), and the multipliers bound every rate from above.  It ends when the two meet.
+    Discrete time: A_i' P A_i <= e^(-2 alpha T) P.  Found by ``extreme_parameter``: each step poses
+    the condition at the rate that the last P shows and asks for the P that gains most on it, and
+    the multipliers bound every rate from above.  It ends when the two meet.
 
     Parameters
     ----------
     model : a model (its A), or vertices (N, n, n).
-    tolerance : relative to the rate, and to the size of the vertices when the rate is near 0.
+    tolerance : relative to the rate, and to a thousandth of the size of the vertices [1/s] when
+        the rate is nearer to 0.
     scales : (n,) engineering range of each state; None balances the vertices.
+    sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
 
     Returns
     -------
@@ -55,114 +63,108 @@ def max_decay_rate(
     then V grows at most that fast, and the status is still "candidate".
 
     Not promised: the supremum may not be attained (a defective eigenvalue); then P is badly
-    conditioned near it, and the answer stops short of it by more than the tolerance.
+    conditioned near it, and the answer stops short of it by more than the tolerance.  In discrete
+    time V+ < 1e-7 V within a step is not told from V+ = 0.
 
     Raises
     ------
-    ModelError : shapes, no vertices, entries that are not finite.
+    ModelError : shapes, no vertices, entries that are not finite, a sample time that is not
+        positive or not the model's.
 
-    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1.3; Crouzeix, Ferland and
-    Schaible (1985), JOTA 47, for the iteration.
+    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1.3.
     """
     A = vertex_stack(model).astype(np.float64)
+    step = sample_time_of(model, sample_time)
     tolerance = float(number("tolerance", tolerance, at_least=1e-12))
-    s = state_units(A, scales)
+    s = state_units(A, scales, step=step)
     scaled = A * s / s[:, None]
-    chosen = first_vertices(scaled)
-    best = _Best(np.eye(A.shape[1]), np.inf, tolerance)
+    size = vertex_weight(scaled, step=step) / (step or 1.0)
+    search = _Search(scaled, step, tolerance, size)
+    chosen, P = first_vertices(search.A), np.eye(A.shape[1])
+    tries: list[Try] = []
     for _ in range(ROUNDS):
-        best.ascend(scaled[chosen])
-        rates = rates_of(scaled, best.P)
+        P, upper = search.climb(search.A[chosen], P, tries)
+        rates = rates_of(search.A, P, step=step)
         order = np.argsort(rates)
         fresh = order[~np.isin(order, chosen)][:ADDED]
-        if not len(fresh) or rates[fresh[0]] >= rates[chosen].min() - best.step(scaled[chosen]):
+        lowest = float(rates[chosen].min())
+        if not len(fresh) or rates[fresh[0]] >= lowest - search.hair(lowest):
             break
         chosen = np.concatenate([chosen, fresh])
-    condition, outcome = best.centre(scaled, chosen)
-    answer = answer_in_states(condition, outcome, A, s)
-    return replace(answer, bound=best.upper, tries=(*best.tries, *outcome.tries))
+    condition, outcome = search.centre(search.A[chosen], P)
+    answer = answer_in_states(condition, outcome, A, s, step=step)
+    return replace(answer, bound=upper, tries=(*tries, *outcome.tries))
 
 
-def rate_bound(A: Floats, Z: Floats) -> float:
-    """Return the alpha that multipliers Z_i >= 0 rule out: none above it has a common P.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Search:
+    """Vertices in balanced states, the sample time, what is near enough, and their size [1/s]."""
 
-    The smallest alpha with sum_i (A_i Z_i + Z_i A_i') + 2 alpha sum_i Z_i >= 0: were there a P
-    for a larger one, the trace of P times this sum would be negative and nonnegative at once.
-    """
-    flow = (A @ Z).sum(axis=0)
-    total = Z.sum(axis=0)
-    eigenvalues, vectors = np.linalg.eigh(total)
-    # Directions without multipliers bound nothing; a little of every direction keeps it finite.
-    eigenvalues = np.maximum(eigenvalues, 1e-13 * eigenvalues[-1])
-    root = vectors / np.sqrt(eigenvalues)
-    inside = root.T @ (flow + flow.T) @ root
-    return -float(np.linalg.eigvalsh(inside)[0]) / 2
+    A: Floats
+    step: float | None
+    tolerance: float
+    size: float
 
-
-class _Best:
-    """The P found so far, with the bound on every rate and the work done."""
-
-    def __init__(self, P: Floats, upper: float, tolerance: float) -> None:
-        self.P, self.upper, self.tolerance = P, upper, tolerance
-        self.tries: list[Try] = []
-        self._session = Session()
-
-    def step(self, A: Floats) -> float:
+    def hair(self, rate: float) -> float:
         """Return the difference in rate that does not matter."""
-        return self.tolerance * max(abs(rate_of(A, self.P)), 1e-3 * vertex_weight(A))
+        return self.tolerance * max(abs(rate) if np.isfinite(rate) else 0.0, 1e-3 * self.size)
 
-    def ascend(self, A: Floats) -> None:
-        """Climb to the largest rate of these vertices, and bound it from above."""
-        self.upper = np.inf
-        rate = rate_of(A, self.P)
-        for _ in range(STEPS):
-            found = self._solve(A, rate)
-            shown = -np.inf if found is None else rate_of(A, found)
-            if found is not None and shown > rate:
-                gained, rate, self.P = shown - rate, shown, found
-                if self.upper - rate > self.step(A) and gained > self.step(A) / 10:
-                    continue
-            if self.upper - rate <= self.step(A) or self._ruled_out(A, rate + self.step(A)):
-                return
+    def climb(self, A: Floats, P: Floats, tries: list[Try]) -> tuple[Floats, float]:
+        """Return the P that shows the largest rate of these vertices, and a bound on that rate."""
+        upper, rate = np.inf, rate_of(A, P, step=self.step)
+        for _ in range(ATTEMPTS):
+            better, bound = self._attempt(A, P, tries)
+            upper = min(upper, bound)
+            # Near a supremum that is not attained P degenerates, and shows nothing any more.
+            usable = np.linalg.eigvalsh(better)[0] > WORST
+            gained = rate_of(A, better, step=self.step) - rate if usable else -np.inf
+            if gained > 0:
+                P, rate = better, rate + gained
+            if not gained > self.hair(rate) or upper - rate <= ENOUGH * self.hair(rate):
+                break
+        return P, max(upper, rate)
 
-    def centre(self, A: Floats, chosen: Indices) -> tuple[Condition, Outcome]:
+    def _attempt(self, A: Floats, P: Floats, tries: list[Try]) -> tuple[Floats, float]:
+        R = np.linalg.cholesky(P).T
+        inside = np.linalg.solve(R.T, (R @ A).transpose(0, 2, 1)).transpose(0, 2, 1)
+        found = extreme_parameter(
+            common_lyapunov_condition(inside, sample_time=self.step),
+            "alpha" if self.step is None else "contraction",
+            largest=self.step is None,
+            start={"P": np.eye(len(R))[None]},
+            step=self._difference,
+            limit=None if self.step is None else 0.0,
+            steps=STEPS,
+            worst=min(0.5, WORST / float(np.linalg.eigvalsh(P)[0] / np.linalg.eigvalsh(P)[-1])),
+            centre=False,
+        )
+        tries.extend(found.outcome.tries)
+        better = R.T @ found.best["P"][0] @ R
+        return np.asarray((better + better.T) / (2 * np.linalg.norm(better))), self._rate(
+            found.bound
+        )
+
+    def _rate(self, value: float) -> float:
+        """Return the rate of a parameter's value."""
+        if self.step is None:
+            return value
+        return float(-np.log(value) / (2 * self.step)) if value > 0 else np.inf
+
+    def _difference(self, value: float) -> float:
+        """Return the difference in the parameter that does not matter."""
+        hair = self.hair(self._rate(value))
+        return hair if self.step is None else float(value * np.expm1(2 * self.step * hair))
+
+    def centre(self, chosen: Floats, P: Floats) -> tuple[Condition, Outcome]:
         """Return the best conditioned P a hair below the rate, with its check over all."""
-        rate = float(rates_of(A, self.P).min())
-        aim = rate - self.step(A[chosen])
-        condition = common_lyapunov_condition(A[chosen], decay_rate=aim)
+        rate = rate_of(self.A, P, step=self.step)
+        aim = rate - self.hair(rate) if np.isfinite(rate) else 0.0
+        condition = common_lyapunov_condition(chosen, decay_rate=aim, sample_time=self.step)
         outcome = decide(condition)
-        if outcome.status != "candidate" or rates_of(A, outcome.values["P"][0]).min() < aim:
-            P = self.P / np.linalg.eigvalsh(self.P)[-1]
+        if outcome.status != "candidate" or not (
+            rate_of(self.A, outcome.values["P"][0], step=self.step) >= aim
+        ):
+            P = P / np.linalg.eigvalsh(P)[-1]
             held = margin(condition, {"P": P[None]})
             outcome = replace(outcome, status="candidate", values={"P": P[None]}, margin=held)
         return condition, outcome
-
-    def _solve(self, A: Floats, rate: float) -> Floats | None:
-        """Return the P of the largest margin at this rate, posed where the last P is I."""
-        R = np.linalg.cholesky(self.P).T
-        inside = np.linalg.solve(R.T, (R @ A).transpose(0, 2, 1)).transpose(0, 2, 1)
-        shifted = inside + rate * np.eye(len(R))
-        condition = common_lyapunov_condition(
-            inside, decay_rate=rate, weight=vertex_weight(shifted)
-        )
-        outcome = decide(condition, session=self._session, most=1)
-        self.tries.extend(outcome.tries)
-        if outcome.status == "infeasible":
-            self.upper = min(self.upper, rate)
-        if "vertex" in outcome.multipliers:
-            self.upper = min(self.upper, rate_bound(inside, outcome.multipliers["vertex"]))
-        better = outcome.values.get("P")
-        if better is None:
-            return None
-        P = R.T @ better[0] @ R
-        P = np.asarray((P + P.T) / np.linalg.norm(P))
-        # Near a supremum that is not attained P degenerates; what it shows is then worth nothing.
-        return P if np.linalg.eigvalsh(P)[0] > WORST else None
-
-    def _ruled_out(self, A: Floats, rate: float) -> bool:
-        """Look just above the rate: either nothing is there, or a better P."""
-        found = self._solve(A, rate)
-        if found is not None and rate_of(A, found) > rate_of(A, self.P):
-            self.P = found
-            return self.upper <= rate
-        return True

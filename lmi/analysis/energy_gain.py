@@ -2,37 +2,38 @@ r"""The energy gain (H-infinity norm) from disturbance to output, by one quadrat
 
 With V = x' P x, at every vertex i,
 
-    [ He(P A_i)   P B_i      C_i'     ]
-    [ .           -gamma I   D_i'     ]  < 0,     P > 0,     gamma least,
-    [ .           .          -gamma I ]
+    continuous   [ He(P A_i)        P B_i                  C_i'     ]
+                 [ .                -gamma I               D_i'     ]  < 0
+                 [ .                .                      -gamma I ]
 
-so that V' <= gamma |w|^2 - |y|^2 / gamma along every blend of the vertices, however fast it varies,
-and the energy of y is at most gamma^2 times that of w from x(0) = 0.
+    discrete     [ A_i' P A_i - P   A_i' P B_i             C_i'     ]
+                 [ .                B_i' P B_i - gamma I   D_i'     ]  < 0
+                 [ .                .                      -gamma I ]
+
+with P > 0 and gamma least.  Then V', or V(x+) - V(x), is at most gamma |w|^2 - |y|^2 / gamma along
+every blend of the vertices, however fast it varies (the second is convex in the vertex), and the
+energy of y, the integral or the sum of |y|^2, is at most gamma^2 times that of w from x(0) = 0.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2; Gahinet and Apkarian (1994),
-Int. J. Robust and Nonlinear Control 4, for this form of the bounded real lemma.
+Int. J. Robust and Nonlinear Control 4, for these forms of the bounded real lemma.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.channel import (
-    Channel,
-    Units,
-    answer_without,
-    channel_of,
-    hopeless_vertex,
-    near_least,
-)
+from takagi.lmi.analysis.channel import Channel, Units, channel_of
+from takagi.lmi.analysis.least_gain import least_gain, motion_of
 from takagi.lmi.answer import Answer, Floats
 from takagi.lmi.intake import Vertices
-from takagi.lmi.solver.balance import state_units
-from takagi.lmi.solver.stages import Outcome, optimise
 from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
 
 __all__ = ["hinf_norm", "hinf_norm_condition"]
+
+SOURCE = "Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2; Gahinet and Apkarian (1994)"
 
 
 def hinf_norm_condition(
@@ -40,12 +41,14 @@ def hinf_norm_condition(
     B: ArrayLike | None = None,
     C: ArrayLike | None = None,
     D: ArrayLike | None = None,
+    *,
+    sample_time: float | None = None,
 ) -> Condition:
     """Pose the bounded real lemma at every vertex with one P > 0; the objective is gamma.
 
     Parameters
     ----------
-    model, B, C, D : as for ``hinf_norm``.
+    model, B, C, D, sample_time : as for ``hinf_norm``.
 
     Returns
     -------
@@ -56,9 +59,9 @@ def hinf_norm_condition(
     ------
     ModelError : as ``hinf_norm``.
 
-    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2.
+    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2; Gahinet and Apkarian (1994).
     """
-    path = channel_of(model, B, C, D)
+    path = channel_of(model, B, C, D, sample_time=sample_time)
     r, n, q = path.B.shape
     p = path.C.shape[1]
     P = Unknown("P", n, n, symmetric=True)
@@ -71,8 +74,7 @@ def hinf_norm_condition(
         name="vertex",
         blocks=(n, q, p),
         terms=(
-            Term(unknown=P, left=one, right=path.A, plus_transpose=True, latex=("", "A_{i}")),
-            Term(unknown=P, left=one, right=path.B, at=(0, 1), latex=("", "B_{i}")),
+            *(_continuous(P, path) if path.sample_time is None else _discrete(P, path)),
             Term(unknown=gamma, left=-np.eye(q)[None], at=(1, 1), latex=("-", "I")),
             Term(unknown=gamma, left=-np.eye(p)[None], at=(2, 2), latex=("-", "I")),
         ),
@@ -89,7 +91,26 @@ def hinf_norm_condition(
         unknowns=(P, gamma),
         lmis=(positive, bounded_real),
         objective={"gamma": np.ones((1, 1, 1))},
-        source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2",
+        source=SOURCE,
+    )
+
+
+def _continuous(P: Unknown, path: Channel) -> tuple[Term, ...]:
+    one = np.eye(P.rows)[None]
+    return (
+        Term(unknown=P, left=one, right=path.A, plus_transpose=True, latex=("", "A_{i}")),
+        Term(unknown=P, left=one, right=path.B, at=(0, 1), latex=("", "B_{i}")),
+    )
+
+
+def _discrete(P: Unknown, path: Channel) -> tuple[Term, ...]:
+    one = np.eye(P.rows)[None]
+    A, B = path.A.transpose(0, 2, 1), path.B.transpose(0, 2, 1)
+    return (
+        Term(unknown=P, left=A, right=path.A, latex=(r"A_{i}^\top", "A_{i}")),
+        Term(unknown=P, left=-one, right=one, latex=("-", "")),
+        Term(unknown=P, left=A, right=path.B, at=(0, 1), latex=(r"A_{i}^\top", "B_{i}")),
+        Term(unknown=P, left=B, right=path.B, at=(1, 1), latex=(r"B_{i}^\top", "B_{i}")),
     )
 
 
@@ -99,6 +120,7 @@ def hinf_norm(
     C: ArrayLike | None = None,
     D: ArrayLike | None = None,
     *,
+    sample_time: float | None = None,
     scales: ArrayLike | None = None,
 ) -> Answer:
     """Return the least gamma, and its P, with |y|_2 <= gamma |w|_2 for every blend of the vertices.
@@ -111,6 +133,8 @@ def hinf_norm(
     model : A (r, n, n), C (r, p, n), and the disturbance's E (r, n, q); without E the input is
         the disturbance, with B (r, n, m) and D (r, p, m).  Or A itself, (r, n, n) or (n, n): then
         B, C and D (zero when left out) are arrays, (r, ., .) or (., .).
+    sample_time : T in s of x+ = A x + B w, where arrays are given; a model knows its own.  The
+        energies are then sums over samples.  gamma does not depend on T.
     scales : (n,) engineering range of each state; None balances the vertices.
 
     Returns
@@ -123,57 +147,41 @@ def hinf_norm(
     Raises
     ------
     ModelError : shapes, entries that are not finite, no disturbance or no output, a path that is
-        zero at every vertex, scales that are not positive.
+        zero at every vertex, scales or a sample time that are not positive.
 
-    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2.
+    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2; Gahinet and Apkarian (1994).
     """
-    path = channel_of(model, B, C, D)
-    s = state_units(path.A, scales)
-    why = hopeless_vertex(path, s)
-    if why:
-        return Answer(status="infeasible", P=None, margin=-np.inf, coordinates=s, diagnosis=why)
-    units = Units.of(path, s)
-    scaled = path.scaled(units)
-    condition = hinf_norm_condition(scaled)
-    outcome = optimise(condition)
-    if not near_least(outcome):
-        return answer_without(path, s, condition, outcome)
-    return _answer(scaled, units, condition, outcome)
+    path = channel_of(model, B, C, D, sample_time=sample_time)
+    return least_gain(path, scales, _posed, _shown)
 
 
 def energy_gain_of(channel: Channel, P: Floats) -> float:
-    """Return the least gamma that P shows, inf when He(P A_i) < 0 fails at a vertex.
+    """Return the least gamma that P shows, inf when V does not fall at a vertex.
 
-    By a Schur complement gamma = max_i lambda_max([[0, D'], [D, 0]] + G' (-He(P A))^-1 G) with
-    G = [P B, C'].
+    With F, G, H of ``motion_of`` a Schur complement leaves
+    gamma = max_i lambda_max([[H, D'], [D, 0]] + [G, C']' F^-1 [G, C']).
     """
-    A, B, C, D = channel.A, channel.B, channel.C, channel.D
-    decrease = -(P @ A + (P @ A).transpose(0, 2, 1))
-    if np.linalg.eigvalsh(decrease).min() <= 0:
+    C, D = channel.C, channel.D
+    fall, reach, direct = motion_of(channel, P)
+    if np.linalg.eigvalsh(fall).min() <= 0:
         return np.inf
-    q = B.shape[2]
-    G = np.concatenate([P @ B, C.transpose(0, 2, 1)], axis=2)
-    total = G.transpose(0, 2, 1) @ np.linalg.solve(decrease, G)
+    q = reach.shape[2]
+    G = np.concatenate([reach, C.transpose(0, 2, 1)], axis=2)
+    total = G.transpose(0, 2, 1) @ np.linalg.solve(fall, G)
+    total[:, :q, :q] += direct
     total[:, q:, :q] += D
     total[:, :q, q:] += D.transpose(0, 2, 1)
     total = (total + total.transpose(0, 2, 1)) / 2
     return float(np.linalg.eigvalsh(total)[:, -1].max())
 
 
-def _answer(scaled: Channel, units: Units, condition: Condition, outcome: Outcome) -> Answer:
-    P, s = outcome.values["P"][0], units.states
-    gain = energy_gain_of(scaled, P) * units.output / units.disturbance
-    # V is measured in |y|^2 / gamma times seconds.
+def _posed(scaled: Channel, units: Units) -> Condition:
+    return hinf_norm_condition(scaled)
+
+
+def _shown(scaled: Channel, units: Units, values: Mapping[str, Floats]) -> tuple[float, Floats]:
+    P, s = values["P"][0], units.states
+    # V is measured in |y|^2 / gamma times seconds, or samples.
     size = units.output * units.disturbance / units.rate
-    return Answer(
-        status=outcome.status,
-        P=size * P / s / s[:, None],
-        margin=outcome.margin,
-        gain=gain,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        coordinates=s,
-        condition=condition,
-        tries=outcome.tries,
-    )
+    gain = energy_gain_of(scaled, P) * units.output / units.disturbance
+    return gain, size * P / s / s[:, None]

@@ -177,7 +177,7 @@ def _step(A: Floats, d: Floats, alpha: Floats, h: Floats) -> tuple[Floats, float
         condition = invariant_ellipsoid_condition(A[chosen], d[chosen], alpha[chosen], h)
         outcome = optimise(condition, slack=1e-3)
         # Without an objective the solver failed and the centre is feasible at any size.
-        if outcome.status != "candidate" or not np.isfinite(outcome.objective):
+        if outcome.status != "candidate" or not outcome.settled:
             return None
         P, eta = outcome.values["P"][0], float(outcome.values["eta"][0, 0, 0])
         worst = slacks(P, A, d, alpha)

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from takagi.lmi.intake import positive_vector
 from takagi.lmi.term import Array
 
-__all__ = ["balanced_inputs", "balanced_states", "nearest_power", "state_units"]
+__all__ = ["balanced_inputs", "balanced_states", "motion", "nearest_power", "state_units"]
 
 
 SWEEPS = 40
@@ -56,13 +56,29 @@ def balanced_inputs(B: Array, size: float) -> Array:
     return nearest_power(size / largest)
 
 
-def state_units(A: Array, scales: ArrayLike | None) -> Array:
+def motion(A: Array, step: float | None) -> Array:
+    """Return what moves the states: A of x' = A x, and A - I of x+ = A x.
+
+    Sampled fast, A is nearly I and says nothing of the size of what happens; A - I does.
+
+    Parameters
+    ----------
+    step : sample time T in s; None for continuous time.
+    """
+    return A if step is None else A - np.eye(A.shape[-1])
+
+
+def state_units(A: Array, scales: ArrayLike | None, *, step: float | None = None) -> Array:
     """Return s, (n,): the powers of two next to the given scales, or those that balance A.
+
+    Parameters
+    ----------
+    step : as for ``motion``, which is what is balanced.
 
     Raises
     ------
     ModelError : scales of another length, or not positive.
     """
     if scales is None:
-        return balanced_states(A)
+        return balanced_states(motion(A, step))
     return nearest_power(positive_vector("scales", scales, A.shape[1]))

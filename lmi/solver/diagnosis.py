@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
 from takagi.lmi.answer import Floats
 from takagi.lmi.term import LMI, Condition
 
-__all__ = ["binding_items"]
+__all__ = ["Share", "binding_items", "binding_shares"]
+
+# Items with less of the bound than this are not worth a word.
+LEAST = 0.02
+
+
+class Share(NamedTuple):
+    """How much of the bound on the margin an item carries: its label, its LMI, and 0 ... 1."""
+
+    label: str
+    lmi: str
+    share: float
 
 
 def binding_items(
@@ -17,24 +29,41 @@ def binding_items(
 ) -> str:
     """Return e.g. ``"binding: vertex 2 of 8 (61%), vertex 5 of 8 (39%)"``.
 
+    Parameters
+    ----------
+    names : the LMIs to look at.
+    """
+    shares = binding_shares(condition, multipliers, *names)
+    if not shares:
+        return "no single item binds"
+    return "binding: " + ", ".join(f"{one.label} ({one.share:.0%})" for one in shares[:most])
+
+
+def binding_shares(
+    condition: Condition, multipliers: Mapping[str, Floats], *names: str
+) -> tuple[Share, ...]:
+    """Return the items that carry more than 2% of the bound on the margin, largest first.
+
     The trace of an item's multiplier times the item's size is its share in the bound on the
     margin: items without a share could be left out and the answer would still be no.
 
     Parameters
     ----------
-    names : the LMIs to look at.
+    names : the LMIs to look at; all that have a weight when there are none.
     """
-    shares = []
+    found = []
     for lmi in condition.lmis:
-        if lmi.name in names and lmi.name in multipliers:
+        if lmi.name in multipliers and (lmi.name in names or (not names and lmi.weight > 0)):
             traces = _size(lmi) * np.trace(multipliers[lmi.name], axis1=1, axis2=2)
-            shares += [(float(trace), lmi.label(k)) for k, trace in enumerate(traces)]
-    total = sum(share for share, _ in shares)
+            found += [Share(lmi.label(k), lmi.name, float(t)) for k, t in enumerate(traces)]
+    total = sum(one.share for one in found)
     if total <= 0:
-        return "no single item binds"
-    shares.sort(key=lambda pair: -pair[0])
-    large = [pair for pair in shares[:most] if pair[0] > 0.02 * total]
-    return "binding: " + ", ".join(f"{name} ({share / total:.0%})" for share, name in large)
+        return ()
+    # A stable order: of equal shares the first item is named first.
+    found.sort(key=lambda one: -one.share)
+    return tuple(
+        one._replace(share=one.share / total) for one in found if one.share > LEAST * total
+    )
 
 
 def _size(lmi: LMI) -> float:

@@ -1,4 +1,8 @@
-"""Many vertices: give the solver few, look at all, add the most violated, until none is left."""
+"""Many vertices: give the solver few, look at all, add the most violated, until none is left.
+
+For a common P, whose condition is never even posed over all vertices; ``item_rounds`` is for any
+other condition.
+"""
 
 from __future__ import annotations
 

@@ -13,8 +13,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from takagi.lmi.synthesis.corner_rules import Corners
 from takagi.lmi.synthesis.double_sum import DoubleSum, Member, Part
-from takagi.lmi.term import Array, Indices, Unknown
+from takagi.lmi.term import Array, Unknown
 
 __all__ = ["closed_loop", "gain_member", "gain_symbol", "gain_unknown"]
 
@@ -42,17 +43,20 @@ def closed_loop(
     *,
     weight: float,
     discrete: bool = False,
-    corners: Indices | None = None,
+    corners: Corners | None = None,
+    gain_corners: Corners | None = None,
 ) -> DoubleSum:
     """Return the module's double sum; alpha is the parameter ``alpha``, rho^2 ``contraction``.
 
     Parameters
     ----------
     A, B : (r, n, n), (r, n, m).
-    Q, M : unknowns; M has r members, or one for a gain that all rules share.
+    Q, M : unknowns; M has r members, or one for a gain that all rules share, or as many as
+        ``gain_corners`` has rules.
     weight : margin of Theta for a margin 1 of Q.
     discrete : x+ = A x + B u in the place of x' = A x + B u.
-    corners : as in ``DoubleSum``.
+    corners, gain_corners : as in ``DoubleSum``; the second for gains that are scheduled over other
+        premises than the vertices, or over some of them only.
     """
     r, n = A.shape[:2]
     one = np.eye(n)[None]
@@ -92,4 +96,5 @@ def closed_loop(
         parts=tuple(parts),
         weight=weight,
         corners=corners,
+        gain_corners=gain_corners,
     )

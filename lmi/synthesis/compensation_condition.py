@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from fractions import Fraction
 from typing import Protocol
 
 import numpy as np
@@ -15,12 +17,24 @@ from takagi.lmi.intake import (
     sample_time_of,
     vertex_stack,
 )
+from takagi.lmi.solver.balance import motion
 from takagi.lmi.synthesis.closed_loop import closed_loop, gain_unknown
+from takagi.lmi.synthesis.demands import Demands, demanded
+from takagi.lmi.synthesis.double_sum import DoubleSum
 from takagi.lmi.synthesis.limits import Limits, gain_lmis, initial_lmis, input_lmis, state_lmis
-from takagi.lmi.synthesis.relaxations import relaxation_named
+from takagi.lmi.synthesis.relaxations import Relaxation, relaxation_named
 from takagi.lmi.term import LMI, Array, Condition, Constant, Term, Unknown
 
-__all__ = ["Controlled", "effort_lmi", "pdc_condition"]
+__all__ = [
+    "Controlled",
+    "DoubleSums",
+    "LARGEST_ELLIPSOID",
+    "double_sums",
+    "effort_lmi",
+    "pdc_condition",
+    "size_of_motion",
+    "theta_weight",
+]
 
 
 class Controlled(Protocol):
@@ -41,8 +55,9 @@ def pdc_condition(
     model: Controlled,
     *,
     decay_rate: float = 0.0,
-    relaxation: str = "wang-tanaka-griffin",
+    relaxation: str | Relaxation = "wang-tanaka-griffin",
     limits: Limits | None = None,
+    demands: Demands | None = None,
     sample_time: float | None = None,
 ) -> Condition:
     """Pose sum_ij h_i h_j Theta_ij < 0, Theta_ij = He(A_i Q - B_i M_j) + 2 alpha Q, Q > 0.
@@ -55,8 +70,9 @@ def pdc_condition(
     ----------
     model : A (r, n, n) and B (r, n, m).
     decay_rate : alpha in 1/s.
-    relaxation : how the double sum is made LMIs; see ``relaxations``.
+    relaxation : how the double sum is made LMIs; see ``relaxations``.  Or what poses it.
     limits : on inputs, states and gains, in the model's coordinates.
+    demands : on eigenvalues, for uncertain plants and known memberships; in those coordinates.
     sample_time : T in s; None takes the model's own, continuous where it has none.
 
     Returns
@@ -69,35 +85,99 @@ def pdc_condition(
 
     Source: Tanaka and Wang (2001), section 3.3.
     """
-    pose = relaxation_named(relaxation)
+    name = relaxation if isinstance(relaxation, str) else ""
+    pose = relaxation if callable(relaxation) else relaxation_named(relaxation)
+    alpha = number("decay_rate", decay_rate)
+    step = sample_time_of(model, sample_time)
+    posed = double_sums(model, alpha, name, demands, step)
+    Q, M = posed.Q, posed.M
+    nu = Unknown("nu", 1, 1, latex=r"\nu")
+    relaxed = [pose(loop) for loop in posed.sums]
+    slack = tuple(unknown for unknowns, _ in relaxed for unknown in unknowns)
+    sums = tuple(lmi for _, lmis in relaxed for lmi in lmis)
+    more, restrictions = _restrictions(Q, M, limits)
+    largest = LARGEST_ELLIPSOID if limits is not None and limits.level else 1.0
+    return Condition(
+        name=", ".join(part for part in ("parallel distributed compensation", name) if part),
+        unknowns=(Q, M, nu, *posed.unknowns, *slack, *more),
+        lmis=(
+            *_scale_of(Q, largest),
+            *sums,
+            *posed.lmis,
+            effort_lmi(Q, M, nu),
+            *restrictions,
+        ),
+        objective={"nu": np.ones((1, 1, 1))},
+        parameters=rate_parameter(alpha, step),
+        source="Tanaka and Wang (2001), section 3.3",
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DoubleSums:
+    """All double sums of a design, the first that of the decay rate, before they are relaxed.
+
+    Attributes
+    ----------
+    Q, M : the unknowns that they share.
+    unknowns, lmis : what they need besides.
+    """
+
+    Q: Unknown
+    M: Unknown
+    sums: tuple[DoubleSum, ...]
+    unknowns: tuple[Unknown, ...]
+    lmis: tuple[LMI, ...]
+
+
+def double_sums(
+    model: Controlled,
+    alpha: float | Fraction,
+    relaxation: str,
+    demands: Demands | None,
+    step: float | None,
+) -> DoubleSums:
+    """Return the double sums of ``pdc_condition``.
+
+    Parameters
+    ----------
+    relaxation : for "common-gain" M has one member, for all others one a rule.
+    step : T in s; None for continuous time.
+    """
     A = vertex_stack(model)
     B = input_stack(model, A)
-    alpha = number("decay_rate", decay_rate)
     r, n, m = B.shape
     Q = Unknown("Q", n, n, symmetric=True)
     M = gain_unknown(r, m, n, relaxation)
-    nu = Unknown("nu", 1, 1, latex=r"\nu")
-    step = sample_time_of(model, sample_time)
     loop = closed_loop(
         A,
         B,
         Q,
         M,
-        weight=vertex_weight(A) if step is None else 1.0,
+        weight=theta_weight(A, float(alpha), step),
         discrete=step is not None,
         corners=corners_of(model),
     )
-    slack, double_sum = pose(loop)
-    more, restrictions = _restrictions(Q, M, limits)
-    largest = LARGEST_ELLIPSOID if limits is not None and limits.level else 1.0
-    return Condition(
-        name=f"parallel distributed compensation, {relaxation}",
-        unknowns=(Q, M, nu, *slack, *more),
-        lmis=(*_scale_of(Q, largest), *double_sum, effort_lmi(Q, M, nu), *restrictions),
-        objective={"nu": np.ones((1, 1, 1))},
-        parameters=rate_parameter(alpha, step),
-        source="Tanaka and Wang (2001), section 3.3",
-    )
+    if demands is None:
+        return DoubleSums(Q, M, (loop,), (), ())
+    found = demanded(loop, A, B, Q, M, demands, discrete=step is not None)
+    return DoubleSums(Q, M, *found)
+
+
+def size_of_motion(A: Array, alpha: float, step: float | None) -> float:
+    """Return max_i 2 |A_i|, of A_i - I in discrete time, or what the decay rate asks if more."""
+    asked = alpha if step is None else -np.expm1(-alpha * step)
+    return max(vertex_weight(motion(A, step)), 2.0 * asked)
+
+
+def theta_weight(A: Array, alpha: float, step: float | None) -> float:
+    """Return the natural size of Theta_ij for Q <= I.
+
+    In discrete time at most 1: Theta's own blocks -rho^2 Q and -Q leave no more.  It is small
+    where the sample time is, since V then changes little in a step.
+    """
+    size = size_of_motion(A, alpha, step)
+    return size if step is None else min(1.0, size)
 
 
 def effort_lmi(Q: Unknown, M: Unknown, nu: Unknown) -> LMI:

@@ -1,4 +1,4 @@
-r"""Sums of h_i h_j Theta_ij, what a law with memberships makes of a condition, as terms of an LMI.
+r"""Sums of h_i m_j Theta_ij, what a law with memberships makes of a condition, as terms of an LMI.
 
 Theta_ij is a symmetric block matrix that is affine in the unknowns; i is the rule of the vertex, j
 that of the gain.  A relaxation (``relaxations``) asks for weighted sums of such Theta_ij, and
@@ -7,105 +7,39 @@ never looks inside: whatever is posed as a ``DoubleSum`` has every relaxation.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.term import LMI, Array, Constant, Indices, Position, Term, Unknown
+from takagi.lmi.labels import Labels
+from takagi.lmi.synthesis.corner_rules import Corners, product_rules
+from takagi.lmi.synthesis.parts import Fixed, Member, Part, Summand, changes_with_gain
+from takagi.lmi.synthesis.weighted_sum import constant_of, same_term, term_of
+from takagi.lmi.term import LMI, Array, Indices, Term
 from takagi.models.errors import ModelError
 
-__all__ = ["DoubleSum", "Fixed", "Part", "Summand", "selections"]
-
-Weights: TypeAlias = NDArray[np.float64]
-# Which member of its unknown a part takes: the first, that of the vertex, that of the gain; or a
-# table (r, r) of members.
-Member: TypeAlias = Literal["first", "vertex", "gain"] | Indices
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Part:
-    """L_ij X R_ij (+ transpose), one of the summands of Theta_ij.
-
-    Attributes
-    ----------
-    left : (1, p, X.rows) for the same in all, (r, p, X.rows) by the vertex's rule i, or
-        (r, r, p, X.rows) by both.
-    right : the same, (., X.cols, q); None for a scalar X, then left is (., p, q).
-    member : which member of X.
-    at, plus_transpose, parameter : as in ``Term``.
-    latex : before and behind the unknown, with ``{i}`` and ``{j}`` for the two rules, e.g.
-        ``("-B_{i}", "")``.
-    symbol : the unknown, e.g. ``"M_{j}"``; its own when empty.
-    """
-
-    unknown: Unknown
-    left: Array
-    right: Array | None = None
-    member: Member = "first"
-    at: Position | None = (0, 0)
-    plus_transpose: bool = False
-    parameter: str | None = None
-    latex: tuple[str, str] = ("", "")
-    symbol: str = ""
-
-    @property
-    def same(self) -> bool:
-        """Return whether it is one and the same in every Theta_ij."""
-        single = self.right is None or len(self.right) == 1
-        return (
-            isinstance(self.member, str)
-            and self.member == "first"
-            and (len(self.left) == 1 and single)
-        )
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Fixed:
-    """A known block of Theta_ij: (1, p, q), (r, p, q) by the vertex's rule, or (r, r, p, q)."""
-
-    value: Array
-    at: Position | None = (0, 0)
-    latex: str = ""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Summand:
-    """weight_t Theta_(i_t, j_t), added to item item_t, for t = 1 ... T.
-
-    Attributes
-    ----------
-    i, j : (T,) rule of the vertex, rule of the gain.
-    weight : (T,).
-    item : (T,); None means one to each item.
-    names : the two indices in LaTeX, e.g. ``("i", "j")``.
-    factor : the weight in LaTeX; empty for 1.
-    """
-
-    i: Indices
-    j: Indices
-    weight: Weights
-    item: Indices | None = None
-    names: tuple[str, str] = ("i", "j")
-    factor: str = ""
+__all__ = ["DoubleSum", "Fixed", "Member", "Part", "Summand", "selections"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class DoubleSum:
-    """sum_ij h_i h_j Theta_ij < 0 for all memberships h.
+    """sum_ij h_i m_j Theta_ij < 0 for all memberships h of the vertices, m of the gains.
 
     Attributes
     ----------
-    rules : r.
+    rules : r, of the vertices.
     blocks : sizes of Theta's diagonal blocks.
     parts, fixed : what Theta_ij is the sum of.
     weight : margin of Theta for a margin 1 of the other LMIs.
     name : prefix of the LMIs' names, where a condition has more than one double sum.
-    corners : (r, premises) which corner of each premise rule i takes; None where the memberships
-        are not known to be products.
+    corners : (r, premises) which corner of each premise rule i takes, or ``ProductRules``; None
+        where the memberships are not known to be products.
+    gain_rules : g; None where the gains have the rules and the memberships of the vertices, m = h.
+    gain_corners : as ``corners``, for the gains' own rules.  Premises of one name are the same.
+    active : (r, r), False where h_i h_j = 0 always; None where nothing is known.
+    active_rules : at most so many h_i differ from zero at a time; None where nothing is known.
     """
 
     rules: int
@@ -114,28 +48,69 @@ class DoubleSum:
     fixed: tuple[Fixed, ...] = ()
     weight: float = 1.0
     name: str = ""
-    corners: Indices | None = None
+    corners: Corners | None = None
+    gain_rules: int | None = None
+    gain_corners: Corners | None = None
+    active: NDArray[np.bool_] | None = None
+    active_rules: int | None = None
 
     def __post_init__(self) -> None:
+        if self.gain_corners is not None and self.gain_rules is None:
+            object.__setattr__(self, "gain_rules", product_rules(self.gain_corners).rules)
         for part in self.parts:
             for side, array in (("left", part.left), ("right", part.right)):
                 if array is not None:
                     self._check_length(f"part {part.unknown.name}, {side}", array)
+            self._check_member(part)
         for known in self.fixed:
             self._check_length("a fixed block", known.value)
+        self._check_corners("vertices", self.corners, self.rules)
+        self._check_corners("gains", self.gain_corners, self.gains)
+        self._check_active()
 
-    def _check_length(self, what: str, array: Array) -> None:
-        lengths = array.shape[:-2]
-        if lengths not in ((1,), (self.rules,), (self.rules, self.rules)):
-            raise ModelError(
-                f"{what} has shape {array.shape}; (1, ., .), ({self.rules}, ., .) or "
-                f"({self.rules}, {self.rules}, ., .) is needed"
-            )
+    @property
+    def gains(self) -> int:
+        """Return g, the number of rules of the gains."""
+        return self.rules if self.gain_rules is None else self.gain_rules
 
     @property
     def size(self) -> int:
         """Return the size of Theta."""
         return sum(self.blocks)
+
+    @property
+    def by_gain(self) -> bool:
+        """Return whether Theta_ij may change with j."""
+        return any(part.by_gain for part in self.parts) or any(
+            changes_with_gain(known.value) for known in self.fixed
+        )
+
+    @property
+    def most_active(self) -> int:
+        """Return how many rules can act at a time."""
+        most = self.rules if self.active_rules is None else self.active_rules
+        if self.active is None:
+            return most
+        return min(most, int(self.active.sum(axis=1).max()))
+
+    def pairs(self) -> tuple[Indices, Indices]:
+        """Return (i, j), i < j, of the pairs of rules that can act together."""
+        i, j = np.triu_indices(self.rules, 1)
+        if self.most_active == 1:
+            return i[:0], j[:0]
+        if self.active is None:
+            return i, j
+        keep = self.active[i, j]
+        return i[keep], j[keep]
+
+    def require_shared(self, relaxation: str) -> None:
+        """Raise ModelError where the gains' memberships are not those of the vertices."""
+        if self.gain_rules is not None:
+            raise ModelError(
+                f"relaxation {relaxation} pairs the rules of the vertices with those of the gains, "
+                f"but there are {self.rules} and {self.gains} with memberships of their own; take "
+                '"product" or "product-<d>"'
+            )
 
     def lmi(
         self,
@@ -144,15 +119,30 @@ class DoubleSum:
         slack: Sequence[Term] = (),
         *,
         count: int,
-        labels: tuple[str, ...],
+        label: Callable[[int], str],
         index: str,
+        scale: float = 1.0,
+        printed: float = 1.0,
     ) -> LMI:
-        """Return: sum of the summands + slack < 0, for each of ``count`` items."""
+        """Return: scale (sum of the summands) + slack < 0, for each of ``count`` items.
+
+        Parameters
+        ----------
+        label : the name of item k.
+        scale : positive; not printed.
+        printed : what is solved is so many times what the formula of the summands says.
+        """
+        total = sum((summand.totals(count) for summand in summands), np.zeros(count))
         varying = [part for part in self.parts if not part.same]
-        total = _total(summands, count)
-        terms = [_term(part, summand) for summand in summands for part in varying]
-        terms += [_scaled(part, total) for part in self.parts if part.same]
-        constants = [_constant(known, summands, count, total) for known in self.fixed]
+        terms = [
+            term_of(part, summand, self.gains, scale) for summand in summands for part in varying
+        ]
+        terms += [same_term(part, total, scale, printed) for part in self.parts if part.same]
+        constants = [
+            constant
+            for known in self.fixed
+            for constant in constant_of(known, summands, total, scale, printed)
+        ]
         prefix = f"{self.name}, " if self.name else ""
         return LMI(
             name=f"{prefix}{name}",
@@ -162,9 +152,53 @@ class DoubleSum:
             sign=-1,
             count=count,
             weight=self.weight,
-            labels=tuple(f"{prefix}{label}" for label in labels),
+            labels=Labels(count, lambda item: f"{prefix}{label(item)}"),
             index=index,
         )
+
+    def _check_length(self, what: str, array: Array) -> None:
+        r, g = self.rules, self.gains
+        if array.shape[:-2] not in ((1,), (r,), (r, g)):
+            raise ModelError(
+                f"{what} has shape {array.shape}; (1, ., .), ({r}, ., .) or ({r}, {g}, ., .) is "
+                "needed"
+            )
+
+    def _check_member(self, part: Part) -> None:
+        r, g, count = self.rules, self.gains, part.unknown.count
+        if not isinstance(part.member, str):
+            fits = part.member.shape == (r, g) and 0 <= part.member.min()
+            fits = fits and int(part.member.max()) < count
+        else:
+            fits = {"first": True, "vertex": count == r, "gain": count == g}[part.member]
+        if not fits:
+            raise ModelError(
+                f"part {part.unknown.name} has {count} members for {r} rules of the vertices, {g} "
+                f"of the gains; one for each rule, or a table ({r}, {g}) of members is needed"
+            )
+
+    def _check_corners(self, whose: str, corners: Corners | None, rules: int) -> None:
+        if corners is not None and product_rules(corners).rules != rules:
+            raise ModelError(
+                f"corners of the {whose}: {product_rules(corners).rules} rules, but there are "
+                f"{rules}; give one row for each rule"
+            )
+
+    def _check_active(self) -> None:
+        given, most = self.active, self.active_rules
+        if given is None and most is None:
+            return
+        self.require_shared("with knowledge of which rules act together")
+        if most is not None and not 1 <= most <= self.rules:
+            raise ModelError(f"active_rules is {most}; 1 ... {self.rules} rules can act at a time")
+        r = self.rules
+        if given is not None and (
+            given.shape != (r, r) or not (given == given.T).all() or not given.diagonal().all()
+        ):
+            raise ModelError(
+                f"active has shape {given.shape}; ({r}, {r}), symmetric, with every rule active by "
+                "itself is needed; leave out a rule that never acts"
+            )
 
 
 def selections(rules: int, states: int) -> Array:
@@ -173,94 +207,3 @@ def selections(rules: int, states: int) -> Array:
     block = np.arange(rules)[:, None] * states + np.arange(states)
     E[np.arange(rules)[:, None], block, np.arange(states)] = 1.0
     return E
-
-
-def _total(summands: Sequence[Summand], count: int) -> Weights:
-    """Return the sum of the weights in each item, (count,)."""
-    total = np.zeros(count)
-    for summand in summands:
-        item = np.arange(count) if summand.item is None else summand.item
-        np.add.at(total, item, summand.weight)
-    return total
-
-
-def _picked(array: Array, i: Indices, j: Indices) -> Array:
-    """Return (T, p, q), or (1, p, q) where it does not depend on the rules."""
-    if array.ndim == 4:
-        return array[i, j]
-    return array if len(array) == 1 else array[i]
-
-
-def _term(part: Part, summand: Summand) -> Term:
-    i, j = summand.i, summand.j
-    left = summand.weight[:, None, None] * _picked(part.left, i, j)
-    right = None if part.right is None else _picked(part.right, i, j)
-    members: Indices | None = None
-    if not isinstance(part.member, str):
-        members = part.member[i, j]
-    elif part.member != "first":
-        members = i if part.member == "vertex" else j
-    before, behind = (_indexed(text, summand.names) for text in part.latex)
-    return Term(
-        unknown=part.unknown,
-        left=left,
-        right=right,
-        at=part.at,
-        plus_transpose=part.plus_transpose,
-        items=summand.item,
-        members=members,
-        parameter=part.parameter,
-        latex=(_times(summand.factor, before), behind),
-        symbol=_indexed(part.symbol, summand.names),
-    )
-
-
-def _scaled(part: Part, total: Weights) -> Term:
-    """Return a part that is the same in all Theta, times the sum of the weights."""
-    alike = bool(np.all(total == total[0]))
-    left = total[:1, None, None] * part.left if alike else total[:, None, None] * part.left
-    factor = "" if total[0] == 1 else f"{total[0]:.4g}"
-    return Term(
-        unknown=part.unknown,
-        left=left,
-        right=part.right,
-        at=part.at,
-        plus_transpose=part.plus_transpose,
-        parameter=part.parameter,
-        latex=(_times(factor, part.latex[0]), part.latex[1]),
-        symbol=part.symbol,
-    )
-
-
-def _constant(known: Fixed, summands: Sequence[Summand], count: int, total: Weights) -> Constant:
-    value, factor = known.value, "" if total[0] == 1 else f"{total[0]:.4g}"
-    if value.ndim == 3 and len(value) == 1:
-        return Constant(
-            value=total[:, None, None] * value, at=known.at, latex=_times(factor, known.latex)
-        )
-    sums = np.zeros((count, *value.shape[-2:]), dtype=value.dtype)
-    texts = []
-    for summand in summands:
-        item = np.arange(count) if summand.item is None else summand.item
-        part = summand.weight[:, None, None] * _picked(value, summand.i, summand.j)
-        np.add.at(sums, item, part)
-        texts.append(_times(summand.factor, _indexed(known.latex, summand.names)))
-    return Constant(value=sums, at=known.at, latex=" + ".join(texts) if known.latex else "")
-
-
-def _indexed(text: str, names: tuple[str, str]) -> str:
-    """Return the text with ``{i}``, ``{j}`` replaced by the names of the two rules."""
-    given = dict(zip("ij", names, strict=True))
-    return re.sub(r"\{([ij])\}", lambda found: "{" + given[found[1]] + "}", text)
-
-
-def _times(factor: str, text: str) -> str:
-    """Return factor times text: the sign of the text in front, two numbers multiplied."""
-    if not factor:
-        return text
-    if text.startswith("-"):
-        return f"-{_times(factor, text[1:])}"
-    number = re.match(r"\d+(\.\d+)?", text)
-    if number and re.fullmatch(r"\d+(\.\d+)?", factor):
-        return f"{float(factor) * float(number[0]):.4g}{text[number.end() :]}"
-    return f"{factor}{text}"

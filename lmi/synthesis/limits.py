@@ -12,7 +12,15 @@ from takagi.lmi.intake import number, positive_vector
 from takagi.lmi.term import LMI, Array, Constant, Term, Unknown
 from takagi.models.errors import ModelError
 
-__all__ = ["Limits", "gain_lmis", "initial_lmis", "input_lmis", "limits_of", "state_lmis"]
+__all__ = [
+    "Limits",
+    "gain_lmis",
+    "initial_lmis",
+    "input_lmis",
+    "limits_of",
+    "row_lmis",
+    "state_lmis",
+]
 
 MOST_CORNERS = 4096
 # Margin of a limit for a margin 1 of Q, in states and inputs of order one.
@@ -91,10 +99,23 @@ def limits_of(
     return Limits(inputs, points, states, gain, np.ones(n), np.ones(m))
 
 
-def input_lmis(Q: Unknown, M: Unknown, limit: Array) -> tuple[LMI, ...]:
+def input_lmis(
+    Q: Unknown,
+    M: Unknown,
+    limit: Array,
+    *,
+    name: str = "input limit",
+    symbol: str = r"\bar u",
+) -> tuple[LMI, ...]:
     """Pose [[u_k^2, m_k], [m_k', Q]] > 0, m_k row k of M_i: |K_i x|_k <= u_k where x' P x <= 1.
 
     By convexity every blend of the gains then keeps the limit too.
+
+    Parameters
+    ----------
+    limit : (m,).
+    name, symbol : of the LMI and of its limit, in LaTeX; two LMIs of one name in a condition would
+        share their multipliers.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.2.3.
     """
@@ -103,7 +124,7 @@ def input_lmis(Q: Unknown, M: Unknown, limit: Array) -> tuple[LMI, ...]:
     one = np.eye(n)[None]
     return (
         LMI(
-            name="input limit",
+            name=name,
             blocks=(1, n),
             terms=(
                 Term(
@@ -117,13 +138,16 @@ def input_lmis(Q: Unknown, M: Unknown, limit: Array) -> tuple[LMI, ...]:
                 ),
                 Term(unknown=Q, left=one, right=one, at=(1, 1)),
             ),
-            constants=(Constant(value=(limit**2)[k][:, None, None], latex=r"\bar u_k^2"),),
+            constants=(Constant(value=(limit**2)[k][:, None, None], latex=rf"{symbol}_k^2"),),
             count=r * m,
             weight=LIMIT_WEIGHT,
             labels=tuple(
-                f"limit of input {b + 1}, rule {a + 1}" for a, b in zip(rule, k, strict=True)
+                f"{name.replace('input ', '')} of input {b + 1}, rule {a + 1}"
+                for a, b in zip(rule, k, strict=True)
             ),
-            index=rf"i = 1, \dots, {r},\; k = 1, \dots, {m}",
+            index=r",\; ".join(
+                [rf"i = 1, \dots, {r}"] * (r > 1) + [rf"k = 1, \dots, {m}"] * (m > 1)
+            ),
         ),
     )
 
@@ -166,6 +190,35 @@ def state_lmis(Q: Unknown, box: Array) -> tuple[LMI, ...]:
             weight=LIMIT_WEIGHT,
             labels=tuple(f"box of state {a + 1}" for a in k),
             index=r"k \text{ with a limit}",
+        ),
+    )
+
+
+def row_lmis(Q: Unknown, rows: Array, limit: Array, *, name: str) -> tuple[LMI, ...]:
+    """Pose c_t Q c_t' < b_t^2: |c_t x| <= b_t where x' P x <= 1, for known rows c_t.
+
+    Parameters
+    ----------
+    rows : (T, n), e.g. the rows of known gains.
+    limit : (T,) b.
+    """
+    return (
+        LMI(
+            name=name,
+            blocks=(1,),
+            terms=(
+                Term(
+                    unknown=Q,
+                    left=rows[:, None, :],
+                    right=rows[:, :, None],
+                    latex=("c_t", r"c_t^\top"),
+                ),
+            ),
+            constants=(Constant(value=-(limit**2)[:, None, None], latex="-b_t^2"),),
+            sign=-1,
+            count=len(rows),
+            weight=LIMIT_WEIGHT,
+            index=rf"t = 1, \dots, {len(rows)}",
         ),
     )
 

@@ -1,4 +1,18 @@
-"""Observer gains: the dual of parallel distributed compensation."""
+r"""Observer gains: the dual of parallel distributed compensation.
+
+With measured premises both plant and observer blend with the same h, and e = x - xhat obeys
+
+    e' = sum_ij h_i h_j (A_i - L_j C_i) e,    in discrete time e+ = ...
+
+Where the right-hand side has a part f(x) that depends on what is not measured, it does not cancel:
+f(x) - f(xhat) = S e with the secant S(x, xhat), row by row a gradient of f between x and xhat (mean
+value theorem).  With S in the hull of S_1 ... S_s,
+
+    e' = sum_i h_i sum_k g_k (A_i + S_k - L C_i) e,     g unknown, so one L for all.
+
+No bound on the error is needed, nor a small-gain argument; but the hull is that of derivatives of
+f, not that of the factors F of f(x) = F(x) x, which is smaller and proves nothing here.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +24,19 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.quadratic import vertex_weight
 from takagi.lmi.answer import Design
-from takagi.lmi.intake import check_stabilisable, input_stack, positive_vector, vertex_stack
-from takagi.lmi.solver.balance import balanced_inputs, balanced_states
+from takagi.lmi.intake import (
+    check_stabilisable,
+    input_stack,
+    positive_vector,
+    sample_time_of,
+    vertex_stack,
+)
+from takagi.lmi.solver.balance import balanced_inputs, state_units
 from takagi.lmi.synthesis.compensation import pdc
 from takagi.lmi.synthesis.compensation_condition import pdc_condition
 from takagi.lmi.synthesis.relaxations import relaxation_named
 from takagi.lmi.term import Array, Condition
+from takagi.models.errors import ModelError
 
 __all__ = ["Measured", "observer", "observer_condition"]
 
@@ -31,19 +52,63 @@ class Measured(Protocol):
 
 
 class _Dual:
-    """The model with A' and C' in the places of A and B."""
+    """The model with A' and C' in the places of A and B, one vertex for each secant."""
 
-    def __init__(self, model: Measured) -> None:
+    def __init__(
+        self, model: Measured, unmeasured: ArrayLike | None, sample_time: float | None
+    ) -> None:
         A = vertex_stack(model)
-        self.A, self.B = A.transpose(0, 2, 1), input_stack(model, A, "C")
+        B = input_stack(model, A, "C")
+        self.sample_time = sample_time_of(model, sample_time)
+        if unmeasured is None:
+            self.premises = tuple(getattr(model, "premises", ()))
+            self.rules = tuple(getattr(model, "rules", ()))
+        else:
+            S = _secants(unmeasured, A.shape[1])
+            A = (A[:, None] + S).reshape(-1, *A.shape[1:])
+            B = np.repeat(B, len(S), axis=0)
+            self.premises, self.rules = (), ()
+        self.A, self.B = A.transpose(0, 2, 1), B
+
+
+def _secants(unmeasured: ArrayLike, n: int) -> Array:
+    """Return S, (s, n, n)."""
+    S = vertex_stack(unmeasured)
+    if S.shape[1] != n:
+        raise ModelError(
+            f"unmeasured has shape {S.shape}, the model has {n} states; vertices (s, {n}, {n}) of "
+            "the secants are needed"
+        )
+    return S
+
+
+def _relaxation(given: str | None, unmeasured: ArrayLike | None) -> str:
+    """Return the relaxation's name, which secants leave no choice of."""
+    if unmeasured is None:
+        return "wang-tanaka-griffin" if given is None else given
+    if given not in (None, "common-gain"):
+        raise ModelError(
+            f"relaxation {given!r} was asked for with unmeasured secants; the gain cannot depend "
+            'on what is not measured: leave relaxation out, or give "common-gain"'
+        )
+    return "common-gain"
 
 
 def observer_condition(
-    model: Measured, *, decay_rate: float = 0.0, relaxation: str = "wang-tanaka-griffin"
+    model: Measured,
+    *,
+    decay_rate: float = 0.0,
+    relaxation: str | None = None,
+    unmeasured: ArrayLike | None = None,
+    sample_time: float | None = None,
 ) -> Condition:
     """Pose sum_ij h_i h_j (He(P A_i - N_j C_i) + 2 alpha P) < 0 as PDC of A', C': N_j = M_j'.
 
     The condition's Q is P itself, its M_j are N_j' = (P L_j)'.  Nothing is solved.
+
+    Parameters
+    ----------
+    model, decay_rate, relaxation, unmeasured, sample_time : as for ``observer``.
 
     Raises
     ------
@@ -51,46 +116,61 @@ def observer_condition(
 
     Source: Tanaka and Wang (2001), section 4.2.
     """
-    return pdc_condition(_Dual(model), decay_rate=decay_rate, relaxation=relaxation)
+    name = _relaxation(relaxation, unmeasured)
+    dual = _Dual(model, unmeasured, sample_time)
+    return pdc_condition(dual, decay_rate=decay_rate, relaxation=name)
 
 
 def observer(
     model: Measured,
     *,
     decay_rate: float = 0.0,
-    relaxation: str = "wang-tanaka-griffin",
+    relaxation: str | None = None,
     gain_bound: float | None = None,
+    unmeasured: ArrayLike | None = None,
     scales: ArrayLike | None = None,
+    sample_time: float | None = None,
 ) -> Design:
     """Return gains L_i, (r, n, p), for xhat' = sum_i h_i (A_i xhat + B_i u + L_i (y - yhat)).
 
     The error e = x - xhat obeys e' = sum_ij h_i h_j (A_i - L_j C_i) e, and V = e' P e decays as
-    V' <= -2 alpha V.
+    V' <= -2 alpha V.  In discrete time xhat+ stands for xhat', and V+ <= e^(-2 alpha T) V.
+
+    With ``unmeasured`` the plant is x' = sum_i h_i (A_i x + B_i u) + f(x), h measured, f not, and
+    the observer has f(xhat) too.  One gain L serves all rules and every secant of f.
 
     Parameters
     ----------
     model : A (r, n, n) and C (r, p, n).
-    decay_rate, relaxation, gain_bound : as for ``pdc``.
+    decay_rate, gain_bound : as for ``pdc``.
+    relaxation : as for ``pdc``; None takes all pairs, or "common-gain" with ``unmeasured``.  A
+        model all of whose premises are unmeasured, but which is one of the error already (as
+        ``wind_observer_model``), needs "common-gain".
+    unmeasured : S_k, (s, n, n), whose hull has every secant of f: f(x) - f(xhat) = S (x - xhat);
+        ``secant_vertices`` gives them from bounds on the derivatives of f.
     scales : (n,) engineering range of each state; None balances.
+    sample_time : T in s of x+ = A x; None takes the model's own.
 
-    Not promised: anything when the memberships depend on what is not measured; the error then
-    has further terms.
+    Not promised: anything when the memberships depend on what is not measured and ``unmeasured``
+    does not say so; nor where x or xhat leaves the set on which the secants were bounded.
 
     Raises
     ------
     ModelError : shapes, numbers, an unknown relaxation, outputs that are dependent or show
         nothing, a vertex with an unstable mode that no output shows.
 
-    Source: Tanaka and Wang (2001), section 4.2.
+    Source: Tanaka and Wang (2001), section 4.2; with secants derived in the module.
     """
-    relaxation_named(relaxation)
-    dual = _Dual(model)
+    name = _relaxation(relaxation, unmeasured)
+    if name != "auto":
+        relaxation_named(name)
+    dual = _Dual(model, unmeasured, sample_time)
     n = dual.A.shape[1]
     _check_detectable(dual, tuple(getattr(model, "states", ())))
     design = pdc(
         dual,
         decay_rate=decay_rate,
-        relaxation=relaxation,
+        relaxation=name,
         gain_bound=gain_bound,
         scales=None if scales is None else 1.0 / positive_vector("scales", scales, n),
     )
@@ -100,9 +180,10 @@ def observer(
     P = np.linalg.inv(design.P)
     P = (P + P.T) / 2
     P /= np.exp2(np.floor(np.log2(np.linalg.eigvalsh(P)[0])))
+    rules = len(vertex_stack(model))
     return replace(
         design,
-        gains=design.gains.transpose(0, 2, 1).copy(),
+        gains=design.gains.transpose(0, 2, 1)[:rules].copy(),
         P=P,
         answer=replace(design.answer, P=P),
     )
@@ -110,7 +191,7 @@ def observer(
 
 def _check_detectable(dual: _Dual, names: tuple[str, ...]) -> None:
     A, B = dual.A.astype(np.float64), dual.B.astype(np.float64)
-    s = balanced_states(A)
+    s = state_units(A, None, step=dual.sample_time)
     A, B = A * s / s[:, None], B / s[:, None]
     B = B * balanced_inputs(B, vertex_weight(A))
-    check_stabilisable(A, B, units=s, names=names, dual=True)
+    check_stabilisable(A, B, units=s, names=names, dual=True, step=dual.sample_time)

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from takagi.lmi.analysis.channel import near_least
 from takagi.lmi.analysis.quadratic import vertex_weight
 from takagi.lmi.answer import Answer, Design, Status
-from takagi.lmi.intake import input_stack, symmetric, vertex_stack
-from takagi.lmi.solver.balance import state_units
+from takagi.lmi.intake import input_stack, sample_time_of, symmetric, vertex_stack
+from takagi.lmi.solver.balance import motion, state_units
 from takagi.lmi.solver.stages import Outcome, optimise
 from takagi.lmi.synthesis.compensation import pdc
 from takagi.lmi.synthesis.compensation_condition import Controlled
@@ -45,11 +45,13 @@ def lqr_pdc(
     relaxation: str = "wang-tanaka-griffin",
     deviations: ArrayLike = 1.0,
     scales: ArrayLike | None = None,
+    sample_time: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with the least bound on the quadratic cost.
 
     The integral of x' Q x + u' R u is at most x(0)' P x(0) for every blend of the vertices, however
-    fast it varies; the mean of that, over x(0) of the given deviations, is least.
+    fast it varies; the mean of that, over x(0) of the given deviations, is least.  In discrete
+    time the cost is the sum of x' Q x + u' R u over the steps; times T it is near the integral.
     Of one rule it is the linear-quadratic regulator.
 
     Parameters
@@ -61,6 +63,7 @@ def lqr_pdc(
     deviations : standard deviation of each state of x(0) in its unit, (n,) or one number; or L,
         (n, n), where they are correlated with covariance L L'.
     scales : (n,) engineering range of each state; None balances.
+    sample_time : T in s of x+ = A x + B u; None takes the model's own.
 
     Returns
     -------
@@ -84,11 +87,13 @@ def lqr_pdc(
     B = input_stack(model, A).astype(np.float64)
     r, n, m = B.shape
     weight = symmetric("Q", Q, n, definite=False)
-    task = _Task(A, B, weight, symmetric("R", R, m, definite=True), initial_factor(deviations, n))
-    plain = pdc(model, relaxation=relaxation, scales=scales)
+    R = symmetric("R", R, m, definite=True)
+    step = sample_time_of(model, sample_time)
+    task = _Task(A, B, weight, R, initial_factor(deviations, n), step)
+    plain = pdc(model, relaxation=relaxation, scales=scales, sample_time=sample_time)
     if plain.gains is None or plain.P is None:
         return _without_gains(plain)
-    guess = _mean_cost(task, state_units(A, scales))
+    guess = _mean_cost(task, state_units(A, scales, step=step))
     condition, outcome, units = _solved(task, guess, relaxation)
     if not near_least(outcome):
         guess = _cost_of(task, plain.gains, plain.P)
@@ -102,7 +107,12 @@ def _solved(task: _Task, P: Floats, relaxation: str) -> tuple[Condition, Outcome
         units = _CostUnits.of(task, P)
         posed = task.posed(units)
         condition = lqr_pdc_condition(
-            posed, posed.Q, posed.R, relaxation=relaxation, deviations=posed.factor
+            posed,
+            posed.Q,
+            posed.R,
+            relaxation=relaxation,
+            deviations=posed.factor,
+            span=units.rate,
         )
         condition = condition.with_lmis(largest_lmi(condition.unknowns[0]))
         outcome = optimise(condition)
@@ -121,24 +131,31 @@ class _Task:
     Q: Floats
     R: Floats
     factor: Floats
+    sample_time: float | None
 
     def posed(self, units: _CostUnits) -> _Task:
         """Return the task in the given coordinates."""
-        T, U, rate = units.states, units.inputs, units.rate
+        T, U = units.states, units.inputs
+        # Steps cannot be counted in other units than steps.
+        rate = units.rate if self.sample_time is None else 1.0
         factor = np.linalg.solve(T, self.factor)
         weight = T.T @ self.Q @ T / rate
         return _Task(
             np.asarray(np.linalg.solve(T, self.A @ T) / rate, dtype=np.float64),
             np.asarray(np.linalg.solve(T, self.B @ U) / rate, dtype=np.float64),
             (weight + weight.T) / 2,
-            np.eye(len(U)),
+            np.eye(len(U)) * units.rate / rate,
             np.asarray(factor / np.linalg.norm(factor, 2), dtype=np.float64),
+            self.sample_time,
         )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _CostUnits:
-    """x = states xhat, u = inputs uhat, both square matrices, and time in 1 / rate."""
+    """x = states xhat, u = inputs uhat, both square matrices, and time in 1 / rate.
+
+    In discrete time the rate is what happens in one step, at most 1.
+    """
 
     states: Floats
     inputs: Floats
@@ -148,7 +165,9 @@ class _CostUnits:
     def of(cls, task: _Task, P: Floats) -> _CostUnits:
         """Return coordinates where x' P x is |xhat|^2 and the weight R is I."""
         T = np.linalg.inv(np.linalg.cholesky(P)).T
-        rate = vertex_weight(np.linalg.solve(T, task.A @ T)) / 2
+        moved = motion(np.linalg.solve(T, task.A @ T), task.sample_time)
+        rate = vertex_weight(moved) / 2
+        rate = rate if task.sample_time is None else min(rate, 1.0)
         return cls(T, np.sqrt(rate) * np.linalg.inv(np.linalg.cholesky(task.R)).T, rate)
 
     def quadratic(self, S: Floats) -> Floats:
@@ -163,13 +182,14 @@ def _mean_cost(task: _Task, s: Floats) -> Floats:
 
     Where that vertex has none: of the size of the weight Q in balanced states x / s.
     """
-    from scipy.linalg import solve_continuous_are
+    from scipy.linalg import solve_continuous_are, solve_discrete_are
 
+    riccati = solve_continuous_are if task.sample_time is None else solve_discrete_are
     A, B = task.A.mean(axis=0) * s / s[:, None], task.B.mean(axis=0) / s[:, None]
     weight = task.Q * s * s[:, None]
     least = LEAST_COST * (np.abs(weight).max() or 1.0) * np.eye(len(s))
     try:
-        P = np.asarray(solve_continuous_are(A, B, weight + least, task.R))
+        P = np.asarray(riccati(A, B, weight + least, task.R))
     except np.linalg.LinAlgError:
         P = weight
     P = weight if not np.isfinite(P).all() else (P + P.T) / 2
@@ -180,8 +200,13 @@ def _mean_cost(task: _Task, s: Floats) -> Floats:
 
 def _cost_of(task: _Task, gains: Floats, P: Floats) -> Floats:
     """Return the multiple of P that bounds the cost of these gains at their own vertices."""
-    closed = P @ (task.A - task.B @ gains)
-    rates, vectors = np.linalg.eigh(-closed - closed.transpose(0, 2, 1))
+    loop = task.A - task.B @ gains
+    closed = P @ loop
+    if task.sample_time is None:
+        lost = -closed - closed.transpose(0, 2, 1)
+    else:
+        lost = P - loop.transpose(0, 2, 1) @ closed
+    rates, vectors = np.linalg.eigh(lost)
     # Positive by the design; rounding may have taken what little there was.
     root = vectors / np.sqrt(np.maximum(rates, 1e-14 * rates[:, -1:]))[:, None, :]
     spent = task.Q + gains.transpose(0, 2, 1) @ task.R @ gains

@@ -67,7 +67,7 @@ _OBSERVER = (
 _EFFORT = (
     "One such problem per wind node, in states and effort divided by their ranges; $A_i$, $B_i$ "
     "are the loop $\\dot e = a e - G u$, $\\dot x_I = -e$ at the extreme values of $a$ and of the "
-    "inertia, and $C_W = I$, so that the mean cost over the unit sphere is least."
+    "inertia. The trace of $W$ is the mean cost over the unit sphere, times the number of states."
 )
 _INVARIANCE = (
     "$\\alpha_k$ is fixed while $P$ and $\\eta$ are sought, then improved in turn; $k$ runs over "

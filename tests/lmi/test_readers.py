@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -10,10 +11,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi import LMI, Condition, Constant, Term, Unknown, exact_matrices, expressed, latex
+from takagi.lmi import (
+    LMI,
+    Condition,
+    Constant,
+    Term,
+    Unknown,
+    exact_matrices,
+    expressed,
+)
 from takagi.lmi.analysis.quadratic import common_lyapunov_condition
 from takagi.lmi.evaluate import lmi_value, smallest_eigenvalues
 from takagi.lmi.exact import fractions
+from takagi.lmi.labels import Labels
 from takagi.lmi.solver.assemble import assemble, pack, unpack
 from takagi.lmi.synthesis.compensation_condition import pdc_condition
 from takagi.models import ModelError, TSModel
@@ -187,14 +197,33 @@ def test_exact_refuses_what_is_no_number() -> None:
         fractions([np.nan])
 
 
-def test_latex_shows_the_condition_that_is_solved() -> None:
-    """The formula of all pairs carries He, both products and the decay term."""
-    model = TSModel(-np.ones((2, 1, 1)), np.ones((2, 1, 1)))
-    text = latex(pdc_condition(model, relaxation="wang-tanaka-griffin"))
+def test_labels_are_made_when_they_are_read() -> None:
+    """An LMI of many items names only those that are asked for."""
+    asked: list[int] = []
 
-    assert r"\mathrm{He}\left(A_{i} Q - B_{i} M_{j} + A_{j} Q - B_{j} M_{i}\right)" in text
-    assert r"4\alpha Q \prec 0" in text
-    assert r"\begin{bmatrix} Q & M_i^\top \\ \ast & \nu I \end{bmatrix} \succeq 0" in text
+    def name(item: int) -> str:
+        asked.append(item)
+        return f"pair {item}"
+
+    labels = Labels(1000, name)
+    P = Unknown("P", 1, 1, symmetric=True)
+    one = np.ones((1, 1, 1))
+    lmi = LMI(
+        name="many",
+        blocks=(1,),
+        count=1000,
+        terms=(Term(unknown=P, left=one, right=one),),
+        labels=labels,
+    )
+
+    assert not asked
+    assert lmi.label(7) == "pair 7" and lmi.label(-1) == "pair 999"
+    assert labels[2:4] == ("pair 2", "pair 3")
+    assert asked == [7, 999, 2, 3]
+    with pytest.raises(IndexError):
+        lmi.label(1000)
+    with pytest.raises(ModelError, match="1000 labels for 999 items"):
+        replace(lmi, count=999)
 
 
 @pytest.mark.parametrize(

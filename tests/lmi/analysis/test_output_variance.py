@@ -9,37 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from scipy.linalg import solve_continuous_lyapunov
 
 from takagi.lmi import Answer, expressed, h2_norm, h2_norm_condition, latex
 from takagi.models import ModelError, TSModel
+from tests.lmi.norms import gramian_norm, third_order
 
 Floats = NDArray[np.float64]
-
-
-def third_order() -> tuple[Floats, Floats, Floats]:
-    """A 2 x 2 system whose norms were computed in MATLAB: python-control, sysnorm_test.py (G4)."""
-    A = np.array(
-        [
-            [-1.017041847539126, -0.224182952826418, 0.042538079149249],
-            [-0.310374015319095, -0.516461581407780, -0.119195790221750],
-            [-1.452723568727942, 1.7995860837102088, -1.491935830615152],
-        ]
-    )
-    B = np.array(
-        [
-            [0.312858596637428, -0.164879019209038],
-            [-0.864879917324456, 0.627707287528727],
-            [-0.030051296196269, 1.093265669039484],
-        ]
-    )
-    C = np.array(
-        [
-            [1.109273297614398, 0.077359091130425, -1.113500741486764],
-            [-0.863652821988714, -1.214117043615409, -0.006849328103348],
-        ]
-    )
-    return A, B, C
 
 
 def two_vertices() -> TSModel:
@@ -49,12 +24,6 @@ def two_vertices() -> TSModel:
         E=[[[1.0, 0.0], [0.5, 1.0]], [[2.0, 0.0], [0.0, 1.0]]],
         C=[[[1.0, 0.0]], [[1.0, 0.5]]],
     )
-
-
-def gramian_norm(A: Floats, B: Floats, C: Floats) -> float:
-    """Return the H2 norm from the controllability Gramian, the dual of what is under test."""
-    gramian = solve_continuous_lyapunov(A, -B @ B.T)
-    return float(np.sqrt(np.trace(C @ gramian @ C.T)))
 
 
 def gain_of(answer: Answer) -> float:

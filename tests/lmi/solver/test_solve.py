@@ -15,8 +15,8 @@ from takagi.lmi.analysis.quadratic import common_lyapunov_condition
 from takagi.lmi.evaluate import margin
 from takagi.lmi.solver import stages
 from takagi.lmi.solver.assemble import assemble
+from takagi.lmi.solver.cvxpy_solvers import with_cvxpy
 from takagi.lmi.solver.solve import ConeProgram, Raw, Row, Session, attempts, cone_program
-from takagi.lmi.solver.solve import _with_cvxpy as with_cvxpy
 
 
 def stable() -> Condition:

@@ -74,15 +74,16 @@ def test_one_gain_serves_all_vertices_at_a_price() -> None:
 
 
 def test_the_condition_is_the_riccati_inequality() -> None:
-    """At Y = P^-1, M = K Y of LQR the LMI is on its boundary; a larger Y breaks it."""
+    """At S = P^-1, M = K S of LQR the LMI is on its boundary; a larger S breaks it."""
     A, B = np.array([[0.2, 1.0], [-1.0, -0.3]]), np.array([[0.0], [1.0]])
     P, K = riccati(A, B, np.ones(2), np.ones(1))
-    Y = np.linalg.inv(P)
+    S = np.linalg.inv(P)
     condition = guaranteed_cost_condition(A[None], B[None])
+    (rule,) = (lmi for lmi in condition.lmis if lmi.name == "rule")
 
     def room(factor: float) -> float:
-        values = {"Y": factor * Y[None], "M": factor * (K @ Y)[None], "W": P[None]}
-        return float(smallest_eigenvalues(condition, condition.lmis[0], values).min())
+        values = {"S": factor * S[None], "M": factor * (K @ S)[None], "W": P[None]}
+        return float(smallest_eigenvalues(condition, rule, values).min())
 
     assert room(1.0) == pytest.approx(0, abs=1e-8)
     assert room(0.9) > 1e-4

@@ -1,0 +1,160 @@
+r"""How fast the inputs of a given law move on an ellipsoid: |u_k'|, or |u_k(x+) - u_k(x)|.
+
+Continuous time, u = -K(h) x with G_il = A_i - B_i K_l:
+
+    u' = -sum_jil h_j h_i h_l K_j G_il x  -  sum_j h_j' K_j x.
+
+The first sum is a blend of its means over the orders of j, i and l, one for each multiset; the
+second, with |h_j'| <= phi_j and sum_j h_j' = 0, of the corners of that set of rates.  A row c has
+its largest |c x| on {x' P x <= 1} at (c P^-1 c')^(1/2), so each blend is bounded by its worst row.
+
+Discrete time, where memberships may jump to any h+ from one sample to the next:
+
+    u(x+) - u(x) = -sum_lij h+_l h_i h_j (K_l G_ij - K_j) x.
+
+Both bounds grow with the level: on {x' P x <= c^2} they are c times as large.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations_with_replacement, permutations, product
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.analysis.loop_pairs import gain_stack, pair_means, pairs_of
+from takagi.lmi.intake import Vertices, input_stack, sample_time_of, symmetric, vertex_stack
+from takagi.lmi.term import Array
+from takagi.models.errors import ModelError
+
+__all__ = ["input_rate_bound", "input_rate_rows", "membership_corners", "membership_rates"]
+
+# Rules for which the corners of the set of membership rates, r 2^(r-1), are still listed.
+MOST_RULES = 12
+
+
+def input_rate_bound(
+    model: Vertices,
+    gains: ArrayLike,
+    P: ArrayLike,
+    *,
+    rate_bounds: ArrayLike | None = None,
+    sample_time: float | None = None,
+) -> Array:
+    """Return (m,) bounds on |u_k'| in 1/s of the input's unit, wherever x' P x <= 1.
+
+    In discrete time on |u_k(x+) - u_k(x)|, for a step that starts in the ellipsoid.
+
+    Parameters
+    ----------
+    model : A (r, n, n) and B (r, n, m).
+    gains : K, (r, m, n), of u = -sum_j h_j K_j x; (m, n) for the same in every rule.
+    P : (n, n), positive definite.
+    rate_bounds : phi, (r,), |h_j'| <= phi_j in 1/s; needed in continuous time where the gains
+        differ, for without it u can jump.
+
+    Raises
+    ------
+    ModelError : shapes, numbers, rate bounds that are missing, or that are given in discrete time.
+    """
+    A = vertex_stack(model).astype(np.float64)
+    B = input_stack(model, A).astype(np.float64)
+    r, n, m = B.shape
+    K = gain_stack(gains, r, m, n)
+    Q = np.linalg.inv(symmetric("P", P, n, definite=True))
+    step = sample_time_of(model, sample_time)
+    phi = membership_rates(rate_bounds, K, discrete=step is not None)
+    found = _largest(input_rate_rows(A, B, K, discrete=step is not None), Q)
+    return found if phi is None else found + _largest_of_rates(K, phi, Q)
+
+
+def input_rate_rows(A: Array, B: Array, K: Array, *, discrete: bool = False) -> Array:
+    """Return the rows c of the module for memberships that stand still, (T, m, n).
+
+    In discrete time those of memberships that jump.
+    """
+    if len(K) == 1 or np.all(K == K[:1]):
+        closed = A - B @ K[:1]
+        return np.asarray(K[:1] @ (closed - np.eye(A.shape[1])) if discrete else K[:1] @ closed)
+    if discrete:
+        return np.concatenate([gain @ pairs_of(A, B, K) - pair_means(K) for gain in K])
+    closed = A[:, None] - B[:, None] @ K[None]
+    rows = []
+    for chosen in combinations_with_replacement(range(len(A)), 3):
+        orders = list(permutations(chosen))
+        rows.append(sum(K[j] @ closed[i, k] for j, i, k in orders) / len(orders))
+    return np.array(rows)
+
+
+def membership_rates(rate_bounds: ArrayLike | None, K: Array, *, discrete: bool) -> Array | None:
+    """Return phi, (r,), or None where the gains do not differ and no rate matters.
+
+    Raises
+    ------
+    ModelError : missing, of another length, negative, or given in discrete time.
+    """
+    if discrete:
+        if rate_bounds is not None:
+            raise ModelError(
+                "rate_bounds are of continuous time; in discrete time memberships may jump, and "
+                "the bound covers that: leave them out"
+            )
+        return None
+    alike = len(K) == 1 or bool(np.all(K == K[:1]))
+    if rate_bounds is None:
+        if alike:
+            return None
+        raise ModelError(
+            "the gains differ from rule to rule, so the input moves with the memberships; give "
+            "rate_bounds, |h_j'| <= rate_bounds_j in 1/s, or one gain for all rules"
+        )
+    phi = np.asarray(rate_bounds, dtype=np.float64)
+    if phi.shape not in ((), (len(K),)) or not np.all(np.isfinite(phi) & (phi >= 0)):
+        raise ModelError(
+            f"rate_bounds is {rate_bounds!r}; one number or {len(K)} are needed, finite and not "
+            "negative, in 1/s"
+        )
+    return None if alike else np.broadcast_to(phi, (len(K),))
+
+
+def membership_corners(phi: Array) -> Array:
+    """Return the corners of {d : |d_j| <= phi_j, sum_j d_j = 0}, (., r); all but one at a bound.
+
+    Raises
+    ------
+    ModelError : so many rules that they are not listed.
+    """
+    r = len(phi)
+    if r > MOST_RULES:
+        raise ModelError(
+            f"{r} rules have up to {r * 2 ** (r - 1)} corners of membership rates; at most "
+            f"{MOST_RULES} rules are listed: bound the rate with input_rate_bound instead"
+        )
+    found = []
+    for free in range(r):
+        others = np.delete(phi, free)
+        for signs in product((1.0, -1.0), repeat=r - 1):
+            rest = np.array(signs) * others
+            last = -rest.sum()
+            if abs(last) <= phi[free]:
+                found.append(np.insert(rest, free, last))
+    return np.unique(np.array(found), axis=0)
+
+
+def _largest(rows: Array, Q: Array) -> Array:
+    """Return (m,): the largest (c Q c')^(1/2) over the rows of each input."""
+    squares = np.einsum("tmi,ij,tmj->tm", rows, Q, rows)
+    return np.asarray(np.sqrt(np.maximum(squares, 0.0)).max(axis=0))
+
+
+def _largest_of_rates(K: Array, phi: Array, Q: Array) -> Array:
+    """Return (m,): a bound on |sum_j h_j' K_j x|."""
+    if len(K) <= MOST_RULES:
+        return _largest(np.tensordot(membership_corners(phi), K, axes=1), Q)
+    # As the rates sum to zero, any one gain may be taken off all of them.
+    apart = np.stack([_norms(K - other, Q) for other in (*K, K.mean(axis=0))])
+    return np.asarray((phi[:, None] * apart).sum(axis=1).min(axis=0))
+
+
+def _norms(K: Array, Q: Array) -> Array:
+    return np.asarray(np.sqrt(np.maximum(np.einsum("rmi,ij,rmj->rm", K, Q, K), 0.0)))

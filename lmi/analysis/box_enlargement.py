@@ -1,0 +1,154 @@
+"""How much the box of a model may grow before one quadratic function no longer serves it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.analysis.growth_condition import box_enlargement_condition, growth_allowed
+from takagi.lmi.analysis.loop_growth import EnlargedLoops, Law, enlarged_loops
+from takagi.lmi.analysis.quadratic import common_lyapunov, rate_of
+from takagi.lmi.answer import Answer, Floats, Try
+from takagi.lmi.intake import Vertices, number, sample_time_of
+from takagi.lmi.solver.balance import state_units
+from takagi.lmi.solver.largest_parameter import Extreme, extreme_parameter
+from takagi.lmi.solver.vertex_rounds import ALL_AT_ONCE
+
+__all__ = ["max_box_enlargement"]
+
+# Of the matrices that do not move with the box: rounding only.
+STILL = 1e-13
+ROUNDS, ADDED = 40, 12
+
+
+def max_box_enlargement(
+    model: Vertices,
+    *,
+    gains: ArrayLike | None = None,
+    law: Law = "independent",
+    nominal: ArrayLike | None = None,
+    decay_rate: float = 0.0,
+    tolerance: float = 1e-6,
+    scales: ArrayLike | None = None,
+    sample_time: float | None = None,
+) -> Answer:
+    """Return the largest theta, and its P, with P common to all A_0 + theta (A_i - A_0).
+
+    V = x' P x decays as V' <= -2 alpha V (discrete: V+ <= e^(-2 alpha T) V) for every blend of
+    the enlarged vertices, however fast it varies.  theta = 1 is the model as it is; 1.2 that its
+    box may grow by a fifth about the nominal point; below 1 the box itself is not shown.  With
+    gains u = -K x, B grows as A does, and K is, by ``law``,
+
+    - "independent": any blend of the K_j at any time, which covers every law with these gains;
+    - "stretched": sum_j h_j K_j with the memberships of the enlarged box, as if the law were made
+      for it; theta is at least 1 or there is none;
+    - "clamped": scheduled over the model's own box, its memberships held at the edge beyond, as
+      ``model.memberships(..., clip=True)`` does; theta is at least 1 or there is none.  Only for a
+      model whose vertices are affine in its premises.
+
+    Parameters
+    ----------
+    model : a model, or vertices (N, n, n) where there are no gains.
+    gains : K_j, (r, m, n), or (m, n) for one; None where the model has no input to close.
+    law : how the gains follow the enlarged plant.
+    nominal : memberships (r,) of the point about which the box grows; None takes equal shares,
+        the centre of the box of a model with premises.
+    decay_rate : alpha in 1/s that must hold.
+    tolerance : relative to theta.
+    scales : (n,) engineering range of each state; None balances.
+    sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
+
+    Returns
+    -------
+    An ``Answer``: ``enlargement`` is what the returned P shows, recomputed from it, a hair below
+    the largest; ``bound`` is above every enlargement that one P can show, to solver accuracy.
+    "infeasible" when no P serves even the nominal point, or, where theta is at least 1, the box.
+
+    Not promised: that the plant is what the vertices say outside the model's box.  The vertices
+    of a sector model grow as its premises' ranges do, not as the ranges of the states.
+
+    Raises
+    ------
+    ModelError : shapes, numbers, an unknown law, memberships that are none.
+    """
+    alpha = float(number("decay_rate", decay_rate))
+    tolerance = float(number("tolerance", tolerance, at_least=1e-12))
+    step = sample_time_of(model, sample_time)
+    loops = enlarged_loops(model, gains=gains, law=law, nominal=nominal)
+    n = loops.base.shape[1]
+    s = state_units(
+        np.concatenate([loops.nominal, loops.base + loops.direction]), scales, step=step
+    )
+    family = loops.scaled(s)
+    first = common_lyapunov(family.nominal, decay_rate=alpha, scales=np.ones(n), sample_time=step)
+    if first.P is None:
+        where = "the law in its own box" if family.begin else "the nominal point"
+        why = first.diagnosis.replace("vertex", "matrix")
+        return replace(first, coordinates=s, diagnosis=f"not even {where} has what is asked: {why}")
+    P = first.P / np.linalg.eigvalsh(first.P)[-1]
+    size = np.abs(family.nominal).max() + np.abs(family.base).max()
+    if np.abs(family.direction).max() <= STILL * size:
+        return _answer(family, P, s, alpha, step, replace(first, bound=np.inf))
+    found, tries = _search(family, P, alpha, step, tolerance)
+    bound = 1.0 / found.bound if found.bound > 0 else np.inf
+    answer = Answer(
+        status="candidate",
+        P=None,
+        margin=found.outcome.margin,
+        bound=loops.begin + bound,
+        values=found.outcome.values,
+        multipliers=found.outcome.multipliers,
+        condition=found.condition,
+        tries=(*first.tries, *tries),
+    )
+    return _answer(family, found.outcome.values["P"][0], s, alpha, step, answer)
+
+
+def _search(
+    family: EnlargedLoops, P: Floats, alpha: float, step: float | None, tolerance: float
+) -> tuple[Extreme, list[Try]]:
+    """Return the least mu over all matrices: few are given to the solver, all are looked at."""
+    count = len(family.base)
+    allowed = growth_allowed(family, P, decay_rate=alpha, sample_time=step)
+    chosen = np.arange(count) if count <= ALL_AT_ONCE else np.argsort(allowed)[:ADDED]
+    tries: list[Try] = []
+    for _ in range(ROUNDS):
+        found = extreme_parameter(
+            box_enlargement_condition(family.of(chosen), decay_rate=alpha, sample_time=step),
+            "reciprocal",
+            largest=False,
+            start={"P": P[None]},
+            tolerance=tolerance,
+            limit=0.0,
+        )
+        tries.extend(found.outcome.tries)
+        P = found.outcome.values["P"][0]
+        allowed = growth_allowed(family, P, decay_rate=alpha, sample_time=step)
+        order = np.argsort(allowed)
+        fresh = order[~np.isin(order, chosen)][:ADDED]
+        if not len(fresh) or allowed[fresh[0]] >= allowed[chosen].min() * (1 - tolerance):
+            break
+        chosen = np.concatenate([chosen, fresh])
+    return found, tries
+
+
+def _answer(
+    family: EnlargedLoops, P: Floats, s: Floats, alpha: float, step: float | None, plain: Answer
+) -> Answer:
+    """Return the answer with what P shows, recomputed, and P in the model's states."""
+    allowed = growth_allowed(family, P, decay_rate=alpha, sample_time=step)
+    s_most = float(allowed.min())
+    P = P / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(P)[0])))
+    grown = family.nominal
+    if np.isfinite(s_most):
+        grown = family.base + s_most * family.direction
+    return replace(
+        plain,
+        P=P / s / s[:, None],
+        decay_rate=rate_of(grown, P, step=step),
+        enlargement=family.begin + s_most,
+        coordinates=s,
+        diagnosis="",
+    )

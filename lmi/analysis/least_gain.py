@@ -1,0 +1,178 @@
+"""The least gain of a path that one quadratic function shows: what all norms have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.analysis.channel import Channel, Units, near_least
+from takagi.lmi.analysis.quadratic import common_lyapunov, slow_vertex
+from takagi.lmi.answer import Answer, Floats
+from takagi.lmi.solver.balance import state_units
+from takagi.lmi.solver.diagnosis import binding_items
+from takagi.lmi.solver.stages import optimise
+from takagi.lmi.solver.vertex_rounds import ALL_AT_ONCE
+from takagi.lmi.term import Condition
+
+__all__ = ["Pose", "Shown", "least_gain", "motion_of", "states_of"]
+
+# The condition, of a path in the given units.
+Pose: TypeAlias = Callable[[Channel, Units], Condition]
+# The gain that the unknowns show at all vertices, recomputed from them, and P; both in the units
+# of the path as it was before it was scaled.
+Shown: TypeAlias = Callable[[Channel, Units, Mapping[str, Floats]], tuple[float, Floats]]
+
+# Gains that differ by less are the same.
+AGREED = 1e-6
+
+
+def least_gain(
+    path: Channel,
+    scales: ArrayLike | None,
+    pose: Pose,
+    shown: Shown,
+    *,
+    decay_rate: float = 0.0,
+    noise: bool = False,
+    infinite: str = "",
+) -> Answer:
+    """Return the answer with the least gain: posed in units of order one, and recomputed from P.
+
+    Parameters
+    ----------
+    scales : (n,) engineering range of each state; None balances the vertices.
+    pose, shown : the condition, and what its unknowns show.
+    decay_rate : alpha in 1/s that the condition asks for besides.
+    noise : the disturbance is white.
+    infinite : why no gain is finite; empty when it may be.
+
+    Raises
+    ------
+    ModelError : scales that are not positive.
+    """
+    s = state_units(path.A, scales, step=path.sample_time)
+    why = _hopeless_vertex(path, s, decay_rate) or infinite
+    if why:
+        return Answer(status="infeasible", P=None, margin=-np.inf, coordinates=s, diagnosis=why)
+    found = _attempt(path, s, pose, shown, noise=noise)
+    if found.gain is None:
+        return _answer_without(path, s, found, decay_rate)
+    return _confirmed(path, found, pose, shown, noise=noise)
+
+
+def _attempt(path: Channel, s: Floats, pose: Pose, shown: Shown, *, noise: bool) -> Answer:
+    """Return the answer posed in x = s xhat; without a gain where no solver came near the least."""
+    units = Units.of(path, s, noise=noise)
+    scaled = path.scaled(units)
+    condition = pose(scaled, units)
+    outcome = optimise(condition)
+    gain, P = shown(scaled, units, outcome.values) if near_least(outcome) else (None, None)
+    return Answer(
+        status=outcome.status,
+        P=P,
+        margin=outcome.margin,
+        gain=gain,
+        bound=outcome.bound,
+        values=outcome.values,
+        multipliers=outcome.multipliers,
+        coordinates=s,
+        condition=condition,
+        tries=outcome.tries,
+    )
+
+
+def _confirmed(path: Channel, found: Answer, pose: Pose, shown: Shown, *, noise: bool) -> Answer:
+    """Return what is found again where the first P is |x|^2, if that is less.
+
+    In coordinates that do not suit it a solver may call solved what is a per cent above the least
+    gain; only other coordinates tell.
+    """
+    assert found.P is not None and found.gain is not None  # a gain comes with its P
+    if len(path.A) > ALL_AT_ONCE:
+        return found
+    T = states_of(found.P)
+    if T is None:
+        return found
+    other = _attempt(path.in_states(T), np.ones(len(T)), pose, shown, noise=noise)
+    tries = (*found.tries, *other.tries)
+    if other.gain is None or other.P is None or not other.gain < (1 - AGREED) * found.gain:
+        return replace(found, tries=tries)
+    back = np.linalg.inv(T)
+    return replace(other, P=back.T @ other.P @ back, coordinates=None, tries=tries)
+
+
+def states_of(P: Floats) -> Floats | None:
+    """Return T of x = T xhat with x' P x = |xhat|^2; None where P is singular to rounding."""
+    try:
+        return np.asarray(np.linalg.inv(np.linalg.cholesky(P)).T)
+    except np.linalg.LinAlgError:
+        return None
+
+
+def motion_of(channel: Channel, P: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return what V = x' P x does in a step: V' or V(x+) - V = [x; w]' [[-F, G], [G', H]] [x; w].
+
+    F = -He(P A_i), G = P B_i, H = 0; in discrete time P - A_i' P A_i, A_i' P B_i, B_i' P B_i.
+    """
+    A, B = channel.A, channel.B
+    if channel.sample_time is None:
+        fall = -(P @ A + (P @ A).transpose(0, 2, 1))
+        return fall, P @ B, np.zeros((len(B), B.shape[2], B.shape[2]))
+    back = A.transpose(0, 2, 1) @ P
+    return P - back @ A, back @ B, B.transpose(0, 2, 1) @ P @ B
+
+
+def _hopeless_vertex(channel: Channel, states: Floats, alpha: float) -> str:
+    """Return why no bound can be finite: a vertex that is too slow; empty when none is."""
+    A = channel.A * states / states[:, None]
+    found = slow_vertex(A, alpha, step=channel.sample_time)
+    if found is None:
+        return ""
+    vertex, eigenvalue, _ = found
+    which = f"vertex {vertex + 1} of {len(channel.A)}"
+    if alpha > 0:
+        return (
+            f"{which}: its eigenvalue {eigenvalue:.6g} does not decay faster than {alpha:g} 1/s, "
+            "so no bound is finite at this decay rate; lower it, or stabilise the vertex"
+        )
+    return (
+        f"{which} is not stable: its eigenvalue {eigenvalue:.6g} does not decay, so no bound is "
+        "finite; stabilise it, or shrink the box so that this vertex moves"
+    )
+
+
+def _answer_without(channel: Channel, states: Floats, tried: Answer, alpha: float) -> Answer:
+    """Return the answer where no bound was found: no common P at all, or no solver settled it."""
+    stable = common_lyapunov(
+        channel.A, decay_rate=alpha, scales=states, sample_time=channel.sample_time
+    )
+    # One stable vertex has a P; a solver that finds none has only met its limits.
+    no = stable.status == "infeasible" and len(channel.A) > 1
+    rate = f" at the decay rate {alpha:g} 1/s" if alpha > 0 else ""
+    why = (
+        f"the vertices have a common P{rate}, so a bound exists, but"
+        if stable.found
+        else f"whether the vertices have a common P{rate} is not settled, and"
+    )
+    diagnosis = f"{why} no solver came near the least one; give scales, or leave out fast states"
+    if no and stable.condition is not None:
+        binding = binding_items(stable.condition, stable.multipliers, "vertex")
+        diagnosis = (
+            f"no bound by one quadratic function, for there is no common P{rate}: {binding}; "
+            "shrink the box that these vertices span, or stabilise them with a margin"
+        )
+    return Answer(
+        status="infeasible" if no else "unknown",
+        P=None,
+        margin=stable.margin if no else min(tried.margin, 0.0),
+        bound=stable.bound if no else np.inf,
+        multipliers=stable.multipliers if no else {},
+        coordinates=states,
+        condition=stable.condition if no else tried.condition,
+        diagnosis=diagnosis,
+        tries=(*tried.tries, *stable.tries),
+    )

@@ -1,0 +1,51 @@
+"""The vertices of a loop under a law with memberships: gains given, one matrix for each pair."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.term import Array
+from takagi.models.errors import ModelError
+
+__all__ = ["gain_stack", "pair_means", "pairs_of"]
+
+
+def gain_stack(gains: ArrayLike, r: int, m: int, n: int) -> Array:
+    """Return K, (r, m, n), of u = -sum_j h_j K_j x; one (m, n) gain stands for all rules.
+
+    Raises
+    ------
+    ModelError : another shape, or an entry that is not finite.
+    """
+    try:
+        K = np.asarray(gains, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ModelError(f"gains cannot be read as an array of real numbers ({error})") from error
+    if K.shape not in ((r, m, n), (1, m, n), (m, n)):
+        raise ModelError(
+            f"gains have shape {K.shape}; ({r}, {m}, {n}) is needed, or ({m}, {n}) for the same "
+            "gain in every rule"
+        )
+    if not np.isfinite(K).all():
+        raise ModelError("gains have an entry that is not finite; every entry must be")
+    return np.broadcast_to(K, (r, m, n))
+
+
+def pairs_of(X: Array, Y: Array, K: Array) -> Array:
+    """Return (X_i - Y_i K_j + X_j - Y_j K_i) / 2 for i <= j, (r (r + 1) / 2, ., .).
+
+    sum_ij h_i h_j (X_i - Y_i K_j) is a blend of these, with weights h_i^2 and 2 h_i h_j.
+
+    Parameters
+    ----------
+    X, Y, K : (r, p, n), (r, p, m), (r, m, n).
+    """
+    i, j = np.triu_indices(len(X))
+    return np.asarray((X[i] - Y[i] @ K[j] + X[j] - Y[j] @ K[i]) / 2)
+
+
+def pair_means(X: Array) -> Array:
+    """Return (X_i + X_j) / 2 for i <= j: what does not depend on the gains, at the same pairs."""
+    i, j = np.triu_indices(len(X))
+    return np.asarray((X[i] + X[j]) / 2)

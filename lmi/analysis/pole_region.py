@@ -1,0 +1,277 @@
+"""Eigenvalues of every blend in a region of the complex plane: D-stability with one P."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.analysis.loop_pairs import gain_stack, pairs_of
+from takagi.lmi.answer import Answer, Floats
+from takagi.lmi.intake import Vertices, input_stack, sample_time_of, vertex_stack
+from takagi.lmi.region import Region, RegionPart
+from takagi.lmi.solver.balance import state_units
+from takagi.lmi.solver.diagnosis import binding_items
+from takagi.lmi.solver.stages import Outcome, decide
+from takagi.lmi.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.models.errors import ModelError
+
+__all__ = ["coefficient_latex", "d_stability", "d_stability_condition", "region_weight"]
+
+
+def d_stability_condition(model: Vertices, region: Region) -> Condition:
+    """Pose L (x) P + M (x) (P A_i) + M' (x) (A_i' P) < 0 for every part, with 0 < P <= I.
+
+    The coefficients of L and M are kept apart from those of A_i, so that an exact reading is of
+    the given numbers and not of rounded products.
+
+    Parameters
+    ----------
+    model : a model (its A), (N, n, n) or (n, n); entries may be Fractions.
+    region : in the units of the eigenvalues of A, see ``Region``.
+
+    Raises
+    ------
+    ModelError : shapes, no vertices, entries that are not finite, no region.
+
+    Source: Chilali and Gahinet (1996), IEEE Trans. Automatic Control 41(3), theorem 2.2, with one
+    P for all vertices.
+    """
+    A = vertex_stack(model)
+    _check_region(region)
+    n = A.shape[1]
+    P = Unknown("P", n, n, symmetric=True)
+    one = np.eye(n)[None]
+    positive = LMI(
+        name="P positive definite",
+        blocks=(n,),
+        terms=(Term(unknown=P, left=one, right=one),),
+    )
+    bounded = LMI(
+        name="scale of P",
+        blocks=(n,),
+        terms=(Term(unknown=P, left=one, right=one),),
+        constants=(Constant(value=-one, latex="-I"),),
+        sign=-1,
+        weight=0.0,
+    )
+    parts = (
+        _part_lmi(A, P, part, label)
+        for part, label in zip(region.parts, region.labels, strict=True)
+    )
+    return Condition(
+        name=f"eigenvalues in {region}",
+        unknowns=(P,),
+        lmis=(positive, bounded, *parts),
+        source="Chilali and Gahinet (1996), theorem 2.2",
+    )
+
+
+def d_stability(
+    model: Vertices,
+    region: Region,
+    *,
+    gains: ArrayLike | None = None,
+    sample_time: float | None = None,
+    scales: ArrayLike | None = None,
+) -> Answer:
+    """Return a candidate P with L (x) P + M (x) (P A_i) + M' (x) (A_i' P) < 0 for every part.
+
+    What it says: for memberships h that stand still, every eigenvalue of sum_i h_i A_i lies in
+    the region.  Under memberships that move there are no eigenvalues; what one P then says is the
+    ``decay_rate`` of the answer, V' <= -2 alpha V (at least that of a ``half_plane`` in the
+    region; in discrete time that of a ``disc`` about 0), however fast h moves.  For a single
+    vertex P exists exactly when its eigenvalues lie in the region; for more it is sufficient.
+
+    Parameters
+    ----------
+    model : a model (its A), or vertices (N, n, n).
+    region : for x' = A x in 1/s; for x+ = A x of the eigenvalues of A itself, so that stability
+        is asked for only by a region inside the unit circle.
+    gains : K, (r, m, n), of u = -sum_j h_j K_j x; the vertices are then those of the closed loop,
+        one for each pair of rules.  None takes the model as it is, with u = 0.
+    sample_time : T in s for raw arrays of discrete time; None takes the model's own.
+    scales : (n,) engineering range of each state; None balances the vertices.
+
+    Returns
+    -------
+    An ``Answer``; ``decay_rate`` may be negative where the region does not ask for stability.
+    Nothing is proved: floating point decides.
+
+    Raises
+    ------
+    ModelError : shapes, no vertices, entries that are not finite, no region, sample time, scales
+        that are not positive.
+    """
+    A = vertex_stack(model).astype(np.float64)
+    _check_region(region)
+    if gains is not None:
+        B = input_stack(model, A).astype(np.float64)
+        A = pairs_of(A, B, gain_stack(gains, len(A), B.shape[2], A.shape[1]))
+    step = sample_time_of(model, sample_time)
+    s = state_units(A, scales)
+    scaled = A * s / s[:, None]
+    outside = _outside(scaled, region)
+    if outside is not None:
+        return _no_by_one_vertex(scaled, region, s, outside)
+    condition = d_stability_condition(scaled, region)
+    return _answer(condition, decide(condition), scaled, s, step)
+
+
+def region_weight(part: RegionPart, A: Array) -> float:
+    """Return |L| + 2 |M| max_i |A_i| (spectral norms): the natural size of a part's LMI."""
+    L, M = (np.linalg.norm(matrix.astype(np.float64), 2) for matrix in part.matrices)
+    largest = np.linalg.norm(A.astype(np.float64), 2, axis=(1, 2)).max()
+    return float(L + 2.0 * M * largest) or 1.0
+
+
+def coefficient_latex(number: float | Fraction) -> str:
+    """Return a factor as it is written before a symbol: empty for 1, a sign for -1."""
+    return {1.0: "", -1.0: "-"}.get(float(number), f"{float(number):.4g}\\,")
+
+
+def _part_lmi(A: Array, P: Unknown, part: RegionPart, label: str) -> LMI:
+    L, M = part.matrices
+    n, k = A.shape[1], len(L)
+    one = np.eye(n)[None] if L.dtype != object else _exact_identity(n)
+    terms = [
+        Term(
+            unknown=P,
+            left=L[a, b] * one,
+            right=one,
+            at=(a, b),
+            latex=(coefficient_latex(L[a, b]), ""),
+        )
+        for a in range(k)
+        for b in range(a, k)
+        if L[a, b]
+    ]
+    # Block (b, a) of M (x) P A stands below the diagonal for its transpose above it.
+    terms += [
+        Term(
+            unknown=P,
+            left=M[a, b] * one,
+            right=A,
+            at=(a, b),
+            plus_transpose=a == b,
+            latex=(coefficient_latex(M[a, b]), "A_{i}"),
+        )
+        for a in range(k)
+        for b in range(k)
+        if M[a, b]
+    ]
+    return LMI(
+        name=label,
+        blocks=(n,) * k,
+        terms=tuple(terms),
+        sign=-1,
+        count=len(A),
+        weight=region_weight(part, A),
+        labels=tuple(f"vertex {i + 1} of {len(A)} in {part.name}" for i in range(len(A))),
+        index=rf"i = 1, \dots, {len(A)}",
+    )
+
+
+def _exact_identity(n: int) -> Array:
+    one = np.full((1, n, n), Fraction(0), dtype=object)
+    one[:, range(n), range(n)] = Fraction(1)
+    return one
+
+
+def _check_region(region: object) -> None:
+    if not isinstance(region, Region):
+        raise ModelError(
+            f"region is {region!r}; a Region is needed, such as Region.half_plane(0.5) & "
+            "Region.sector(0.8)"
+        )
+
+
+def _outside(A: Floats, region: Region) -> tuple[int, complex, Floats, RegionPart] | None:
+    """Return (vertex, eigenvalue, eigenvector, part) of one that is farthest out of a part."""
+    eigenvalues, vectors = np.linalg.eig(A)
+    worst = None
+    most = 0.0
+    for part in region.parts:
+        excess = part.excess(eigenvalues) / region_weight(part, A)
+        vertex, mode = np.unravel_index(int(np.argmax(excess)), excess.shape)
+        if excess[vertex, mode] >= most:
+            most = float(excess[vertex, mode])
+            z, v = complex(eigenvalues[vertex, mode]), vectors[vertex][:, mode]
+            worst = (int(vertex), z, v, part)
+    return worst
+
+
+def _no_by_one_vertex(
+    A: Floats, region: Region, s: Floats, outside: tuple[int, complex, Floats, RegionPart]
+) -> Answer:
+    """Answer without a solver: Z = Re((y (x) v) (y (x) v)*) rules out every P by itself."""
+    vertex, z, v, part = outside
+    L, M = (matrix.astype(np.float64) for matrix in part.matrices)
+    y = np.linalg.eigh(L + z * M + z.conjugate() * M.T)[1][:, -1]
+    w = np.kron(y, v)
+    Z = np.real(np.outer(w, w.conj()))
+    # One real vertex has the conjugate eigenvalue too, so a real number is named as one.
+    shown = f"{z.real:.6g}" if z.imag == 0 else f"{z.real:.6g} +- {abs(z.imag):.6g}j"
+    return Answer(
+        status="infeasible",
+        P=None,
+        margin=-np.inf,
+        bound=0.0,
+        multipliers={region.labels[region.parts.index(part)]: Z[None] / np.trace(Z)},
+        coordinates=s,
+        condition=d_stability_condition(A[[vertex]], region),
+        diagnosis=(
+            f"vertex {vertex + 1} of {len(A)} alone rules it out: its eigenvalue {shown} is not "
+            f"in {part.name}; widen the region, or move this vertex"
+        ),
+    )
+
+
+def _answer(
+    condition: Condition, outcome: Outcome, A: Floats, s: Floats, step: float | None
+) -> Answer:
+    P, rate = None, None
+    if outcome.status == "candidate":
+        scaled = outcome.values["P"][0]
+        scaled = scaled / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(scaled)[0])))
+        P, rate = scaled / s / s[:, None], _rate(A, scaled, step)
+    answer = Answer(
+        status=outcome.status,
+        P=P,
+        margin=outcome.margin,
+        decay_rate=rate,
+        bound=outcome.bound,
+        values=outcome.values,
+        multipliers=outcome.multipliers,
+        coordinates=s,
+        condition=condition,
+        tries=outcome.tries,
+    )
+    return answer if answer.found else replace(answer, diagnosis=_diagnosis(condition, outcome))
+
+
+def _rate(A: Floats, P: Floats, step: float | None) -> float:
+    """Return the largest alpha in 1/s that P shows, in continuous or in discrete time."""
+    R = np.linalg.cholesky(P).T
+    inside = np.linalg.solve(R.T, (R @ A).transpose(0, 2, 1)).transpose(0, 2, 1)
+    if step is None:
+        return -float(np.linalg.eigvalsh(inside + inside.transpose(0, 2, 1))[:, -1].max()) / 2
+    largest = float(np.linalg.norm(inside, 2, axis=(1, 2)).max())
+    return -np.log(largest) / step if largest > 0 else np.inf
+
+
+def _diagnosis(condition: Condition, outcome: Outcome) -> str:
+    if outcome.status == "unknown":
+        return (
+            f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
+            f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: widen the region "
+            "a little, or give scales"
+        )
+    names = [lmi.name for lmi in condition.lmis[2:]]
+    binding = binding_items(condition, outcome.multipliers, *names)
+    return (
+        f"no common P, though each vertex has its eigenvalues in the region: {binding}; widen the "
+        "region, or shrink the box that these vertices span"
+    )

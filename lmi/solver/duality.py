@@ -1,0 +1,73 @@
+"""What multipliers say about the optimum: bounds that hold whatever the solver's status says.
+
+Multipliers in the dual cone bound the optimum for every feasible y by what is left of the
+stationarity A' z + q = 0 times the size of y, of which only the y that was found is known: ten
+times its size is allowed for.  So these bounds are good to solver accuracy, and no proof.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.solver.assemble import pack, unpack
+from takagi.lmi.solver.program import ConeProgram, Raw
+
+__all__ = ["least_objective_bound", "margin_bound"]
+
+Floats = NDArray[np.float64]
+
+ALLOWED = 10.0
+
+
+def margin_bound(program: ConeProgram, raw: Raw) -> tuple[float, Floats]:
+    """Return an upper bound on t, the last variable, and the multipliers made semidefinite.
+
+    For z in the dual cone and all feasible y: t <= b . z - (A' z + q) . y, where q . y = -t.
+    Without multipliers the bound is inf, and they are empty.
+    """
+    if not _usable(program, raw):
+        return np.inf, np.zeros(0)
+    z = _in_dual_cone(program, raw.z)
+    residual = program.A.T @ z + program.q
+    # Normalised multipliers leave no residual in t.
+    scale = 1.0 + residual[-1]
+    if scale <= 0.5:
+        return np.inf, z[program.linear :]
+    z, residual = z / scale, (residual - program.q) / scale + program.q
+    left = np.abs(residual[:-1]) @ _size(raw)[:-1]
+    return float(program.b @ z + left), z[program.linear :]
+
+
+def least_objective_bound(program: ConeProgram, raw: Raw) -> float:
+    """Return a lower bound on q . y over the program: -b . z - |A' z + q| . size of y.
+
+    -inf without multipliers.
+    """
+    if not _usable(program, raw):
+        return -np.inf
+    z = _in_dual_cone(program, raw.z)
+    residual = program.A.T @ z + program.q
+    return float(-program.b @ z - np.abs(residual) @ _size(raw))
+
+
+def _usable(program: ConeProgram, raw: Raw) -> bool:
+    complete = len(raw.z) == len(program.b) and len(raw.y) == len(program.q)
+    return complete and bool(np.isfinite(raw.z).all() and np.isfinite(raw.y).all())
+
+
+def _size(raw: Raw) -> Floats:
+    return ALLOWED * np.maximum(1.0, np.abs(raw.y))
+
+
+def _in_dual_cone(program: ConeProgram, given: Floats) -> Floats:
+    """Return the nearest multipliers that are nonnegative and semidefinite."""
+    z = given.copy()
+    z[: program.linear] = np.maximum(z[: program.linear], 0.0)
+    for cone in program.cones:
+        rows = slice(program.linear + cone.rows.start, program.linear + cone.rows.stop)
+        eigenvalues, vectors = np.linalg.eigh(unpack(z[rows], cone.size))
+        if eigenvalues.min() < 0:
+            positive = np.maximum(eigenvalues, 0.0)
+            z[rows] = pack((vectors * positive[:, None, :]) @ vectors.transpose(0, 2, 1)).ravel()
+    return z

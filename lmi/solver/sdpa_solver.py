@@ -1,0 +1,137 @@
+"""sdpa, called on the cone data themselves; used where the package ``sdpa-python`` is installed.
+
+In SeDuMi's form its dual is ours: maximise b' y with c - A' y in the cones, b = -q.  Cones are
+whole matrices there, linear rows first.
+
+Source: Yamashita, Fujisawa, Fukuda, Kobayashi, Nakata and Nakata (2012), Latest developments in
+the SDPA family for solving large-scale SDPs, Handbook on Semidefinite, Conic and Polynomial
+Optimization.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any, TypeAlias
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from takagi.lmi.solver.assemble import Cone
+from takagi.lmi.solver.program import ConeProgram, Raw
+from takagi.lmi.term import Indices
+from takagi.lmi.unknown import triangle
+
+__all__ = ["sdpa_is_installed", "with_sdpa"]
+
+Entries: TypeAlias = tuple[Indices, Indices, NDArray[np.float64]]
+
+# Where the iterates begin: a multiple of the identity, to be larger than the solution.  Too small
+# and sdpa stops at once without a step; then it is called again with a larger one.
+BEGINNINGS = (10.0, 1e4)
+SMALLEST_BEGINNING = 1e2
+STUCK = 3
+
+
+def sdpa_is_installed() -> bool:
+    """Return whether sdpa can be imported; it is not imported yet."""
+    return find_spec("sdpap") is not None
+
+
+def with_sdpa(program: ConeProgram) -> Raw:
+    """Solve the program; y and z as clarabel's."""
+    started = time.perf_counter()
+    whole, sizes = _whole(program)
+    # The one entry point that takes SeDuMi's form as it is; the documented one converts first.
+    solve = import_module("sdpap.sdpacall.sdpacall").solve_sdpa
+    cone = import_module("sdpap.symcone").SymCone(l=program.linear + sizes.count(1), s=_wide(sizes))
+    A = sp.csc_matrix((whole @ program.A).T)
+    b, c = sp.csc_matrix(-program.q[:, None]), sp.csc_matrix((whole @ program.b)[:, None])
+    largest = max(SMALLEST_BEGINNING, float(np.abs(program.b).max(initial=0.0)))
+    for times in BEGINNINGS:
+        with _quiet():
+            x, y, _, info = solve(A, b, c, cone, _options(times * largest))
+        if info["iteration"] >= STUCK:
+            break
+    return Raw(
+        "sdpa",
+        str(info["phasevalue"]),
+        np.asarray(y.toarray(), dtype=np.float64).ravel(),
+        whole.T @ np.asarray(x.toarray(), dtype=np.float64).ravel(),
+        int(info["iteration"]),
+        time.perf_counter() - started,
+    )
+
+
+def _options(beginning: float) -> dict[str, Any]:
+    param = import_module("sdpap.param").param
+    options: dict[str, Any] = param({"print": "no", "lambdaStar": beginning})
+    return options
+
+
+def _wide(sizes: list[int]) -> tuple[int, ...]:
+    return tuple(size for size in sizes if size > 1)
+
+
+def _whole(program: ConeProgram) -> tuple[sp.csr_array, list[int]]:
+    """Return S with S (packed rows) = linear rows, then whole matrices; and the cones' sizes.
+
+    Entries off the diagonal are divided by sqrt(2) and stand twice, so S' takes whole multipliers
+    back to packed ones.
+    """
+    sizes = [size for cone in program.cones for size in [cone.size] * cone.items]
+    linear = np.arange(program.linear)
+    parts: list[Entries] = [(linear, linear, np.ones(program.linear))]
+    alone, wide = program.linear, program.linear + sizes.count(1)
+    for cone in program.cones:
+        position = alone if cone.size == 1 else wide
+        parts.append(_squares(cone, program, position))
+        alone += cone.items if cone.size == 1 else 0
+        wide += cone.items * cone.size**2 if cone.size > 1 else 0
+    row, source, value = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return sp.csr_array((value, (row, source)), shape=(wide, len(program.b))), sizes
+
+
+def _squares(cone: Cone, program: ConeProgram, position: int) -> Entries:
+    """Return row, source and value of the entries of a group of cones."""
+    n = cone.size
+    high, low = np.tril_indices(n)
+    off = high != low
+    place = np.concatenate([low + n * high, (high + n * low)[off]])
+    packed = np.concatenate([np.arange(triangle(n)), np.flatnonzero(off)])
+    scale = np.where(np.concatenate([off, off[off]]), np.sqrt(0.5), 1.0)
+    item = np.arange(cone.items)[:, None]
+    return (
+        (position + item * n * n + place).ravel(),
+        (program.linear + cone.start + item * triangle(n) + packed).ravel(),
+        np.tile(scale, cone.items),
+    )
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep sdpa's remarks, written past ``sys.stdout``, off the process's standard output.
+
+    What other threads write there meanwhile is lost too.
+    """
+    sys.stdout.flush()
+    try:
+        kept = os.dup(1)
+    except OSError:
+        # There is no standard output, so there is nothing to keep clean.
+        yield
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nowhere)

@@ -1,0 +1,241 @@
+"""From the LMIs of one relaxation to gains in the model's units, or to a reasoned no."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from takagi.lmi.answer import Answer, Design, Floats
+from takagi.lmi.solver.assemble import Assembled, assemble
+from takagi.lmi.solver.diagnosis import binding_items
+from takagi.lmi.solver.stages import Outcome, decide, improve
+from takagi.lmi.synthesis.compensation_condition import LARGEST_ELLIPSOID
+from takagi.lmi.synthesis.compensation_task import Task
+from takagi.lmi.synthesis.relaxations import Relaxation
+from takagi.lmi.synthesis.shown_rate import shown_rate
+from takagi.lmi.term import Condition
+
+__all__ = ["ANY", "EFFORTS", "Decided", "decided", "design_at", "design_of", "held", "rate_shown"]
+
+# Largest input effort nu, in inputs and states of order one, that is tried; the others only when
+# the first is not enough, in better units or without: huge gains cost the solver digits.
+EFFORTS = (1e4, 1e6, 1e8)
+# A margin below this may be one of unfit units, or of gains held too small.
+SECOND_LOOK = 1e-6
+# Without gains Q vanishes to solver accuracy; a larger one that misses its margin says in which
+# states to look again.
+NOISE = 1e-3
+# Looks at a larger ellipsoid or greater effort; the share in the bound on the margin from which the
+# largest Q of the condition stands in the way; and the share of the effort, from which that does.
+ROUNDS, HELD, SPENT = 6, 1e-3, 0.9
+# In the place of a relaxation's name: what each of them implies has no unknowns.
+ANY = "any relaxation"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Decided:
+    """An outcome with what it is an outcome of: the task's units may have changed for it.
+
+    ``effort`` is the largest nu that was allowed.
+    """
+
+    task: Task
+    condition: Condition
+    data: Assembled
+    outcome: Outcome
+    effort: float = EFFORTS[0]
+
+
+def design_at(task: Task, decay_rate: float, relaxation: str) -> Design:
+    """Return the gains of least effort at half the largest margin, or why there are none."""
+    fixed = task.fixed_mode(decay_rate)
+    if fixed is not None:
+        return _no_by_fixed_mode(task, fixed, decay_rate, relaxation)
+    found = decided(task, decay_rate, relaxation)
+    if found.outcome.status == "candidate":
+        less = improve(found.condition, found.outcome, assembled=found.data)
+        found = replace(found, outcome=less)
+    return design_of(found, decay_rate, relaxation)
+
+
+def design_of(found: Decided, decay_rate: float, relaxation: str) -> Design:
+    """Return an outcome as a design in the model's units."""
+    answer = _answer(found, decay_rate, relaxation)
+    return Design(
+        gains=_gains(found.task, found.outcome) if answer.found else None,
+        P=answer.P,
+        decay_rate=decay_rate,
+        margin=found.outcome.margin,
+        relaxation=relaxation,
+        answer=answer,
+    )
+
+
+def decided(
+    task: Task, decay_rate: float, relaxation: str | Relaxation, *, most: int = 99
+) -> Decided:
+    """Return the largest margin; before it is a no, or thin, in better units and huge gains too.
+
+    Other units settle more, and sooner, than other solvers: those are asked last, ``most`` of them.
+    """
+    condition = task.posed(decay_rate, relaxation)
+    data = assemble(condition)
+    outcome = decide(condition, rows={"nu": EFFORTS[0]}, assembled=data, most=1)
+    first = Decided(task, condition, data, outcome)
+    if outcome.margin >= SECOND_LOOK:
+        return first
+    second = _in_better_units(first, decay_rate, relaxation)
+    second = _again(second, EFFORTS[2] if second.task is task else EFFORTS[1])
+    before = outcome.margin
+    for _ in range(ROUNDS):
+        if not (held(second) or _nearer(second, before)):
+            break
+        before = second.outcome.margin
+        second = _in_better_units(second, decay_rate, relaxation)
+        second = _again(second, EFFORTS[2])
+    found, tries = second.outcome, second.outcome.tries
+    first = replace(first, outcome=replace(outcome, tries=tries))
+    if found.status == "candidate" and found.margin > outcome.margin:
+        return second
+    if outcome.status != "unknown" and not held(first):
+        return first
+    if found.status == "infeasible" and not held(second):
+        return second
+    # Held by what was tried, it says nothing of larger ellipsoids and gains.
+    last = second if held(first) else first
+    rest = decide(last.condition, rows={"nu": last.effort}, assembled=last.data, most=most)
+    if rest.status == "infeasible" and held(replace(last, outcome=rest)):
+        rest = replace(rest, status="unknown", bound=np.inf)
+    return replace(last, outcome=replace(rest, tries=(*tries, *rest.tries)))
+
+
+def _again(posed: Decided, effort: float) -> Decided:
+    """Solve what is posed, and count the tries before it too."""
+    found = decide(posed.condition, rows={"nu": effort}, assembled=posed.data, most=1)
+    outcome = replace(found, tries=(*posed.outcome.tries, *found.tries))
+    return replace(posed, outcome=outcome, effort=effort)
+
+
+def held(found: Decided) -> bool:
+    """Return whether a no is one to the largest Q or effort of the condition only.
+
+    Without limits on states and inputs Q may be divided by any number: nothing is lost then.
+    """
+    outcome = found.outcome
+    if not found.task.limits.level or outcome.status == "candidate":
+        return False
+    if "scale of Q" not in outcome.multipliers:
+        return False
+    size = LARGEST_ELLIPSOID * float(np.trace(outcome.multipliers["scale of Q"][0]))
+    return size > HELD * abs(outcome.bound) or _spent(found)
+
+
+def _nearer(found: Decided, before: float) -> bool:
+    """Return whether other units have left clearly less of what the margin misses."""
+    margin = found.outcome.margin
+    return found.task.limits.level and before < 1.25 * margin < 0.0
+
+
+def _spent(found: Decided) -> bool:
+    nu = found.outcome.values.get("nu")
+    return nu is not None and float(nu[0, 0, 0]) > SPENT * found.effort
+
+
+def _in_better_units(first: Decided, decay_rate: float, relaxation: str | Relaxation) -> Decided:
+    """Return the task in the units of a Q that was nearly good; as it is where Q is but noise."""
+    values = first.outcome.values
+    diagonal = np.diag(values["Q"][0]) if "Q" in values else np.zeros(1)
+    if diagonal.min() <= 0 or diagonal.max() < NOISE:
+        return first
+    task = first.task.in_units_of(values["Q"][0])
+    condition = task.posed(decay_rate, relaxation)
+    return Decided(task, condition, assemble(condition), first.outcome, first.effort)
+
+
+def rate_shown(found: Decided) -> float:
+    """Return the largest decay rate in 1/s that the unknowns of a candidate show."""
+    return shown_rate(found.condition, found.outcome.values, found.task.sample_time)
+
+
+def _gains(task: Task, outcome: Outcome) -> Floats:
+    """Return K_i = M_i Q^-1 in the model's units, (r, m, n)."""
+    Q, M = outcome.values["Q"][0], outcome.values["M"]
+    K = np.linalg.solve(Q, M.transpose(0, 2, 1)).transpose(0, 2, 1)
+    shape = (len(task.A), len(task.tau), len(task.s))
+    return np.broadcast_to(K * task.tau[:, None] / task.s, shape).copy()
+
+
+def _lyapunov(task: Task, outcome: Outcome) -> Floats:
+    """Return P = Q^-1 in the model's states; its size is free where no limit fixes it."""
+    inverse = np.linalg.inv(outcome.values["Q"][0])
+    inverse = (inverse + inverse.T) / 2
+    if not task.limits.level:
+        inverse /= np.exp2(np.floor(np.log2(np.linalg.eigvalsh(inverse)[0])))
+    return np.asarray(inverse / task.s / task.s[:, None])
+
+
+def _answer(found: Decided, decay_rate: float, relaxation: str) -> Answer:
+    task, condition, outcome = found.task, found.condition, found.outcome
+    good = outcome.status == "candidate"
+    return Answer(
+        status=outcome.status,
+        P=_lyapunov(task, outcome) if good else None,
+        margin=outcome.margin,
+        decay_rate=rate_shown(found) if good else None,
+        bound=outcome.bound,
+        values=outcome.values,
+        multipliers=outcome.multipliers,
+        coordinates=task.s,
+        condition=condition,
+        diagnosis="" if good else _diagnosis(task, condition, outcome, relaxation),
+        tries=outcome.tries,
+    )
+
+
+def _no_by_fixed_mode(
+    task: Task, fixed: tuple[int, complex], decay_rate: float, relaxation: str
+) -> Design:
+    vertex, eigenvalue = fixed
+    answer = Answer(
+        status="infeasible",
+        P=None,
+        margin=-np.inf,
+        bound=0.0,
+        coordinates=task.s,
+        condition=task.posed(decay_rate, relaxation),
+        diagnosis=(
+            f"vertex {vertex + 1} of {len(task.A)}: no input moves the mode at {eigenvalue:.6g}, "
+            f"which decays slower than {decay_rate:g} 1/s; ask for a decay rate below "
+            f"{task.slowness(eigenvalue):.6g} 1/s"
+        ),
+    )
+    return Design(
+        gains=None,
+        P=None,
+        decay_rate=decay_rate,
+        margin=-np.inf,
+        relaxation=relaxation,
+        answer=answer,
+    )
+
+
+def _diagnosis(task: Task, condition: Condition, outcome: Outcome, relaxation: str) -> str:
+    if outcome.status == "unknown":
+        return (
+            f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
+            f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
+            "decay rate a little, or give scales"
+        )
+    names = [lmi.name for lmi in condition.lmis if lmi.weight > 0]
+    names.remove("Q positive definite")
+    cures = ["lower the decay rate", "shrink the box that the rules span"]
+    if task.limits.level:
+        cures.insert(0, "widen the limits or shrink the initial box")
+    if task.limits.gain is not None:
+        cures.insert(0, "raise gain_bound")
+    if relaxation != ANY and len(task.A) > 1:
+        richer = '"polya-4", "polya-8"' if relaxation == "liu-zhang" else '"liu-zhang", "polya-2"'
+        cures.insert(0, f'take a richer relaxation ({richer}, or "auto" for one after another)')
+    binding = binding_items(condition, outcome.multipliers, *names)
+    return f"no gains by {relaxation}: {binding}; {', or '.join(cures)}"

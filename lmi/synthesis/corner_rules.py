@@ -1,0 +1,118 @@
+"""Rules of a sector model: every combination of the corners of its premises, once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import prod
+from typing import Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.term import Indices
+from takagi.models.errors import ModelError
+
+__all__ = ["Corners", "HasPremises", "ProductRules", "product_rules"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProductRules:
+    """h_i = prod_c w_(p_c, corner_ic): what rule i takes of each premise, p_c that of column c.
+
+    The weights of a premise are nonnegative and sum to 1, so those of the rules do.
+
+    Attributes
+    ----------
+    corners : (rules, columns), from 0; every combination of the columns' corners once.
+    premises : name of each column's premise; one that is named twice is a factor twice.  Empty
+        names them "z1", "z2", ...
+    """
+
+    corners: Indices
+    premises: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        corners = np.asarray(self.corners)
+        if corners.ndim != 2 or not len(corners) or corners.dtype.kind not in "iu":
+            raise ModelError(
+                f"corners have shape {corners.shape} and type {corners.dtype}; integers "
+                "(rules, columns) are needed, one column a premise"
+            )
+        names = tuple(self.premises) or tuple(f"z{c + 1}" for c in range(corners.shape[1]))
+        if len(names) != corners.shape[1]:
+            raise ModelError(
+                f"{len(names)} premises ({', '.join(names)}) for {corners.shape[1]} columns of "
+                "corners; name one for each"
+            )
+        object.__setattr__(self, "corners", corners.astype(np.intp))
+        object.__setattr__(self, "premises", names)
+        self._check_complete()
+
+    def _check_complete(self) -> None:
+        low = int(self.corners.min()) if self.corners.size else 0
+        found = len(np.unique(self.corners, axis=0)) if self.corners.shape[1] else 1
+        wanted = prod(int(side) for side in self.corners.max(axis=0) + 1)
+        if low < 0 or not found == wanted == len(self.corners):
+            raise ModelError(
+                f"corners: {len(self.corners)} rules, {found} of them different, least index "
+                f"{low}, for {wanted} combinations; every combination is needed once, from 0, or "
+                "the memberships do not sum to 1"
+            )
+
+    @property
+    def rules(self) -> int:
+        """Return the number of rules."""
+        return len(self.corners)
+
+    @property
+    def sizes(self) -> Mapping[str, int]:
+        """Return premise -> its number of corners."""
+        most = self.corners.max(axis=0, initial=0) + 1
+        return {name: int(count) for name, count in zip(self.premises, most, strict=True)}
+
+    def crossed(self, other: ProductRules) -> ProductRules:
+        """Return the rules (i, k), number i * other.rules + k, with membership h_i h_k."""
+        first = np.repeat(self.corners, other.rules, axis=0)
+        second = np.tile(other.corners, (self.rules, 1))
+        return ProductRules(np.hstack([first, second]), (*self.premises, *other.premises))
+
+
+# The plain array stands for premises named by their columns.
+Corners: TypeAlias = ProductRules | Indices
+
+
+class HasPremises(Protocol):
+    """What is read of a model: its premises by name, and which corners each rule takes."""
+
+    @property
+    def premises(self) -> tuple[_Named, ...]: ...
+
+    @property
+    def rules(self) -> tuple[tuple[int, ...], ...]: ...
+
+
+class _Named(Protocol):
+    @property
+    def name(self) -> str: ...
+
+
+def product_rules(source: HasPremises | Corners | ArrayLike) -> ProductRules:
+    """Return the rules of a model with premises, or of an array of corners (rules, premises).
+
+    Raises
+    ------
+    ModelError : a model without premises; combinations of corners missing or twice.
+    """
+    if isinstance(source, ProductRules):
+        return source
+    premises = getattr(source, "premises", None)
+    if premises is None:
+        return ProductRules(np.asarray(source))
+    if not premises:
+        raise ModelError(
+            "the model has no premises, so its memberships are not known to be products; give "
+            "premises, or the corners as an array (rules, premises)"
+        )
+    rules = np.array(getattr(source, "rules"), dtype=np.intp)  # noqa: B009
+    return ProductRules(rules, tuple(premise.name for premise in premises))

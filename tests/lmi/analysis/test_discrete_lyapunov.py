@@ -1,0 +1,265 @@
+"""Common quadratic functions in discrete time: published pairs, eigenvalues, the fast limit."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from takagi.certificates import certify
+from takagi.lmi import (
+    common_lyapunov,
+    common_lyapunov_condition,
+    exact_matrices,
+    expressed,
+    latex,
+    max_decay_rate,
+)
+from takagi.lmi.analysis.quadratic import rates_of
+from takagi.models import ModelError, TSModel
+
+Floats = NDArray[np.float64]
+
+
+def book_pair() -> Floats:
+    """Qi, Tao and Jiang, page 38, as in github S4JJ4D/MATLAB, .Misc/LMI: a common P exists."""
+    return np.array([[[-0.6, 0.3], [0.1, -0.5]], [[-0.5, 0.2], [0.3, -0.5]]])
+
+
+def rolmip_pair() -> Floats:
+    """ROLMIP manual, section 7.1: stable by a P that depends on the parameter, not by one P."""
+    return np.array([[[0.1, 0.9], [0.0, 0.1]], [[0.5, 0.0], [1.0, 0.5]]])
+
+
+def truck_trailer() -> Floats:
+    """Tanaka and Sano (1994), gains printed to four decimals: G11, G22, (G12 + G21) / 2."""
+    length, trailer, speed, step, d = 2.8, 5.5, -1.0, 2.0, 0.01 / np.pi
+
+    def vertex(k: float) -> list[list[float]]:
+        moved = speed * step
+        return [
+            [1 - moved / trailer, 0, 0],
+            [moved / trailer, 1, 0],
+            [k * moved**2 / (2 * trailer), k * moved, 1],
+        ]
+
+    A = np.array([vertex(1.0), vertex(d)])
+    B = np.array([[speed * step / length], [0.0], [0.0]])
+    F = np.array([[[1.2837, -0.4139, 0.0201]], [[0.9773, -0.0709, 0.0005]]])
+    G = A[:, None] + B @ F[None]
+    return np.array([G[0, 0], G[1, 1], (G[0, 1] + G[1, 0]) / 2])
+
+
+def sampled_fast(step: float) -> tuple[Floats, Floats]:
+    """Return eight vertices of continuous time, and those of Euler's method."""
+    rng = np.random.default_rng(0)
+    A = rng.standard_normal((6, 6)) - 3 * np.eye(6) + 0.3 * rng.standard_normal((8, 6, 6))
+    return A, np.eye(6) + step * A
+
+
+def test_the_book_pair_has_a_common_p() -> None:
+    """Feasible as published; its margin, 0.17384 for trace P = 1 in Schur form, bounds ours."""
+    cp: Any = pytest.importorskip("cvxpy")
+    A = book_pair()
+    answer = common_lyapunov(A, sample_time=1.0)
+    assert answer.P is not None
+
+    def schur(P: Any, bmat: Any) -> list[Any]:
+        return [bmat([[P, vertex.T @ P], [P @ vertex, P]]) for vertex in A]
+
+    P, t = cp.Variable((2, 2), symmetric=True), cp.Variable()
+    blocks = [(block + block.T) / 2 >> t * np.eye(4) for block in schur(P, cp.bmat)]
+    cp.Problem(cp.Maximize(t), [*blocks, cp.trace(P) == 1]).solve(solver="CLARABEL")
+    assert float(t.value) == pytest.approx(0.17384, abs=1e-5)
+
+    unit = answer.P / np.trace(answer.P)
+    ours = min(np.linalg.eigvalsh(block)[0] for block in schur(unit, np.block))
+    assert 0.1 < ours <= float(t.value) + 1e-9
+
+
+def test_the_rolmip_pair_has_none_and_says_so() -> None:
+    """The largest margin is 0, so no candidate; both sides of the largest contraction."""
+    answer = common_lyapunov(rolmip_pair(), sample_time=1.0)
+    assert answer.status == "infeasible"
+    assert answer.P is None and abs(answer.margin) < 1e-7
+
+    rate = max_decay_rate(rolmip_pair(), sample_time=1.0)
+    assert rate.decay_rate is not None and rate.decay_rate < 0
+    for side, status in ((-1e-3, "candidate"), (1e-3, "infeasible")):
+        scaled = rolmip_pair() * np.exp(rate.decay_rate + side)
+        assert common_lyapunov(scaled, sample_time=1.0).status == status
+
+
+def test_printed_gains_of_the_truck_are_not_certified() -> None:
+    """Each loop is stable by itself, the slowest by 4.5e-5 only; one P for all is not there."""
+    loops = truck_trailer()
+    sizes = np.abs(np.linalg.eigvals(loops)).max(axis=1)
+    answer = common_lyapunov(loops, sample_time=2.0)
+
+    assert sizes.max() == pytest.approx(0.999955, abs=1e-6)
+    assert answer.status == "infeasible"
+    assert "vertex 2 of 3" in answer.diagnosis
+    P = np.array([[113.9, -92.61, 2.540], [-92.61, 110.7, -3.038], [2.540, -3.038, 0.5503]])
+    grows = np.linalg.eigvalsh(loops[1].T @ P @ loops[1] - P)[-1]
+    assert grows == pytest.approx(0.0104, abs=5e-4)
+    rate = max_decay_rate(loops, sample_time=2.0).decay_rate
+    assert rate is not None and rate < 0
+
+
+def test_stable_in_continuous_time_is_not_stable_in_discrete_time() -> None:
+    """x+ = -2 x grows though Re(-2) < 0, and x+ = 0.5 x decays though Re(0.5) > 0."""
+    grows = common_lyapunov([[-2.0]], sample_time=0.1)
+    assert grows.status == "infeasible"
+    assert "its eigenvalue -2+0j, of size 2," in grows.diagnosis
+    assert common_lyapunov([[0.5]], sample_time=0.1).found
+    assert common_lyapunov([[0.5]]).status == "infeasible"
+    Z = common_lyapunov([[0.0, 1.2], [-1.2, 0.0]], sample_time=1.0).multipliers["vertex"][0]
+    A = np.array([[0.0, 1.2], [-1.2, 0.0]])
+    assert np.linalg.eigvalsh(A @ Z @ A.T - Z)[0] > 0.2
+
+
+@settings(max_examples=12)
+@given(st.integers(0, 10**6), st.sampled_from([1e-3, 0.5, 7.0]))
+def test_one_matrix_against_its_eigenvalues(seed: int, step: float) -> None:
+    """For one diagonalisable matrix alpha = -ln(largest |z|) / T, 1/s."""
+    A = np.random.default_rng(seed).standard_normal((4, 4))
+    exact = -float(np.log(np.abs(np.linalg.eigvals(A)).max())) / step
+    answer = max_decay_rate(A, sample_time=step)
+
+    assert answer.decay_rate is not None
+    assert answer.decay_rate == pytest.approx(exact, abs=2e-3 / step)
+    assert answer.decay_rate <= exact + 1e-9 / step
+    assert answer.bound >= exact - 1e-7 / step
+
+
+@pytest.mark.parametrize("step", [1e-2, 1e-4, 1e-6])
+def test_sampled_ever_faster_the_rate_is_that_of_continuous_time(step: float) -> None:
+    """(1 + T A_i) of Euler's method: the rate in 1/s converges to that of A_i, to order T."""
+    continuous, discrete = sampled_fast(step)
+    limit = max_decay_rate(continuous).decay_rate
+    answer = max_decay_rate(discrete, sample_time=step)
+
+    assert limit is not None and answer.decay_rate is not None
+    assert abs(answer.decay_rate - limit) < 2 * step + 2e-6
+    assert answer.bound == pytest.approx(answer.decay_rate, rel=3e-6)
+    assert len(answer.tries) < 20
+
+
+def test_v_contracts_along_every_blend() -> None:
+    """V(x+) <= e^(-2 alpha T) V(x) for random blends at every step, with the reported alpha."""
+    step = 0.2
+    _, A = sampled_fast(step)
+    answer = common_lyapunov(A, sample_time=step, decay_rate=0.5)
+    assert answer.P is not None and answer.decay_rate is not None and answer.decay_rate >= 0.5
+    rng = np.random.default_rng(1)
+    x = rng.standard_normal(6)
+
+    for h in rng.dirichlet(np.full(8, 0.3), 60):
+        after = np.tensordot(h, A, axes=1) @ x
+        assert after @ answer.P @ after <= np.exp(-2 * answer.decay_rate * step) * (
+            x @ answer.P @ x
+        ) * (1 + 1e-12)
+        x = after / np.linalg.norm(after)
+
+
+def test_both_sides_of_the_largest_rate() -> None:
+    """A rate 1e-3 below is a candidate, 1e-3 above is not; cvxpy reads the same condition."""
+    _, A = sampled_fast(0.3)
+    rate = max_decay_rate(A, sample_time=0.3).decay_rate
+    assert rate is not None
+    assert common_lyapunov(A, sample_time=0.3, decay_rate=rate - 1e-3).found
+    assert common_lyapunov(A, sample_time=0.3, decay_rate=rate + 1e-3).status == "infeasible"
+
+    for side, sign in ((-1e-2, 1), (1e-2, -1)):
+        other = expressed(common_lyapunov_condition(A, sample_time=0.3, decay_rate=rate + side))
+        other.problem().solve(solver="CLARABEL")
+        assert other.margin.value > 1e-6 if sign > 0 else other.margin.value < 1e-7
+
+
+def test_exact_matrices_of_a_candidate_are_positive() -> None:
+    """In rationals: rho^2 = 1, P as found; both leading minors of P - A'PA are positive."""
+    A = book_pair()
+    answer = common_lyapunov(A, sample_time=1.0)
+    assert answer.P is not None
+    condition = common_lyapunov_condition(A, sample_time=1.0)
+    F = exact_matrices(condition, condition.lmis[2], {"P": answer.P[None]})
+
+    assert condition.parameters == {"contraction": 1.0}
+    for block in F:
+        assert isinstance(block[0, 0], Fraction)
+        assert block[0, 0] > 0 and block[0, 0] * block[1, 1] > block[0, 1] * block[1, 0]
+
+
+def test_many_vertices_in_discrete_time() -> None:
+    """2000 vertices by rounds: P holds at every one, and the rate is that of those that bind."""
+    rng = np.random.default_rng(3)
+    A = 0.2 * rng.standard_normal((4, 4)) + 0.1 * rng.standard_normal((2000, 4, 4))
+    answer = common_lyapunov(A, sample_time=1.0)
+    assert answer.P is not None and answer.condition is not None
+    assert rates_of(A, answer.P, step=1.0).min() > 0
+    assert answer.condition.lmis[2].count < 200
+
+    most = max_decay_rate(A, sample_time=1.0)
+    assert most.P is not None and most.decay_rate is not None
+    assert rates_of(A, most.P, step=1.0).min() == pytest.approx(most.decay_rate, abs=1e-9)
+    assert most.decay_rate == pytest.approx(most.bound, rel=1e-4)
+
+
+@settings(max_examples=10)
+@given(st.lists(st.integers(-20, 20), min_size=3, max_size=3), st.integers(0, 100))
+def test_units_that_are_powers_of_two_change_nothing(powers: list[int], seed: int) -> None:
+    """x = S z with S of powers of two: the same verdict, and P transformed exactly."""
+    rng = np.random.default_rng(seed)
+    A = np.eye(3) + 0.1 * (rng.standard_normal((3, 3)) - 4 * np.eye(3))
+    A = A + 0.03 * rng.standard_normal((4, 3, 3))
+    S = np.exp2(np.array(powers, dtype=np.float64))
+    plain = common_lyapunov(A, sample_time=0.1)
+    scaled = common_lyapunov(A * S / S[:, None], sample_time=0.1)
+
+    assert plain.status == scaled.status == "candidate"
+    assert plain.P is not None and scaled.P is not None
+    ratio = scaled.P / (plain.P * S * S[:, None])
+    np.testing.assert_allclose(ratio, ratio[0, 0], rtol=1e-3)
+
+
+def test_dead_beat_has_every_rate() -> None:
+    """A = 0 is at the origin after one step: the rate is inf, and P still a candidate."""
+    answer = max_decay_rate(np.zeros((2, 2)), sample_time=0.1)
+
+    assert answer.found and answer.P is not None
+    assert answer.decay_rate == np.inf and answer.bound == np.inf
+
+
+def test_a_model_knows_its_sample_time() -> None:
+    """A model of discrete time needs no word; another sample time, or one for x', is refused."""
+    model = TSModel(book_pair(), sample_time=0.5)
+
+    assert (
+        common_lyapunov(model).decay_rate
+        == common_lyapunov(book_pair(), sample_time=0.5).decay_rate
+    )
+    with pytest.raises(ModelError, match="the model's own is 0.5 s"):
+        common_lyapunov(model, sample_time=0.1)
+    with pytest.raises(ModelError, match="discretise it first"):
+        max_decay_rate(TSModel(-book_pair()), sample_time=0.1)
+    with pytest.raises(ModelError, match="must be positive"):
+        max_decay_rate(book_pair(), sample_time=0.0)
+
+
+def test_the_builder_writes_the_formula_it_poses() -> None:
+    """A_i' P A_i - rho^2 P, as printed in the literature."""
+    text = latex(common_lyapunov_condition(book_pair(), sample_time=1.0))
+
+    assert r"A_{i}^\top P A_{i}" in text
+    assert r"\rho^2 P" in text
+
+
+def test_certificates_of_discrete_time_are_refused() -> None:
+    """A certificate speaks of x' = A x; x+ = A x must not be read as that."""
+    with pytest.raises(ModelError, match="continuous time"):
+        certify(TSModel(book_pair(), sample_time=0.5))

@@ -1,0 +1,232 @@
+"""Norms of x+ = A x + B w: frequencies, Gramians, python-control, pulses, the fast limit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from takagi.lmi import (
+    Answer,
+    expressed,
+    h2_norm,
+    h2_norm_condition,
+    hinf_norm,
+    hinf_norm_condition,
+    latex,
+)
+from takagi.models import ModelError, TSModel
+from tests.lmi.norms import frequency_norm, sampled, sampled_gramian_norm, third_order
+
+Floats = NDArray[np.float64]
+
+
+def two_vertices() -> TSModel:
+    """Two vertices that share a quadratic function, with their own paths and feed-through."""
+    return TSModel(
+        [[[0.5, 0.4], [-0.4, 0.5]], [[0.6, 0.1], [0.0, -0.4]]],
+        [[[1.0, 0.0], [0.5, 1.0]], [[2.0, 0.0], [0.0, 1.0]]],
+        C=[[[1.0, 0.0]], [[1.0, 0.5]]],
+        D=[[[0.1, 0.0]], [[0.0, -0.3]]],
+        sample_time=0.1,
+    )
+
+
+def gain_of(answer: Answer) -> float:
+    """Return the gain of an answer that must have one."""
+    assert answer.status == "candidate", answer.diagnosis
+    assert answer.gain is not None
+    return answer.gain
+
+
+def random_path(
+    seed: int, n: int, q: int, p: int, radius: float
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return a stable random path of a given spectral radius."""
+    rng = np.random.default_rng(seed)
+    A = rng.standard_normal((n, n))
+    A *= radius / np.abs(np.linalg.eigvals(A)).max()
+    shapes = ((n, q), (p, n), (p, q))
+    B, C, D = (rng.standard_normal(shape) for shape in shapes)
+    return A, B, C, D
+
+
+@settings(max_examples=12)
+@given(
+    seed=st.integers(0, 10**6),
+    n=st.integers(1, 6),
+    q=st.integers(1, 3),
+    p=st.integers(1, 3),
+    radius=st.floats(0.1, 0.97),
+)
+def test_one_vertex_has_the_norms_of_the_linear_system(
+    seed: int, n: int, q: int, p: int, radius: float
+) -> None:
+    """Exact for a linear system: the peak over the unit circle, and the Gramian's trace."""
+    A, B, C, D = random_path(seed, n, q, p, radius)
+
+    found = gain_of(hinf_norm(A, B, C, D, sample_time=0.5))
+    # The grid misses the peak by the square of its spacing.
+    assert found == pytest.approx(frequency_norm(A, B, C, D), rel=1e-3)
+    assert found >= frequency_norm(A, B, C, D) * (1 - 1e-9)
+    variance = gain_of(h2_norm(A, B, C, D, sample_time=0.5))
+    assert variance == pytest.approx(sampled_gramian_norm(A, B, C, D), rel=1e-5)
+
+
+def test_python_control_has_the_same_norms() -> None:
+    """control.norm of the sampled third-order system, in infinity and 2, not counting T."""
+    control = pytest.importorskip("control")
+    A, B, C = third_order()
+    Ad, Bd = sampled(A, B, 0.2)
+    system = control.ss(Ad, Bd, C, np.zeros((2, 2)), 0.2)
+
+    assert gain_of(hinf_norm(Ad, Bd, C, sample_time=0.2)) == pytest.approx(
+        control.norm(system, "inf"), rel=3e-6
+    )
+    assert gain_of(h2_norm(Ad, Bd, C, sample_time=0.2)) == pytest.approx(
+        control.norm(system, 2), rel=3e-6
+    )
+
+
+def test_the_variance_is_the_sum_of_the_squared_pulse_response() -> None:
+    """Parseval: the sum over all samples and pulses of |y|^2 is the square of the norm."""
+    A, B, C, D = random_path(5, 4, 2, 2, 0.8)
+    total, X = float((D**2).sum()), B
+    for _ in range(300):
+        total += float(((C @ X) ** 2).sum())
+        X = A @ X
+
+    assert gain_of(h2_norm(A, B, C, D, sample_time=1.0)) == pytest.approx(np.sqrt(total), rel=1e-5)
+
+
+@pytest.mark.parametrize("step", [1e-1, 1e-3, 1e-4])
+def test_fast_sampling_leads_to_the_continuous_norms(step: float) -> None:
+    """gamma tends to that of x' = A x + B w; the variance per sample to T times its own."""
+    A, B, C = third_order()
+    Ad, Bd = sampled(A, B, step)
+    energy, noise = hinf_norm(Ad, Bd, C, sample_time=step), h2_norm(Ad, Bd, C, sample_time=step)
+
+    assert gain_of(energy) == pytest.approx(4.276759162964244, rel=2 * step + 1e-5)
+    assert gain_of(noise) / np.sqrt(step) == pytest.approx(2.237461821810309, rel=2 * step + 2e-5)
+
+
+def test_the_conditions_themselves_in_cvxpy() -> None:
+    """The conditions as data, read by cvxpy, have the least gamma and nu of the answers."""
+    model = two_vertices()
+    for answer, condition, name, power in (
+        (hinf_norm(model), hinf_norm_condition(model), "gamma", 1.0),
+        (h2_norm(model), h2_norm_condition(model), "nu", 0.5),
+    ):
+        other = expressed(condition, margin=0.0)
+        other.problem().solve(solver="CLARABEL")
+        least = float(other.values()[name][0, 0, 0]) ** power
+        assert gain_of(answer) == pytest.approx(least, rel=1e-5)
+
+
+def test_no_blend_has_a_larger_norm() -> None:
+    """Frozen blends are among what the bounds cover; the lemma is convex in the vertex."""
+    model = two_vertices()
+    energy, noise = gain_of(hinf_norm(model)), gain_of(h2_norm(model))
+    for h in np.linspace(0, 1, 11):
+        A, B, C, D = (
+            h * part[0] + (1 - h) * part[1] for part in (model.A, model.B, model.C, model.D)
+        )
+        assert frequency_norm(A, B, C, D) <= energy * (1 + 1e-6)
+        assert sampled_gramian_norm(A, B, C, D) <= noise * (1 + 1e-6)
+
+
+def pulse_responses(model: TSModel, order: NDArray[np.intp]) -> Floats:
+    """Return the matrix that takes all of w to all of y along a switching sequence."""
+    n, q = model.B.shape[1:]
+    steps, p = len(order), model.C.shape[1]
+    X, total = np.zeros((n, steps * q)), np.zeros((steps * p, steps * q))
+    for k, vertex in enumerate(order):
+        w = slice(k * q, (k + 1) * q)
+        y = slice(k * p, (k + 1) * p)
+        total[y] = model.C[vertex] @ X
+        total[y, w] += model.D[vertex]
+        X = model.A[vertex] @ X
+        X[:, w] += model.B[vertex]
+    return total
+
+
+def test_switched_loops_keep_both_bounds() -> None:
+    """Worst w for random switching, and the pulses of its first instant, stay below the bounds."""
+    model, rng = two_vertices(), np.random.default_rng(0)
+    orders = rng.integers(2, size=(40, 40))
+    responses = [pulse_responses(model, order) for order in orders]
+    energy = max(float(np.linalg.norm(response, 2)) for response in responses)
+    pulses = max(float(np.linalg.norm(response[:, :2])) for response in responses)
+
+    assert 0.5 * gain_of(hinf_norm(model)) < energy <= gain_of(hinf_norm(model))
+    assert 0.5 * gain_of(h2_norm(model)) < pulses <= gain_of(h2_norm(model))
+
+
+def test_the_quadratic_function_shows_the_gain_in_the_models_units() -> None:
+    """With P, the lemma written out holds a hair above gamma and fails a hair below, and for -P."""
+    s = np.array([1.0, 1e3])
+    plain = two_vertices()
+    model = TSModel(
+        plain.A * s / s[:, None],
+        plain.B / s[:, None],
+        C=plain.C * s,
+        D=plain.D,
+        sample_time=0.1,
+    )
+    answer = hinf_norm(model)
+    assert answer.P is not None
+    scale = np.concatenate([1 / s, np.ones(3)])
+
+    def worst(P: Floats, gamma: float) -> float:
+        largest = -np.inf
+        for A, B, C, D in zip(model.A, model.B, model.C, model.D, strict=True):
+            F = np.block(
+                [
+                    [A.T @ P @ A - P, A.T @ P @ B, C.T],
+                    [B.T @ P @ A, B.T @ P @ B - gamma * np.eye(2), D.T],
+                    [C, D, -gamma * np.eye(1)],
+                ]
+            )
+            largest = max(largest, float(np.linalg.eigvalsh(F * np.outer(scale, scale))[-1]))
+        return largest
+
+    gain = gain_of(answer)
+    assert worst(answer.P, gain * (1 + 1e-6)) < 0
+    assert worst(answer.P, gain * (1 - 1e-6)) > 0
+    assert worst(-answer.P, gain * (1 + 1e-6)) > 0
+
+
+def test_a_vertex_outside_the_unit_circle_is_named() -> None:
+    """A mode at -1.01 does not decay: no bound, and the answer says which vertex."""
+    A = [[[0.5, 0.0], [0.0, 0.2]], [[-1.01, 0.0], [0.0, 0.2]]]
+    for norm in (hinf_norm, h2_norm):
+        answer = norm(A, [[1.0], [1.0]], [[1.0, 0.0]], sample_time=1.0)
+        assert answer.status == "infeasible"
+        assert answer.gain is None
+        assert "vertex 2 of 2 is not stable" in answer.diagnosis
+
+
+def test_what_is_stable_in_one_time_is_not_in_the_other() -> None:
+    """-1.5 decays as a rate and grows as a factor; 0.5 the other way round."""
+    assert hinf_norm([[-1.5]], [[1.0]], [[1.0]]).found
+    assert not hinf_norm([[-1.5]], [[1.0]], [[1.0]], sample_time=1.0).found
+    assert not hinf_norm([[0.5]], [[1.0]], [[1.0]]).found
+    assert gain_of(hinf_norm([[0.5]], [[1.0]], [[1.0]], sample_time=1.0)) == pytest.approx(2.0)
+
+
+def test_the_sample_time_must_make_sense() -> None:
+    """Not positive, not the model's, or a continuous model: each is refused with its reason."""
+    with pytest.raises(ModelError, match="must be positive"):
+        hinf_norm([[0.5]], [[1.0]], [[1.0]], sample_time=0.0)
+    with pytest.raises(ModelError, match="the model's own is 0.1 s"):
+        h2_norm(two_vertices(), sample_time=0.2)
+    with pytest.raises(ModelError, match="continuous time"):
+        hinf_norm(TSModel([[[-1.0]]], [[1.0]], C=[[1.0]]), sample_time=0.2)
+
+
+def test_the_builders_write_the_formulas_they_pose() -> None:
+    """The typeset conditions show the discrete forms."""
+    assert r"A_{i}^\top P A_{i} - P" in latex(hinf_norm_condition(two_vertices()))
+    assert r"A_{i}^\top P A_{i} - P + C_{i}^\top C_{i}" in latex(h2_norm_condition(two_vertices()))

@@ -1,0 +1,235 @@
+"""The peak-to-peak gain: closed forms, pulse responses, Lyapunov equations, trajectories."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.linalg import expm, solve_continuous_lyapunov
+from scipy.optimize import minimize_scalar
+
+from takagi.lmi import Answer, expressed, latex, peak_gain, peak_gain_condition
+from takagi.lmi.analysis.channel import channel_of
+from takagi.lmi.analysis.peak_to_peak import peak_shown
+from takagi.models import ModelError, TSModel
+from tests.lmi.norms import sampled
+
+Floats = NDArray[np.float64]
+
+
+def two_vertices(sample_time: float | None = None) -> TSModel:
+    """Two oscillators of different damping that share a quadratic function, with feed-through."""
+    A = [[[0.0, 1.0], [-1.0, -0.6]], [[0.0, 1.0], [-1.2, -1.0]]]
+    B, C, D = [[0.0], [1.0]], [[1.0, 0.0]], [[[0.1]], [[-0.2]]]
+    if sample_time is None:
+        return TSModel(A, B, C=C, D=D)
+    pairs = [sampled(np.array(vertex), np.array(B), sample_time) for vertex in A]
+    return TSModel([a for a, _ in pairs], [b for _, b in pairs], C=C, D=D, sample_time=sample_time)
+
+
+def gain_of(answer: Answer) -> float:
+    """Return the gain of an answer that must have one."""
+    assert answer.status == "candidate", answer.diagnosis
+    assert answer.gain is not None
+    return answer.gain
+
+
+def star_norm(A: Floats, B: Floats, C: Floats) -> float:
+    """Return the *-norm from Lyapunov equations: A X + X A' + lambda X + B B' / lambda = 0.
+
+    Abedor, Nagpal and Poolla (1996): the least over lambda of the root of lambda_max(C X C').
+    """
+    one = np.eye(len(A))
+
+    def reached(rate: float) -> float:
+        X = solve_continuous_lyapunov(A + rate / 2 * one, -B @ B.T / rate)
+        return float(np.sqrt(np.linalg.eigvalsh(C @ X @ C.T)[-1]))
+
+    largest = -2 * float(np.linalg.eigvals(A).real.max())
+    bounds = (1e-4 * largest, (1 - 1e-4) * largest)
+    found: Any = minimize_scalar(reached, bounds=bounds, method="bounded")
+    return float(found.fun)
+
+
+def pulse_area(A: Floats, B: Floats, C: Floats) -> float:
+    """Return the integral of |C exp(A t) B|, one disturbance and one output, by small steps."""
+    step, total, x = 1e-3, 0.0, B
+    flow = expm(A * step)
+    for _ in range(80_000):
+        following = flow @ x
+        total += step * abs(float((C @ (x + following) / 2)[0, 0]))
+        x = following
+    return total
+
+
+@pytest.mark.parametrize(("a", "b", "d"), [(3.0, 2.0, 0.0), (0.2, -1.0, 0.0), (1.0, 2.0, -0.5)])
+def test_one_state_has_its_peak_gain_exactly(a: float, b: float, d: float) -> None:
+    """x' = -a x + b w, y = 5 x + d w: 5 |b| / a + |d|; sampled likewise over 1 - factor."""
+    direct = [[d]]
+    assert gain_of(peak_gain([[-a]], [[b]], [[5.0]], direct)) == pytest.approx(
+        5 * abs(b) / a + abs(d), rel=1e-5
+    )
+    for factor in (0.9, -0.7, 0.0):
+        answer = peak_gain([[factor]], [[b]], [[5.0]], direct, sample_time=0.1)
+        expected = 5 * abs(b) / (1 - abs(factor)) + abs(d)
+        assert gain_of(answer) == pytest.approx(expected, rel=1e-5)
+
+
+@settings(max_examples=8)
+@given(
+    seed=st.integers(0, 10**6),
+    n=st.integers(2, 5),
+    q=st.integers(1, 2),
+    p=st.integers(1, 2),
+    slowest=st.floats(0.1, 1.0),
+)
+def test_one_vertex_has_the_star_norm(seed: int, n: int, q: int, p: int, slowest: float) -> None:
+    """Without feed-through the least bound of one vertex is that of the Lyapunov equations."""
+    rng = np.random.default_rng(seed)
+    A = rng.standard_normal((n, n))
+    A -= (np.linalg.eigvals(A).real.max() + slowest) * np.eye(n)
+    B, C = rng.standard_normal((n, q)), rng.standard_normal((p, n))
+
+    assert gain_of(peak_gain(A, B, C)) == pytest.approx(star_norm(A, B, C), rel=2e-5)
+
+
+def test_the_bound_lies_above_the_area_of_the_pulse_response() -> None:
+    """The peak-to-peak gain of one vertex is the L1 norm of its pulse response.
+
+    That of 1 / (s^2 + 2 z s + 1) is coth(z pi / (2 sqrt(1 - z^2))), z < 1; here z = 0.2.
+    """
+    A, B, C = np.array([[0.0, 1.0], [-1.0, -0.4]]), np.array([[0.0], [1.0]]), np.array([[1.0, 0.0]])
+    area = pulse_area(A, B, C)
+
+    assert area == pytest.approx(1 / np.tanh(0.1 * np.pi / np.sqrt(0.96)), rel=1e-5)
+    assert area < gain_of(peak_gain(A, B, C)) < 1.2 * area
+
+
+def test_fast_sampling_leads_to_the_continuous_bound() -> None:
+    """Held disturbances are some of all, and ever more of them."""
+    continuous = gain_of(peak_gain(two_vertices()))
+
+    assert gain_of(peak_gain(two_vertices(1e-3))) == pytest.approx(continuous, rel=1e-3)
+    assert gain_of(peak_gain(two_vertices(0.3))) < continuous
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+def test_the_condition_itself_in_cvxpy(sample_time: float | None) -> None:
+    """At the decay rate of the answer the condition, read by cvxpy, has the same least gamma."""
+    model = two_vertices(sample_time)
+    answer = peak_gain(model)
+    assert answer.decay_rate is not None
+    other = expressed(peak_gain_condition(model, decay_rate=answer.decay_rate), margin=0.0)
+    other.problem().solve(solver="CLARABEL")
+
+    least = float(other.values()["gamma"][0, 0, 0])
+    assert gain_of(answer) == pytest.approx(least, rel=2e-5)
+
+
+def test_no_decay_rate_does_better_than_the_one_found() -> None:
+    """Given rates give bounds too, none of them lesser; too fast a rate gives none, and says so."""
+    model = two_vertices()
+    best = peak_gain(model)
+    assert best.decay_rate is not None
+    for factor in (0.3, 0.8, 0.98, 1.02, 1.1):
+        answer = peak_gain(model, decay_rate=factor * best.decay_rate)
+        assert gain_of(answer) >= gain_of(best) * (1 - 1e-5)
+        assert answer.decay_rate == factor * best.decay_rate
+    fast = peak_gain(model, decay_rate=0.4)
+    assert fast.status == "infeasible"
+    assert "does not decay faster than 0.4 1/s" in fast.diagnosis
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+def test_nothing_leaves_the_ellipsoid(sample_time: float | None) -> None:
+    """From the boundary, switched at random, under the worst |w| <= 1: V and |y| keep their bounds.
+
+    In continuous time by steps of a tenth of a per cent of a second, exact for what is held.
+    """
+    step = sample_time or 1e-3
+    model, exact = two_vertices(sample_time), two_vertices(step)
+    answer = peak_gain(model)
+    P = answer.P
+    assert P is not None
+    rng = np.random.default_rng(1)
+    z = rng.normal(size=(60, 2))
+    x = z / np.sqrt(np.einsum("ni,ij,nj->n", z, P, z))[:, None]
+    level, peak = 0.0, 0.0
+    for k in range(int(25 / step)):
+        if k % max(1, int(0.5 / step)) == 0:
+            vertex = rng.integers(2, size=60)
+        A, B = exact.A[vertex], exact.B[vertex][:, :, 0]
+        following = np.einsum("nij,nj->ni", A, x)
+        w = np.sign(np.einsum("ni,ij,nj->n", following, P, B))
+        y = np.einsum("nij,nj->ni", exact.C[vertex], x)[:, 0] + exact.D[vertex, 0, 0] * w
+        x = following + B * w[:, None]
+        level = max(level, float(np.einsum("ni,ij,nj->n", x, P, x).max()))
+        peak = max(peak, float(np.abs(y).max()))
+
+    assert 0.5 < level <= 1 + 1e-2 * (sample_time is None)
+    assert peak <= gain_of(answer) * (1 + 1e-2 * (sample_time is None))
+    assert peak > 0.5 * gain_of(answer), "the disturbance was too weak to test anything"
+
+
+def test_the_gain_is_what_p_and_the_rate_show() -> None:
+    """P and the rate alone show the same bound; a larger ellipsoid, or -P, does not."""
+    model = two_vertices()
+    answer = peak_gain(model)
+    assert answer.P is not None and answer.decay_rate is not None
+    path = channel_of(model)
+
+    assert peak_shown(path, answer.P, answer.decay_rate)[0] == pytest.approx(
+        gain_of(answer), rel=1e-5
+    )
+    assert peak_shown(path, -answer.P, answer.decay_rate)[0] == np.inf
+    assert peak_shown(path, np.diag([1.0, 1.0]), answer.decay_rate)[0] > gain_of(answer)
+
+
+def test_units_change_the_gain_by_their_ratio() -> None:
+    """States and time leave the gain as it is; w = d what, y = c yhat multiply it by d / c."""
+    s, rate, d, c = np.array([3.0, 1e4]), 1e-2, 1e5, 1e-3
+    model = two_vertices()
+    other = TSModel(
+        rate * model.A * s / s[:, None],
+        rate * d * model.B / s[:, None],
+        C=model.C * s / c,
+        D=model.D * d / c,
+    )
+
+    assert gain_of(peak_gain(other)) == pytest.approx(gain_of(peak_gain(model)) * d / c, rel=1e-4)
+
+
+def test_an_unstable_vertex_and_a_missing_function_are_a_reasoned_no() -> None:
+    """No decay rate, no ellipsoid: the vertex is named, or those that have no common P."""
+    B, C = [[0.0], [1.0]], [[1.0, 0.0]]
+    unstable = peak_gain([[0.0, 1.0], [-1.0, 0.0]], B, C)
+    apart = peak_gain([[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -10.0], [0.1, -1.0]]], B, C)
+
+    assert unstable.status == apart.status == "infeasible"
+    assert unstable.gain is None and apart.gain is None
+    assert "vertex 1 of 1" in unstable.diagnosis
+    assert "no common P" in apart.diagnosis
+
+
+def test_the_builder_writes_the_formula_it_poses() -> None:
+    """Both block matrices, in both times."""
+    continuous = latex(peak_gain_condition(two_vertices(), decay_rate=0.1))
+    discrete = latex(peak_gain_condition(two_vertices(0.1), decay_rate=0.1))
+
+    assert r"\mathrm{He}\left(P A_{i}\right) + 2\alpha P & P B_{i}" in continuous
+    assert r"\gamma I - \mu I & D_{i}^\top" in continuous
+    assert r"A_{i}^\top P A_{i} - \rho^2 P" in discrete
+
+
+def test_misuse_is_refused() -> None:
+    """A decay rate that is not positive; a path that makes no sense."""
+    with pytest.raises(ModelError, match=r"decay_rate is 0 1/s; it must be positive"):
+        peak_gain(two_vertices(), decay_rate=0.0)
+    with pytest.raises(ModelError, match=r"decay_rate is -1 1/s"):
+        peak_gain_condition(two_vertices(), decay_rate=-1.0)
+    with pytest.raises(ModelError, match="C is needed"):
+        peak_gain(-np.eye(2), np.ones((2, 1)))

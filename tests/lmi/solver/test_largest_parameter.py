@@ -1,0 +1,178 @@
+"""The generic eigenvalue problem: exact values, both sides of the threshold, bounds, misuse."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from takagi.lmi import common_lyapunov_condition, expressed, pdc_condition
+from takagi.lmi.analysis.growth_condition import box_enlargement_condition
+from takagi.lmi.analysis.loop_growth import enlarged_loops
+from takagi.lmi.solver.largest_parameter import extreme_parameter
+from takagi.lmi.solver.multiplier_bound import adjoint, excluded_from
+from takagi.lmi.solver.parameter_pencil import allowed_value
+from takagi.lmi.solver.stages import decide
+from takagi.lmi.synthesis.limits import limits_of
+from takagi.lmi.term import Condition
+from takagi.models import ModelError, TSModel
+
+Floats = NDArray[np.float64]
+
+
+def triple() -> Floats:
+    """MathWorks, gevp and feasp: three vertices."""
+    return np.array([[[-1, 2], [1, -3]], [[-0.8, 1.5], [1.3, -2.7]], [[-1.4, 0.9], [0.7, -2.0]]])
+
+
+def limited_design(sample_time: float | None) -> Condition:
+    """Tanaka and Wang (2001), page 58 with b = 3, and limits that end the decay rate."""
+    A = np.array([[[2.0, -10.0], [1.0, 0.0]], [[2.5, -10.0], [1.0, 0.0]]])
+    B = np.array([[[1.0], [0.0]], [[3.0], [0.0]]])
+    limits = limits_of(
+        2, 1, input_limit=[50.0], initial_box=[1.0, 1.0], state_box=None, gain_bound=None
+    )
+    if sample_time is not None:
+        A, B = np.eye(2) + sample_time * A, sample_time * B
+    model = TSModel(A, B, sample_time=sample_time)
+    return pdc_condition(model, relaxation="tanaka-wang", limits=limits)
+
+
+def bisected(condition: Condition, name: str, low: float, high: float, width: float) -> float:
+    """Return the end of the feasible values between a feasible and an infeasible one, by cvxpy."""
+    while abs(high - low) > width:
+        middle = (low + high) / 2
+        other = expressed(condition.with_parameters(**{name: middle}))
+        other.problem().solve(solver="CLARABEL")
+        low, high = (middle, high) if other.margin.value > 1e-7 else (low, middle)
+    return low
+
+
+def test_decay_rate_against_bisection_in_cvxpy() -> None:
+    """MathWorks, gevp: V' <= -0.1221308 V; the same from our steps and from bisection in cvxpy."""
+    condition = common_lyapunov_condition(triple())
+    found = extreme_parameter(condition, "alpha")
+    other = bisected(condition, "alpha", 0.0, 0.2, 1e-5)
+
+    assert found.found
+    assert found.value == pytest.approx(0.12213081121 / 2, rel=2e-6)
+    assert found.value <= found.bound <= found.value * (1 + 1e-5)
+    assert found.value == pytest.approx(other, abs=2e-5)
+    # Bisection to 1e-6 of the rate takes twenty.
+    assert len(found.outcome.tries) < 10
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+def test_gains_that_are_limited(sample_time: float | None) -> None:
+    """With several unknowns and constants: feasible on one side of the value, not on the other."""
+    condition = limited_design(sample_time)
+    name, d = ("alpha", 1.0) if sample_time is None else ("contraction", -1.0)
+    found = extreme_parameter(condition, name, largest=sample_time is None)
+
+    assert found.found and found.outcome.margin > 0
+    assert d * (found.bound - found.value) >= 0
+    assert found.bound == pytest.approx(found.value, rel=2e-3)
+    inside, outside = (
+        decide(condition.with_parameters(**{name: found.value * (1 - d * side)}))
+        for side in (1e-3, -1e-3)
+    )
+    assert inside.status == "candidate"
+    assert outside.status == "infeasible"
+
+
+def test_the_value_is_what_the_unknowns_show() -> None:
+    """``allowed_value`` of the best unknowns is the value; a hair beyond, an LMI is violated."""
+    condition = common_lyapunov_condition(triple())
+    found = extreme_parameter(condition, "alpha")
+    P = found.best["P"]
+
+    assert allowed_value(condition, "alpha", {"P": P}) == pytest.approx(found.value, rel=1e-9)
+    rates = [
+        -np.linalg.eigvals(np.linalg.inv(P[0]) @ (A.T @ P[0] + P[0] @ A)).real.max() / 2
+        for A in triple()
+    ]
+    assert min(rates) == pytest.approx(found.value, rel=1e-9)
+    assert np.isnan(allowed_value(condition, "alpha", {"P": -P}))
+
+
+def test_unknowns_without_a_margin_are_not_handed_back() -> None:
+    """Centred: the margin at a hair before the value is positive, and larger than at the value."""
+    condition = common_lyapunov_condition(triple())
+    centred = extreme_parameter(condition, "alpha", tolerance=1e-3)
+    plain = extreme_parameter(condition, "alpha", tolerance=1e-3, centre=False)
+
+    assert centred.outcome.margin > 1e-6
+    assert plain.outcome.margin == 0
+    assert centred.condition.parameters["alpha"] < centred.value
+
+
+def test_nothing_ends_it() -> None:
+    """Vertices that only gain as the box grows: mu falls to its limit, and nothing is beyond."""
+    loops = enlarged_loops(np.array([[[-1.0]], [[-3.0]]]), nominal=[1.0, 0.0])
+    condition = box_enlargement_condition(loops)
+    start = {"P": np.ones((1, 1, 1))}
+    found = extreme_parameter(condition, "reciprocal", largest=False, start=start, limit=0.0)
+
+    assert found.value <= 0
+    assert found.bound == -np.inf
+
+
+def test_infeasible_from_the_start() -> None:
+    """No common P at the condition's own value: that is the answer, with its multipliers."""
+    far = np.array([[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -8.0], [1 / 8, -1.0]]])
+    found = extreme_parameter(common_lyapunov_condition(far), "alpha")
+
+    assert not found.found
+    assert found.outcome.status == "infeasible"
+    assert np.isnan(found.value)
+    assert "vertex" in found.outcome.multipliers
+
+
+@settings(max_examples=10)
+@given(st.integers(0, 10**6))
+def test_multipliers_exclude_every_value_beyond_the_bound(seed: int) -> None:
+    """S0 + theta S1 <= 0 at the excluded theta, recomputed here; and the adjoint is an adjoint."""
+    rng = np.random.default_rng(seed)
+    A = rng.standard_normal((3, 3)) - 3 * np.eye(3) + 0.3 * rng.standard_normal((4, 3, 3))
+    condition = common_lyapunov_condition(A, decay_rate=0.3)
+    Z = rng.standard_normal((4, 3, 5))
+    Z = Z @ Z.transpose(0, 2, 1)
+    S0, S1 = adjoint(condition, condition.lmis[2], "alpha", Z)
+    P = rng.standard_normal((3, 3))
+    P = P + P.T
+
+    for alpha in (0.0, 0.7):
+        F = [-(M.T @ P + P @ M + 2 * alpha * P) for M in A]
+        direct = sum(float(np.trace(f @ z)) for f, z in zip(F, Z, strict=True))
+        assert float(np.sum((S0 + alpha * S1) * P)) == pytest.approx(direct, rel=1e-9)
+
+    multipliers = {"vertex": Z, "P positive definite": np.eye(3)[None]}
+    limit = excluded_from(condition, "alpha", multipliers, largest=True)
+    flow = (A @ Z + (A @ Z).transpose(0, 2, 1)).sum(axis=0)
+    assert np.linalg.eigvalsh(flow + 2 * limit * Z.sum(axis=0))[0] == pytest.approx(0, abs=1e-7)
+
+
+def test_bound_and_multipliers_need_one_homogeneous_unknown() -> None:
+    """With constants, or more unknowns, the multipliers' argument says nothing: inf."""
+    condition = limited_design(None)
+    outcome = decide(condition)
+
+    assert excluded_from(condition, "alpha", outcome.multipliers, largest=True) == np.inf
+    assert excluded_from(common_lyapunov_condition(triple()), "alpha", {}, largest=False) == -np.inf
+
+
+def test_misuse_is_named() -> None:
+    """No such parameter; unknowns that satisfy no value; a tolerance that is none."""
+    condition = common_lyapunov_condition(triple())
+    with pytest.raises(ModelError, match="no term has the parameter 'gamma'; there are alpha"):
+        extreme_parameter(condition, "gamma")
+    with pytest.raises(ModelError, match="feasible at no value of alpha"):
+        extreme_parameter(condition, "alpha", start={"P": -np.eye(2)[None]})
+    with pytest.raises(ModelError, match="tolerance"):
+        extreme_parameter(condition, "alpha", tolerance=0.0)
+    with pytest.raises(ModelError, match="there are none"):
+        extreme_parameter(replace(condition, lmis=condition.lmis[:2], parameters={}), "alpha")

@@ -1,0 +1,302 @@
+"""Whichever solver errs first, another is asked; which is first is foretold from the sizes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from itertools import islice
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.lmi import (
+    Condition,
+    common_lyapunov_condition,
+    hinf_norm_condition,
+    pdc_condition,
+)
+from takagi.lmi.solver import sdpa_solver, solve, stages
+from takagi.lmi.solver.assemble import assemble
+from takagi.lmi.solver.choice import prefers_sdpa
+from takagi.lmi.solver.duality import least_objective_bound
+from takagi.lmi.solver.elimination import guide
+from takagi.lmi.solver.incidence import incidence
+from takagi.lmi.solver.program import ConeProgram, Raw, Row, cone_program
+from takagi.lmi.solver.solve import Session, again, attempts
+from takagi.models import TSModel
+from tests.lmi.solver.control import OPTIMUM, control1
+
+needs_sdpa = pytest.mark.skipif(
+    not sdpa_solver.sdpa_is_installed(), reason="sdpa-python is not installed"
+)
+
+
+def least_program(condition: Condition) -> ConeProgram:
+    """Return: the least objective, no margin."""
+    data = assemble(condition)
+    return cone_program(data, data.objective, (), margin=0.0)
+
+
+def margin_program(condition: Condition, *more: Row) -> ConeProgram:
+    """Return: the largest t <= 1."""
+    data = assemble(condition)
+    t = np.eye(len(data.objective) + 1)[-1]
+    return cone_program(data, -t, (Row(t, 1.0), *more))
+
+
+def random_vertices(count: int, n: int, seed: int = 3) -> np.ndarray:
+    """Return stable vertices, (count, n, n): -I and a contraction."""
+    E = np.random.default_rng(seed).normal(size=(count, n, n))
+    E *= 0.8 / np.linalg.norm(E, 2, axis=(1, 2))[:, None, None]
+    return np.asarray(E - np.eye(n))
+
+
+def gain_condition(vertices: int, n: int, width: int) -> Condition:
+    """Return the bounded real lemma with LMIs n + 2 width wide."""
+    random = np.random.default_rng(4)
+    A = random_vertices(vertices, n)
+    return hinf_norm_condition(
+        A, B=random.normal(size=(n, width)), C=random.normal(size=(width, n))
+    )
+
+
+def slack_condition() -> Condition:
+    """Return 21 LMIs, each 10 wide, with a slack matrix in all of them."""
+    random = np.random.default_rng(5)
+    B = random.normal(size=(10, 2)) + 0.01 * random.normal(size=(6, 10, 2))
+    model = TSModel(random_vertices(6, 10), B)
+    return pdc_condition(model, relaxation="tanaka-wang")
+
+
+def effort(condition: Condition) -> Row:
+    """Return nu <= 100."""
+    data = assemble(condition)
+    return Row(np.eye(len(data.objective) + 1)[data.offsets["nu"]], 100.0)
+
+
+# ------------------------------------------------------------------ a solver that errs
+
+
+@pytest.mark.parametrize("whole", [False, True])
+def test_control1_has_its_published_optimum(whole: bool) -> None:
+    """SDPLIB 1.2 (Borchers 1999): control1 has the optimum 17.78463, in one block or two."""
+    outcome = stages.optimise(control1(whole=whole))
+
+    assert outcome.settled and outcome.margin > 0
+    assert outcome.objective == pytest.approx(OPTIMUM, rel=5e-5)
+    assert outcome.least <= outcome.objective
+
+
+@pytest.mark.parametrize("whole", [False, True])
+@pytest.mark.parametrize("first", ["clarabel, chordal", "clarabel, regularised"])
+def test_whichever_errs_first_the_optimum_is_the_published_one(
+    monkeypatch: pytest.MonkeyPatch, first: str, whole: bool
+) -> None:
+    """With chordal decomposition clarabel ends at 18.06, "Solved" and feasible: found out."""
+
+    def turned(program: ConeProgram, session: Session | None = None) -> Iterator[Raw]:
+        raws = list(islice(attempts(program, session), 3))
+        raws.sort(key=lambda raw: raw.solver != first)
+        yield from raws
+
+    monkeypatch.setattr(stages, "attempts", turned)
+    outcome = stages.optimise(control1(whole=whole))
+
+    # Both stages by the solver that was asked.
+    assert [one.solver for one in outcome.tries[:2]] == [first, first]
+    assert outcome.settled
+    assert outcome.objective == pytest.approx(OPTIMUM, rel=5e-5)
+
+
+def test_the_trap_is_one() -> None:
+    """What the test above guards against happens: "Solved", feasible, and 1.5% off."""
+    program = least_program(control1())
+    raw = again(program, "clarabel, chordal")
+
+    assert raw.status == "Solved"
+    assert program.q @ raw.y > 1.01 * OPTIMUM
+
+
+def test_an_objective_far_above_its_bound_is_not_settled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A solver that stops at twice the optimum, feasible: a candidate, and not more."""
+    condition = gain_condition(2, 3, 1)
+    honest = stages.optimise(condition)
+
+    def lazy(program: ConeProgram, session: Session | None = None) -> Iterator[Raw]:
+        raw = next(attempts(program, session))
+        yield replace(raw, y=2.0 * raw.y) if program.linear == 0 else raw
+
+    monkeypatch.setattr(stages, "attempts", lazy)
+    outcome = stages.optimise(condition)
+
+    assert outcome.status == "candidate" and not outcome.settled
+    assert outcome.objective == pytest.approx(2.0 * honest.objective, rel=1e-2)
+    assert outcome.least <= honest.objective <= outcome.objective
+
+
+def test_indefinite_multipliers_bound_nothing() -> None:
+    """Stationary to the last digit and 10 above the optimum, but not in the cone: set right."""
+    program = least_program(gain_condition(2, 2, 2))
+    raw = Session().solve(program)
+    best = float(program.q @ raw.y)
+    A = program.A.toarray()
+    step = program.b - A @ np.linalg.lstsq(A, program.b)[0]
+    false = replace(raw, z=raw.z - 10.0 * step / (program.b @ step))
+
+    assert np.allclose(A.T @ false.z, A.T @ raw.z)
+    assert -program.b @ false.z == pytest.approx(best + 10.0, rel=1e-4)
+    assert least_objective_bound(program, false) <= best
+    assert least_objective_bound(program, raw) == pytest.approx(best, rel=1e-5)
+
+
+# ------------------------------------------------------------------ sdpa
+
+
+@needs_sdpa
+@pytest.mark.parametrize(
+    "program",
+    [
+        margin_program(common_lyapunov_condition(random_vertices(6, 3))),
+        least_program(gain_condition(3, 3, 2)),
+        least_program(control1(whole=True)),
+        # 1 x 1 cones are linear rows there.
+        margin_program(common_lyapunov_condition(random_vertices(2, 1))),
+    ],
+    ids=["margin", "gain", "control1", "scalar"],
+)
+def test_sdpa_agrees_with_clarabel(program: ConeProgram) -> None:
+    """Two solvers, one program: the same optimum, and multipliers of the same meaning."""
+    ours, other = Session().solve(program), again(program, "sdpa")
+    best = float(program.q @ ours.y)
+
+    assert program.q @ other.y == pytest.approx(best, rel=1e-5, abs=1e-6)
+    assert -program.b @ other.z == pytest.approx(best, rel=1e-5, abs=1e-6)
+    assert np.abs(program.A.T @ other.z + program.q).max() < 1e-5
+
+
+@needs_sdpa
+def test_sdpa_writes_nothing(capfd: pytest.CaptureFixture[str]) -> None:
+    """Its remarks ("Strange behavior", here) would stand in the middle of somebody's JSON."""
+    condition = slack_condition()
+    print("before")
+    again(margin_program(condition, effort(condition)), "sdpa")
+    print("after")
+
+    assert capfd.readouterr().out == "before\nafter\n"
+
+
+@needs_sdpa
+def test_sdpa_begins_again_when_it_does_not_move(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From an identity smaller than the solution sdpa takes no step; from a larger one it does."""
+    n = 2
+    A = np.array([[[0.0, 1.0], [-1.0, -0.1]]])
+    condition = common_lyapunov_condition(A, decay_rate=0.01)
+    bound = Row(np.concatenate([1e-6 * np.ones(n * (n + 1) // 2), [0.0]]), 1e4)
+    program = margin_program(condition, bound)
+    best = again(program, "clarabel").y[-1]
+    monkeypatch.setattr(sdpa_solver, "SMALLEST_BEGINNING", 0.0)
+    monkeypatch.setattr(sdpa_solver, "BEGINNINGS", (1e-9,))
+    stuck = sdpa_solver.with_sdpa(program)
+    monkeypatch.setattr(sdpa_solver, "BEGINNINGS", (1e-9, 1e2))
+
+    assert stuck.iterations < sdpa_solver.STUCK
+    assert sdpa_solver.with_sdpa(program).y[-1] == pytest.approx(best, abs=1e-5)
+
+
+# ------------------------------------------------------------------ which is first
+
+
+def test_wide_lmis_of_few_variables_are_for_sdpa() -> None:
+    """40 LMIs 29 wide in 16 variables: dense blocks of 435 rows, a Schur complement of 16."""
+    assert prefers_sdpa(incidence(least_program(gain_condition(40, 5, 12))))
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        common_lyapunov_condition(random_vertices(64, 6)),
+        common_lyapunov_condition(random_vertices(8, 20)),
+        gain_condition(8, 4, 2),
+    ],
+    ids=["many narrow", "many variables", "small"],
+)
+def test_other_programs_are_for_clarabel(condition: Condition) -> None:
+    """Narrow, with many variables, or done in no time."""
+    assert not prefers_sdpa(incidence(margin_program(condition)))
+
+
+def test_without_sdpa_clarabel_is_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """sdpa is never needed."""
+    monkeypatch.setattr(solve, "sdpa_is_installed", lambda: False)
+    monkeypatch.setattr(solve, "prefers_sdpa", lambda found: True)
+    program = least_program(gain_condition(2, 5, 3))
+
+    assert next(attempts(program)).solver == "clarabel"
+
+
+@needs_sdpa
+def test_with_sdpa_the_quicker_is_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is foretold decides, and the other follows."""
+    monkeypatch.setattr(solve, "prefers_sdpa", lambda found: True)
+    names = [raw.solver for raw in islice(attempts(least_program(gain_condition(2, 5, 3))), 2)]
+
+    assert names == ["sdpa", "clarabel"]
+
+
+# ------------------------------------------------------------------ elimination
+
+
+def factor_entries(program: ConeProgram) -> int:
+    """Return how many entries clarabel's factor has."""
+    solver = solve._clarabel(program, {"max_iter": 1})
+    solver.solve()
+    return int(solver.get_info().linsolver.nnzL)
+
+
+def test_stored_zeros_keep_the_cones_apart() -> None:
+    """The factor is less than half as large, the program and its optimum the same."""
+    condition = slack_condition()
+    program = margin_program(condition, effort(condition))
+    zeros = guide(program)
+    assert zeros is not None
+    filled = replace(program, A=zeros.filled(program.A))
+
+    assert abs(filled.A - program.A).sum() == 0 and filled.A.nnz > program.A.nnz
+    assert factor_entries(filled) < 0.5 * factor_entries(program)
+    plain = solve._clarabel(program, {}).solve()
+    assert solve._clarabel(filled, {}).solve().obj_val == pytest.approx(plain.obj_val, rel=1e-5)
+
+
+@pytest.mark.parametrize("session", [None, Session()], ids=["alone", "session"])
+def test_clarabel_is_given_the_zeros(
+    monkeypatch: pytest.MonkeyPatch, session: Session | None
+) -> None:
+    """First of all, but not where chordal decomposition looks for sparsity."""
+    given: list[int] = []
+    original = solve._clarabel
+
+    def recording(program: ConeProgram, options: Mapping[str, Any]) -> Any:
+        given.append(program.A.nnz)
+        return original(program, {**options, "max_iter": 1})
+
+    monkeypatch.setattr(solve, "_clarabel", recording)
+    program = margin_program(slack_condition())
+    list(islice(attempts(program, session), 2))
+
+    assert given[0] > program.A.nnz
+    assert given[1] == program.A.nnz
+
+
+def test_narrow_lmis_are_left_alone() -> None:
+    """Where there is nothing to gain, nothing is stored."""
+    assert guide(margin_program(common_lyapunov_condition(random_vertices(64, 6)))) is None
+
+
+def test_a_session_updates_what_was_filled() -> None:
+    """The zeros stay where they were when the numbers change."""
+    condition, session = slack_condition(), Session()
+    for rate in (0.0, 0.1, 0.2):
+        program = margin_program(condition.with_parameters(alpha=rate), effort(condition))
+        fresh = Session().solve(program)
+        assert session.solve(program).y[-1] == pytest.approx(fresh.y[-1], rel=1e-4)

@@ -1,0 +1,262 @@
+"""A rigorous no for whatever is posed as a condition: relaxations, limits, costs, discrete time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.linalg import solve_continuous_are
+
+from takagi.lmi import (
+    Answer,
+    Region,
+    common_lyapunov,
+    common_lyapunov_condition,
+    d_stability_condition,
+    exact_matrices,
+    exact_no,
+    hinf_norm_condition,
+    lqr_pdc_condition,
+    objective_below,
+    observer,
+    pdc,
+    pdc_condition,
+    rigorous_no,
+)
+from takagi.lmi.definiteness import is_definite, is_semidefinite
+from takagi.lmi.solver.stages import decide
+from takagi.lmi.synthesis.limits import Limits, limits_of
+from takagi.lmi.term import Condition
+from takagi.models import ModelError, TSModel
+
+Floats = NDArray[np.float64]
+
+
+def kim_lee_problem(b: float) -> TSModel:
+    """Return the three-rule problem of Kim and Lee (2000) at a = 2."""
+    return TSModel(
+        [[[1.59, -7.29], [0.01, 0.0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0.0, 0.05]]],
+        [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0 - b], [-1.0]]],
+    )
+
+
+def saddle() -> TSModel:
+    return TSModel([[[0.0, 1.0], [1.0, 0.0]]], [[[0.0], [1.0]]])
+
+
+@dataclass
+class Plain:
+    """Arrays without a sample time of their own."""
+
+    A: Floats
+    B: Floats
+
+
+def exactly_solvable(condition: Condition) -> bool:
+    """Return whether the solver's values satisfy every LMI over the rationals."""
+    values = dict(decide(condition, rows={"nu": 1e4}).values)
+    return all(
+        (is_definite if lmi.weight > 0 else is_semidefinite)(F)
+        for lmi in condition.lmis
+        for F in exact_matrices(condition, lmi, values)
+    )
+
+
+@pytest.mark.parametrize(
+    "relaxation", ["common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "polya-1"]
+)
+def test_poor_relaxations_have_no_gains_for_kim_and_lees_problem(relaxation: str) -> None:
+    """Infeasible already at b = 0 by these five; by the richer ones it is not (see below)."""
+    design = pdc(kim_lee_problem(0.0), relaxation=relaxation)
+    alternative = rigorous_no(design)
+
+    assert design.status == "infeasible"
+    assert alternative is not None and alternative.holds
+    assert relaxation in str(alternative)
+
+
+@pytest.mark.parametrize(
+    ("relaxation", "b"),
+    # Brackets of the largest b, computed with cvxpy: 1.25931, 2.72516, 1.29987 at their lower ends.
+    [("kim-lee", 1.2593), ("liu-zhang", 2.7252), ("polya-2", 1.2999)],
+)
+def test_rich_relaxations_on_both_sides_of_their_largest_b(relaxation: str, b: float) -> None:
+    """Exact gains 1e-3 below, exact multipliers 1e-3 above: b is known to three digits."""
+    below = pdc_condition(kim_lee_problem(b - 1e-3), relaxation=relaxation)
+    above = pdc_condition(kim_lee_problem(b + 1e-3), relaxation=relaxation)
+
+    assert exactly_solvable(below)
+    assert exact_no(below) is None
+    assert exact_no(above) is not None
+
+
+def test_what_a_richer_relaxation_cannot_do_a_poorer_one_cannot_either() -> None:
+    """Liu and Zhang contain Kim and Lee, who contain all pairs."""
+    model = kim_lee_problem(3.0)
+
+    for relaxation in ("liu-zhang", "kim-lee", "wang-tanaka-griffin"):
+        assert exact_no(pdc_condition(model, relaxation=relaxation)) is not None
+
+
+@pytest.mark.parametrize("relaxation", ["wang-tanaka-griffin", "kim-lee", "liu-zhang"])
+def test_eight_rules_of_four_states(relaxation: str) -> None:
+    """Random rules that no gains stabilise together: 36 LMIs of width 4, and one of width 32."""
+    rng = np.random.default_rng(0)
+    model = TSModel(rng.normal(size=(8, 4, 4)), rng.normal(size=(8, 4, 1)))
+    condition = pdc_condition(model, relaxation=relaxation)
+    outcome = decide(condition, rows={"nu": 1e4})
+
+    assert outcome.status == "infeasible"
+    assert exact_no(condition, outcome.multipliers) is not None
+
+
+def limits(
+    input_limit: float | None = None,
+    initial_box: float | None = None,
+    state_box: float | None = None,
+    gain_bound: float | None = None,
+) -> Limits:
+    return limits_of(
+        2,
+        1,
+        input_limit=input_limit,
+        initial_box=initial_box,
+        state_box=state_box,
+        gain_bound=gain_bound,
+    )
+
+
+@pytest.mark.parametrize(
+    ("strict", "loose", "decay_rate"),
+    [
+        (limits(input_limit=0.5, initial_box=1.0), limits(input_limit=3.0, initial_box=1.0), 0.0),
+        (limits(state_box=1.0, initial_box=0.99), limits(state_box=1.0, initial_box=0.3), 0.0),
+        # The gain has to move an eigenvalue from 1 to below 0, and both below -3.
+        (limits(gain_bound=0.5), limits(gain_bound=5.0), 0.0),
+        (limits(gain_bound=5.0), limits(gain_bound=50.0), 3.0),
+    ],
+)
+def test_limits_that_leave_no_gains(strict: Limits, loose: Limits, decay_rate: float) -> None:
+    """These conditions have constants, so multipliers must make their sum negative as well."""
+    none = pdc_condition(saddle(), limits=strict, decay_rate=decay_rate)
+    some = pdc_condition(saddle(), limits=loose, decay_rate=decay_rate)
+
+    assert exact_no(none) is not None
+    assert exact_no(some) is None
+    assert decide(some, rows={"nu": 1e4}).status == "candidate"
+
+
+def test_only_huge_gains_are_gains_all_the_same() -> None:
+    """Without authority but for 1e-6: a solver that bounds the effort finds none, and no proof."""
+    model = TSModel([[[1.0]]], [[[1e-6]]])
+    condition = pdc_condition(model)
+    outcome = decide(condition, rows={"nu": 1e4})
+
+    assert outcome.status != "candidate"
+    assert exact_no(condition, outcome.multipliers) is None
+
+
+def test_discrete_time() -> None:
+    """x+ = 1.25 x + u / 10^6 w.r.t. another rule of opposite sign: no gains by all pairs."""
+    opposite = Plain(np.full((2, 1, 1), 1.25), np.array([[[1.0]], [[-1.0]]]))
+    alike = Plain(np.full((2, 1, 1), 1.25), np.array([[[1.0]], [[0.5]]]))
+
+    assert exact_no(pdc_condition(opposite, sample_time=0.1)) is not None
+    assert exact_no(pdc_condition(alike, sample_time=0.1)) is None
+
+
+def test_a_cost_for_rules_that_no_gains_stabilise() -> None:
+    """The unknown W only ever helps: its multipliers are zero, and with them those beside it."""
+    condition = lqr_pdc_condition(kim_lee_problem(0.0), np.eye(2), np.eye(1))
+    alternative = exact_no(condition)
+
+    assert alternative is not None
+    assert not alternative.multipliers["bound of the cost"][0, :2].any()
+
+
+def test_the_least_cost_of_one_rule_is_riccatis() -> None:
+    """No smaller bound exists, to six digits: A'P + PA - PBB'P + Q = 0, cost trace P."""
+    A, B = np.array([[0.0, 1.0], [2.0, -1.0]]), np.array([[0.0], [1.0]])
+    least = float(np.trace(solve_continuous_are(A, B, np.eye(2), np.eye(1))))
+    condition = lqr_pdc_condition(TSModel([A], [B]), np.eye(2), np.eye(1))
+
+    assert exact_no(objective_below(condition, 0.999999 * least)) is not None
+    assert exact_no(objective_below(condition, 1.000001 * least)) is None
+
+
+def test_the_energy_gain_of_a_lag_is_one() -> None:
+    """1 / (s + 1): nothing below 1, also not at 1, where the supremum is not attained below it."""
+    condition = hinf_norm_condition([[-1.0]], [[1.0]], [[1.0]])
+
+    assert exact_no(objective_below(condition, Fraction(1))) is not None
+    assert exact_no(objective_below(condition, Fraction("1.00001"))) is None
+
+
+def test_nothing_is_bounded_without_an_objective() -> None:
+    """The message names the condition."""
+    with pytest.raises(ModelError, match="common quadratic.*has no objective"):
+        objective_below(common_lyapunov_condition([[-1.0]]), 1.0)
+
+
+def test_a_mode_that_no_input_moves_fast_enough() -> None:
+    """The answer carries no multipliers; exact ones are found anew."""
+    design = pdc(TSModel([[[-1.0, 1.0], [0.0, -0.5]]], [[[1.0], [0.0]]]), decay_rate=0.6)
+
+    assert not design.answer.multipliers
+    assert rigorous_no(design) is not None
+
+
+@pytest.mark.parametrize(
+    ("region", "wider"),
+    [
+        (Region.half_plane(2), Region.half_plane(Fraction("1.999"))),
+        (Region.disc(5), Region.disc(Fraction("5.001"))),
+        (Region.disc(Fraction("4.983")), Region.disc(Fraction("5.001"))),
+    ],
+)
+def test_regions_that_eigenvalues_touch(region: Region, wider: Region) -> None:
+    """(s + 2)(s + 3)(s + 5): decay below 2 only, a disc about 0 of radius above 5 only.
+
+    At the solver's tolerance the disc of radius 4.983 is wrongly accepted.
+    """
+    A = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [-30.0, -31.0, -10.0]]
+
+    assert exact_no(d_stability_condition(A, region)) is not None
+    assert exact_no(d_stability_condition(A, wider)) is None
+
+
+def test_an_observer_for_an_output_that_shows_too_little() -> None:
+    """Two rules that see the state with opposite signs."""
+    design = observer(TSModel(np.ones((2, 1, 1)), C=[[[1.0]], [[-1.0]]]))
+
+    assert rigorous_no(design) is not None
+
+
+def test_no_proof_is_made_of_a_yes() -> None:
+    """Nor of an answer without a condition."""
+    yes = common_lyapunov([[-1.0]])
+
+    assert rigorous_no(yes) is None
+    assert rigorous_no(pdc(saddle())) is None
+    assert rigorous_no(Answer(status="infeasible", P=None, margin=-1.0)) is None
+
+
+def test_multipliers_that_are_not_numbers_do_no_harm() -> None:
+    """They are only where the search begins."""
+    condition = common_lyapunov_condition([[1.0]])
+    nonsense = {"vertex": np.full((1, 1, 1), np.nan)}
+
+    assert exact_no(condition, nonsense) is not None
+    with pytest.raises(ModelError, match="there is no LMI 'vertexes'"):
+        exact_no(condition, {"vertexes": np.ones((1, 1, 1))})
+
+
+def test_an_unsettled_answer_may_still_be_a_no() -> None:
+    """At b + 1/b = 10/3 the matrix is singular: floating point says neither yes nor no."""
+    stable, singular = [[-4.0, -4.0], [1.0, 0.0]], [[-5.0, 0.0], [1.0, 0.0]]
+    answer = common_lyapunov(np.array([stable, singular]))
+
+    assert rigorous_no(replace(answer, status="unknown")) is not None

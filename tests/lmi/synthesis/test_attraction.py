@@ -1,0 +1,344 @@
+"""Regions of attraction: analytic limits, saturation that is simulated, and what it buys."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import sympy as sp
+from numpy.typing import NDArray
+from scipy.linalg import solve_continuous_are
+
+from takagi.lmi import Answer, attraction_ellipsoid, attraction_pdc, input_rate_bound
+from takagi.models import ModelError, TSModel, sector_model
+from tests.lmi.synthesis.placed import pendulum
+
+Floats = NDArray[np.float64]
+WAYS = ("secant", "polytope", "dead-zone")
+
+
+def area(answer: Answer) -> float:
+    """Return det(P)^(-1/2), the volume over that of the unit ball."""
+    assert answer.P is not None
+    return float(np.linalg.det(answer.P) ** -0.5)
+
+
+def boundary(P: Floats, count: int, seed: int = 0) -> Floats:
+    """Return x with x' P x = 1."""
+    x = np.random.default_rng(seed).standard_normal((count, len(P)))
+    return np.asarray(x / np.sqrt(np.einsum("ki,ij,kj->k", x, P, x))[:, None])
+
+
+def saturated_run(
+    model: TSModel, K: Floats, limit: Floats, x: Floats, *, steps: int, dt: float = 5e-3
+) -> tuple[Floats, float]:
+    """Return the last states and the largest |u| / limit seen, h drawn anew at every step.
+
+    u = -sat(K(h) x) as it is; Euler steps in continuous time, the model's own in discrete time.
+    """
+    rng, most = np.random.default_rng(1), 0.0
+    for _ in range(steps):
+        h = rng.dirichlet(0.4 * np.ones(len(model.A)), len(x))
+        A, B, gain = (np.tensordot(h, part, 1) for part in (model.A, model.B, K))
+        v = np.einsum("tmn,tn->tm", gain, x)
+        most = max(most, float(np.abs(v / limit).max()))
+        u = -np.clip(v, -limit, limit)
+        moved = np.einsum("tij,tj->ti", A, x) + np.einsum("tij,tj->ti", B, u)
+        x = moved if model.sample_time is not None else x + dt * moved
+    return x, most
+
+
+@pytest.mark.parametrize("half", [0.5, 0.9, 0.99])
+def test_the_cubic_tends_to_its_analytic_region_from_below(half: float) -> None:
+    """x' = -x + x^3 settles exactly from |x| < 1 (Drake, region_of_attraction_test.cc: rho = 1).
+
+    With V = x^2 the largest level set in |x| <= a < 1 is a^2; the model is exact there.
+    """
+    x = sp.Symbol("x")
+    model = sector_model([-x + x**3], [x], box={x: (-half, half)})
+    answer = attraction_ellipsoid(model)
+    assert answer.P is not None
+    level = 1 / answer.P[0, 0]
+
+    assert (1 - 3e-4) * half**2 < level < half**2
+
+
+def test_the_cubic_has_no_region_beyond_one() -> None:
+    """At a = 1 the vertex -1 + a^2 does not decay."""
+    answer = attraction_ellipsoid([[[-1.0]], [[0.0]]], state_box=[1.0])
+
+    assert answer.status == "infeasible" and answer.P is None
+    assert "no ellipsoid, however small" in answer.diagnosis
+
+
+def test_a_box_limits_the_volume_exactly() -> None:
+    """x' = -x in the box |x_k| <= b_k: the ellipsoid with these semi-axes, by every measure."""
+    box = np.array([2.0, 0.5, 30.0])
+    for measure in ("volume", "trace", np.eye(3) * box):
+        P = attraction_ellipsoid(-np.eye(3), state_box=box, measure=measure).P
+        assert P is not None
+        np.testing.assert_allclose(P, np.diag(box**-2.0), rtol=3e-3, atol=3e-3 / box.min() ** 2)
+
+
+def test_a_scalar_plant_with_saturation_from_both_sides() -> None:
+    """x' = a x - sat(k x), |sat| <= ubar: contractive exactly on |x| < ubar / a.
+
+    Without saturation in the set it is |x| <= ubar / k for the gain k > a.
+    """
+    model, a, limit, k = TSModel([[[2.0]]], [[[1.0]]]), 2.0, 3.0, 10.0
+    plain = attraction_ellipsoid(model, gains=[[k]], input_limit=limit).P
+    assert plain is not None
+    assert plain[0, 0] ** -0.5 == pytest.approx(limit / k, rel=3e-4)
+    for way in WAYS:
+        P = attraction_ellipsoid(model, gains=[[k]], input_limit=limit, saturation=way).P
+        assert P is not None
+        reach = P[0, 0] ** -0.5
+        assert reach < limit / a
+        assert reach == pytest.approx(limit / a, rel=0.06 if way == "secant" else 1e-3)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_every_start_in_the_ellipsoid_settles_with_the_real_saturation(way: str) -> None:
+    """Random starts on x' P x = 1, random memberships, u clipped: V falls, and u is clipped."""
+    model, limit = pendulum(), np.array([10.0])
+    design = attraction_pdc(
+        model, input_limit=limit, saturation=way, decay_rate=2.0, saturated_decay_rate=0.1
+    )
+    K, P = design.require()
+    x, most = saturated_run(model, K, limit, boundary(P, 400), steps=1500)
+
+    assert np.einsum("ki,ij,kj->k", x, P, x).max() < 0.5
+    assert 1.2 < most <= 10.0
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_v_falls_at_its_rate_everywhere_in_the_ellipsoid(way: str) -> None:
+    """V' <= -2 alpha V at ten thousand points, alpha that of the input as it is there."""
+    model, limit = pendulum(), 10.0
+    design = attraction_pdc(
+        model, input_limit=limit, saturation=way, decay_rate=2.0, saturated_decay_rate=0.1
+    )
+    K, P = design.require()
+    rng = np.random.default_rng(2)
+    x = boundary(P, 10_000) * np.sqrt(rng.uniform(0, 1, (10_000, 1)))
+    h = rng.dirichlet([0.5, 0.5], len(x))
+    A, B, gain = (np.tensordot(h, part, 1) for part in (model.A, model.B, K))
+    v = np.einsum("tmn,tn->tm", gain, x)
+    moved = np.einsum("tij,tj->ti", A, x) - np.einsum("tij,tj->ti", B, np.clip(v, -limit, limit))
+    V, rate = np.einsum("ti,ij,tj->t", x, P, x), 2 * np.einsum("ti,ij,tj->t", x, P, moved)
+    alpha = np.where(np.abs(v[:, 0]) > limit, 0.1, 2.0)
+
+    assert np.all(rate < -2 * alpha * V)
+    assert 0.02 < (alpha < 1).mean() < 0.98
+
+
+def test_saturation_buys_a_larger_region_for_fast_gains() -> None:
+    """Decay 2 1/s near 0, torque 10 N m: twice the area once the torque may saturate."""
+    model = pendulum()
+    areas = {
+        way: area(attraction_pdc(model, input_limit=10.0, saturation=way, decay_rate=2.0).answer)
+        for way in (None, *WAYS)
+    }
+
+    assert min(areas[way] for way in WAYS) > 2 * areas[None]
+    assert areas["polytope"] >= 0.999 * areas["secant"]
+
+
+def test_for_one_input_the_dead_zone_is_as_good_as_the_polytope() -> None:
+    """Given gains, largest area by each; Hu and Lin's is exact for one input and one rule."""
+    A, B = np.array([[0.6, -0.8], [0.8, 0.6]]), np.array([[2.0], [4.0]])
+    K = 3 * B.T @ solve_continuous_are(A, B, np.eye(2), np.eye(1))
+    model = TSModel(A[None], B[None])
+    found = {
+        way: area(attraction_ellipsoid(model, gains=K, input_limit=1.0, saturation=way))
+        for way in WAYS
+    }
+
+    assert found["dead-zone"] == pytest.approx(found["polytope"], rel=2e-3)
+    assert found["secant"] <= 1.001 * found["polytope"]
+    assert area(attraction_ellipsoid(model, gains=K, input_limit=1.0)) < 0.9 * found["secant"]
+
+
+def test_with_one_rate_for_all_saturation_buys_nothing() -> None:
+    """Hu and Lin (2001): the set that a saturated law makes contractive, H x does unsaturated."""
+    model = pendulum()
+    plain = area(attraction_pdc(model, input_limit=10.0, saturation=None).answer)
+    for way in WAYS:
+        more = attraction_pdc(model, input_limit=10.0, saturation=way).answer
+        assert area(more) == pytest.approx(plain, rel=2e-3)
+
+
+def two_inputs(sample_time: float | None = None) -> tuple[TSModel, Floats]:
+    """Return two coupled unstable states with an input each, and gains that are too fast."""
+    A = np.array([[[1.0, 0.5], [-0.3, 0.6]], [[0.8, -0.4], [0.5, 1.0]]])
+    B = np.array([np.eye(2), [[1.2, 0.1], [-0.1, 0.9]]])
+    K = np.array([[[6.0, 0.5], [0.0, 5.0]], [[5.0, 0.0], [0.3, 6.0]]])
+    if sample_time is not None:
+        A, B = np.eye(2) + sample_time * A, sample_time * B
+    return TSModel(A, B, sample_time=sample_time), K
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.05])
+@pytest.mark.parametrize("way", WAYS)
+def test_two_inputs_in_both_kinds_of_time(way: str, sample_time: float | None) -> None:
+    """Given gains of each rule: larger than without saturation, and every start settles."""
+    model, K = two_inputs(sample_time)
+    limit = np.array([1.0, 2.0])
+    plain = attraction_ellipsoid(model, gains=K, input_limit=limit, decay_rate=0.1)
+    answer = attraction_ellipsoid(
+        model,
+        gains=K,
+        input_limit=limit,
+        saturation=way,
+        decay_rate=0.1,
+        saturated_decay_rate=0.05,
+    )
+    assert answer.P is not None
+    steps = 2000 if sample_time is None else 1000
+    x, most = saturated_run(model, K, limit, boundary(answer.P, 300), steps=steps)
+
+    assert area(answer) > 2 * area(plain)
+    assert most > 1.2
+    assert np.einsum("ki,ij,kj->k", x, answer.P, x).max() < 0.5
+
+
+def test_outside_the_true_region_a_start_escapes() -> None:
+    """The ellipsoid touches what is possible: 2 % beyond ubar / a the scalar plant runs away."""
+    model = TSModel([[[2.0]]], [[[1.0]]])
+    limit = np.array([3.0])
+    K = np.array([[[10.0]]])
+    inside, _ = saturated_run(model, K, limit, np.array([[1.47]]), steps=2000)
+    outside, _ = saturated_run(model, K, limit, np.array([[1.53]]), steps=2000)
+
+    assert abs(inside[0, 0]) < 0.1 and abs(outside[0, 0]) > 3
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.3, 30.0])
+def test_a_rate_limit_for_given_gains_is_kept_and_reached(rate: float) -> None:
+    """Random x' P x = 1, h and |h'| <= rate: |u'| comes near 20 and never exceeds it."""
+    model, K = two_inputs()
+    P = attraction_ellipsoid(
+        model, gains=K, input_rate_limit=[20.0, 20.0], rate_bounds=rate, decay_rate=0.1
+    ).P
+    assert P is not None
+    rng, x = np.random.default_rng(3), boundary(P, 20_000)
+    share = rng.choice([0.0, 1.0], len(x))
+    h = np.stack([share, 1 - share], axis=1)
+    A, B, gain = (np.tensordot(h, part, 1) for part in (model.A, model.B, K))
+    moved = np.einsum("tij,tj->ti", A - B @ gain, x)
+    u_rate = np.einsum("tmn,tn->tm", gain, moved)
+    u_rate += rate * rng.choice([-1, 1], (len(x), 1)) * np.einsum("mn,tn->tm", K[0] - K[1], x)
+
+    assert 0.9 * 20 < np.abs(u_rate).max() <= 20
+    assert input_rate_bound(model, K, P, rate_bounds=rate).max() >= np.abs(u_rate).max()
+
+
+def test_limits_on_top_of_each_other_only_shrink_the_ellipsoid() -> None:
+    """A limit on the rate, then on the input too, then a box inside the model's own."""
+    model, K = two_inputs()
+    rates = {"input_rate_limit": [20.0, 20.0], "rate_bounds": 0.3}
+    boxed = TSModel(model.A, model.B, states=("a [m]", "b [m]"), box={"a [m]": (-0.05, 0.1)})
+    one = attraction_ellipsoid(model, gains=K, **rates)  # type: ignore[arg-type]
+    two = attraction_ellipsoid(model, gains=K, input_limit=[1.0, 1.0], **rates)  # type: ignore[arg-type]
+    three = attraction_ellipsoid(boxed, gains=K, input_limit=[1.0, 1.0], state_box=[1.0, 1.0])
+    assert three.P is not None
+
+    assert area(two) < area(one)
+    assert np.linalg.inv(three.P)[0, 0] <= 0.05**2
+
+
+def test_the_points_are_what_counts() -> None:
+    """Measured by one direction, the ellipsoid reaches farther there than the largest one does."""
+    model, point = pendulum(), np.array([[1.0, 4.0]])
+    ways = {
+        name: attraction_pdc(model, input_limit=10.0, decay_rate=1.0, measure=measure).P
+        for name, measure in (("volume", "volume"), ("point", point))
+    }
+    reach = {name: float((point @ P @ point.T)[0, 0] ** -0.5) for name, P in ways.items()}
+
+    assert reach["point"] > 1.05 * reach["volume"]
+
+
+def test_units_do_not_matter() -> None:
+    """Angle in mrad, torque in kN m: the same ellipsoid in those units."""
+    S, T = np.array([2.0**10, 2.0**4]), 2.0**-10
+    other = TSModel(pendulum().A * S[:, None] / S, pendulum().B * S[:, None] / T)
+    options = {"saturation": "polytope", "decay_rate": 2.0}
+    plain = attraction_pdc(pendulum(), input_limit=10.0, **options)  # type: ignore[arg-type]
+    scaled = attraction_pdc(other, input_limit=10.0 * T, **options)  # type: ignore[arg-type]
+
+    assert area(scaled.answer) == pytest.approx(area(plain.answer) * S.prod(), rel=1e-3)
+
+
+@pytest.mark.parametrize("limit", [1e-9, 1e-3, 1e6])
+def test_any_size_of_limit_is_answered(limit: float) -> None:
+    """Twice the limit, twice the ellipsoid: from nano to mega, gains sought or given."""
+    model = TSModel([[[2.0]]], [[[1.0]]])
+    given = attraction_ellipsoid(model, gains=[[1e4]], input_limit=limit).P
+    sought = attraction_pdc(model, input_limit=limit).P
+    boxed = attraction_ellipsoid([[-1.0]], state_box=limit).P
+    assert given is not None and sought is not None and boxed is not None
+
+    assert given[0, 0] ** -0.5 == pytest.approx(limit / 1e4, rel=1e-3)
+    assert sought[0, 0] ** -0.5 == pytest.approx(limit / 2, rel=1e-3)
+    assert boxed[0, 0] ** -0.5 == pytest.approx(limit, rel=1e-3)
+
+
+def test_the_rate_of_the_answer_holds_in_the_whole_ellipsoid() -> None:
+    """With saturation it is the smaller one: that of the saturated input."""
+    model, rates = pendulum(), {"decay_rate": 2.0, "saturated_decay_rate": 0.1}
+
+    assert attraction_pdc(model, input_limit=10.0, **rates).decay_rate == 0.1  # type: ignore[arg-type]
+    design = attraction_pdc(model, input_limit=10.0, saturation=None, **rates)  # type: ignore[arg-type]
+    assert design.decay_rate == design.answer.decay_rate == 2.0
+
+
+def test_what_is_misused_is_refused() -> None:
+    """Each message says what was given and what to do."""
+    model, K = two_inputs()
+    cases: list[tuple[Callable[[], object], str]] = [
+        (lambda: attraction_ellipsoid(-np.eye(2)), "nothing limits the ellipsoid"),
+        (lambda: attraction_ellipsoid(model, input_limit=1.0), "give gains"),
+        (lambda: attraction_ellipsoid(model, gains=K, saturation="polytope"), "needs input_limit"),
+        (lambda: attraction_pdc(model, input_limit=1.0, saturation="sat"), "is not known"),
+        (lambda: attraction_pdc(model, input_limit=[1, -1]), r"input_limit\[1\]"),
+        (lambda: attraction_pdc(model, input_limit=1.0, overdrive=0.5), "at least 1"),
+        (lambda: attraction_pdc(model, input_limit=1.0, measure="size"), "measure 'size'"),
+        (lambda: attraction_pdc(model, input_limit=1.0, measure=[[0.0, 0.0]]), "all 0"),
+        (
+            lambda: attraction_pdc(model, input_limit=1.0, saturated_decay_rate=1.0),
+            "saturation slows",
+        ),
+        (
+            lambda: attraction_ellipsoid(model, gains=K, input_limit=1.0, relaxation="common-gain"),
+            "gains differ from rule to rule",
+        ),
+        (
+            lambda: attraction_ellipsoid(
+                model, gains=K[0], input_limit=1.0, input_rate_limit=1.0, saturation="polytope"
+            ),
+            "with_input_states",
+        ),
+        (
+            lambda: attraction_pdc(
+                TSModel([[[1.0, 0.0], [0.0, 2.0]]], [[[1.0], [0.0]]]), input_limit=1.0
+            ),
+            "can be moved by no input",
+        ),
+    ]
+    for call, message in cases:
+        with pytest.raises(ModelError, match=message):
+            call()
+
+
+def test_the_models_box_must_hold_the_origin_and_its_inputs() -> None:
+    x, u = sp.symbols("x u")
+    away = sector_model([-x + x**3], [x], box={x: (0.1, 0.5)})
+    with pytest.raises(ModelError, match="needs 0 inside"):
+        attraction_ellipsoid(away)
+    driven = sector_model([x + u + u * x**2 / 4], [x], [u], box={x: (-1, 1), u: (-2, 2)})
+    with pytest.raises(ModelError, match="give an input_limit within"):
+        attraction_pdc(driven, input_limit=3.0)
+    P = attraction_pdc(driven, input_limit=2.0, saturation=None).P
+    assert P is not None and P[0, 0] >= 1

@@ -1,0 +1,295 @@
+"""Gains with one Lyapunov matrix a rule: against common ones, along motions, by analysis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from takagi.lmi import (
+    FuzzyDesign,
+    expressed,
+    fuzzy_lyapunov,
+    fuzzy_pdc,
+    fuzzy_pdc_condition,
+    latex,
+    pdc,
+)
+from takagi.lmi.evaluate import margin
+from takagi.models import ModelError, Premise, TSModel
+
+Floats = NDArray[np.float64]
+RELAXATIONS = ("wang-tanaka-griffin", "tanaka-wang", "tuan", "liu-zhang", "polya-1")
+
+
+def guerra_vermeiren(beta: float) -> TSModel:
+    """The example of Guerra and Vermeiren (2004), Automatica 40(5): harder as beta grows."""
+    return TSModel(
+        [[[1.0, -beta], [-1.0, -0.5]], [[1.0, beta], [-1.0, -0.5]]],
+        [[[5 + beta], [2 * beta]], [[5 - beta], [-2 * beta]]],
+        sample_time=1.0,
+    )
+
+
+def tanaka_ohtake(b: float, *, premise: bool = False) -> TSModel:
+    """Two rules as in Tanaka, Ohtake and Wang (2007), a = 10: harder as b grows."""
+    return TSModel(
+        [[[3.6, -1.6], [6.2, -4.3]], [[-10.0, -1.6], [6.2, -4.3]]],
+        [[[-0.45], [-3.0]], [[-b], [-3.0]]],
+        premises=[Premise("z", -1, 1)] if premise else (),
+    )
+
+
+def memberships(rules: int, count: int, seed: int = 0) -> Floats:
+    """Return (count, rules): corners and points between."""
+    rng = np.random.default_rng(seed)
+    h = rng.dirichlet(np.ones(rules), count)
+    h[::2] = np.eye(rules)[rng.integers(0, rules, len(h[::2]))]
+    return h
+
+
+def steepest_step(model: TSModel, design: FuzzyDesign) -> float:
+    """Return the largest V(x+) / V(x) over memberships now and, independent of them, next."""
+    h, after = (memberships(len(model.A), 2000, seed) for seed in (1, 2))
+    loop = np.tensordot(h, model.A, axes=1) - np.tensordot(h, model.B, axes=1) @ design.gain(h)
+    L = np.linalg.cholesky(design.P(h))
+    moved = loop.transpose(0, 2, 1) @ design.P(after) @ loop
+    inside = np.linalg.solve(L, np.linalg.solve(L, moved).transpose(0, 2, 1))
+    return float(np.linalg.eigvalsh(inside)[:, -1].max())
+
+
+def slowest(model: TSModel, design: FuzzyDesign, phi: float) -> float:
+    """Return the least alpha with V' <= -2 alpha V, two rules with |dh/dt| <= phi."""
+    h = memberships(2, 1000)
+    loop = np.tensordot(h, model.A, axes=1) - np.tensordot(h, model.B, axes=1) @ design.gain(h)
+    P = design.P(h)
+    drop = P @ loop + (P @ loop).transpose(0, 2, 1)
+    rates = []
+    for sign in (-phi, phi):
+        move = design.P(h + sign * np.array([1.0, -1.0])) - P
+        L = np.linalg.cholesky(P)
+        inside = np.linalg.solve(L, np.linalg.solve(L, drop + move).transpose(0, 2, 1))
+        rates.append(np.linalg.eigvalsh(inside)[:, -1].max())
+    return -float(max(rates)) / 2
+
+
+@pytest.mark.parametrize(
+    ("relaxation", "slack", "limit"),
+    [
+        ("wang-tanaka-griffin", "common", 1.3935),
+        ("wang-tanaka-griffin", "rules", 1.5387),
+        ("tuan", "rules", 1.7304),
+        ("polya-2", "common", 1.6256),
+        ("liu-zhang", "rules", 1.7659),
+    ],
+)
+def test_discrete_rules_from_both_sides_of_each_limit(
+    relaxation: str, slack: Any, limit: float
+) -> None:
+    """Guerra and Vermeiren (2004): by all pairs one P reaches beta = 1.359; limits recomputed."""
+    below = guerra_vermeiren(limit - 3e-3)
+    design = fuzzy_pdc(below, relaxation=relaxation, slack=slack)
+
+    assert design.found and design.answer.decay_rate is not None
+    assert steepest_step(below, design) <= np.exp(-2 * design.answer.decay_rate) * (1 + 1e-6)
+    above = fuzzy_pdc(guerra_vermeiren(limit + 3e-3), relaxation=relaxation, slack=slack)
+    assert above.status == "infeasible"
+    assert above.gains is None and above.numerators is None
+    assert pdc(guerra_vermeiren(1.35)).found
+    assert pdc(guerra_vermeiren(1.37)).status == "infeasible"
+
+
+@pytest.mark.parametrize("relaxation", RELAXATIONS)
+def test_discrete_gains_wherever_a_common_P_has_them(relaxation: str) -> None:
+    """S_i = G = Q is ``pdc``: what it finds at a decay rate, both slacks find; so also in 1/s."""
+    model = guerra_vermeiren(1.2)
+    common = pdc(model, relaxation=relaxation).answer.decay_rate
+    assert common is not None and common > 0
+    rate = 0.95 * common
+
+    for slack in ("common", "rules"):
+        design = fuzzy_pdc(model, relaxation=relaxation, decay_rate=rate, slack=slack)
+        assert design.found
+        assert steepest_step(model, design) <= np.exp(-2 * rate) * (1 + 1e-6)
+
+
+def test_the_law_with_a_slack_a_rule_is_no_blend_of_gains() -> None:
+    """u = -M(h) G(h)^-1 x: K(h) between the rules differs from the blend of K at the rules."""
+    model = guerra_vermeiren(1.45)
+    design = fuzzy_pdc(model, slack="rules")
+    corners = design.gain(np.eye(2))
+    middle = design.gain([0.5, 0.5])
+
+    assert fuzzy_pdc(model, slack="common").status == "infeasible"
+    assert design.found and design.gains is None
+    assert np.abs(middle - corners.mean(axis=0)).max() > 1e-3
+    rng, x = np.random.default_rng(0), np.array([3.0, -2.0])
+    for _ in range(300):
+        h = rng.dirichlet([0.3, 0.3])
+        A, B = np.tensordot(h, model.A, axes=1), np.tensordot(h, model.B, axes=1)
+        x = (A - B @ design.gain(h)) @ x
+    assert np.linalg.norm(x) < 1e-3
+
+
+def test_common_slack_is_parallel_distributed_compensation() -> None:
+    """K(h) is then the blend of the gains K_i = M_i G^-1."""
+    design = fuzzy_pdc(guerra_vermeiren(1.3))
+    h = memberships(2, 50)
+    assert design.gains is not None
+
+    np.testing.assert_allclose(design.gain(h), np.tensordot(h, design.gains, axes=1), atol=1e-9)
+
+
+@pytest.mark.parametrize("relaxation", ["wang-tanaka-griffin", "liu-zhang"])
+def test_any_rate_is_a_common_P(relaxation: str) -> None:
+    """Tanaka, Ohtake and Wang (2007), a = 10: rate_bounds = inf is ``pdc``, to b = 1.07."""
+    for b, found in ((1.06, True), (1.1, False)):
+        assert pdc(tanaka_ohtake(b), relaxation=relaxation).found is found
+        design = fuzzy_pdc(tanaka_ohtake(b), rate_bounds=np.inf, relaxation=relaxation)
+        assert design.found is found
+
+
+@pytest.mark.parametrize(
+    ("rates", "bound", "limit"),
+    [
+        ("corners", 1.0, 1.606),
+        ("slack", 1.0, 1.550),
+        ("corners", 0.1, 3.080),
+        ("corners", 0.0, 5.206),
+    ],
+)
+def test_the_slower_the_memberships_the_more_can_be_held(
+    rates: Any, bound: float, limit: float
+) -> None:
+    """Limits of b, a = 10, all pairs, over the epsilons that are tried; recomputed by bisection."""
+    below = tanaka_ohtake(limit - 0.03)
+    design = fuzzy_pdc(below, rate_bounds=bound, rates=rates)
+
+    assert design.found and design.gains is not None and design.answer.decay_rate is not None
+    assert slowest(below, design, bound) >= design.answer.decay_rate - 1e-6
+    assert not fuzzy_pdc(tanaka_ohtake(limit + 0.03), rate_bounds=bound, rates=rates).found
+
+
+def test_the_loop_is_certified_by_analysis_too() -> None:
+    """b = 1.5, beyond every common P: ``fuzzy_lyapunov`` of the loop with these gains agrees."""
+    model = tanaka_ohtake(1.5)
+    design = fuzzy_pdc(model, rate_bounds=1.0, decay_rate=0.05)
+    again = fuzzy_lyapunov(model, rate_bounds=1.0, gains=design.gains, relaxation="polya-2")
+
+    assert pdc(model).status == "infeasible"
+    assert design.answer.decay_rate is not None and design.answer.decay_rate >= 0.05
+    assert again.found
+    assert not fuzzy_lyapunov(model, rate_bounds=1.0, gains=-np.array(design.gains)).found
+
+
+def test_a_premise_has_a_rate_in_its_own_unit() -> None:
+    """z in [-1, 1] at 2 per second moves the memberships at 1/s: the same design."""
+    plain = fuzzy_pdc(tanaka_ohtake(1.5), rate_bounds=1.0)
+    named = fuzzy_pdc(tanaka_ohtake(1.5, premise=True), rate_bounds={"z": 2.0})
+    assert plain.gains is not None and named.gains is not None
+
+    np.testing.assert_allclose(named.gains, plain.gains, rtol=1e-5)
+    assert fuzzy_pdc(
+        tanaka_ohtake(1.5, premise=True), rate_bounds={"z": 2.0}, relaxation="product"
+    ).found
+
+
+def test_a_premise_that_jumps_has_no_part_in_P() -> None:
+    """Two premises, one without a bound: rules that differ in it alone share a P."""
+    A = [[[0, 1], [4 + 2 * p + q, 0]] for p in (-1, 1) for q in (-1, 1)]
+    model = TSModel(A, [[[0], [1]]] * 4, premises=[Premise("p", -1, 1), Premise("q", -1, 1)])
+    design = fuzzy_pdc(model, rate_bounds={"p": 1.0, "q": np.inf}, relaxation="product")
+    assert design.matrices is not None
+
+    np.testing.assert_array_equal(design.matrices[0], design.matrices[1])
+    assert np.abs(design.matrices[0] - design.matrices[2]).max() > 0
+
+
+@settings(max_examples=6)
+@given(st.integers(0, 1000))
+def test_random_rules_are_held_as_promised(seed: int) -> None:
+    """Whatever is found decays as it says, at the corners of the rate and between the rules."""
+    rng = np.random.default_rng(seed)
+    model = TSModel(rng.standard_normal((2, 2, 2)), 1 + 0.3 * rng.standard_normal((2, 2, 1)))
+    design = fuzzy_pdc(model, rate_bounds=0.5)
+    common = pdc(model)
+
+    assert design.found or not common.found
+    if design.found:
+        assert design.answer.decay_rate is not None and design.answer.decay_rate >= 0
+        assert slowest(model, design, 0.5) >= design.answer.decay_rate - 1e-6
+
+
+def test_units_do_not_matter() -> None:
+    """Power-of-two units of states and input, and of time: the same law in those units."""
+    s, tau, time = np.array([2.0**12, 1.0]), 2.0**-7, 2.0**4
+    model = tanaka_ohtake(1.5)
+    other = TSModel(time * model.A * s / s[:, None], time * model.B * tau / s[:, None])
+    plain = fuzzy_pdc(model, rate_bounds=1.0)
+    scaled = fuzzy_pdc(other, rate_bounds=time)
+    assert plain.gains is not None and scaled.gains is not None
+
+    np.testing.assert_allclose(scaled.gains * tau / s, plain.gains, rtol=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["discrete", "corners", "slack"])
+def test_cvxpy_finds_the_same_margin(kind: Any) -> None:
+    """The same condition through another modeller; and it prints."""
+    if kind == "discrete":
+        condition = fuzzy_pdc_condition(guerra_vermeiren(1.3), slack="rules")
+    else:
+        condition = fuzzy_pdc_condition(tanaka_ohtake(1.3), rate_bounds=1.0, rates=kind)
+    said = expressed(condition)
+    said.problem(said.variables["nu"][0] <= 1e4).solve(solver="CLARABEL")
+
+    assert margin(condition, said.values()) > 1e-4
+    assert ("next rule 2" if kind == "discrete" else r"\kappa") in latex(condition)
+
+
+def test_a_no_says_what_binds_and_what_to_do() -> None:
+    """Beyond the limits; and with a fixed mode slower than what is asked."""
+    model = TSModel([[[-1.0, 0.0], [0.0, 1.0]]] * 2, [[[0.0], [1.0]]] * 2)
+    design = fuzzy_pdc(guerra_vermeiren(1.9))
+    fixed = fuzzy_pdc(model, rate_bounds=1.0, decay_rate=2.0)
+
+    assert "binding: next rule" in design.answer.diagnosis
+    assert 'take slack="rules"' in design.answer.diagnosis
+    assert fixed.status == "infeasible"
+    assert "no input moves the mode at -1" in fixed.answer.diagnosis
+    assert "below 1 1/s" in fixed.answer.diagnosis
+    with pytest.raises(ModelError, match="no gains were found"):
+        design.gain([0.5, 0.5])
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({}, "rate_bounds is missing"),
+        ({"rate_bounds": -1.0}, "must be 0, positive, or inf"),
+        ({"rate_bounds": 1.0, "slack": "rules"}, "in discrete time"),
+        ({"rate_bounds": 1.0, "slack": "own"}, 'there are "common"'),
+        ({"rate_bounds": 1.0, "rates": "all"}, 'there are "corners" and "slack"'),
+        ({"rate_bounds": np.inf, "rates": "slack"}, "finite bounds"),
+        ({"rate_bounds": 1.0, "relaxation": "none"}, "relaxation 'none' is not known"),
+        ({"rate_bounds": 1.0, "epsilons": ()}, "epsilons is empty"),
+        ({"rate_bounds": 1.0, "epsilons": (-1.0,)}, "epsilon is -1; it must be positive"),
+        ({"rate_bounds": 1.0, "sample_time": 1.0}, "of continuous time"),
+    ],
+)
+def test_misuse_is_said(options: Mapping[str, Any], said: str) -> None:
+    """What was given, and what is needed."""
+    with pytest.raises(ModelError, match=said):
+        fuzzy_pdc(tanaka_ohtake(1.0), **options)
+
+
+def test_rates_are_not_for_discrete_time() -> None:
+    """The next memberships are arbitrary there; a bound that would not be used is refused."""
+    with pytest.raises(ModelError, match="are for continuous time"):
+        fuzzy_pdc(guerra_vermeiren(1.0), rate_bounds=1.0)
+    with pytest.raises(ModelError, match="h has shape"):
+        fuzzy_pdc(guerra_vermeiren(1.0)).gain([1.0, 0.0, 0.0])

@@ -1,0 +1,273 @@
+"""The ladder of relaxations: order, theorems between rungs, sizes, and what no rung exceeds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from takagi.lmi import Ladder, Rung, pdc, pdc_condition, relaxation_ladder
+from takagi.lmi.synthesis.relaxation_order import contains, work_of
+from takagi.lmi.synthesis.relaxation_sizes import relaxation_size
+from takagi.models import ModelError, Premise, TSModel
+
+Floats = NDArray[np.float64]
+NAMES = (
+    "common-gain",
+    "wang-tanaka-griffin",
+    "tanaka-wang",
+    "tuan",
+    "kim-lee",
+    "liu-zhang",
+    "polya-1",
+    "polya-2",
+)
+
+
+def three_rules(b: float) -> TSModel:
+    """Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5), with a = 2."""
+    return TSModel(
+        [[[1.59, -7.29], [0.01, 0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0, 0.05]]],
+        [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0 - b], [-1.0]]],
+    )
+
+
+def pendulum() -> TSModel:
+    """Return two rules of a pendulum on a cart."""
+    return TSModel(
+        [[[0.0, 1.0], [17.3, 0.0]], [[0.0, 1.0], [9.4, 0.0]]],
+        [[[0.0], [-0.177]], [[0.0], [-0.1]]],
+    )
+
+
+def random_model(seed: int, *, premises: bool = False) -> TSModel:
+    """Return unlike rules that some relaxations stabilise and some do not."""
+    rng = np.random.default_rng(seed)
+    r = 4 if premises else 3
+    A = rng.standard_normal((2, 2)) + 0.8 * rng.standard_normal((r, 2, 2))
+    B = rng.standard_normal((2, 1)) + 0.7 * rng.standard_normal((r, 2, 1))
+    named = [Premise("z1", 0, 1), Premise("z2", 0, 1)] if premises else []
+    return TSModel(A, B, premises=named)
+
+
+def rung_named(rungs: tuple[Rung, ...], name: str) -> Rung:
+    return next(rung for rung in rungs if rung.relaxation == name)
+
+
+@pytest.mark.parametrize(
+    ("relaxation", "limit"),
+    [
+        ("common-gain", -15.9656),
+        ("wang-tanaka-griffin", -2.1432),
+        ("tanaka-wang", -2.1432),
+        ("tuan", -0.66993),
+        ("polya-1", -0.66993),
+        ("kim-lee", 1.25935),
+        ("polya-2", 1.29992),
+        ("polya-4", 2.72785),
+        ("polya-8", 3.93341),
+        ("polya-16", 4.87284),
+        ("polya-24", 5.36761),
+    ],
+)
+def test_three_rules_close_to_each_limit(relaxation: str, limit: float) -> None:
+    """Kim and Lee (2000): the brackets of b, recomputed; below b = 0 and above polya-8 our own.
+
+    Liu and Zhang's limit, 2.7252, is in ``test_compensation``.
+    """
+    assert pdc(three_rules(limit - 2e-3), relaxation=relaxation).found
+    assert pdc(three_rules(limit + 2e-3), relaxation=relaxation).status == "infeasible"
+
+
+def test_auto_stops_at_the_first_gains_and_says_what_was_before() -> None:
+    """At b = 2 Liu and Zhang's is the cheapest with gains; none of the poorer has any."""
+    design = pdc(three_rules(2.0), relaxation="auto")
+
+    assert design.relaxation == "liu-zhang" == design.ladder[-1].relaxation
+    for rung in design.ladder[:-1]:
+        assert rung.status in ("infeasible", "bound") and not rung.found
+    np.testing.assert_array_equal(
+        design.require()[0], pdc(three_rules(2.0), relaxation="liu-zhang").require()[0]
+    )
+
+
+def test_auto_costs_one_cheap_solve_where_it_is_easy() -> None:
+    """Two calls of the solver, as for one gain alone: to decide, and to lessen the effort."""
+    design = pdc(pendulum(), relaxation="auto")
+
+    assert [rung.relaxation for rung in design.ladder] == ["common-gain"]
+    assert len(design.answer.tries) == 2
+
+
+def test_a_no_of_auto_is_a_no_of_every_relaxation() -> None:
+    """At b = 8 blends of the rules have no common V; nothing further is tried, and that is said."""
+    design = pdc(three_rules(8.0), relaxation="auto")
+
+    assert design.status == "infeasible" and design.gains is None and design.P is None
+    assert design.answer.diagnosis.startswith("no gains by any relaxation: binding: ")
+    assert "richer" not in design.answer.diagnosis
+    assert rung_named(design.ladder, "any relaxation").status == "infeasible"
+    assert rung_named(design.ladder, "polya-8").status == "not tried"
+    assert pdc(three_rules(8.0), relaxation="polya-16").status == "infeasible"
+
+
+def test_a_no_that_is_open_names_what_was_tried() -> None:
+    """At b = 6 no rung has gains, though the blends do not rule them out."""
+    design = pdc(three_rules(6.0), relaxation="auto")
+
+    assert design.status == "infeasible" and design.relaxation == "auto"
+    assert "polya-8; of the last" in design.answer.diagnosis
+    assert rung_named(design.ladder, "any relaxation").status == "bound"
+
+
+@settings(derandomize=True, max_examples=12, deadline=None)
+@given(st.integers(0, 10_000), st.booleans())
+def test_auto_is_never_worse_than_a_rung(seed: int, premises: bool) -> None:
+    """Where any relaxation has gains, auto has; a no at the blends is a no of each."""
+    model = random_model(seed, premises=premises)
+    names = (*NAMES, "product", "product-1") if premises else NAMES
+    found = [pdc(model, relaxation=name).found for name in names]
+    auto = pdc(model, relaxation="auto")
+
+    assert auto.found >= any(found)
+    for rung in auto.ladder:
+        if rung.relaxation == "any relaxation" and rung.status == "infeasible":
+            assert not any(found)
+
+
+@settings(derandomize=True, max_examples=12, deadline=None)
+@given(st.integers(0, 10_000), st.booleans())
+def test_what_contains_another_never_loses_its_gains(seed: int, premises: bool) -> None:
+    """The table of theorems, against solves; it claims nothing between Tuan's and Kim-Lee's."""
+    model = random_model(seed, premises=premises)
+    names = (*NAMES, "product", "product-1", "product-liu-zhang") if premises else NAMES
+    found = {name: pdc(model, relaxation=name).found for name in names}
+
+    for rich in names:
+        for poor in names:
+            assert not (contains(rich, poor) and found[poor]) or found[rich], (rich, poor)
+
+
+def test_the_table_of_theorems() -> None:
+    """What is claimed, and what is not; also across degrees and names of one thing."""
+    assert contains("liu-zhang", "common-gain") and not contains("common-gain", "liu-zhang")
+    assert contains("polya-3", "polya-2") and not contains("polya-2", "polya-3")
+    assert contains("polya-0", "wang-tanaka-griffin") and contains("wang-tanaka-griffin", "polya-0")
+    assert contains("product-2", "polya-2") and contains("product", "product-0")
+    assert contains("auto", "polya-8") and not contains("auto", "polya-9")
+    assert contains("product-liu-zhang", "product") and contains("product-liu-zhang", "kim-lee")
+    assert not contains("polya-1", "tanaka-wang") and not contains("liu-zhang", "tuan")
+
+
+def test_rates_rise_up_the_ladder_and_stay_below_the_bound() -> None:
+    """Each rung's largest rate is at least that of what it contains, at most that of the blends."""
+    ladder = relaxation_ladder(pendulum(), decay_rate="max", gain_bound=300.0)
+    rates = {rung.relaxation: rung.decay_rate for rung in ladder.rungs}
+    bound = rates.pop("any relaxation")
+
+    assert bound is not None and len(rates) == 10
+    for rich, more in rates.items():
+        assert more is not None and more <= bound
+        for poor, less in rates.items():
+            assert less is not None
+            assert not contains(rich, poor) or more >= less * (1 - 5e-4), (rich, poor)
+    assert ladder.best is not None
+    assert ladder.best.decay_rate == max(rate for rate in rates.values() if rate is not None)
+
+
+def test_the_bound_is_met_where_one_rule_decides() -> None:
+    """With one rule all is known: common-gain alone, and auto asks for nothing more."""
+    model = TSModel([[[1.0]]], [[[2.0]]])
+    design = pdc(model, relaxation="auto", decay_rate="max", gain_bound=5.0)
+
+    assert [rung.relaxation for rung in design.ladder] == ["common-gain"]
+    assert design.decay_rate == pytest.approx(9.0, rel=2e-4)
+
+
+def test_auto_takes_the_largest_rate() -> None:
+    """Of decay rate "max" auto is within 0.1 % of the bound, or of the best rung."""
+    best = relaxation_ladder(pendulum(), decay_rate="max", gain_bound=300.0).best
+    auto = pdc(pendulum(), relaxation="auto", decay_rate="max", gain_bound=300.0)
+
+    assert best is not None
+    assert auto.decay_rate >= best.decay_rate * (1 - 2e-3)
+
+
+@pytest.mark.parametrize("discrete", [False, True])
+@pytest.mark.parametrize("name", [*NAMES, "product-1"])
+def test_sizes_are_those_of_the_posed_condition(name: str, discrete: bool) -> None:
+    """LMIs, width and variables are known before posing, and right."""
+    source = random_model(0, premises=True)
+    step = 0.1 if discrete else None
+    model = TSModel(source.A, source.B, premises=source.premises, sample_time=step)
+    rung = relaxation_ladder(model, relaxations=[name]).rungs[0]
+    plain = ("Q positive definite", "scale of Q", "input effort")
+    condition = pdc_condition(model, relaxation=name)
+    lmis = [lmi for lmi in condition.lmis if lmi.name not in plain]
+    unknowns = [unknown for unknown in condition.unknowns if unknown.name not in ("Q", "nu")]
+
+    assert rung.lmis == sum(lmi.count for lmi in lmis)
+    assert rung.width == max(lmi.size for lmi in lmis)
+    assert rung.variables == sum(unknown.length for unknown in unknowns)
+
+
+def test_a_rung_too_large_is_left_out_before_it_is_posed() -> None:
+    """Twelve rules: polya-6 would be 75 582 LMIs; the ladder says so in no time."""
+    rng = np.random.default_rng(0)
+    model = TSModel(rng.standard_normal((12, 4, 4)), rng.standard_normal((12, 4, 1)))
+    ladder = relaxation_ladder(model, relaxations=["polya-6"])
+
+    assert ladder.rungs[0].status == "not tried" and ladder.best is None
+    assert ladder.rungs[0].note == "too large: 75 582 LMIs, the widest 4"
+    assert "75582" in str(ladder) and "not tried" in str(ladder)
+
+
+def test_a_rung_within_one_without_gains_is_left_out() -> None:
+    """Liu-Zhang has none at b = 4, so Kim-Lee, Tanaka-Wang and all pairs have none."""
+    poor = ["kim-lee", "wang-tanaka-griffin", "common-gain"]
+    ladder = relaxation_ladder(three_rules(4.0), relaxations=["liu-zhang", *poor])
+
+    for name in poor:
+        rung = rung_named(ladder.rungs, name)
+        assert rung.status == "not tried"
+        assert rung.note == "liu-zhang contains it and has no gains"
+
+
+def test_work_grows_up_the_ladder() -> None:
+    """A relaxation costs at least as much as one that it contains."""
+    for rules in (2, 3, 8, 16):
+        work = {name: work_of(relaxation_size(name, rules, size=4)) for name in NAMES}
+        for rich in NAMES:
+            for poor in NAMES:
+                assert not contains(rich, poor) or work[rich] >= work[poor]
+
+
+def test_rows_and_text_tell_the_same() -> None:
+    """One line for each rung below the heads; rows are the same by name."""
+    ladder = relaxation_ladder(three_rules(0.0), relaxations=["wang-tanaka-griffin", "kim-lee"])
+    lines = str(ladder).splitlines()
+
+    assert isinstance(ladder, Ladder) and len(lines) == 1 + len(ladder.rungs) == 3
+    assert [row["LMIs"] for row in ladder.rows] == [6, 7]
+    assert ladder.rows[0]["rate [1/s]"] is None and ladder.rows[1]["note"] == "gains"
+    for line, rung in zip(lines[1:], ladder.rungs, strict=True):
+        assert line.startswith(rung.relaxation) and line.endswith(rung.note)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"decay_rate": "max"}, "nothing bounds the gains"),
+        ({"decay_rate": "max", "input_limit": [1.0]}, "nothing bounds the gains"),
+        ({"decay_rate": "most"}, "decay_rate is 'most'"),
+        ({"relaxations": []}, "relaxations is empty"),
+        ({"relaxations": ["tuan", "tuan"]}, "named twice"),
+        ({"relaxations": ["tuna"]}, "'tuna' is not known"),
+    ],
+)
+def test_misuse_is_refused(options: dict[str, object], said: str) -> None:
+    """The message says what was given."""
+    with pytest.raises(ModelError, match=said):
+        relaxation_ladder(pendulum(), **options)  # type: ignore[arg-type]

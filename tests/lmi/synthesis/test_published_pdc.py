@@ -1,0 +1,118 @@
+"""Published loops under parallel distributed compensation, designed and given."""
+
+from __future__ import annotations
+
+import control
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from takagi.lmi import common_lyapunov, max_decay_rate, pdc, relaxation_ladder
+from takagi.models import TSModel
+
+Floats = NDArray[np.float64]
+
+
+def two_rules(a: float = 2.5, b: float = 25.0) -> TSModel:
+    """Tanaka and Wang (2001), pages 58 to 60: two rules with parameters a and b."""
+    return TSModel(
+        [[[2.0, -10.0], [1.0, 0.0]], [[a, -10.0], [1.0, 0.0]]],
+        [[[1.0], [0.0]], [[b], [0.0]]],
+    )
+
+
+def cart_pole() -> TSModel:
+    """Wang, Tanaka and Griffin (1996), IEEE Trans. Fuzzy Systems 4(1): pole on a cart, two rules.
+
+    m = 2 kg, M = 8 kg, 2 l = 1 m, g = 9.8 m/s^2; the second rule is at 88 degrees.
+    """
+    mass, half, gravity = 2.0, 0.5, 9.8
+    a, beta = 1 / (mass + 8.0), np.cos(np.deg2rad(88))
+    first = 4 * half / 3 - a * mass * half
+    second = 4 * half / 3 - a * mass * half * beta**2
+    A = np.zeros((2, 2, 2))
+    A[:, 0, 1] = 1.0
+    A[:, 1, 0] = gravity / first, 2 * gravity / (np.pi * second)
+    B = np.zeros((2, 2, 1))
+    B[:, 1, 0] = -a / first, -a * beta / second
+    return TSModel(A, B)
+
+
+def placed(model: TSModel, poles: tuple[float, float] = (-2.0, -2.0)) -> Floats:
+    """Return K_i, (2, 1, 2), that give every rule these poles (Ackermann's formula)."""
+    return np.stack([control.acker(*rule[:2], poles) for rule in model.vertices]).reshape(2, 1, 2)
+
+
+def rules_and_pair(model: TSModel, K: Floats) -> Floats:
+    """Return G_11, G_22, (G_12 + G_21) / 2 of u = -sum_i h_i K_i x."""
+    A, B = model.A, model.B
+    pair = (A[0] - B[0] @ K[1] + A[1] - B[1] @ K[0]) / 2
+    return np.stack([A[0] - B[0] @ K[0], A[1] - B[1] @ K[1], pair])
+
+
+def test_two_rules_have_gains_even_with_one_gain() -> None:
+    """Tanaka and Wang (2001), page 58, a = 2.5, b = 25: feasible, by every relaxation."""
+    for rung in relaxation_ladder(two_rules()).rungs:
+        assert rung.found, rung.relaxation
+
+
+@pytest.mark.parametrize(("a", "b"), [(-3.0, 1.0), (2.5, 25.0), (10.0, 2000.0)])
+def test_two_rules_have_gains_for_every_a_and_b(a: float, b: float) -> None:
+    """Tanaka and Wang (2001), page 58: with free gains not a problem that tells methods apart."""
+    model = two_rules(a, b)
+    K, P = pdc(model).require()
+
+    for inside in rules_and_pair(model, K):
+        assert np.linalg.eigvalsh(P @ inside + inside.T @ P)[-1] < 0
+
+
+@pytest.mark.parametrize("a", [-5.0, 0.0, 2.5, 10.0])
+def test_given_gains_have_a_common_function_exactly_below_three(a: float) -> None:
+    """Tanaka, Ikeda and Wang (1998): poles at -2, -2 in each rule; b + 1/b < 10/3, so b < 3.
+
+    The mean of the cross terms has the last coefficient 10 - 3 (b + 1/b), which is zero at b = 3.
+    """
+    below, above = two_rules(a, 3 - 1e-3), two_rules(a, 3 + 1e-3)
+    inside = rules_and_pair(two_rules(a, 3.0), placed(two_rules(a, 3.0)))[2]
+
+    assert abs(np.linalg.det(inside)) < 1e-9
+    assert common_lyapunov(rules_and_pair(below, placed(below))).found
+    assert common_lyapunov(rules_and_pair(above, placed(above))).status == "infeasible"
+
+
+def test_free_gains_do_what_those_of_placed_poles_cannot() -> None:
+    """At b = 25 the placed gains have no common function; designed ones have."""
+    model = two_rules()
+
+    assert common_lyapunov(rules_and_pair(model, placed(model))).status == "infeasible"
+    assert common_lyapunov(rules_and_pair(model, pdc(model).require()[0])).found
+
+
+def test_cart_pole_gains_are_those_published() -> None:
+    """Wang, Tanaka and Griffin (1996): F1 = [-120.67 -22.67], F2 = [-2551.6 -764.0]."""
+    K = placed(cart_pole())
+
+    np.testing.assert_allclose(K[0], [[-120.6667, -22.6667]], atol=5e-5)
+    np.testing.assert_allclose(K[1], [[-2551.6, -764.0]], rtol=1e-4)
+
+
+def test_cart_pole_gains_have_a_common_function_and_this_decay_rate() -> None:
+    """Wang, Tanaka and Griffin (1996): a common P exists; the largest rate is 1.08720 1/s."""
+    inside = rules_and_pair(cart_pole(), placed(cart_pole()))
+    largest = max_decay_rate(inside)
+
+    assert common_lyapunov(inside).found
+    assert largest.decay_rate == pytest.approx(1.08720, abs=1e-5)
+    assert common_lyapunov(inside, decay_rate=1.0872 - 1e-3).found
+    assert common_lyapunov(inside, decay_rate=1.0872 + 1e-3).status == "infeasible"
+
+
+def test_cart_pole_designed_with_gains_no_larger_decays_no_slower() -> None:
+    """Gains are bounded by those published; the largest rate under that bound exceeds theirs."""
+    model = cart_pole()
+    bound = float(np.linalg.norm(placed(model), 2, axis=(1, 2)).max())
+    design = pdc(model, decay_rate="max", gain_bound=bound)
+
+    assert np.linalg.norm(design.require()[0], 2, axis=(1, 2)).max() <= bound
+    shown = max_decay_rate(rules_and_pair(model, design.require()[0])).decay_rate
+    assert shown is not None and shown >= design.decay_rate > 1.0872

@@ -1,0 +1,250 @@
+"""Observers of what is not measured, and in discrete time: simulation, duality, eigenvalues."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from takagi.lmi import max_decay_rate, observer, observer_condition, secant_vertices
+from takagi.lmi.evaluate import smallest_eigenvalues
+from takagi.models import ModelError, TSModel
+
+Floats = NDArray[np.float64]
+
+# x1' = x2, x2' = -x1 - x2 + x2^3 / 3, x1 measured, |x2| and its estimate below 1.5.
+REACH = 1.5
+LINEAR = np.array([[0.0, 1.0], [-1.0, -1.0]])
+OUTPUT = np.array([[1.0, 0.0]])
+
+
+def cubic(x: Floats) -> Floats:
+    """Return the part that depends on what is not measured."""
+    return np.array([0.0, x[1] ** 3 / 3])
+
+
+def derivative_hull() -> Floats:
+    """0 <= d/dx2 (x2^3 / 3) <= REACH^2."""
+    return secant_vertices(np.zeros((2, 2)), [[0.0, 0.0], [0.0, REACH**2]])
+
+
+def errors_along(
+    right_side: Callable[[Floats], Floats], start: Floats, step: float, count: int
+) -> Floats:
+    """Return (count + 1, 4) states of plant and observer, by the classical Runge-Kutta rule."""
+    states = [start]
+    for _ in range(count):
+        z = states[-1]
+        k1 = right_side(z)
+        k2 = right_side(z + step / 2 * k1)
+        k3 = right_side(z + step / 2 * k2)
+        k4 = right_side(z + step * k3)
+        states.append(z + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
+    return np.array(states)
+
+
+def test_the_error_of_a_nonlinear_observer_decays_as_promised() -> None:
+    """V = e'Pe falls by e^(-2 alpha t) along simulated plant and observer, wherever both are."""
+    alpha = 0.8
+    model = TSModel([LINEAR], C=OUTPUT)
+    design = observer(model, decay_rate=alpha, unmeasured=derivative_hull())
+    L, P = design.require()
+    assert design.relaxation == "common-gain" and L.shape == (1, 2, 1)
+
+    def right_side(z: Floats) -> Floats:
+        x, xhat = z[:2], z[2:]
+        innovation = L[0] @ OUTPUT @ (x - xhat)
+        return np.concatenate([LINEAR @ x + cubic(x), LINEAR @ xhat + cubic(xhat) + innovation])
+
+    step, rng, seen = 0.002, np.random.default_rng(0), 0
+    for _ in range(6):
+        states = errors_along(right_side, rng.uniform(-0.5, 0.5, 4), step, 1500)
+        inside = np.abs(states[:, [1, 3]]).max(axis=1) < REACH
+        e = states[:, :2] - states[:, 2:]
+        V = np.einsum("ti,ij,tj->t", e, P, e)
+        for (before, after), here in zip(pairwise(V), inside, strict=False):
+            if here:
+                assert after <= before * np.exp(-2 * alpha * step) * (1 + 1e-9) + 1e-20
+                seen += 1
+    assert seen > 5000
+
+
+def test_the_factors_of_f_are_no_secants() -> None:
+    """x2^3/3 = F x2 with 0 <= F <= 0.75, but its secants reach 2.25: that L may not serve them."""
+    model = TSModel([LINEAR], C=OUTPUT)
+    factors = secant_vertices(np.zeros((2, 2)), [[0.0, 0.0], [0.0, REACH**2 / 3]])
+    wrong, _ = observer(model, unmeasured=factors).require()
+    right, _ = observer(model, unmeasured=derivative_hull()).require()
+    worst = LINEAR + derivative_hull()[-1]
+
+    assert np.linalg.eigvals(worst - wrong[0] @ OUTPUT).real.max() > 0
+    assert np.linalg.eigvals(worst - right[0] @ OUTPUT).real.max() < 0
+
+
+def test_the_wind_observer_is_one_of_these() -> None:
+    """Secants d in [0.016, 0.034] on nothing: the gain of the error model of the wind observer."""
+    d = (0.016, 0.034)
+    error = TSModel([[[0.0, k], [0.0, 0.0]] for k in d], C=[[1.0, 0.0]])
+    known, _ = observer(error, decay_rate=0.1, relaxation="common-gain").require()
+    secants = secant_vertices([[0.0, d[0]], [0.0, 0.0]], [[0.0, d[1]], [0.0, 0.0]])
+    plain = TSModel([np.zeros((2, 2))], C=[[1.0, 0.0]])
+    ours, P = observer(plain, decay_rate=0.1, unmeasured=secants).require()
+
+    np.testing.assert_allclose(ours[0], known[0], rtol=1e-9)
+    for k in d:
+        M = P @ (np.array([[0.0, k], [0.0, 0.0]]) - ours[0] @ [[1.0, 0.0]])
+        assert np.linalg.eigvalsh(M + M.T + 0.2 * P)[-1] < 0
+
+
+def test_measured_rules_and_unmeasured_secants_together() -> None:
+    """Two measured rules, two secants: L serves all four, and analysis shows the rate."""
+    A = np.array([LINEAR, LINEAR - [[0.0, 0.0], [1.5, 0.0]]])
+    model = TSModel(A, C=OUTPUT)
+    design = observer(model, decay_rate=0.6, unmeasured=derivative_hull())
+    L, _ = design.require()
+    loops = (A[:, None] + derivative_hull() - L[0] @ OUTPUT).reshape(-1, 2, 2)
+    rate = max_decay_rate(loops).decay_rate
+
+    assert L.shape == (2, 2, 1)
+    np.testing.assert_array_equal(L[0], L[1])
+    assert rate is not None and rate >= 0.6
+
+
+def test_discrete_error_of_every_blend() -> None:
+    """V+ <= e^(-2 alpha T) V for A(h) - L(h) C at random h, with P as handed out."""
+    step, alpha = 0.1, 0.7
+    A = np.array([[[1.0, step], [-k * step, 1 - 0.5 * step]] for k in (0.5, 4.0)])
+    model = TSModel(A, C=[[1.0, 0.0]], sample_time=step)
+    design = observer(model, decay_rate=alpha)
+    L, P = design.require()
+    h = np.random.default_rng(0).dirichlet(np.ones(2), 100)
+    error = np.tensordot(h, A, axes=1) - np.tensordot(h, L, axes=1) @ model.C[0]
+
+    assert design.answer.decay_rate is not None and design.answer.decay_rate >= alpha
+    for matrix in error:
+        inside = matrix.T @ P @ matrix - np.exp(-2 * alpha * step) * P
+        assert np.linalg.eigvalsh(inside)[-1] <= 1e-12 * np.abs(P).max()
+    L, _ = observer(model, decay_rate=alpha, relaxation="common-gain").require()
+    rate = max_decay_rate(A - L @ model.C, sample_time=step).decay_rate
+    assert rate is not None and rate >= alpha
+
+
+def test_discrete_secants_along_a_trajectory() -> None:
+    """x+ = A x + T f(x): the error contracts at every step that both states stay in reach."""
+    step, alpha = 0.1, 0.6
+    A = np.eye(2) + step * LINEAR
+    design = observer(
+        TSModel([A], C=OUTPUT, sample_time=step),
+        decay_rate=alpha,
+        unmeasured=step * derivative_hull(),
+    )
+    L, P = design.require()
+    rng, seen = np.random.default_rng(1), 0
+    for _ in range(10):
+        x, xhat = rng.uniform(-0.5, 0.5, (2, 2))
+        for _ in range(60):
+            e = x - xhat
+            x, xhat = (
+                A @ x + step * cubic(x),
+                A @ xhat + step * cubic(xhat) + L[0] @ OUTPUT @ e,
+            )
+            after = x - xhat
+            assert after @ P @ after <= np.exp(-2 * alpha * step) * (e @ P @ e) + 1e-18
+            if max(abs(x[1]), abs(xhat[1])) > REACH:
+                break
+            seen += 1
+    assert seen > 300
+
+
+def test_one_state_from_both_sides() -> None:
+    """x+ = 2 x, y = x: |2 - L| <= e^(-alpha T); an error that no output shows keeps its |z|."""
+    model = TSModel([[[2.0]]], C=[[1.0]], sample_time=0.5)
+    L, _ = observer(model, decay_rate=1.0).require()
+    assert abs(2.0 - L[0, 0, 0]) <= np.exp(-0.5)
+
+    unseen = TSModel([np.diag([0.9, 2.0])], C=[[0.0, 1.0]], sample_time=0.5)
+    slowest = -np.log(0.9) / 0.5
+    assert observer(unseen, decay_rate=slowest * 0.9).status == "candidate"
+    no = observer(unseen, decay_rate=slowest * 1.1)
+    assert no.status == "infeasible"
+    assert "no output shows the mode at 0.9" in no.answer.diagnosis
+
+
+def test_the_condition_is_what_the_gain_satisfies() -> None:
+    """With Q = P, M = (P L)' the builder's LMIs hold for secants; with L reversed they do not."""
+    model = TSModel([LINEAR], C=OUTPUT)
+    L, P = observer(model, decay_rate=0.5, unmeasured=derivative_hull()).require()
+    condition = observer_condition(model, decay_rate=0.5, unmeasured=derivative_hull())
+    (rule,) = (lmi for lmi in condition.lmis if lmi.name == "rule")
+    values = {"Q": P[None], "M": (P @ L[0]).T[None], "nu": np.ones((1, 1, 1))}
+
+    assert rule.count == 2
+    assert smallest_eigenvalues(condition, rule, values).min() > 0
+    values["M"] = -values["M"]
+    assert smallest_eigenvalues(condition, rule, values).min() < 0
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 10**6))
+def test_secants_of_random_functions_are_in_the_hull(seed: int) -> None:
+    """f_i = a_i sin(b_i x_j): every secant row lies between bounds on the derivative."""
+    rng = np.random.default_rng(seed)
+    a, b = rng.standard_normal((2, 2, 2))
+    bound = np.abs(a * b)
+    x, y = rng.uniform(-2, 2, (2, 2))
+    S = secant_vertices(-bound, bound)
+    difference = (a * np.sin(b * x)).sum(axis=1) - (a * np.sin(b * y)).sum(axis=1)
+
+    # The largest of each row over the hull is at a vertex.
+    reached = S @ (x - y)
+    assert S.shape == (16, 2, 2)
+    assert np.all(reached.min(axis=0) <= difference + 1e-12)
+    assert np.all(reached.max(axis=0) >= difference - 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"relaxation": "tanaka-wang"}, "the gain cannot depend on what is not measured"),
+        ({"unmeasured": np.zeros((2, 3, 3))}, r"unmeasured has shape \(2, 3, 3\), the model has 2"),
+        ({"unmeasured": [[np.nan, 0.0], [0.0, 0.0]]}, "must be finite"),
+        ({"sample_time": 0.1}, "discretise it first"),
+    ],
+)
+def test_misuse_is_named(change: dict[str, Any], message: str) -> None:
+    """Each is refused where it is given, by the builder too."""
+    model = TSModel([LINEAR], C=OUTPUT)
+    given_ = {"unmeasured": derivative_hull(), **change}
+    with pytest.raises(ModelError, match=message):
+        observer(model, **given_)
+    with pytest.raises(ModelError, match=message):
+        observer_condition(model, **given_)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "message"),
+    [
+        (np.zeros((2, 3)), np.zeros((2, 3)), r"both must be \(n, n\)"),
+        ([[1.0]], [[0.0]], r"entry \[0, 0\]: low is 1, high is 0"),
+        ([[np.nan]], [[0.0]], "finite ends"),
+        ([["a"]], [[0.0]], "cannot be read"),
+        (np.zeros((4, 4)), np.ones((4, 4)), "16 entries vary"),
+    ],
+)
+def test_bounds_that_make_no_sense(low: Any, high: Any, message: str) -> None:
+    """Shapes, order, and a number of vertices that nobody wants."""
+    with pytest.raises(ModelError, match=message):
+        secant_vertices(low, high)
+
+
+def test_a_mode_on_the_unit_circle_that_no_output_shows() -> None:
+    """z = 1 unseen: no error decays, and the message says so."""
+    model = TSModel([np.diag([1.0, 0.5])], C=[[0.0, 1.0]], sample_time=1.0)
+    with pytest.raises(ModelError, match="the mode at 1.*seen in no output"):
+        observer(model)

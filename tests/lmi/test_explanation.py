@@ -1,0 +1,187 @@
+"""What stands in the way and what would help, against thresholds that are known otherwise."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from takagi.lmi import common_lyapunov, explain, hinf_norm, max_decay_rate, observer, pdc
+from takagi.lmi.solver.diagnosis import binding_shares
+from takagi.models import ModelError, Premise, TSModel
+
+Floats = NDArray[np.float64]
+
+
+def have_common_p(A1: Floats, A2: Floats) -> bool:
+    """Shorten and Narendra (2002), two stable 2 x 2 matrices: no negative real eigenvalue."""
+    products = np.linalg.eigvals(np.array([A1 @ A2, A1 @ np.linalg.inv(A2)]))
+    return not ((products.imag == 0) & (products.real < 0)).any()
+
+
+def lpj12(low: float = 0.0, high: float = 20.0) -> Floats:
+    return np.array([[[-2.0, 4.0], [-1.0 - change, -2.0]] for change in (low, high)])
+
+
+def kim_lee_problem() -> TSModel:
+    return TSModel(
+        [[[1.59, -7.29], [0.01, 0.0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0.0, 0.05]]],
+        [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0], [-1.0]]],
+    )
+
+
+def lost_authority() -> TSModel:
+    """Return xdot = (1 - b / 2) x + a u with a in [-1/2, 1]: no input at a = 0, which is inside."""
+    return TSModel(
+        [[[1.0]], [[1.0]], [[0.5]], [[0.5]]],
+        [[[-0.5]], [[1.0]], [[-0.5]], [[1.0]]],
+        premises=[Premise("b", 0, 1), Premise("a", "-0.5", 1, unit="m")],
+    )
+
+
+def test_a_common_p_and_the_largest_box_that_has_one() -> None:
+    """The share is bracketed: at it there is a common P by theorem, at a sixty-fourth more not."""
+    model = TSModel(lpj12(), premises=[Premise("change", 0, 20, unit="1/s")])
+    told = explain(common_lyapunov(model), model)
+
+    assert told.box is not None
+    half, more = 10.0 * told.box, 10.0 * (told.box + 1 / 64)
+    assert have_common_p(*lpj12(10.0 - half, 10.0 + half))
+    assert not have_common_p(*lpj12(10.0 - more, 10.0 + more))
+    assert told.premises[0].share == told.box
+    assert told.premises[0].upper == pytest.approx(10.0 + half)
+    assert [share.label for share in told.binding] == ["vertex 1 of 2", "vertex 2 of 2"]
+    assert told.rules == ("rule 1: change = 0 1/s", "rule 2: change = 20 1/s")
+    assert f"{told.box:.0%} of it about its middle is enough" in str(told)
+
+
+def test_the_rate_of_a_common_p_is_the_largest_one() -> None:
+    """By bisection what ``max_decay_rate`` finds by its own iteration: here V must grow."""
+    told = explain(common_lyapunov(lpj12()), lpj12(), steps=12)
+    largest = max_decay_rate(lpj12()).decay_rate
+
+    assert largest is not None and told.decay_rate is not None
+    assert largest - 0.02 < told.decay_rate <= largest
+    assert "V may grow" in str(told)
+
+
+def test_a_lower_rate_is_named_where_it_is_enough() -> None:
+    """x' = -x decays with 1 / s, not with 2."""
+    told = explain(common_lyapunov([[-1.0]], decay_rate=2.0), [[-1.0]])
+
+    assert told.decay_rate is not None
+    assert 1.0 - 2.0 / 64 <= told.decay_rate <= 1.0
+    assert told.box is None
+    assert "not even its middle" in str(told)
+
+
+def test_the_premise_that_takes_the_authority_away() -> None:
+    """Gains exist for a in 1/4 +- 3/4 theta without 0: theta < 1/3.  The other premise is harmless.
+
+    At a = 0 nothing moves x, whatever the relaxation.
+    """
+    model = lost_authority()
+    told = explain(pdc(model), model)
+
+    assert [one.name for one in told.premises] == ["a", "b"]
+    share = told.premises[0].share
+    assert share is not None and 1 / 3 - 1 / 64 <= share < 1 / 3
+    assert told.premises[1].share is None
+    assert all(found is False for _, found in told.relaxations)
+    assert told.stuck is not None
+    assert np.allclose(told.stuck.weights @ model.B.ravel(), 0.0, atol=1e-5)
+    assert told.stuck.eigenvalue == pytest.approx(told.stuck.weights @ model.A.ravel(), abs=1e-4)
+    assert told.stuck.eigenvalue > 0
+    text = str(told)
+    assert "premise b: a constant at its middle does not help" in text
+    assert "no input moves the mode at" in text
+    assert "lower decay rate" not in text
+
+
+def test_a_blend_whose_mode_decays_by_itself_is_not_in_the_way() -> None:
+    """Half of each rule has no input, and decays at 2 1/s; the no is due to the bounded gain."""
+    model = TSModel([[[1.0]], [[-5.0]]], [[[1.0]], [[-1.0]]])
+    told = explain(pdc(model, gain_bound=0.5), model, gain_bound=0.5, relaxations=())
+
+    assert not told.found
+    assert told.stuck is None
+
+
+def test_the_cheapest_relaxation_that_helps_ends_the_search() -> None:
+    """Kim and Lee (2000): gains by theirs, not by all pairs, Tuan's, or a slack."""
+    told = explain(pdc(kim_lee_problem()), kim_lee_problem())
+
+    assert dict(told.relaxations) == {"tuan": False, "tanaka-wang": False, "kim-lee": True}
+    assert told.stuck is None
+    assert "kim-lee has gains" in str(told)
+
+
+def test_relaxations_may_be_named_and_may_not_apply() -> None:
+    """Products need premises; nothing is asked when none is named."""
+    design = pdc(kim_lee_problem())
+    few = explain(design, kim_lee_problem(), relaxations=("product", "liu-zhang"), steps=1)
+    none = explain(design, kim_lee_problem(), relaxations=(), steps=1)
+
+    assert few.relaxations == (("product", None), ("liu-zhang", True))
+    assert few.asked_again == none.asked_again + 2
+    assert none.relaxations == ()
+
+
+def test_the_options_are_those_that_were_given_before() -> None:
+    """An input limit that is too tight for the initial box: without it there is nothing to say."""
+    model = TSModel([[[0.0, 1.0], [1.0, 0.0]]], [[[0.0], [1.0]]])
+    design = pdc(model, input_limit=[0.5], initial_box=[1.0, 1.0])
+
+    assert not explain(design, model, steps=1, input_limit=[0.5], initial_box=[1.0, 1.0]).found
+    forgotten = explain(design, model, steps=1)
+    assert forgotten.found and forgotten.asked_again == 1
+    assert "nothing to explain" in str(forgotten)
+
+
+def test_another_function_may_be_asked_again() -> None:
+    """An observer for two rules that see the state with opposite signs."""
+    model = TSModel(np.ones((2, 1, 1)), C=[[[1.0]], [[-0.25]]])
+    told = explain(observer(model), model, by=observer, relaxations=())
+
+    # C in 3/8 +- 5/8 theta keeps its sign for theta < 3/5.
+    assert told.box is not None and 0.6 - 1 / 64 <= told.box < 0.6
+
+
+def test_discrete_time() -> None:
+    """x+ = 1.1 x, T = 0.1 s: V grows with log(1.1) / 0.1 = 0.953 1/s."""
+    told = explain(common_lyapunov([[1.1]], sample_time=0.1), [[1.1]], sample_time=0.1, steps=12)
+
+    assert told.decay_rate == pytest.approx(-np.log(1.1) / 0.1, abs=1e-3)
+
+
+def test_a_model_need_not_be_one_of_ours() -> None:
+    """Arrays in any object."""
+    plain = SimpleNamespace(A=kim_lee_problem().A, B=kim_lee_problem().B)
+    told = explain(pdc(plain), plain, relaxations=())
+
+    assert told.box is not None and 0.9 < told.box < 1.0
+    assert told.rules == ()
+
+
+def test_an_answer_to_another_question_is_refused() -> None:
+    """The message says what can be explained; misuse of what is asked again is not swallowed."""
+    norm = hinf_norm(-np.eye(2), np.ones((2, 1)), np.ones((1, 2)))
+    with pytest.raises(ModelError, match="explain speaks of pdc and of common_lyapunov"):
+        explain(norm, -np.eye(2))
+    with pytest.raises(ModelError, match="input_limit has shape"):
+        explain(pdc(kim_lee_problem()), kim_lee_problem(), input_limit=[1.0, 2.0])
+
+
+def test_items_without_a_share_are_not_named() -> None:
+    """A third vertex, well damped, could be left out."""
+    A = np.concatenate([lpj12(), [[[-50.0, 0.0], [0.0, -50.0]]]])
+    answer = common_lyapunov(A)
+    assert answer.condition is not None
+    shares = binding_shares(answer.condition, answer.multipliers, "vertex")
+
+    assert {share.label for share in shares} == {"vertex 1 of 3", "vertex 2 of 3"}
+    assert sum(share.share for share in shares) == pytest.approx(1.0, abs=0.02)
+    assert [share.share for share in shares] == sorted((s.share for s in shares), reverse=True)
+    assert binding_shares(answer.condition, {}) == ()
