@@ -102,11 +102,10 @@ def _designed(model: str, tell: Tell, options: Mapping[str, Any]) -> Outcome | U
 
 def _given(model: str, gains: Path, tell: Tell, options: Mapping[str, Any]) -> Outcome | Unprovable:
     from takagi.certificates.given_law import certify_law, coherent_law_from_data, read_law
-    from takagi.models.loading import load_model
-    from takagi.models.turbine.loader import model_files
+    from takagi.models.turbine.loader import load_turbine, model_files
 
     _refuse_design_options(options)
-    turbine = load_model(model)
+    turbine = load_turbine(model)
     law = coherent_law_from_data(read_law(gains), source=str(gains))
     uncertainty = uncertainty_asked(options["inertia"], options["equilibrium_wake"])
     files = model_files(model)

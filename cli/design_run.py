@@ -42,10 +42,9 @@ def design_asked(model: str, tell: Tell, **options: object) -> TurbineDesign | U
     ModelError : misuse: no such model, a malformed file, an option that makes no sense.
     """
     from takagi.cli.design_options import design_settings
-    from takagi.models.loading import load_model
-    from takagi.models.turbine.loader import model_files
+    from takagi.models.turbine.loader import load_turbine, model_files
 
-    turbine = load_model(model)
+    turbine = load_turbine(model)
     settings = design_settings(turbine, **options)  # type: ignore[arg-type]
     files = model_files(model)
 

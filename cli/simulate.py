@@ -76,14 +76,14 @@ def simulate(
 
         files = ("summary.md", "simulation.csv", "simulation.json")
         require_folder_place(out, files=files, folders=("figures", "series"))
-    from takagi.models.loading import load_model
+    from takagi.models.turbine.loader import load_turbine
     from takagi.reports.simulation.laws import DEFAULT_LAWS, require_law_names
     from takagi.reports.simulation.runs import simulation_plant
     from takagi.reports.simulation.scenarios import scenario_winds
 
     # All that can be refused is refused before the long work.
     names = require_law_names(law or DEFAULT_LAWS)
-    turbine = load_model(model)
+    turbine = load_turbine(model)
     simulation_plant(turbine, wake)
     winds = scenario_winds(turbine, scenario, duration=duration, seed=seed)
     written: list[str] = []

@@ -1,6 +1,7 @@
 """What is controlled and by which law: Takagi-Sugeno models, their derivation, wind turbines.
 
     ts_model, premise       TSModel: vertices, premises with proved ranges, rules, box
+    plant/                  Plant: equations, variables with units and ranges; plant files
     sector/                 sector_model: symbolic sector nonlinearity, bounds by ball arithmetic
     surface, enclosure/     spline surfaces and rigorous ranges in exact arithmetic
     turbine/                wind turbines: data, aerodynamics, trim, regional models, observer
@@ -15,11 +16,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from takagi.models.curve import Curve, interpolate_curve
     from takagi.models.derivation import Derivation, Step
     from takagi.models.enclosure.interval import Interval
     from takagi.models.errors import ModelError
     from takagi.models.library import built_in_models
     from takagi.models.loading import load_model
+    from takagi.models.plant.entries import plant_file_schema
+    from takagi.models.plant.plant import Output, Parameter, Plant, Variable
+    from takagi.models.plant.table_function import table_function
     from takagi.models.premise import Premise
     from takagi.models.sector.model import sector_model
     from takagi.models.surface import Surface
@@ -31,42 +36,58 @@ if TYPE_CHECKING:
     from takagi.models.turbine.wind_observer import WindObserver, wind_observer_model
 
 __all__ = [
+    "Curve",
     "Derivation",
     "Interval",
     "Matrices",
     "ModelError",
+    "Output",
+    "Parameter",
+    "Plant",
     "Premise",
     "Step",
     "Surface",
     "TSModel",
     "Turbine",
+    "Variable",
     "WindObserver",
     "built_in_models",
     "full_load_model",
+    "interpolate_curve",
     "load_model",
     "nrel5mw",
     "partial_load_model",
+    "plant_file_schema",
     "sector_model",
+    "table_function",
     "wind_observer_model",
 ]
 
 _HOME = {
+    "Curve": "curve",
     "Derivation": "derivation",
     "Interval": "enclosure.interval",
     "Matrices": "ts_model",
     "ModelError": "errors",
+    "Output": "plant.plant",
+    "Parameter": "plant.plant",
+    "Plant": "plant.plant",
     "Premise": "premise",
     "Step": "derivation",
     "Surface": "surface",
     "TSModel": "ts_model",
     "Turbine": "turbine.data",
+    "Variable": "plant.plant",
     "WindObserver": "turbine.wind_observer",
     "built_in_models": "library",
     "full_load_model": "turbine.full_load",
+    "interpolate_curve": "curve",
     "load_model": "loading",
     "nrel5mw": "turbine.loader",
     "partial_load_model": "turbine.partial_load",
+    "plant_file_schema": "plant.entries",
     "sector_model": "sector.model",
+    "table_function": "plant.table_function",
     "wind_observer_model": "turbine.wind_observer",
 }
 

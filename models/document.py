@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -60,8 +61,8 @@ def read_text(path: Path) -> str:
         raise ModelError(f"{path}: cannot be read ({error.strerror})") from error
 
 
-def read_document(path: Path) -> Document:
-    """Return the parsed file.
+def read_document(path: Path, *, parse_float: Callable[[str], Any] = float) -> Document:
+    """Return the parsed file; ``parse_float=Decimal`` keeps every digit of a number.
 
     Raises
     ------
@@ -69,7 +70,7 @@ def read_document(path: Path) -> Document:
     """
     text = read_text(path)
     try:
-        return Document(path, text, tomllib.loads(text))
+        return Document(path, text, tomllib.loads(text, parse_float=parse_float))
     except tomllib.TOMLDecodeError as error:
         found = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
         place = f"{path}:{found.group(1)}:{found.group(2)}" if found else f"{path}"

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
@@ -65,7 +65,7 @@ class Output:
     unit: str = "-"
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Plant:
     """M(x) x' = f(x, u, w), y = g(x, u, w), with parameters, on a box.
 
@@ -78,12 +78,17 @@ class Plant:
     parameters : values that are put in before anything is derived.
     premises : symbol -> expression, where the user fixes them; empty leaves the choice.
     sample_time : T in s where x(t + T) stands in the place of x'; None for continuous time.
+    units : "checked" if every unit is to fit (``takagi.models.plant.dimensions``), "unchecked" if
+        nobody looked.
     name, description, source : what it is, in one line, and where its equations come from.
+
+    Two plants are equal if all of this is, symbol by symbol; expressions are compared as sympy
+    holds them, not simplified.
 
     Raises
     ------
     ModelError : as many rows as states are needed, every symbol must be known, each name may be
-        used once, a rest value lies in its range.
+        used once, a rest value lies in its range, units fit if they are to be checked.
     """
 
     equations: tuple[sp.Expr, ...]
@@ -95,6 +100,7 @@ class Plant:
     parameters: tuple[Parameter, ...] = ()
     premises: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
     sample_time: float | None = None
+    units: Literal["checked", "unchecked"] = "unchecked"
     name: str = ""
     description: str = ""
     source: str = ""
@@ -121,6 +127,13 @@ class Plant:
                     f"outside its range {variable.range}; widen the range or move the rest"
                 )
         object.__setattr__(self, "premises", MappingProxyType(dict(self.premises)))
+        if self.mass is not None:
+            object.__setattr__(self, "mass", self.mass.as_immutable())
+        self._check_units()
+
+    def __hash__(self) -> int:
+        # Equal plants have equal equations; a mapping has no hash of its own.
+        return hash((self.name, self.states, self.inputs, self.equations))
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -136,6 +149,17 @@ class Plant:
     def values(self) -> dict[sp.Symbol, Fraction]:
         """Return symbol -> value of the parameters."""
         return {parameter.symbol: parameter.value for parameter in self.parameters}
+
+    def _check_units(self) -> None:
+        if self.units not in ("checked", "unchecked"):
+            raise ModelError(
+                f'plant {self.name!r}: units = {self.units!r} was given; "checked" or '
+                '"unchecked" is needed'
+            )
+        if self.units == "checked":
+            from takagi.models.plant.dimensions import check_units
+
+            check_units(self)
 
     def _check_names(self) -> None:
         names = [v.name for v in self.variables] + [p.symbol.name for p in self.parameters]

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 import takagi.models
-from takagi.models import ModelError, load_model, nrel5mw
+from takagi.models import ModelError, Turbine, load_model, nrel5mw
 
 
 def test_the_fixed_names_are_exported() -> None:
@@ -55,7 +55,10 @@ def test_using_a_vertex_model_does_not_import_sympy() -> None:
 
 def test_load_model_reads_a_built_in_turbine() -> None:
     """The built-in name gives the same figures as the named function."""
-    assert load_model("nrel5mw").inertia == nrel5mw().inertia
+    found = load_model("nrel5mw")
+
+    assert isinstance(found, Turbine)
+    assert found.inertia == nrel5mw().inertia
 
 
 def test_load_model_offers_near_names() -> None:

@@ -1,0 +1,97 @@
+"""A condition as a formula with letters for its sizes, from the object that is solved."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+from catalogue.entry import Sizes
+from takagi.lmi import LMI, Condition, latex
+
+# A line of a pair of rules with more characters of LaTeX than this leaves the page.
+WIDEST = 300
+
+__all__ = ["body", "counts", "formula"]
+
+# LMIs that come once for each corner of the rates, or for each next rule.
+REPEATED = re.compile(r"^(?:rates|next rule|step) (\d+)\b")
+
+
+def counts(condition: Condition) -> tuple[int, int]:
+    """Return how many LMIs (cones) and how many scalar variables a condition has."""
+    return (
+        sum(lmi.count for lmi in condition.lmis),
+        sum(unknown.length for unknown in condition.unknowns),
+    )
+
+
+def formula(condition: Condition, sizes: Sizes) -> str:
+    """Return the body of a display: objective, unknowns, and one LMI a line.
+
+    Raises
+    ------
+    ValueError : a size that has no letter.
+    """
+    return body(condition, sizes, declare=True)
+
+
+def body(condition: Condition, sizes: Sizes, *, declare: bool) -> str:
+    """Return ``formula``, or the LMIs alone."""
+    shown, repeats = _first_of_each(condition.lmis)
+    text = latex(replace(condition, lmis=shown)).replace("align*", "aligned")
+    if not declare:
+        text = re.sub(r"^\\text\{find\}.*\n", "", text, flags=re.MULTILINE)
+    if repeats:
+        lines = text.splitlines()
+        lines[-2:-1] = [lines[-2] + r" \\", rf"& \quad \text{{and so on for each of {repeats}}}"]
+        text = "\n".join(lines)
+    return _with_letters(_shortened(text), sizes)
+
+
+def _shortened(text: str) -> str:
+    r"""Return the text with \Theta_{ij} + \Theta_{ji} for pairs of rules that are too wide."""
+    lines = text.splitlines()
+    for number, line in enumerate(lines):
+        if len(line) < WIDEST or r"pair:} \quad & " not in line:
+            continue
+        before = lines[number - 1]
+        if r"rule:} \quad & " not in before:
+            continue
+        lines[number - 1] = before.replace(r" \quad & ", r" \quad & \Theta_{ii} = ", 1)
+        head, rest = line.split(r" \quad & ", 1)
+        relation = max(rest.rfind(sign) for sign in (r" \prec 0", r" \succ 0"))
+        lines[number] = rf"{head} \quad & \Theta_{{ij}} + \Theta_{{ji}}{rest[relation:]}"
+    return "\n".join(lines)
+
+
+def _first_of_each(lmis: tuple[LMI, ...]) -> tuple[tuple[LMI, ...], str]:
+    """Return the LMIs without repetitions, and how many of what there are."""
+    shown, last, what = [], 0, ""
+    for lmi in lmis:
+        found = REPEATED.match(lmi.name)
+        if found and int(found[1]) > 1:
+            last, what = max(last, int(found[1])), found[0].removesuffix(f" {found[1]}")
+            continue
+        shown.append(lmi)
+    names = {"rates": "corners of the rates", "next rule": "next rules", "step": "steps"}
+    return tuple(shown), f"the {last} {names[what]}" if last else ""
+
+
+def _with_letters(text: str, sizes: Sizes) -> str:
+    letters = sizes.letters
+
+    def lettered(found: re.Match[str]) -> str:
+        numbers = re.sub(r"\d+", lambda one: _letter(int(one[0]), letters), found[2])
+        return f"{found[1]}{numbers}{found[3]}"
+
+    text = re.sub(r"(\\mathbb\{[SR]\}\^\{)([^}]*)(\})", lettered, text)
+    text = re.sub(r"(\\dots, (?:\S*?_\{(?:\d+,)?)?)(\d+)()", lettered, text)
+    return re.sub(r"(j \\le )(\d+)()", lettered, text)
+
+
+def _letter(number: int, letters: dict[int, str]) -> str:
+    if number <= 2:
+        return str(number)
+    if number not in letters:
+        raise ValueError(f"{number} has no letter; name it in Sizes.letters")
+    return letters[number]

@@ -1,0 +1,146 @@
+"""Gains from a disturbance to an output of a given loop."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from catalogue.entry import Case, Entry, Sizes, plant
+from takagi.lmi import (
+    Condition,
+    h2_norm_condition,
+    hinf_norm_condition,
+    peak_gain_condition,
+    robust_hinf_norm_condition,
+)
+
+__all__ = ["ENTRIES"]
+
+P = "n*(n+1)/2"
+
+
+def _energy(sizes: Sizes, step: float | None) -> Condition:
+    return hinf_norm_condition(plant(sizes, step))
+
+
+def _variance(sizes: Sizes, step: float | None) -> Condition:
+    return h2_norm_condition(plant(sizes, step))
+
+
+def _peak(sizes: Sizes, step: float | None) -> Condition:
+    return peak_gain_condition(plant(sizes, step), decay_rate=0.1)
+
+
+def _robust(sizes: Sizes, step: float | None) -> Condition:
+    return robust_hinf_norm_condition(plant(sizes, step))
+
+
+HINF = Entry(
+    title="Energy gain (H-infinity norm)",
+    question="How much energy can the output have per energy of the disturbance?",
+    call="hinf_norm",
+    builder="hinf_norm_condition",
+    use=(
+        "For disturbances of finite energy, and through the small-gain theorem for dynamics that "
+        "were left out. Of one vertex it is the H-infinity norm; of several an upper bound for "
+        "memberships that move in any way. The disturbance enters by `E`, or by the input where "
+        "there is none."
+    ),
+    cases=(
+        Case(
+            title="Continuous time",
+            pose=partial(_energy, step=None),
+            lmis="r + 1",
+            variables=f"{P} + 1",
+            where="$B_i$, $C_i$, $D_i$ lead from the disturbance to the output",
+        ),
+        Case(
+            title="Discrete time",
+            pose=partial(_energy, step=0.1),
+            lmis="r + 1",
+            variables=f"{P} + 1",
+        ),
+    ),
+)
+
+ROBUST_HINF = Entry(
+    title="Energy gain with a polynomial Lyapunov function",
+    question="The same for constant or slowly moving memberships, with $P(h)$ a polynomial?",
+    call="robust_hinf_norm",
+    builder="robust_hinf_norm_condition",
+    use=(
+        "Where `hinf_norm` is too large because it lets the memberships jump. For constant "
+        "parameters the bound falls to the largest norm of the family as degrees grow; with "
+        "`rate_bounds` they may move."
+    ),
+    cases=(
+        Case(
+            title="Continuous time, degree 1, constant memberships",
+            pose=partial(_robust, step=None),
+            lmis="r + r*(r+1)/2",
+            variables=f"r*{P} + 1",
+        ),
+        Case(
+            title="Discrete time, degree 1, constant memberships",
+            pose=partial(_robust, step=0.1),
+            lmis="r + r*(r+1)/2",
+            variables=f"r*{P} + 1",
+            where="$h^+ = h$",
+        ),
+    ),
+)
+
+H2 = Entry(
+    title="Output variance (H2 norm)",
+    question="How large is the mean square of the output under white noise?",
+    call="h2_norm",
+    builder="h2_norm_condition",
+    use=(
+        "For noise, and for the energy of impulse responses. Of one vertex it is the H2 norm; of "
+        "several an upper bound for every blend. In continuous time nothing may lead from the "
+        "disturbance to the output directly."
+    ),
+    cases=(
+        Case(
+            title="Continuous time",
+            pose=partial(_variance, step=None),
+            lmis="2*r + 1",
+            variables=f"{P} + 1",
+            where="$b_{ik}$ the columns of the disturbance's matrix",
+        ),
+        Case(
+            title="Discrete time",
+            pose=partial(_variance, step=0.1),
+            lmis="2*r + 1",
+            variables=f"{P} + 1",
+        ),
+    ),
+)
+
+PEAK = Entry(
+    title="Peak-to-peak gain",
+    question="How large can the output become under a disturbance whose size is bounded?",
+    call="peak_gain",
+    builder="peak_gain_condition",
+    use=(
+        "For disturbances that persist, such as wind of bounded speed. An upper bound, by an "
+        "ellipsoid that no trajectory leaves; the rate $\\alpha$ is searched over, the rest is an "
+        "LMI. Of one vertex it bounds the L1 norm of the impulse response."
+    ),
+    cases=(
+        Case(
+            title="Continuous time, at one rate",
+            pose=partial(_peak, step=None),
+            lmis="2*r",
+            variables=f"{P} + 2",
+        ),
+        Case(
+            title="Discrete time, at one rate",
+            pose=partial(_peak, step=0.1),
+            lmis="2*r",
+            variables=f"{P} + 2",
+            where="$\\rho = e^{-\\alpha T}$",
+        ),
+    ),
+)
+
+ENTRIES = (HINF, ROBUST_HINF, H2, PEAK)

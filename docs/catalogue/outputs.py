@@ -1,0 +1,85 @@
+"""Gains that are sought where not all states are seen: structured laws, and observers."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from catalogue.entry import SMALL, Case, Entry, Sizes, plant
+from takagi.lmi import Condition, observer_condition, structured_pdc_condition
+
+__all__ = ["ENTRIES"]
+
+Q = "n*(n+1)/2"
+PAIRS = "r*(r+1)/2"
+ROWS = (
+    "$g_{aj}$ and $F_{kj}$ are the rows of $G_j$ and of $K_j G_j$ without their zeros, $S$ puts "
+    "them in their places, $e$ are unit vectors: $\\sum_a e_a g_{aj} S_{Ga} = G_j$"
+)
+
+
+def _structured(sizes: Sizes, step: float | None) -> Condition:
+    return structured_pdc_condition(plant(sizes, step), [[True, False]])
+
+
+def _observer(sizes: Sizes, step: float | None) -> Condition:
+    return observer_condition(plant(sizes, step))
+
+
+STRUCTURED = Entry(
+    title="Structured gains",
+    question="Which gains do it that see only some states, or outputs, or are shared by rules?",
+    call="structured_pdc",
+    builder="structured_pdc_condition",
+    use=(
+        "Decentralised laws, static output feedback, gains with exact zeros. No LMI is known that "
+        "is exact; this one, with a slack matrix $G$ that keeps the structure while $Q$ is free, "
+        "starts a search that improves gains and $P$ step by step, for the decay rate, the cost or "
+        "the energy gain. `loss` compares with gains without structure. A local optimum, as a rule."
+    ),
+    cases=(
+        Case(
+            title="Continuous time, two rules and states, one input that sees the first state",
+            pose=partial(_structured, step=None),
+            lmis="5",
+            variables="11",
+            where=f"{ROWS}; $\\mu > 0$ is tried",
+            sizes=SMALL,
+        ),
+        Case(
+            title="Discrete time, the same",
+            pose=partial(_structured, step=0.1),
+            lmis="5",
+            variables="11",
+            where=ROWS,
+            sizes=SMALL,
+        ),
+    ),
+)
+
+OBSERVER = Entry(
+    title="Observer",
+    question="Which gains $L_i$ make the error of a scheduled observer decay at a given rate?",
+    call="observer",
+    builder="observer_condition",
+    use=(
+        "It is compensation of the transposed model: in the formula $A_i^\\top$ and $C_i^\\top$ "
+        "stand for $A_i$ and $B_i$, $Q$ is the $P$ of the error, and $M_i^\\top = P L_i$. The "
+        "premises are measured; with `unmeasured` the rest of the plant enters by secants."
+    ),
+    cases=(
+        Case(
+            title="Continuous time",
+            pose=partial(_observer, step=None),
+            lmis=f"r + 2 + {PAIRS}",
+            variables=f"{Q} + r*n*p + 1",
+        ),
+        Case(
+            title="Discrete time",
+            pose=partial(_observer, step=0.1),
+            lmis=f"r + 2 + {PAIRS}",
+            variables=f"{Q} + r*n*p + 1",
+        ),
+    ),
+)
+
+ENTRIES = (STRUCTURED, OBSERVER)

@@ -1,0 +1,94 @@
+"""Where trajectories may start: ellipsoids that they do not leave, with limits and saturation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from catalogue.entry import GENERAL, Case, Entry, Sizes, plant
+from takagi.lmi import Condition
+from takagi.lmi.synthesis.attraction_condition import attraction_condition
+from takagi.lmi.synthesis.attraction_task import AttractionTask, task_of
+
+__all__ = ["ENTRIES"]
+
+Q = "n*(n+1)/2"
+PAIRS = "r*(r+1)/2"
+# Saturation has a double sum for each set of saturated inputs.
+ONE_INPUT = replace(GENERAL, m=1)
+
+
+def _task(sizes: Sizes, *, saturation: str | None, limit: bool) -> AttractionTask:
+    model = plant(sizes)
+    return task_of(
+        model,
+        model.A,
+        model.B,
+        None if limit else np.ones((1, sizes.m, sizes.n)),
+        state_box=np.ones(sizes.n),
+        input_limit=np.ones(sizes.m) if limit else None,
+        saturation=saturation,
+        overdrive=10.0,
+        decay_rates=(0.0, 0.0),
+        relaxation="wang-tanaka-griffin",
+        measure="trace",
+        sample_time=None,
+    )
+
+
+def _given(sizes: Sizes) -> Condition:
+    return attraction_condition(_task(sizes, saturation=None, limit=False))
+
+
+def _sought(sizes: Sizes) -> Condition:
+    task = _task(sizes, saturation="polytope", limit=True)
+    return attraction_condition(replace(task, sought=True))
+
+
+GIVEN = Entry(
+    title="Region of attraction of a given loop",
+    question="Which is the largest ellipsoid, inside the limits, that no trajectory leaves?",
+    call="attraction_ellipsoid",
+    builder="",
+    use=(
+        "For a model that holds on a box only, and for inputs with limits: decay inside an "
+        "ellipsoid says something about the plant only if trajectories stay in the box. Largest "
+        "is meant by volume, by the trace, or by the points it is to contain. With gains, limits "
+        "on inputs and their rates and saturation count too."
+    ),
+    cases=(
+        Case(
+            title="Continuous time, one gain K for all rules, largest trace",
+            pose=_given,
+            lmis="r + n + 2",
+            variables=Q,
+            where="$P = Q^{-1}$, $\\bar x$ the half-widths of the box",
+            sizes=ONE_INPUT,
+        ),
+    ),
+)
+
+SOUGHT = Entry(
+    title="Gains of largest region of attraction under saturation",
+    question="Which gains let the loop start from the largest ellipsoid though inputs saturate?",
+    call="attraction_pdc",
+    builder="",
+    use=(
+        "Where the actuators are small against the box. The saturated input is a blend of the "
+        "command and of an input that keeps the limit in the ellipsoid (Hu and Lin); a secant and "
+        "a dead-zone form are there too."
+    ),
+    cases=(
+        Case(
+            title="Continuous time, one input, largest trace",
+            pose=_sought,
+            lmis=f"2 + 2*r + 2*{PAIRS} + n",
+            variables=f"{Q} + 2*r*n",
+            where="$Z_i Q^{-1}$ the gains of the input that keeps its limit $\\bar u$",
+            sizes=ONE_INPUT,
+        ),
+    ),
+)
+
+ENTRIES = (GIVEN, SOUGHT)

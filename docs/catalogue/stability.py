@@ -1,0 +1,236 @@
+"""Stability, decay and regions of a given loop."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from catalogue.entry import FEW, Case, Entry, Sizes, plant
+from takagi.lmi import (
+    Condition,
+    NormBounded,
+    Region,
+    box_enlargement_condition,
+    common_lyapunov_condition,
+    d_stability_condition,
+    enlarged_loops,
+    fuzzy_lyapunov_condition,
+    polynomial_lyapunov_condition,
+    robust_lyapunov_condition,
+)
+
+__all__ = ["ENTRIES"]
+
+P = "n*(n+1)/2"
+
+
+def _common(sizes: Sizes, step: float | None) -> Condition:
+    return common_lyapunov_condition(plant(sizes, step))
+
+
+def _region(sizes: Sizes) -> Condition:
+    region = Region.half_plane(1) & Region.disc(9) & Region.sector(np.pi / 6)
+    return d_stability_condition(plant(sizes), region)
+
+
+def _bounded(sizes: Sizes, step: float | None) -> Condition:
+    block = NormBounded(np.eye(sizes.n)[:, :2] / 16, np.eye(sizes.n)[:2] / 16)
+    # Slow vertices: the condition then measures the blocks in units of one.
+    return robust_lyapunov_condition(plant(sizes).A / 4, block, sample_time=step)
+
+
+def _polynomial(sizes: Sizes, step: float | None, form: str) -> Condition:
+    return polynomial_lyapunov_condition(plant(sizes, step), form=form)  # type: ignore[arg-type]
+
+
+def _fuzzy(sizes: Sizes, step: float | None) -> Condition:
+    return fuzzy_lyapunov_condition(plant(sizes, step), rate_bounds=np.inf if step else 1.0)
+
+
+def _enlarged(sizes: Sizes, step: float | None) -> Condition:
+    return box_enlargement_condition(enlarged_loops(plant(sizes, step)), sample_time=step)
+
+
+COMMON = Entry(
+    title="Common quadratic Lyapunov function",
+    question="Does one $V = x^\\top P x$ decay at a given rate along every blend of the vertices?",
+    call="common_lyapunov",
+    builder="common_lyapunov_condition",
+    use=(
+        "The first thing to ask of a closed loop. The memberships may move in any way. It is "
+        "sufficient for stability; that there is no common $P$ does not say that the loop is "
+        "unstable. `max_decay_rate` poses the same condition and finds its largest $\\alpha$, a "
+        "generalised eigenvalue."
+    ),
+    cases=(
+        Case(title="Continuous time", pose=partial(_common, step=None), lmis="r + 2", variables=P),
+        Case(
+            title="Discrete time",
+            pose=partial(_common, step=0.1),
+            lmis="r + 2",
+            variables=P,
+            where="$\\rho = e^{-\\alpha T}$ with the sample time $T$",
+        ),
+    ),
+)
+
+REGION = Entry(
+    title="Eigenvalues in a region (D-stability)",
+    question="Does every frozen blend have all its eigenvalues in a region of the complex plane?",
+    call="d_stability",
+    builder="d_stability_condition",
+    use=(
+        "For damping and bandwidth as an engineer specifies them: half-planes, strips, discs, "
+        "sectors, ellipses, parabolas, any LMI region, and intersections by `&`. It speaks of "
+        "eigenvalues, so of memberships that stand still; what it says of moving ones is the "
+        "decay rate alone. In discrete time the region is one of the eigenvalues of $x^+ = A x$."
+    ),
+    cases=(
+        Case(
+            title="For the region Re z < -1, |z| < 9, |arg(-z)| < 30°",
+            pose=_region,
+            lmis="3*r + 2",
+            variables=P,
+        ),
+    ),
+)
+
+NORM_BOUNDED = Entry(
+    title="Norm-bounded uncertainty",
+    question=(
+        "Does one quadratic function decay for every blend and every "
+        "$\\lVert\\Delta_k\\rVert \\le 1$ in $A_i + \\sum_k D_{ki} \\Delta_k E_{ki}$?"
+    ),
+    call="robust_lyapunov",
+    builder="robust_lyapunov_condition",
+    use=(
+        "For unmodelled parts with a bound on their norm; the $\\Delta_k$ may be any functions "
+        "of time and state. Each block has its own multiplier. `pdc(..., uncertainty=...)` "
+        "designs gains for it. For one block that enters, or is driven, alike at all vertices, a "
+        "no is a no for every $P$; with more blocks it is one for these multipliers."
+    ),
+    cases=(
+        Case(
+            title="Continuous time, one block",
+            pose=partial(_bounded, step=None),
+            lmis="2*r + 2",
+            variables=f"{P} + r",
+            where=(
+                "one multiplier a rule where $D$ or $E$ is the same in all rules, as here; else "
+                "one for all, and $r + 3$ LMIs"
+            ),
+        ),
+        Case(
+            title="Discrete time, one block",
+            pose=partial(_bounded, step=0.1),
+            lmis="2*r + 2",
+            variables=f"{P} + r",
+            where="$\\rho = e^{-\\alpha T}$",
+        ),
+    ),
+)
+
+POLYNOMIAL = Entry(
+    title="Polynomial Lyapunov function for constant parameters",
+    question="Is every blend stable, with $P(h)$ a polynomial in memberships that stand still?",
+    call="polynomial_lyapunov",
+    builder="polynomial_lyapunov_condition",
+    use=(
+        "For parameters that are unknown but constant, where a common $P$ asks too much. With "
+        "growing `degree` and `polya` every stable family is found. It says nothing about "
+        "memberships that move. A model with premises has a simplex for each of them."
+    ),
+    cases=(
+        Case(
+            title="Continuous time, degree 1",
+            pose=partial(_polynomial, step=None, form="direct"),
+            lmis="2*r + r*(r+1)/2",
+            variables=f"r*{P}",
+            where="one LMI for each coefficient of the polynomial in $h$",
+        ),
+        Case(
+            title="Continuous time, dilated form",
+            pose=partial(_polynomial, step=None, form="dilated"),
+            lmis="3*r",
+            variables=f"r*{P} + 2*n*n",
+            where="$\\kappa > 0$ a number of the size of the vertices",
+        ),
+        Case(
+            title="Discrete time, degree 1",
+            pose=partial(_polynomial, step=0.1, form="direct"),
+            lmis="2*r + r*(r+1)/2",
+            variables=f"r*{P}",
+            where="$h^+ = h$, as the memberships stand still; $\\rho = e^{-\\alpha T}$",
+        ),
+        Case(
+            title="Discrete time, dilated form",
+            pose=partial(_polynomial, step=0.1, form="dilated"),
+            lmis="3*r",
+            variables=f"r*{P} + n*n",
+        ),
+    ),
+)
+
+FUZZY = Entry(
+    title="Fuzzy Lyapunov function with bounded rates",
+    question="Does $V = x^\\top P(h) x$ decay while the memberships keep to bounds on their rates?",
+    call="fuzzy_lyapunov",
+    builder="fuzzy_lyapunov_condition",
+    use=(
+        "Where there is no common $P$ but something is known about how fast the premises move: "
+        "bounds on $\\lvert\\dot z_k\\rvert$ with premises, on $\\lvert\\dot h_i\\rvert$ without; "
+        "`inf` for none. In discrete time steps may be free. The bounds are assumptions about "
+        "the loop: check that it keeps them. `relaxation`, `form` and `rates` choose "
+        "among published forms."
+    ),
+    cases=(
+        Case(
+            title="Continuous time, two rules",
+            pose=partial(_fuzzy, step=None),
+            variables=f"r*{P}",
+            where=(
+                "$\\dot P(h)$ taken at every corner of the rates; their number grows with the "
+                "rules, that of premises with $2^k$ for $k$ of them"
+            ),
+            sizes=FEW,
+        ),
+        Case(
+            title="Discrete time, steps of any size, two rules",
+            pose=partial(_fuzzy, step=0.1),
+            variables=f"r*{P}",
+            where="$h^+$ the memberships one step later, $\\rho = e^{-\\alpha T}$",
+            sizes=FEW,
+        ),
+    ),
+)
+
+ENLARGEMENT = Entry(
+    title="Largest enlargement of the box",
+    question="By which factor may the vertices move away from a nominal one with one common $P$?",
+    call="max_box_enlargement",
+    builder="box_enlargement_condition",
+    use=(
+        "How much larger the sectors may be: $\\theta = 1$ is the model as it is, 1.2 a box a "
+        "fifth larger about the nominal point. The least $\\mu = 1/\\theta$ is a generalised "
+        "eigenvalue. With gains, `law` says how they continue beyond the box."
+    ),
+    cases=(
+        Case(
+            title="Continuous time",
+            pose=partial(_enlarged, step=None),
+            lmis="r + 3",
+            variables=P,
+            where="$G_l$ the nominal matrices, $D_k$ the differences of the vertices from them",
+        ),
+        Case(
+            title="Discrete time",
+            pose=partial(_enlarged, step=0.1),
+            lmis="r + 3",
+            variables=P,
+            where="$N = G - I$; a congruent form, $e > 0$ any number, about the size of $N$",
+        ),
+    ),
+)
+
+ENTRIES = (COMMON, REGION, NORM_BOUNDED, POLYNOMIAL, FUZZY, ENLARGEMENT)

@@ -1,0 +1,44 @@
+"""Write docs/conditions.md and docs/published.md: python docs/make_pages.py
+
+--check         write nothing; status 1 where a page is not what this would write
+--tex FILE      write the formulas as a LaTeX document, to be looked at
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from catalogue import page, published
+from catalogue.sheet import sheet
+
+HERE = Path(__file__).parent
+PAGES = {"conditions.md": page.page, "published.md": published.page}
+
+
+def main() -> int:
+    """Write or compare; return the exit status."""
+    parser = argparse.ArgumentParser(description="Write docs/conditions.md and docs/published.md.")
+    parser.add_argument("--check", action="store_true", help="compare only")
+    parser.add_argument("--tex", type=Path, help="write the formulas as a LaTeX document")
+    arguments = parser.parse_args()
+    if arguments.tex:
+        arguments.tex.write_text(sheet(page.page()), encoding="utf-8")
+        return 0
+    stale = 0
+    for name, made in PAGES.items():
+        path, text = HERE / name, made()
+        if path.is_file() and path.read_text(encoding="utf-8") == text:
+            continue
+        if arguments.check:
+            print(f"docs/{name} is not what it is made of; run: make docs", file=sys.stderr)
+            stale = 1
+        else:
+            path.write_text(text, encoding="utf-8")
+            print(f"docs/{name}: written")
+    return stale
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,221 @@
+"""Units as text -> dimensions and an exact factor to SI.
+
+The list is closed on purpose.  A reader of all units there are (pint 0.25 was tried) takes ``Nm``
+for "number metre" and ``rads`` for centigray, and so gives a typing error a wrong meaning instead
+of a message.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+
+from takagi.models.errors import ModelError, did_you_mean
+
+__all__ = ["PLACES", "PURE", "Dimension", "Unit", "parse_unit"]
+
+PLACES = 12  # decimals of a figure converted by a factor with pi
+# Enough for 12 decimals of figures up to 1e30.
+PI = Fraction("3.14159265358979323846264338327950288419716939937510")
+MAX_POWER = 12
+BASE = ("kg", "m", "s", "A", "K", "mol", "cd")
+
+
+@dataclass(frozen=True, slots=True)
+class Dimension:
+    """Exponents of kg, m, s, A, K, mol, cd."""
+
+    exponents: tuple[Fraction, ...]
+
+    def times(self, other: Dimension) -> Dimension:
+        """Return the dimension of a product."""
+        pairs = zip(self.exponents, other.exponents, strict=True)
+        return Dimension(tuple(a + b for a, b in pairs))
+
+    def power(self, exponent: Fraction) -> Dimension:
+        """Return the dimension of a power."""
+        return Dimension(tuple(exponent * a for a in self.exponents))
+
+    def __str__(self) -> str:
+        """Return e.g. ``"kg m/s^2"``; ``"-"`` for a pure number."""
+        return _written(zip(BASE, self.exponents, strict=True))
+
+
+PURE = Dimension((Fraction(0),) * len(BASE))
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A unit as written: value in SI = value * factor * pi^pi_power, in ``si``."""
+
+    text: str
+    si: str
+    dimension: Dimension
+    factor: Fraction
+    pi_power: int
+
+    @property
+    def is_si(self) -> bool:
+        """Whether a figure in this unit needs no conversion."""
+        return self.factor == 1 and self.pi_power == 0
+
+    def to_si(self, value: Fraction) -> Fraction:
+        """Return the value in SI: exact, or to 12 decimals where pi comes in."""
+        found = value * self.factor
+        if self.pi_power == 0:
+            return found
+        return round(found * PI**self.pi_power, PLACES)
+
+
+def _base(**exponents: int) -> Dimension:
+    return Dimension(tuple(Fraction(exponents.get(name, 0)) for name in BASE))
+
+
+# Coherent units, each with its own name in SI; rad is a pure number that keeps its name.
+_COHERENT = {
+    "kg": _base(kg=1),
+    "m": _base(m=1),
+    "s": _base(s=1),
+    "A": _base(A=1),
+    "K": _base(K=1),
+    "mol": _base(mol=1),
+    "cd": _base(cd=1),
+    "rad": PURE,
+    "N": _base(kg=1, m=1, s=-2),
+    "Pa": _base(kg=1, m=-1, s=-2),
+    "J": _base(kg=1, m=2, s=-2),
+    "W": _base(kg=1, m=2, s=-3),
+    "C": _base(A=1, s=1),
+    "V": _base(kg=1, m=2, s=-3, A=-1),
+    "Ohm": _base(kg=1, m=2, s=-3, A=-2),
+    "S": _base(kg=-1, m=-2, s=3, A=2),
+    "F": _base(kg=-1, m=-2, s=4, A=2),
+    "Wb": _base(kg=1, m=2, s=-2, A=-1),
+    "H": _base(kg=1, m=2, s=-2, A=-2),
+    "T": _base(kg=1, s=-2, A=-1),
+}
+# Name -> factor, power of pi, and what it stands for in coherent units.
+_OTHER: dict[str, tuple[Fraction, int, dict[str, int]]] = {
+    "g": (Fraction(1, 1000), 0, {"kg": 1}),
+    "t": (Fraction(1000), 0, {"kg": 1}),
+    "L": (Fraction(1, 1000), 0, {"m": 3}),
+    "bar": (Fraction(10**5), 0, {"Pa": 1}),
+    "min": (Fraction(60), 0, {"s": 1}),
+    "h": (Fraction(3600), 0, {"s": 1}),
+    "deg": (Fraction(1, 180), 1, {"rad": 1}),
+    "rpm": (Fraction(1, 30), 1, {"rad": 1, "s": -1}),
+    "%": (Fraction(1, 100), 0, {}),
+}
+_PREFIXES = {
+    "G": Fraction(10**9),
+    "M": Fraction(10**6),
+    "k": Fraction(10**3),
+    "c": Fraction(1, 100),
+    "m": Fraction(1, 10**3),
+    "u": Fraction(1, 10**6),
+    "n": Fraction(1, 10**9),
+}
+_PREFIXED = frozenset(_COHERENT) - {"kg", "cd"} | {"g", "L", "bar"}
+_CURES = {
+    "Hz": "it may mean 1/s or 2 pi rad/s: write '1/s' or 'rad/s'",
+    "Nm": "write 'N m'",
+    "degC": "temperatures are in K, counted from 0 K",
+    "°": "write 'deg'",
+    "sec": "write 's'",
+    "1": "a pure number has the unit '-'",
+    "": "a pure number has the unit '-'",
+}
+_FACTOR = re.compile(r"([A-Za-z%]+)(?:(?:\^|\*\*)(-?\d{1,3}))?", re.ASCII)
+
+
+@lru_cache(maxsize=512)
+def parse_unit(text: str) -> Unit:
+    """Return the unit that a text such as ``"kN m"``, ``"rad/s^2"`` or ``"W/(m^2 K)"`` means.
+
+    Names are separated by spaces or ``*``; behind ``/`` stands one name, or several in brackets.
+
+    Raises
+    ------
+    ModelError : a unit that is not known, or a text of another form.
+    """
+    cleaned = text.strip()
+    if cleaned == "-":
+        return Unit(text, "-", PURE, Fraction(1), 0)
+    above, slash, below = (part.strip() for part in cleaned.partition("/"))
+    if cleaned in ("", "1") or len(cleaned) > 60:
+        raise _refused(text, cleaned)
+    tops = [] if above == "1" and slash else _factors(text, above)
+    if below.startswith("(") and below.endswith(")"):
+        below = below[1:-1]
+    elif len(below.split()) > 1 or "*" in below.replace("**", ""):
+        raise ModelError(f"unit {text!r}: what is divided by? put it in brackets, e.g. 'W/(m^2 K)'")
+    bottoms = _factors(text, below) if slash else []
+    return _combined(text, [*tops, *((name, -power) for name, power in bottoms)])
+
+
+def _factors(text: str, part: str) -> list[tuple[str, int]]:
+    found = []
+    for word in re.sub(r"(?<!\*)\*(?!\*)", " ", part).split() or [""]:
+        match = _FACTOR.fullmatch(word)
+        if match is None:
+            raise _refused(text, word)
+        power = int(match.group(2) or 1)
+        if not 0 < abs(power) <= MAX_POWER:
+            raise ModelError(f"unit {text!r}: the power {power} is not between 1 and {MAX_POWER}")
+        found.append((match.group(1), power))
+    return found
+
+
+def _combined(text: str, factors: Iterable[tuple[str, int]]) -> Unit:
+    dimension, factor, pi_power = PURE, Fraction(1), 0
+    names: dict[str, int] = {}
+    for name, power in factors:
+        scale, turns, parts = _meaning(text, name)
+        factor *= scale**power
+        pi_power += turns * power
+        for part, times in parts.items():
+            names[part] = names.get(part, 0) + times * power
+            dimension = dimension.times(_COHERENT[part].power(Fraction(times * power)))
+    plain = factor == 1 and pi_power == 0
+    written = text.strip() if plain else _written((n, Fraction(p)) for n, p in names.items())
+    return Unit(text, written, dimension, factor, pi_power)
+
+
+def _meaning(text: str, name: str) -> tuple[Fraction, int, dict[str, int]]:
+    if name in _COHERENT:
+        return Fraction(1), 0, {name: 1}
+    if name in _OTHER:
+        return _OTHER[name]
+    if name[:1] in _PREFIXES and name[1:] in _PREFIXED:
+        scale, turns, parts = _meaning(text, name[1:])
+        return scale * _PREFIXES[name[0]], turns, parts
+    raise _refused(text, name)
+
+
+def _refused(text: str, part: str) -> ModelError:
+    known = [*_COHERENT, *_OTHER]
+    cure = _CURES.get(part)
+    if cure is None:
+        prefixes = ", ".join(_PREFIXES)
+        near = did_you_mean(part, known)
+        cure = f"known are {', '.join(known)}, with {prefixes} before them, and '-'{near}"
+    what = "" if part == text.strip() else f": {part!r}"
+    return ModelError(f"unit {text!r}{what} is not known; {cure}")
+
+
+def _written(parts: Iterable[tuple[str, Fraction]]) -> str:
+    """Return ``"kg m/s^2"``, or ``"J/(kg K)"``, of names with exponents."""
+    pairs = [(name, power) for name, power in parts if power]
+    above = [_factor(name, power) for name, power in pairs if power > 0]
+    below = [_factor(name, -power) for name, power in pairs if power < 0]
+    if not below:
+        return " ".join(above) or "-"
+    bottom = below[0] if len(below) == 1 else f"({' '.join(below)})"
+    return f"{' '.join(above) or '1'}/{bottom}"
+
+
+def _factor(name: str, power: Fraction) -> str:
+    return name if power == 1 else f"{name}^{power}"

@@ -1,0 +1,87 @@
+"""docs/published.md: every number it prints is found again, every test it names exists."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.lmi.published.solved import NUMBERS, STATUSES
+
+ROOT = Path(__file__).resolve().parents[3]
+# Found by the tests that are named, from both sides or as a bound, not as one number.
+FROM_BOTH_SIDES = {
+    "ac15-sof",
+    "dayawansa-martin",
+    "dstab-companion",
+    "kimlee-3rule-a2",
+    "lpj12",
+    "tiw-fixedF-basic",
+    "truck-trailer",
+}
+
+
+@pytest.fixture(scope="module")
+def published() -> Iterator[Any]:
+    """The list that makes the page; it lies beside it, not in the package."""
+    sys.path.insert(0, str(ROOT / "docs"))
+    try:
+        yield import_module("catalogue.published")
+    finally:
+        sys.path.remove(str(ROOT / "docs"))
+
+
+def printed(published: Any, name: str) -> str:
+    """What the page prints as found here."""
+    (found,) = [problem.found for problem in published.PROBLEMS if problem.name == name]
+    return str(found)
+
+
+def test_the_page_is_what_the_list_gives(published: Any) -> None:
+    """Run ``make docs`` when this fails."""
+    text = (ROOT / "docs" / "published.md").read_text(encoding="utf-8")
+
+    assert published.page() == text
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_every_number_is_found_again(published: Any, name: str) -> None:
+    """To one unit of the last digit that the page prints."""
+    texts = re.findall(r"\d+\.\d+", printed(published, name))
+    found = np.atleast_1d(NUMBERS[name]())
+
+    assert len(texts) == len(found)
+    for text, value in zip(texts, found, strict=True):
+        assert value == pytest.approx(float(text), abs=10.0 ** -len(text.split(".")[1]))
+
+
+@pytest.mark.parametrize("name", STATUSES)
+def test_every_status_is_found_again(published: Any, name: str) -> None:
+    """What is said to be feasible has a candidate."""
+    assert STATUSES[name]() == printed(published, name)
+
+
+def test_every_problem_is_held(published: Any) -> None:
+    """By a number, a status or named tests from both sides; or the page says why not."""
+    names = {problem.name for problem in published.PROBLEMS}
+    untested = {p.name for p in published.PROBLEMS if p.note.startswith("not tested: ")}
+
+    assert len(names) == len(published.PROBLEMS)
+    assert names == {*NUMBERS, *STATUSES, *FROM_BOTH_SIDES, *untested}
+    assert all(p.found and p.tests for p in published.PROBLEMS if p.name not in untested)
+
+
+def test_every_test_that_is_named_exists(published: Any) -> None:
+    """A test that is renamed leaves no trace on the page."""
+    sources = [path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("test_*.py")]
+    there = {name for text in sources for name in re.findall(r"^def (test_\w+)\(", text, re.M)}
+
+    named = {name for problem in published.PROBLEMS for name in problem.tests}
+
+    assert named <= there

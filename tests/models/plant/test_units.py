@@ -1,0 +1,166 @@
+"""Units as text, and that equations fit by them."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import pi
+
+import pytest
+import sympy as sp
+
+from takagi.models import (
+    Interval,
+    ModelError,
+    Output,
+    Parameter,
+    Plant,
+    Variable,
+    interpolate_curve,
+    table_function,
+)
+from takagi.models.plant.units import parse_unit
+from takagi.models.turbine.units import UNITS
+
+X, V, F, M, K, L = sp.symbols("x v F m k L", real=True)
+
+
+@pytest.mark.parametrize("text", sorted(set(UNITS) - {"Hz"}))
+def test_a_turbine_file_converts_the_same_units_by_the_same_factors(text: str) -> None:
+    """Two tables written at different times; Hz, which may mean two things, is refused here."""
+    si, factor = UNITS[text]
+    found = parse_unit(text)
+
+    assert float(found.factor) * pi**found.pi_power == pytest.approx(factor)
+    assert parse_unit(si).dimension == found.dimension
+    assert parse_unit(found.si).is_si
+
+
+@pytest.mark.parametrize(
+    ("text", "si", "dimension"),
+    [
+        ("N m", "N m", "kg m^2/s^2"),
+        ("W/(m^2 K)", "W/(m^2 K)", "kg/(s^3 K)"),
+        ("1/s", "1/s", "1/s"),
+        ("rpm/s", "rad/s^2", "1/s^2"),
+        ("mm", "m", "m"),
+        ("%", "-", "-"),
+        ("V", "V", "kg m^2/(s^3 A)"),
+        ("N*m", "N*m", "kg m^2/s^2"),
+    ],
+)
+def test_a_unit_has_dimensions_and_a_name_in_si(text: str, si: str, dimension: str) -> None:
+    found = parse_unit(text)
+
+    assert (found.si, str(found.dimension)) == (si, dimension)
+
+
+@pytest.mark.parametrize(
+    ("product", "unit"),
+    [("A s", "C"), ("V A", "W"), ("V/A", "Ohm"), ("A/V", "S"), ("C/V", "F"), ("V s", "Wb")]
+    + [("Wb/A", "H"), ("Wb/m^2", "T"), ("N m", "J"), ("J/s", "W"), ("N/m^2", "Pa"), ("F Ohm", "s")],
+)
+def test_derived_units_hang_together(product: str, unit: str) -> None:
+    """BIPM, The International System of Units, 9th ed. (2019), table 4."""
+    assert parse_unit(product).dimension == parse_unit(unit).dimension
+
+
+def test_conversion_is_exact_and_to_twelve_decimals_with_pi() -> None:
+    assert parse_unit("mm").to_si(Fraction(1, 3)) == Fraction(1, 3000)
+    assert parse_unit("deg").to_si(Fraction(180)) == Fraction("3.141592653590")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("Nm", "write 'N m'"),
+        ("rads", "did you mean 'rad'"),
+        ("Hz", "write '1/s' or 'rad/s'"),
+        ("kg/m s", "brackets"),
+        ("1", "'-'"),
+        ("", "'-'"),
+        ("m^99", "power 99"),
+        ("m^s", "not known"),
+        ("9**9**9", "not known"),
+    ],
+)
+def test_a_unit_that_is_not_known_is_refused_with_a_cure(text: str, words: str) -> None:
+    with pytest.raises(ModelError, match=words.replace("^", r"\^")):
+        parse_unit(text)
+
+
+def spring(**changes: object) -> Plant:
+    """x' = v, m v' = F - k x, with every unit stated."""
+    given: dict[str, object] = {
+        "equations": (V, F - K * X),
+        "states": (
+            Variable(X, "m", Interval.of(-1, 1)),
+            Variable(V, "m/s", Interval.of(-1, 1)),
+        ),
+        "inputs": (Variable(F, "N"),),
+        "mass": sp.diag(1, M),
+        "outputs": (Output("y", X, "m"),),
+        "parameters": (
+            Parameter(M, Fraction(2), "kg"),
+            Parameter(K, Fraction(3), "N/m"),
+            Parameter(L, Fraction(3), "m"),
+        ),
+        "units": "checked",
+    }
+    return Plant(**(given | changes))  # type: ignore[arg-type]
+
+
+def friction() -> object:
+    curve = interpolate_curve([-2, -1, 0, 1, 2], [-2, -1.5, 0, 1.5, 2])
+    return table_function("friction", curve, unit="N", argument_units=("m/s",))
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        F - K * X,
+        F - K * X * sp.sin(X / L),
+        F - K * L * (X / L) ** 3,
+        F - K * sp.sqrt(X**2 + L**2),
+        sp.Integer(0),
+        F - friction()(V),  # type: ignore[operator]
+        F - friction()(V).diff(V) * V,  # type: ignore[operator]
+        F * sp.exp(-X / L) + sp.Abs(F),
+    ],
+)
+def test_equations_that_fit_are_accepted(force: sp.Expr) -> None:
+    assert spring(equations=(V, force)).units == "checked"
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"equations": (V, F - X)}, r"equation of v: .*F has the unit kg m/s\^2.*x has m"),
+        ({"equations": (X, F)}, "equation of x: x has the unit m, but"),
+        (
+            {"equations": (V, F * sp.sin(X))},
+            "equation of v: the argument of sin, x, has the unit m",
+        ),
+        ({"equations": (V, F + 1)}, "equation of v: "),
+        ({"equations": (V, F * 2**X)}, "the exponent of 2, x, has the unit m"),
+        ({"equations": (V, K * X**sp.pi)}, "must be a rational number"),
+        ({"equations": (V, F - friction()(X))}, "argument 1 of the table friction, x, has"),  # type: ignore[operator]
+        ({"equations": (V, F * sp.gamma(X / L))}, "gamma .* has no unit rule"),
+        ({"mass": sp.diag(1, 1)}, "equation of v: .* the left side has"),
+        ({"mass": sp.Matrix([[1, 0], [M, M]])}, "mass row of v: .* are added"),
+        ({"mass": None}, "equation of v: .* v' has m/s\\^2"),
+        ({"outputs": (Output("y", X, "rad"),)}, "output y: x has the unit m, but 'rad'"),
+        ({"premises": {sp.Symbol("z1", real=True): X + V}}, "premise z1: "),
+        ({"inputs": (Variable(F, "kN"),)}, "variable F: the unit 'kN' is not SI"),
+        ({"sample_time": 0.1}, "equation of x: .* the left side has m"),
+        ({"units": "maybe"}, "'maybe' was given"),
+    ],
+)
+def test_equations_that_do_not_fit_name_the_place_and_both_units(
+    change: dict[str, object], words: str
+) -> None:
+    with pytest.raises(ModelError, match=words):
+        spring(**change)
+
+
+def test_unchecked_units_are_not_looked_at() -> None:
+    assert spring(equations=(X, F - X), units="unchecked").units == "unchecked"
