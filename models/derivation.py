@@ -26,9 +26,14 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Derivation:
-    """The steps from the plant's equations to the vertex matrices, in order."""
+    """The steps from the plant's equations to the vertex matrices, in order.
+
+    ``exactness`` says how it was checked that the factored form is the plant; empty when nothing
+    is said.
+    """
 
     steps: tuple[Step, ...]
+    exactness: str = ""
 
     @property
     def latex(self) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 from types import MappingProxyType
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,12 +17,15 @@ from takagi.models.derivation import Derivation
 from takagi.models.enclosure.interval import Number, exact
 from takagi.models.errors import ModelError
 from takagi.models.premise import Premise
-from takagi.models.vertex_arrays import check_unique, vertex_arrays
+from takagi.models.vertex_arrays import check_unique
+from takagi.models.vertex_matrices import check_corners, stored_matrices
+from takagi.models.vertex_product import VertexProduct
 
 __all__ = ["Matrices", "Premise", "TSModel"]
 
 Array: TypeAlias = NDArray[np.float64]
 Rule: TypeAlias = tuple[int, ...]
+LETTERS = ("A", "B", "C", "D", "E")
 
 
 class Matrices(NamedTuple):
@@ -45,7 +48,8 @@ class TSModel:
 
     Parameters
     ----------
-    A : (r, n, n).
+    A : (r, n, n); or a ``VertexProduct``, and then B, C, D, E are such or None: the vertices of
+        each matrix are made when it is first asked for.
     B : (r, n, m), or (n, m) for the same in every vertex; None for no input.
     C, D, E : (r, p, n), (r, p, m), (r, n, q), or without r; None for no output, no direct
         feed-through, no disturbance.
@@ -59,6 +63,8 @@ class TSModel:
         continuous time.
     name, source : what it is, and where the numbers come from.
     derivation : how it was derived; None when it was given as matrices.
+
+    ``products`` holds the matrices entry by entry, where they were given so.
 
     All arrays are read-only float64 copies; C, D, E, B are always (r, ., .) afterwards.
 
@@ -87,15 +93,16 @@ class TSModel:
     name: str
     source: str
     derivation: Derivation | None
+    products: Mapping[str, VertexProduct]
 
     def __init__(
         self,
-        A: ArrayLike,
-        B: ArrayLike | None = None,
+        A: ArrayLike | VertexProduct,
+        B: ArrayLike | VertexProduct | None = None,
         *,
-        C: ArrayLike | None = None,
-        D: ArrayLike | None = None,
-        E: ArrayLike | None = None,
+        C: ArrayLike | VertexProduct | None = None,
+        D: ArrayLike | VertexProduct | None = None,
+        E: ArrayLike | VertexProduct | None = None,
         states: Sequence[str] | None = None,
         inputs: Sequence[str] | None = None,
         outputs: Sequence[str] | None = None,
@@ -114,16 +121,29 @@ class TSModel:
             "outputs": outputs,
             "disturbances": disturbances,
         }
-        arrays, names = vertex_arrays(A, {"B": B, "C": C, "D": D, "E": E}, labels)
         members = tuple(premises)
         check_unique("premises", [premise.name for premise in members])
-        values: dict[str, object] = {**arrays, **names, "premises": members}
-        values["rules"] = _rules(members, rules, len(arrays["A"]))
+        arrays, names, products, count = stored_matrices(
+            {"A": A, "B": B, "C": C, "D": D, "E": E}, labels
+        )
+        check_corners(products, members, rules)
+        values: dict[str, object] = {**arrays, **names, "premises": members, "products": products}
+        values["rules"] = _rules(members, rules, count)
         values["box"] = _box(box or {})
         values["sample_time"] = _positive(sample_time)
         values |= {"name": name, "source": source, "derivation": derivation}
         for field, value in values.items():
             object.__setattr__(self, field, value)
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name):
+            # Reached only while the field has no value: the matrices of a product are made once.
+            if name in LETTERS:
+                found = self.products[name].stack()
+                object.__setattr__(self, name, found)
+                return found
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
     @property
     def vertices(self) -> tuple[Matrices, ...]:
@@ -156,15 +176,13 @@ class TSModel:
         if not self.premises and values is None and not premise_values and len(self.rules) == 1:
             return np.ones(1)
         z = self._premise_array(values, premise_values)
-        weights = [
-            premise.weights(value, clip=clip)
-            for premise, value in zip(self.premises, z, strict=True)
-        ]
-        shares = [
-            math.prod((weight[corner] for weight, corner in zip(weights, rule, strict=True)))
-            for rule in self.rules
-        ]
-        return np.asarray(np.stack(shares), dtype=np.float64)
+        shares = np.ones((1, *z[0].shape))
+        for premise, value in zip(self.premises, z, strict=True):
+            weights = premise.weights(value, clip=clip)
+            shares = (shares[:, None] * weights[None]).reshape(-1, *z[0].shape)
+        sizes = tuple(len(premise.corners) for premise in self.premises)
+        order = np.ravel_multi_index(tuple(np.array(self.rules).T), sizes)
+        return np.asarray(shares[order], dtype=np.float64)
 
     def blend(
         self, values: ArrayLike | None = None, /, *, clip: bool = False, **premise_values: ArrayLike
@@ -240,6 +258,8 @@ def _rules(
     corners = [range(len(premise.corners)) for premise in premises]
     if rules is None:
         found: list[Rule] = list(product(*corners)) if premises else [()] * count
+        if len(found) == count:
+            return tuple(found)
     else:
         found = [tuple(int(corner) for corner in rule) for rule in rules]
     if len(found) != count:

@@ -1,9 +1,15 @@
 """Symbolic sector nonlinearity: from equations of motion to an exact Takagi-Sugeno model.
 
-model       sector_model, the front door
-factor      writing f(x, u, w) as A(x) x + B(x) u + E(x) w
-assemble    exactness check, vertices and derivation from entries in premise symbols
-ball        rigorous ranges of expressions by ball arithmetic
+model         sector_model, the front door
+problem       plants in deviations from rest;  rest, mass: the rest checked or solved, M(x) x' = f
+terms, form   ways to write f(x, u, w) as A(x) x + B(x) u + E(x) w, and to choose premises
+choice        fewest rules or the smallest hull (hull_width);  linear_span: exact elimination
+bounding      premises with proved ranges, and how many rules they make
+factor        one factored form without a search
+assemble      derivation and model from entries in premise symbols
+exactness     whether the factored form is the plant: symbolically, or at points
+multilinear   entries at all corners, each rounded once;  rule_steps: rules and vertices in LaTeX
+ball          rigorous ranges of expressions by ball arithmetic
 """
 
 from __future__ import annotations

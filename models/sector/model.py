@@ -2,22 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 from takagi.models.enclosure.interval import Interval, Number, exact
 from takagi.models.errors import ModelError
-from takagi.models.premise import Premise, round_outward
+from takagi.models.plant.plant import Plant
+from takagi.models.premise import Premise
 from takagi.models.sector.assemble import LETTERS, Equations, Factored, assemble
+from takagi.models.sector.bounding import bounded_premise, check_rule_count
+from takagi.models.sector.problem import (
+    Problem,
+    box_in_fractions,
+    cleaned,
+    problem_of_plant,
+    rational,
+)
 from takagi.models.ts_model import TSModel
 
 if TYPE_CHECKING:
     import sympy as sp
 
+    from takagi.models.sector.choice import Choice
+    from takagi.models.sector.rest import Rest
+
 __all__ = ["sector_model"]
 
+MOST_RULES = 1024
+ROUGH = Fraction(1, 50)  # excess of bounds that only rank premises
 
+
+@overload
+def sector_model(
+    f: Plant,
+    *,
+    rest: Rest = "given",
+    choice: Choice = "fewest-rules",
+    premises: Mapping[sp.Symbol, sp.Expr] | None = None,
+    bounds: Mapping[sp.Symbol, tuple[Number, Number]] | None = None,
+    tolerance: Number | None = None,
+    most_rules: int = MOST_RULES,
+) -> TSModel: ...
+
+
+@overload
 def sector_model(
     f: Sequence[sp.Expr],
     states: Sequence[sp.Symbol],
@@ -28,34 +57,68 @@ def sector_model(
     outputs: Sequence[sp.Expr] = (),
     parameters: Mapping[sp.Symbol, Number] | None = None,
     matrices: Mapping[str, Sequence[Sequence[sp.Expr]]] | None = None,
+    choice: Choice | None = None,
     premises: Mapping[sp.Symbol, sp.Expr] | None = None,
     bounds: Mapping[sp.Symbol, tuple[Number, Number]] | None = None,
     units: Mapping[sp.Symbol, str] | None = None,
-    tolerance: Number = "1e-6",
+    tolerance: Number | None = None,
+    most_rules: int = MOST_RULES,
+    name: str = "",
+    source: str = "",
+) -> TSModel: ...
+
+
+def sector_model(
+    f: Plant | Sequence[sp.Expr],
+    states: Sequence[sp.Symbol] = (),
+    inputs: Sequence[sp.Symbol] = (),
+    *,
+    rest: Rest = "given",
+    box: Mapping[sp.Symbol, tuple[Number, Number]] | None = None,
+    disturbances: Sequence[sp.Symbol] = (),
+    outputs: Sequence[sp.Expr] = (),
+    parameters: Mapping[sp.Symbol, Number] | None = None,
+    matrices: Mapping[str, Sequence[Sequence[sp.Expr]]] | None = None,
+    choice: Choice | None = None,
+    premises: Mapping[sp.Symbol, sp.Expr] | None = None,
+    bounds: Mapping[sp.Symbol, tuple[Number, Number]] | None = None,
+    units: Mapping[sp.Symbol, str] | None = None,
+    tolerance: Number | None = None,
+    most_rules: int = MOST_RULES,
     name: str = "",
     source: str = "",
 ) -> TSModel:
     """Return xdot = f(x, u, w) as sum_i h_i(z) (A_i x + B_i u + E_i w), equal to f on the box.
 
     Each premise z_k is an expression whose range over the box is enclosed rigorously and rounded
-    outward to decimals; the rules are the corners of those ranges.  That the factored form is f
-    is checked symbolically.
+    outward to decimals; the rules are the corners of those ranges.  How the factored form was
+    checked to be f is said in ``model.derivation.exactness``.
 
     Parameters
     ----------
-    f : n expressions; floats in them are read as the decimals they print as.
+    f : a ``Plant``, which carries all that the arguments up to ``parameters`` and ``units``,
+        ``name`` and ``source`` say; its rest values are moved to the origin, so that the model is
+        in deviations (``delta_x`` for a variable x that does not rest at 0), and x(t + T) stands
+        in the place of xdot where it has a sample time.  Or n expressions; floats in them are
+        read as the decimals they print as.
+    rest : of a plant: ``"given"`` refuses rest values at which a row does not vanish exactly;
+        ``"solve inputs"`` takes those of states and disturbances and solves for the inputs.
     box : a range for every variable that a premise depends on.
     outputs : p expressions in x and u.
     parameters : values put in first.
     matrices : ``{"A": ..., "B": ..., "E": ...}`` (and "C", "D" with outputs) factored by hand,
-        with entries in constants and the symbols of ``premises``.  None factors f itself and
-        makes each nonlinear entry a premise; with ``premises`` given, these are looked for in
-        the entries first.
-    premises : symbol -> expression in states, inputs and disturbances.
+        with entries in constants and the symbols of ``premises``.
+    choice : None takes the one factored form that is found without a search;
+        ``"fewest-rules"`` and ``"least-conservative"`` compare several.
+    premises : symbol -> expression in states, inputs and disturbances; looked for in the entries
+        before others are chosen.
     bounds : exact bounds of some premises, e.g. (0, 1); a bound that an attained value contradicts
         is refused, and the evidence says that the bound was given.
     units : by symbol, also for premises.
-    tolerance : excess of a bound, as a share of the premise's range.
+    tolerance : excess of a bound, as a share of the premise's range; None takes 1e-3 for a plant
+        and 1e-6 for expressions.
+    most_rules : more are refused, with the premises ranked by what they cost, before any vertex
+        is computed.
 
     Returns
     -------
@@ -65,63 +128,101 @@ def sector_model(
     Raises
     ------
     ModelError : the form is not exact, an entry is not multilinear in the premises, a premise
-        cannot be bounded, or a variable has no range.
+        cannot be bounded, a variable has no range, the plant does not rest at its rest values, or
+        there are too many rules.
 
     Source: Tanaka and Wang (2001), Fuzzy Control Systems Design and Analysis, section 2.2.
     """
-    values = {symbol: _rational(value) for symbol, value in (parameters or {}).items()}
-    plant = Equations(
-        f=_cleaned(f, values),
-        states=tuple(states),
-        inputs=tuple(inputs),
-        disturbances=tuple(disturbances),
-        outputs=_cleaned(outputs, values),
-        units=dict(units or {}),
-    )
-    if len(plant.f) != len(plant.states):
-        raise ModelError(
-            f"f has {len(plant.f)} rows, but there are {len(plant.states)} states; give one each"
+    if tolerance is None:
+        tolerance = "1e-3" if isinstance(f, Plant) else "1e-6"
+    if isinstance(f, Plant):
+        _check_only_plant(
+            states, inputs, box, disturbances, outputs, parameters, matrices, units, name, source
         )
-    wanted = dict(zip(premises or {}, _cleaned((premises or {}).values(), values), strict=True))
-    factored = _factored(plant, matrices, wanted, values)
-    sides = {symbol: Interval.of(*ends) for symbol, ends in box.items()}
-    members = [
-        _premise(symbol, expression, sides, (bounds or {}).get(symbol), plant, exact(tolerance))
-        for symbol, expression in factored.premises.items()
-    ]
-    named = {plant.named([s])[0]: (side.lower, side.upper) for s, side in sides.items()}
-    return assemble(plant, factored, members, box=named, name=name, source=source)
+        problem = problem_of_plant(f, premises, rest)
+        factored = _factored(problem, None, {}, choice or "fewest-rules")
+    else:
+        values = {symbol: rational(value) for symbol, value in (parameters or {}).items()}
+        if box is None:
+            raise ModelError("no box was given; give a range for every variable that matters")
+        equations = Equations(
+            f=cleaned(f, values),
+            states=tuple(states),
+            inputs=tuple(inputs),
+            disturbances=tuple(disturbances),
+            outputs=cleaned(outputs, values),
+            units=dict(units or {}),
+        )
+        if len(equations.f) != len(equations.states):
+            raise ModelError(
+                f"f has {len(equations.f)} rows, but there are {len(equations.states)} states; "
+                "give one each"
+            )
+        wanted = dict(zip(premises or {}, cleaned((premises or {}).values(), values), strict=True))
+        sides = {symbol: Interval.of(*ends) for symbol, ends in box.items()}
+        problem = Problem(equations, sides, wanted, name=name, source=source)
+        factored = _factored(problem, matrices, values, choice)
+    return _built(problem, factored, bounds or {}, exact(tolerance), most_rules)
 
 
-def _rational(value: Number) -> sp.Rational:
-    import sympy as sp
+def _check_only_plant(*others: object) -> None:
+    if any(bool(other) for other in others):
+        raise ModelError(
+            "a Plant was given together with states, inputs, box, parameters, matrices or the "
+            "like; the plant carries these itself, leave them out"
+        )
 
-    return sp.Rational(*exact(value).as_integer_ratio())
 
+def _built(
+    problem: Problem,
+    factored: Factored,
+    bounds: Mapping[sp.Symbol, tuple[Number, Number]],
+    tolerance: Fraction,
+    most_rules: int,
+) -> TSModel:
+    unknown = sorted(str(symbol) for symbol in bounds if symbol not in factored.premises)
+    if unknown:
+        known = ", ".join(map(str, factored.premises)) or "none"
+        raise ModelError(f"bounds of {', '.join(unknown)} were given; the premises are {known}")
 
-def _cleaned(
-    expressions: Iterable[sp.Expr], values: Mapping[sp.Symbol, sp.Rational]
-) -> tuple[sp.Expr, ...]:
-    """Return the expressions with parameters put in and floats as rationals."""
-    import sympy as sp
+    def members_within(share: Fraction) -> list[Premise]:
+        return [
+            bounded_premise(symbol, expression, problem, bounds.get(symbol), share)
+            for symbol, expression in factored.premises.items()
+        ]
 
-    found = []
-    for expression in expressions:
-        whole = sp.sympify(expression).subs(values)
-        floats = {number: _rational(float(number)) for number in whole.atoms(sp.Float)}
-        found.append(whole.xreplace(floats))
-    return tuple(found)
+    if 2 ** len(factored.premises) > most_rules:
+        # Rough bounds tell which premises are constant and rank the others.
+        check_rule_count(members_within(max(tolerance, ROUGH)), most_rules)
+    members = members_within(tolerance)
+    check_rule_count(members, most_rules)
+    return assemble(
+        problem.equations,
+        factored,
+        members,
+        steps=problem.steps,
+        names=problem.names,
+        box=box_in_fractions(problem),
+        sides=problem.box,
+        tell_rules=True,
+        name=problem.name,
+        source=problem.source,
+    )
 
 
 def _factored(
-    plant: Equations,
+    problem: Problem,
     matrices: Mapping[str, Sequence[Sequence[sp.Expr]]] | None,
-    premises: dict[sp.Symbol, sp.Expr],
     values: Mapping[sp.Symbol, sp.Rational],
+    choice: Choice | None,
 ) -> Factored:
     import sympy as sp
 
-    shapes = _shapes(plant)
+    plant, premises = problem.equations, dict(problem.wanted)
+    if matrices is None and choice is not None:
+        from takagi.models.sector.choice import chosen_form
+
+        return chosen_form(problem, choice)
     if matrices is None:
         from takagi.models.sector.factor import factor
 
@@ -133,11 +234,11 @@ def _factored(
             "B, C, D, E those that are not zero"
         )
     found = {}
-    for letter, shape in shapes.items():
+    for letter, shape in _shapes(plant).items():
         matrix = sp.Matrix(matrices[letter]) if letter in matrices else sp.zeros(*shape)
         if matrix.shape != shape:
             raise ModelError(f"{letter} has shape {matrix.shape}; {shape} is needed")
-        found[letter] = sp.Matrix(*shape, _cleaned(list(matrix), values))
+        found[letter] = sp.Matrix(*shape, cleaned(list(matrix), values))
     return Factored(found, premises)
 
 
@@ -172,44 +273,3 @@ def _with_premises(matrices: Mapping[str, sp.Matrix], wanted: dict[sp.Symbol, sp
             "matrices factored by hand"
         )
     return Factored(found, {**wanted, **{symbol: e for e, symbol in symbols.items()}})
-
-
-def _premise(
-    symbol: sp.Symbol,
-    expression: sp.Expr,
-    sides: Mapping[sp.Symbol, Interval],
-    given: tuple[Number, Number] | None,
-    plant: Equations,
-    tolerance: Fraction,
-) -> Premise:
-    import sympy as sp
-
-    from takagi.models.sector.ball import expression_range, expression_value
-
-    names = {s.name: s for s in expression.free_symbols}
-
-    def evaluate(**point: float) -> float:
-        return expression_value(expression, {s: point[n] for n, s in names.items() if n in point})
-
-    found = expression_range(expression, sides, tolerance=tolerance)
-    if given is None:
-        bounds = round_outward(found.outer)
-        evidence = f"ball arithmetic, {found.boxes} boxes, rounded outward"
-    else:
-        bounds = Interval.of(*given)
-        if found.inner.lower < bounds.lower or bounds.upper < found.inner.upper:
-            raise ModelError(
-                f"premise {symbol} = {expression}: the given bounds {bounds} leave out values that "
-                f"it attains, {found.inner}; widen them, or shrink the box"
-            )
-        proved = bounds.contains(found.outer)
-        evidence = "given by the user" + (", confirmed by ball arithmetic" if proved else "")
-    return Premise(
-        symbol.name,
-        bounds.lower,
-        bounds.upper,
-        unit=plant.units.get(symbol, "-"),
-        latex=sp.latex(symbol),
-        evidence=evidence,
-        evaluate=evaluate,
-    )

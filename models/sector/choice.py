@@ -1,0 +1,184 @@
+"""Choosing among exact factored forms: fewest rules, or the smallest hull of vertices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import islice, product
+from math import prod
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+from takagi.models.errors import ModelError
+from takagi.models.sector.assemble import Equations, Factored
+from takagi.models.sector.form import Form, Place, forms_of
+from takagi.models.sector.hull_width import HullWidth
+from takagi.models.sector.problem import Problem
+from takagi.models.sector.terms import Option, RowTerm, Sum, row_terms
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+__all__ = ["Choice", "chosen_form"]
+
+Choice: TypeAlias = Literal["fewest-rules", "least-conservative"]
+CHOICES = ("fewest-rules", "least-conservative")
+MOST_ASSIGNMENTS = 64  # ways to give terms to states that are compared
+MOST_WIDTHS = 24  # forms whose hull is measured
+MOST_PREMISES = 12  # in a form whose hull is measured: 4096 vertices
+
+
+def chosen_form(problem: Problem, choice: Choice) -> Factored:
+    """Return A, B, C, D, E in premise symbols, f = A x + B u + E w, y = C x + D u.
+
+    Compared are up to 64 ways to give each term to one of the states with which it vanishes, and
+    for each the premises of ``forms_of``.
+
+    Parameters
+    ----------
+    choice : ``"fewest-rules"`` takes the fewest premises, and of those forms the one with the
+        smallest hull; ``"least-conservative"`` the smallest hull (``HullWidth``), and of those
+        the fewest premises.
+
+    Raises
+    ------
+    ModelError : an unknown choice, an input that enters nonlinearly, terms that do not vanish at
+        the origin, an output that depends on a disturbance, a wanted premise that is not found.
+
+    Not promised: that no other form has fewer rules or a smaller hull.
+    """
+    if choice not in CHOICES:
+        raise ModelError(f"choice {choice!r} was given; {' or '.join(map(repr, CHOICES))} is known")
+    plant = problem.equations
+    wanted = list(problem.wanted.values())
+    forms = [f for some in _assignments(plant, problem) for f in forms_of(some, wanted)]
+    complete = [f for f in forms if set(wanted) <= set(f.premises)]
+    if not complete:
+        _refuse_wanted(problem, forms)
+    return _in_symbols(_best(complete, problem, choice), problem)
+
+
+def _best(forms: Sequence[Form], problem: Problem, choice: Choice) -> Form:
+    by_count = sorted(forms, key=lambda form: len(form.premises))
+    few = len(by_count[0].premises)
+    if choice == "fewest-rules":
+        by_count = [form for form in by_count if len(form.premises) == few]
+    compared = _different(by_count)[:MOST_WIDTHS]
+    if len(compared) == 1 or few > MOST_PREMISES:
+        return compared[0]
+    plant = problem.equations
+    width = HullWidth(problem.box, _columns(plant), _rows(plant), _places(plant))
+    measured = [form for form in compared if len(form.premises) <= MOST_PREMISES]
+    # The width is rounded, so that equal hulls are told apart by their number of premises.
+    return min(measured, key=lambda form: (float(f"{width(form):.6g}"), len(form.premises)))
+
+
+def _different(forms: Sequence[Form]) -> list[Form]:
+    seen: dict[object, Form] = {}
+    for form in forms:
+        key = (
+            frozenset(form.premises),
+            frozenset(
+                (place, frozenset(polynomial.items())) for place, polynomial in form.entries.items()
+            ),
+        )
+        seen.setdefault(key, form)
+    return list(seen.values())
+
+
+def _assignments(plant: Equations, problem: Problem) -> Iterator[dict[Place, Sum]]:
+    """Yield the entries of each way to choose an option for every term, the usual way first."""
+    terms = [(("A", "B", "E"), term) for term in row_terms(plant.f, plant, problem.box)] + [
+        (("C", "D", ""), term) for term in row_terms(plant.outputs, plant, problem.box)
+    ]
+    counts = [len(term.options) for _, term in terms]
+    if prod(counts) <= MOST_ASSIGNMENTS:
+        picks: Iterator[Sequence[int]] = product(*map(range, counts))
+    else:
+        picks = islice(_preferences(plant, [term for _, term in terms]), MOST_ASSIGNMENTS)
+    for pick in picks:
+        entries: dict[Place, Sum] = {}
+        for (letters, term), number in zip(terms, pick, strict=True):
+            for option in term.options[number]:
+                _put(entries, _place(letters, term.row, option, plant), option)
+        yield entries
+
+
+def _preferences(plant: Equations, terms: Sequence[RowTerm]) -> Iterator[list[int]]:
+    """Yield picks: the usual one, the last of each, and one that prefers each state in turn."""
+    yield [0] * len(terms)
+    yield [len(term.options) - 1 for term in terms]
+    for state in plant.states:
+        yield [
+            next((k for k, o in enumerate(term.options) if o[0].variable == state), 0)
+            for term in terms
+        ]
+
+
+def _place(letters: tuple[str, str, str], row: int, option: Option, plant: Equations) -> Place:
+    for letter, symbols in zip(
+        letters, (plant.states, plant.inputs, plant.disturbances), strict=True
+    ):
+        if option.variable in symbols:
+            if not letter:
+                raise ModelError(
+                    f"output {row + 1} depends on the disturbance {option.variable}; "
+                    "y = C x + D u has no such term"
+                )
+            return letter, row, symbols.index(option.variable)
+    raise ModelError(f"{option.variable} is neither a state nor an input nor a disturbance")
+
+
+def _put(entries: dict[Place, Sum], place: Place, option: Option) -> None:
+    entry = entries.setdefault(place, {})
+    for atom, c in option.coefficient.items():
+        total = entry.get(atom, 0) + c
+        if total == 0:
+            entry.pop(atom)
+        else:
+            entry[atom] = total
+
+
+def _columns(plant: Equations) -> dict[str, tuple[sp.Symbol, ...]]:
+    x, u, w = plant.states, plant.inputs, plant.disturbances
+    return {"A": x, "B": u, "C": x, "D": u, "E": w}
+
+
+def _rows(plant: Equations) -> dict[str, tuple[sp.Expr, ...]]:
+    f, y = plant.f, plant.outputs
+    return {"A": f, "B": f, "C": y, "D": y, "E": f}
+
+
+def _places(plant: Equations) -> list[Place]:
+    columns, rows = _columns(plant), _rows(plant)
+    return [
+        (letter, row, column)
+        for letter in columns
+        for row in range(len(rows[letter]))
+        for column in range(len(columns[letter]))
+    ]
+
+
+def _refuse_wanted(problem: Problem, forms: Sequence[Form]) -> None:
+    usual = forms[0]
+    missing = [str(s) for s, e in problem.wanted.items() if e not in usual.premises]
+    raise ModelError(
+        f"premise {', '.join(missing)} was not found in the factored entries; leave it out, write "
+        "it as it stands in the equations, or give the matrices factored by hand"
+    )
+
+
+def _in_symbols(form: Form, problem: Problem) -> Factored:
+    """Return the form with a symbol for each premise: the user's, or z1, z2, ..."""
+    import sympy as sp
+
+    given = {e: s for s, e in problem.wanted.items()}
+    plant = problem.equations
+    taken = {s.name for s in (*given.values(), *plant.states, *plant.inputs, *plant.disturbances)}
+    fresh = (s for s in sp.numbered_symbols("z", start=1, real=True) if s.name not in taken)
+    names = {e: given.get(e) or next(fresh) for e in form.premises}
+    rows, columns = _rows(plant), _columns(plant)
+    matrices = {letter: sp.zeros(len(rows[letter]), len(columns[letter])) for letter in columns}
+    for (letter, row, column), polynomial in form.entries.items():
+        matrices[letter][row, column] = sp.Add(
+            *(c * sp.Mul(*(names[p] for p in members)) for members, c in polynomial.items())
+        )
+    return Factored(matrices, {s: e for e, s in names.items()})

@@ -1,0 +1,208 @@
+"""A factored form: premises, and each entry as a multi-affine polynomial in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain, combinations
+from typing import TYPE_CHECKING, TypeAlias
+
+from takagi.models.sector.linear_span import Span
+from takagi.models.sector.terms import Sum, product_of, terms_of
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+__all__ = ["Form", "Place", "forms_of"]
+
+Place: TypeAlias = tuple[str, int, int]
+"""Matrix letter, row and column of an entry."""
+Polynomial: TypeAlias = "dict[tuple[sp.Expr, ...], sp.Expr]"
+"""Premises that are multiplied -> coefficient; () is the constant term."""
+
+MOST_TOGETHER = 3  # premises whose products are looked for in entries
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Form:
+    """``entries`` in ``premises``, which stand as expressions, those of the user first."""
+
+    premises: tuple[sp.Expr, ...]
+    entries: Mapping[Place, Polynomial]
+
+
+def forms_of(entries: Mapping[Place, Sum], wanted: Sequence[sp.Expr]) -> Iterator[Form]:
+    """Yield the ways to choose premises for the entries.
+
+    1. As few as make all entries affine combinations of premises and of products of the wanted
+       ones (a basis of their span), made of single atoms where that takes no more.
+    2. The same without atoms that are products of others.
+    3. Atoms taken apart into their factors.
+
+    Each is exact; the wanted premises are kept in all of them.
+    """
+    constant, varying = _parted(entries)
+    known = _products({premise: terms_of(premise) for premise in wanted})
+    atoms = _needed_atoms(varying.values(), known)
+    basis = _basis(varying, known)
+    singles: list[Sum] = [{atom: _one()} for atom in atoms]
+    new = singles if len(singles) <= len(basis) else basis
+    ways = [_written(constant, varying, wanted, new, products=False)]
+    fewer: list[Sum] = [{atom: _one()} for atom in _without_products(atoms)]
+    if len(fewer) < len(singles):
+        ways.append(_written(constant, varying, wanted, fewer, products=True))
+    if any(len(_factors(atom)[1]) > 1 for atom in atoms):
+        ways.append(_in_factors(constant, varying, wanted))
+    yield from (form for form in ways if form is not None)
+
+
+def _one() -> sp.Rational:
+    import sympy as sp
+
+    return sp.S.One
+
+
+def _parted(entries: Mapping[Place, Sum]) -> tuple[dict[Place, sp.Expr], dict[Place, Sum]]:
+    """Return the constant and the varying part of each entry."""
+    import sympy as sp
+
+    constant = {
+        place: sp.Add(*(c * atom for atom, c in value.items() if not atom.free_symbols))
+        for place, value in entries.items()
+    }
+    varying = {
+        place: {atom: c for atom, c in value.items() if atom.free_symbols}
+        for place, value in entries.items()
+    }
+    return constant, varying
+
+
+def _products(premises: Mapping[sp.Expr, Sum]) -> Span:
+    """Return the span of 1 and the products of up to three of the premises."""
+    import sympy as sp
+
+    span = Span([((), {sp.S.One: sp.S.One})])
+    for size in range(1, MOST_TOGETHER + 1):
+        for members in combinations(premises, size):
+            value = product_of([premises[member] for member in members])
+            if value:
+                span.add(members, value)
+    return span
+
+
+def _needed_atoms(values: Iterable[Sum], known: Span) -> list[sp.Expr]:
+    """Return the atoms of the values that lie outside what is known, without known atoms."""
+    found: dict[sp.Expr, None] = {}
+    for value in values:
+        if known.combination(value) is None:
+            for atom in value:
+                if known.combination({atom: _one()}) is None:
+                    found[atom] = None
+    return list(found)
+
+
+def _basis(varying: Mapping[Place, Sum], known: Span) -> list[Sum]:
+    """Return entries that span the others together with what is known; the shortest first."""
+    span = Span()
+    span.rows = list(known.rows)
+    found: list[Sum] = []
+    for value in sorted(varying.values(), key=len):
+        if value and span.add(("new", len(found)), value):
+            found.append(_scaled(value))
+    return found
+
+
+def _scaled(value: Sum) -> Sum:
+    """Return the sum over its content, so that a single atom stands without coefficient."""
+    first = next(iter(value.values()))
+    return {atom: c / first for atom, c in value.items()}
+
+
+def _without_products(atoms: Sequence[sp.Expr]) -> list[sp.Expr]:
+    """Return the atoms but those that are the product of two or three others that stay."""
+    import sympy as sp
+
+    kept = list(atoms)
+    for atom in atoms:
+        others = [other for other in kept if other != atom]
+        products = chain.from_iterable(combinations(others, k) for k in (2, 3))
+        if len(others) <= 12 and any(sp.Mul(*some) == atom for some in products):
+            kept.remove(atom)
+    return kept
+
+
+def _written(
+    constant: Mapping[Place, sp.Expr],
+    varying: Mapping[Place, Sum],
+    wanted: Sequence[sp.Expr],
+    new: Sequence[Sum],
+    *,
+    products: bool,
+) -> Form | None:
+    """Return the form in the wanted and new premises; None when these do not make the entries.
+
+    ``products`` looks for products of the new premises too.
+    """
+    import sympy as sp
+
+    made = {sp.Add(*(c * atom for atom, c in value.items())): value for value in new}
+    premises = list(made)
+    given = {premise: terms_of(premise) for premise in wanted}
+    span = _products(given | made if products else given)
+    for premise, value in made.items():
+        span.add((premise,), value)
+    entries: dict[Place, Polynomial] = {}
+    for place, value in varying.items():
+        found = span.combination(value)
+        if found is None:
+            return None
+        polynomial: Polynomial = dict(found)  # type: ignore[arg-type]
+        polynomial[()] = polynomial.get((), sp.S.Zero) + constant[place]
+        entries[place] = {members: c for members, c in polynomial.items() if c != 0}
+    return _used(wanted, premises, entries)
+
+
+def _in_factors(
+    constant: Mapping[Place, sp.Expr], varying: Mapping[Place, Sum], wanted: Sequence[sp.Expr]
+) -> Form:
+    import sympy as sp
+
+    known = _products({premise: terms_of(premise) for premise in wanted})
+    entries: dict[Place, Polynomial] = {}
+    new: dict[sp.Expr, None] = {}
+    for place, value in varying.items():
+        found = known.combination(value)
+        polynomial: Polynomial = dict(found) if found is not None else {}  # type: ignore[arg-type]
+        polynomial[()] = polynomial.get((), sp.S.Zero) + constant[place]
+        for atom, c in {} if found is not None else value.items():
+            number, members = _factors(atom)
+            new.update(dict.fromkeys(members))
+            polynomial[members] = polynomial.get(members, sp.S.Zero) + c * number
+        entries[place] = {members: c for members, c in polynomial.items() if c != 0}
+    return _used(wanted, [f for f in new if f not in wanted], entries)
+
+
+def _used(
+    wanted: Sequence[sp.Expr], new: Sequence[sp.Expr], entries: Mapping[Place, Polynomial]
+) -> Form:
+    """Return the form with the premises that stand in some entry."""
+    present = {p for polynomial in entries.values() for members in polynomial for p in members}
+    order = [p for p in (*wanted, *new) if p in present]
+    return Form(tuple(order), entries)
+
+
+def _factors(atom: sp.Expr) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
+    """Return (number, factors) whose product is the atom; 1/x stays with what vanishes at x = 0."""
+    import sympy as sp
+
+    parts = list(sp.Mul.make_args(atom))
+    number = sp.Mul(*(part for part in parts if not part.free_symbols))
+    poles = [p for p in parts if p.is_Pow and p.base.is_Symbol and p.exp.is_negative]
+    rest = [p for p in parts if p.free_symbols and p not in poles]
+    for pole in poles:
+        partner = next((p for p in rest if p.subs(pole.base, 0) == 0), None)
+        if partner is None:
+            rest.append(pole)
+        else:
+            rest[rest.index(partner)] = partner * pole
+    return number, tuple(rest)

@@ -1,0 +1,204 @@
+"""The rows of f as sums of terms, each with the columns (states, inputs) that it may go to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+from takagi.models.enclosure.interval import Interval
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from takagi.models.sector.assemble import Equations
+
+__all__ = ["Option", "RowTerm", "Sum", "product_of", "row_terms", "terms_of"]
+
+Sum: TypeAlias = "dict[sp.Expr, sp.Rational]"
+"""Atom -> rational coefficient; atoms are products without rational factor, 1 is the constant."""
+
+
+class Option(NamedTuple):
+    """``variable`` times ``coefficient`` is the term."""
+
+    variable: sp.Symbol
+    coefficient: Sum
+
+
+@dataclass(frozen=True, slots=True)
+class RowTerm:
+    """A part of one row, and how it may be written; the usual way first."""
+
+    row: int
+    options: tuple[tuple[Option, ...], ...]
+
+
+def terms_of(expression: sp.Expr) -> Sum:
+    """Return the expanded expression as atom -> coefficient, without those that cancel."""
+    import sympy as sp
+
+    found: Sum = {}
+    for term in sp.Add.make_args(_expanded(expression)):
+        coefficient, atom = _canonical(term)
+        if coefficient != 0:
+            found[atom] = found.get(atom, sp.S.Zero) + coefficient
+    return {atom: c for atom, c in found.items() if c != 0}
+
+
+def product_of(sums: Sequence[Sum]) -> Sum:
+    """Return the product of sums; their atoms are multiplied and not expanded again."""
+    import sympy as sp
+
+    total: Sum = {sp.S.One: sp.S.One}
+    for factor in sums:
+        found: Sum = {}
+        for (a, c), (b, d) in product(total.items(), factor.items()):
+            share, atom = _canonical(a * b)
+            found[atom] = found.get(atom, sp.S.Zero) + c * d * share
+        total = {atom: c for atom, c in found.items() if c != 0}
+    return total
+
+
+def row_terms(
+    rows: Sequence[sp.Expr], plant: Equations, box: Mapping[sp.Symbol, Interval]
+) -> list[RowTerm]:
+    """Return the terms of all rows with their options.
+
+    A term with an input goes to the input.  A term linear in a disturbance goes to it.  Any other
+    goes to a state that it has as a factor, or with which it vanishes (a removable singularity).
+    Terms of one row that vanish only together, such as cos(x) - 1, are telescoped,
+    R(x, y) = [R(x, y) - R(x, 0)] + [R(x, 0) - R(0, 0)], one difference for each variable.
+
+    Raises
+    ------
+    ModelError : an input that enters nonlinearly, or terms that do not vanish at the origin.
+    """
+    import sympy as sp
+
+    found = []
+    for row, expression in enumerate(rows):
+        together: list[sp.Expr] = []
+        for atom, coefficient in terms_of(expression).items():
+            options = _options(atom, coefficient, plant, box, row)
+            if options:
+                found.append(RowTerm(row, tuple((option,) for option in options)))
+            else:
+                together.append(coefficient * atom)
+        if together:
+            orders = _telescoped(sp.Add(*together), plant, row)
+            found.append(RowTerm(row, orders))
+    return found
+
+
+def _expanded(expression: sp.Expr) -> sp.Expr:
+    """Return the expression expanded, each sum in a denominator kept as one factor."""
+    import sympy as sp
+
+    kept: dict[sp.Expr, sp.Symbol] = {}
+    exchanged = {}
+    for power in expression.atoms(sp.Pow):
+        if power.base.is_Add and power.exp.is_Integer and power.exp < 0:
+            # sympy would multiply the denominators out: 1/(x (a + b)) to 1/(a x + b x).
+            content, base = sp.expand(power.base).primitive()
+            symbol = kept.setdefault(base, sp.Dummy())
+            exchanged[power] = content**power.exp * symbol**power.exp
+    back = {symbol: base for base, symbol in kept.items()}
+    return sp.expand(expression.xreplace(exchanged)).xreplace(back)
+
+
+def _canonical(term: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
+    """Return (coefficient, atom) with the rational content of sums in it taken out."""
+    import sympy as sp
+
+    coefficient, rest = term.as_coeff_Mul()
+    factors = []
+    for factor in sp.Mul.make_args(rest):
+        base, power = factor.as_base_exp()
+        if base.is_Add and power.is_Integer:
+            content, base = base.primitive()
+            coefficient *= content**power
+            factors.append(base**power)
+        else:
+            factors.append(factor)
+    return coefficient, sp.Mul(*factors)
+
+
+def _options(
+    atom: sp.Expr,
+    coefficient: sp.Rational,
+    plant: Equations,
+    box: Mapping[sp.Symbol, Interval],
+    row: int,
+) -> list[Option]:
+    def divided(variable: sp.Symbol) -> Option:
+        share, rest = _canonical(atom / variable)
+        return Option(variable, {rest: coefficient * share})
+
+    for symbol in plant.inputs:
+        if atom.has(symbol):
+            slope = atom / symbol
+            if slope.has(*plant.inputs):
+                raise ModelError(
+                    f"row {row + 1}: {symbol} enters nonlinearly (in the term "
+                    f"{coefficient * atom}); make it a state with an input of its own, or give A, "
+                    "B and E factored by hand"
+                )
+            return [divided(symbol)]
+    for symbol in plant.disturbances:
+        if atom.has(symbol) and not (atom / symbol).has(symbol):
+            return [divided(symbol)]
+    powers = atom.as_powers_dict()
+    factors = [s for s in reversed(plant.states) if _whole(powers.get(s, 0))]
+    vanishing = [s for s in plant.states if s not in factors and _vanishes(atom, s, box)]
+    squares = [s for s in plant.disturbances if _whole(powers.get(s, 0))]
+    return [divided(symbol) for symbol in [*factors, *vanishing] or squares]
+
+
+def _whole(power: object) -> bool:
+    import sympy as sp
+
+    return bool(sp.sympify(power).is_Integer and power >= 1)  # type: ignore[operator]
+
+
+def _vanishes(atom: sp.Expr, state: sp.Symbol, box: Mapping[sp.Symbol, Interval]) -> bool:
+    """Return whether atom / state has a removable singularity at state = 0."""
+    import sympy as sp
+
+    if state not in atom.free_symbols or state not in box or atom.has(sp.Abs, sp.sign):
+        return False
+    if atom.subs(state, 0) != 0:
+        return False
+    slope = atom.diff(state).subs(state, 0)
+    return not slope.has(sp.zoo, sp.nan, sp.oo, -sp.oo)
+
+
+def _telescoped(rest: sp.Expr, plant: Equations, row: int) -> tuple[tuple[Option, ...], ...]:
+    """Return the rest as differences along one variable each, in both orders of the variables."""
+    import sympy as sp
+
+    variables = [s for s in (*plant.states, *plant.disturbances) if s in rest.free_symbols]
+    origin = rest.subs(dict.fromkeys(variables, 0))
+    if not variables or (origin != 0 and sp.simplify(origin) != 0):
+        raise ModelError(
+            f"row {row + 1}: {rest} does not vanish with any state: it is "
+            f"{origin} at the origin, so it cannot be written as coefficients times states; move "
+            "the equilibrium to the origin (x - x*, or the rest values of a Plant), or give A "
+            "factored by hand"
+        )
+    found = []
+    for order in (variables, variables[::-1]):
+        options = []
+        before = rest
+        for variable in order:
+            after = before.subs(variable, 0)
+            difference = before - after
+            if difference != 0:
+                whole = sp.factor_terms(difference) / variable
+                share, atom = whole.as_coeff_Mul()
+                options.append(Option(variable, {atom: share}))
+            before = after
+        found.append(tuple(options))
+    return tuple(found) if len(variables) > 1 else (found[0],)
