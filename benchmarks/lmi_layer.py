@@ -350,7 +350,7 @@ def wide() -> str:
     from takagi.lmi.solver.solve import attempts
 
     rows = []
-    for n, m, q, p in ((9, 2, 4, 8), (12, 2, 5, 9)):
+    for n, m, q, p in ((10, 2, 5, 6), (10, 2, 5, 11)):
         condition = energy_gain_condition(disturbed_rules(8, n, m, q, p))
         data = assemble(condition)
         program = cone_program(data, data.objective, (), margin=0.0)

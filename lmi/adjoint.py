@@ -115,8 +115,14 @@ def adjoint(condition: Condition) -> Adjoint:
 
 
 def over_one_denominator(array: Array) -> tuple[Array, int]:
-    """Return integers N and a positive integer D with array = N / D exactly."""
-    if array.dtype != object:
+    """Return integers N and a positive integer D with array = N / D exactly.
+
+    Raises
+    ------
+    ModelError : an entry that is no finite number.
+    """
+    # Wide integers have more digits than a float, and NaN has a mantissa like any other.
+    if array.dtype.kind == "f" and array.dtype.itemsize <= 8 and np.isfinite(array).all():
         mantissa, exponent = np.frexp(np.asarray(array, dtype=np.float64))
         integers = (mantissa * 2.0**53).astype(np.int64).astype(object)
         used = mantissa != 0

@@ -18,6 +18,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from takagi.models.curve import Curve, interpolate_curve
     from takagi.models.derivation import Derivation, Step
+    from takagi.models.embedding.feedback import Feedback, blended_feedback, product_memberships
+    from takagi.models.embedding.secant import Region, secant_embedding
+    from takagi.models.embedding.secant_family import SecantEmbedding
     from takagi.models.enclosure.interval import Interval
     from takagi.models.errors import ModelError
     from takagi.models.library import built_in_models
@@ -34,30 +37,39 @@ if TYPE_CHECKING:
     from takagi.models.turbine.loader import nrel5mw
     from takagi.models.turbine.partial_load import partial_load_model
     from takagi.models.turbine.wind_observer import WindObserver, wind_observer_model
+    from takagi.models.vertex_merging import MergedModel, merge_vertices
 
 __all__ = [
     "Curve",
     "Derivation",
+    "Feedback",
     "Interval",
     "Matrices",
+    "MergedModel",
     "ModelError",
     "Output",
     "Parameter",
     "Plant",
     "Premise",
+    "Region",
+    "SecantEmbedding",
     "Step",
     "Surface",
     "TSModel",
     "Turbine",
     "Variable",
     "WindObserver",
+    "blended_feedback",
     "built_in_models",
     "full_load_model",
     "interpolate_curve",
     "load_model",
+    "merge_vertices",
     "nrel5mw",
     "partial_load_model",
     "plant_file_schema",
+    "product_memberships",
+    "secant_embedding",
     "sector_model",
     "table_function",
     "wind_observer_model",
@@ -66,26 +78,34 @@ __all__ = [
 _HOME = {
     "Curve": "curve",
     "Derivation": "derivation",
+    "Feedback": "embedding.feedback",
     "Interval": "enclosure.interval",
     "Matrices": "ts_model",
+    "MergedModel": "vertex_merging",
     "ModelError": "errors",
     "Output": "plant.plant",
     "Parameter": "plant.plant",
     "Plant": "plant.plant",
     "Premise": "premise",
+    "Region": "embedding.secant",
+    "SecantEmbedding": "embedding.secant_family",
     "Step": "derivation",
     "Surface": "surface",
     "TSModel": "ts_model",
     "Turbine": "turbine.data",
     "Variable": "plant.plant",
     "WindObserver": "turbine.wind_observer",
+    "blended_feedback": "embedding.feedback",
     "built_in_models": "library",
     "full_load_model": "turbine.full_load",
     "interpolate_curve": "curve",
     "load_model": "loading",
+    "merge_vertices": "vertex_merging",
     "nrel5mw": "turbine.loader",
     "partial_load_model": "turbine.partial_load",
     "plant_file_schema": "plant.entries",
+    "product_memberships": "embedding.feedback",
+    "secant_embedding": "embedding.secant",
     "sector_model": "sector.model",
     "table_function": "plant.table_function",
     "wind_observer_model": "turbine.wind_observer",

@@ -14,8 +14,7 @@ from takagi.lmi.analysis.quadratic import common_lyapunov, slow_vertex
 from takagi.lmi.answer import Answer, Floats
 from takagi.lmi.solver.balance import state_units
 from takagi.lmi.solver.diagnosis import binding_items
-from takagi.lmi.solver.stages import optimise
-from takagi.lmi.solver.vertex_rounds import ALL_AT_ONCE
+from takagi.lmi.solver.item_rounds import ALL_AT_ONCE, optimise_by_rounds
 from takagi.lmi.term import Condition
 
 __all__ = ["Pose", "Shown", "least_gain", "motion_of", "states_of"]
@@ -69,7 +68,7 @@ def _attempt(path: Channel, s: Floats, pose: Pose, shown: Shown, *, noise: bool)
     units = Units.of(path, s, noise=noise)
     scaled = path.scaled(units)
     condition = pose(scaled, units)
-    outcome = optimise(condition)
+    outcome = optimise_by_rounds(condition)
     gain, P = shown(scaled, units, outcome.values) if near_least(outcome) else (None, None)
     return Answer(
         status=outcome.status,

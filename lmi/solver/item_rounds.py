@@ -20,7 +20,7 @@ from takagi.lmi.solver.stages import SMALLEST_MARGIN, Outcome, decide, optimise
 from takagi.lmi.term import LMI, Condition, Indices
 from takagi.lmi.unknown import Unknown
 
-__all__ = ["decide_by_rounds", "optimise_by_rounds"]
+__all__ = ["ALL_AT_ONCE", "decide_by_rounds", "optimise_by_rounds"]
 
 # Up to so many items of an LMI are given to the solver at once: quicker than rounds.
 ALL_AT_ONCE = 48

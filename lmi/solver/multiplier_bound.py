@@ -16,7 +16,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from takagi.lmi.answer import Floats
-from takagi.lmi.term import LMI, Condition, Term
+from takagi.lmi.term import LMI, Condition, Term, Unknown
 
 __all__ = ["adjoint", "excluded_from"]
 
@@ -46,10 +46,10 @@ def excluded_from(
             continue
         if lmi.constants:
             return never
+        positive = positive or _says_positive(lmi, X)
         plain, slope = adjoint(condition, lmi, name, multipliers[lmi.name])
         if not slope.any() and np.linalg.eigvalsh(plain)[0] >= -LEAST * np.abs(plain).max():
-            # Of X > 0 itself: it only stands in the way.
-            positive = True
+            # As of X > 0 itself: it only stands in the way.
             continue
         S0, S1 = S0 + plain, S1 + slope
     growths, vectors = np.linalg.eigh(-d * S1)
@@ -57,6 +57,21 @@ def excluded_from(
         return never
     root = vectors / np.sqrt(np.maximum(growths, LEAST * growths[-1]))
     return d * float(np.linalg.eigvalsh(root.T @ S0 @ root)[-1])
+
+
+def _says_positive(lmi: LMI, X: Unknown) -> bool:
+    """Return whether the LMI is L' X L > 0 with L regular, from which X > 0 follows."""
+    if len(lmi.terms) != 1 or lmi.sign != 1 or lmi.size != X.rows:
+        return False
+    term = lmi.terms[0]
+    if term.right is None:
+        # A scalar unknown.
+        return term.parameter is None and bool((term.left[0] > 0).all())
+    if term.parameter is not None or term.items is not None:
+        return False
+    L, R = term.left[0].astype(np.float64), term.right[0].astype(np.float64)
+    square = L.shape == (X.rows, X.rows) and np.array_equal(L.T, R)
+    return square and int(np.linalg.matrix_rank(L)) == X.rows
 
 
 def adjoint(condition: Condition, lmi: LMI, name: str, Z: Floats) -> tuple[Floats, Floats]:

@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from math import log2, prod
-from typing import TypeAlias
 
 import numpy as np
 
 from takagi.lmi.answer import Floats
 from takagi.lmi.synthesis.corner_rules import Corners, ProductRules, product_rules
-from takagi.lmi.synthesis.double_sum import DoubleSum, Summand
+from takagi.lmi.synthesis.double_sum import DoubleSum, Posed, Summand
 from takagi.lmi.synthesis.multisets import count_of, multisets
-from takagi.lmi.term import LMI, Indices, Unknown
+from takagi.lmi.term import Indices
 
 __all__ = ["at_blends", "blends_of", "number_of_blends"]
-
-Posed: TypeAlias = tuple[tuple[Unknown, ...], tuple[LMI, ...]]
 
 
 def number_of_blends(rules: int, corners: Corners | None, parts: int) -> int:

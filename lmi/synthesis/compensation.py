@@ -38,8 +38,9 @@ def pdc(
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with V' <= -2 alpha V, V = x' P x.
 
-    In discrete time V(x+) <= e^(-2 alpha T) V(x).  First the largest margin decides whether there
-    are gains; then, at half that margin, those of least input effort are taken.
+    In discrete time V(x+) <= e^(-2 alpha T) V(x).  First the largest margin (of very many pairs: at
+    least half of it) decides whether there are gains; then, at half that margin, those of least
+    input effort are taken.
 
     Parameters
     ----------

@@ -9,6 +9,7 @@ import numpy as np
 from takagi.lmi.answer import Answer, Design, Floats
 from takagi.lmi.solver.assemble import Assembled, assemble
 from takagi.lmi.solver.diagnosis import binding_items
+from takagi.lmi.solver.item_rounds import ALL_AT_ONCE, decide_by_rounds
 from takagi.lmi.solver.stages import Outcome, decide, improve
 from takagi.lmi.synthesis.compensation_condition import LARGEST_ELLIPSOID
 from takagi.lmi.synthesis.compensation_task import Task
@@ -81,7 +82,7 @@ def decided(
     """
     condition = task.posed(decay_rate, relaxation)
     data = assemble(condition)
-    outcome = decide(condition, rows={"nu": EFFORTS[0]}, assembled=data, most=1)
+    outcome = _first_look(condition, data)
     first = Decided(task, condition, data, outcome)
     if outcome.margin >= SECOND_LOOK:
         return first
@@ -108,6 +109,16 @@ def decided(
     if rest.status == "infeasible" and held(replace(last, outcome=rest)):
         rest = replace(rest, status="unknown", bound=np.inf)
     return replace(last, outcome=replace(rest, tries=(*tries, *rest.tries)))
+
+
+def _first_look(condition: Condition, data: Assembled) -> Outcome:
+    """Return the largest margin; of very many pairs, about that, where few of them settle it."""
+    modest = {"nu": EFFORTS[0]}
+    if max(lmi.count for lmi in condition.lmis) > ALL_AT_ONCE:
+        found = decide_by_rounds(condition, rows=modest)
+        if found.margin >= SECOND_LOOK:
+            return found
+    return decide(condition, rows=modest, assembled=data, most=1)
 
 
 def _again(posed: Decided, effort: float) -> Decided:

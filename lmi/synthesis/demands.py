@@ -76,7 +76,7 @@ def demands_of(
         or not isinstance(active_rules, Integral)
         or not 1 <= active_rules <= r
     ):
-        raise ModelError(f"active_rules is {active_rules!r}; a whole number from 1 to {r} is needed")
+        raise ModelError(f"active_rules is {active_rules!r}; a number from 1 to {r} is needed")
     return Demands(region=region, uncertainty=blocks, overlap=overlap, active_rules=active_rules)
 
 

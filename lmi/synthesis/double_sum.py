@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +18,13 @@ from takagi.lmi.labels import Labels
 from takagi.lmi.synthesis.corner_rules import Corners, product_rules
 from takagi.lmi.synthesis.parts import Fixed, Member, Part, Summand, changes_with_gain
 from takagi.lmi.synthesis.weighted_sum import constant_of, same_term, term_of
-from takagi.lmi.term import LMI, Array, Indices, Term
+from takagi.lmi.term import LMI, Array, Indices, Term, Unknown
 from takagi.models.errors import ModelError
 
-__all__ = ["DoubleSum", "Fixed", "Member", "Part", "Summand", "selections"]
+__all__ = ["DoubleSum", "Fixed", "Member", "Part", "Posed", "Summand", "selections"]
+
+# What a relaxation makes of a double sum: unknowns of its own, and LMIs.
+Posed: TypeAlias = tuple[tuple[Unknown, ...], tuple[LMI, ...]]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

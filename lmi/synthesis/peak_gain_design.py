@@ -23,6 +23,8 @@ __all__ = ["peak_pdc"]
 
 # Rates are looked for from the slowest over this to the fastest times it.
 AROUND = 10.0
+# So many in a decade.
+COARSE, FINE = 2, 12
 # Steps of the golden section stop here, relative to the rate; the gain is flat at its least.
 NEAR = 1e-2
 
@@ -51,7 +53,8 @@ def peak_pdc(
     model, performance : the plant, as for ``hinf_pdc``.
     relaxation : as for ``pdc``.
     decay_rate : alpha in 1/s of V in the LMIs, which the undisturbed loop shows; None looks for the
-        best one, by a grid of six decades and the golden section: some thirty solves.
+        best one, by a grid and the golden section: some thirty solves.  Where limits are so tight
+        that no rate was found the status is "unknown".
     disturbance_peak : the |w| for which the limits below must hold; it does not change gamma
         where there are none.
     input_limit, initial_box, state_box : as for ``pdc``, on x' P x <= 1, which no state leaves for
@@ -96,7 +99,10 @@ def peak_pdc(
     task = replace(task, tolerance=2 * task.tolerance, peak=peak)
     if rate is None:
         search = _Search(task)
-        task = replace(task, decay_rate=search.best(), guess=search.P)
+        best = search.best()
+        if best is None:
+            return _without_rate(task, search.rates(FINE))
+        task = replace(task, decay_rate=best, guess=search.P)
     direct = float(np.linalg.norm(task.plant.D11, 2, axis=(1, 2)).max())
     meaning = Meaning(gain=partial(_peak_gain, direct=direct), size=_as_posed)
     return designed(task, _posed, meaning)
@@ -111,12 +117,17 @@ class _Search:
         n = task.plant.A.shape[1]
         self.P = np.eye(n) if self._regulator is None else self._regulator.P
 
-    def best(self) -> float:
-        """Return about the rate with the least gain in 1/s; the slowest where none was found."""
-        rates = self._rates()
-        found = least_over_rate(self.value, rates, tolerance=NEAR) or rates[0]
-        self.value(found)
-        return found
+    def best(self) -> float | None:
+        """Return about the rate with the least gain in 1/s; None where none was found.
+
+        Limits may leave a narrow range of rates, so a finer grid is tried before that.
+        """
+        for density in (COARSE, FINE):
+            found = least_over_rate(self.value, self.rates(density), tolerance=NEAR)
+            if found is not None:
+                self.value(found)
+                return found
+        return None
 
     def value(self, rate: float) -> float:
         """Return about the least gain at a rate, and go where its P is |x|^2."""
@@ -129,8 +140,8 @@ class _Search:
         self.P = units.quadratic(found["Q"][0])
         return float(np.sqrt(found["kappa"][0, 0, 0])) * units.output
 
-    def _rates(self) -> list[float]:
-        """Return rates around those of the regulated mean vertex, two in a decade."""
+    def rates(self, density: int) -> list[float]:
+        """Return rates around those of the regulated mean vertex, so many in a decade."""
         step = self.task.plant.sample_time
         if self._regulator is None:
             poles = np.linalg.eigvals(self.task.plant.A).ravel()
@@ -140,8 +151,24 @@ class _Search:
             rates = np.abs(poles.real if step is None else np.log(np.abs(poles)) / step)
         rates = rates[(rates > 0) & np.isfinite(rates)]
         slow, fast = (rates.min(), rates.max()) if len(rates) else (1.0, 1.0)
-        count = int(np.ceil(2 * np.log10(AROUND**2 * fast / slow))) + 1
+        count = int(np.ceil(density * np.log10(AROUND**2 * fast / slow))) + 1
         return [float(rate) for rate in np.geomspace(slow / AROUND, fast * AROUND, count)]
+
+
+def _without_rate(task: PerformanceTask, rates: list[float]) -> Design:
+    """Return the no of plain compensation, or doubt: other rates were not tried."""
+    plain = task.plain()
+    if not plain.found:
+        return plain
+    diagnosis = (
+        f"gains keep the limits without disturbance, but at none of {len(rates)} decay rates from "
+        f"{rates[0]:.3g} to {rates[-1]:.3g} 1/s were any found that keep them with it; allow for "
+        "less disturbance, widen the limits, give a decay rate, or take a richer relaxation"
+    )
+    answer = replace(
+        plain.answer, status="unknown", P=None, decay_rate=None, margin=0.0, diagnosis=diagnosis
+    )
+    return replace(plain, gains=None, P=None, margin=0.0, answer=answer)
 
 
 def _posed(task: PerformanceTask, units: PerformanceUnits) -> Condition:

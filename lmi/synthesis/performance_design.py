@@ -101,10 +101,12 @@ def _confirmed(task: PerformanceTask, pose: Pose, meaning: Meaning, found: _Solv
     """Return the best of what is found where the last P is |x|^2, until two agree.
 
     In coordinates that do not suit it a solver may call solved what is a per cent above the least
-    objective; only other coordinates tell.
+    objective.  Where its multipliers do not tell, other coordinates do.
     """
     for _ in range(ROUNDS):
         objective = found.outcome.objective
+        if objective - found.outcome.least <= (task.tolerance + AGREED) * objective:
+            break
         gain = meaning.gain(found.units, objective)
         least = meaning.gain(found.units, objective / (1 + task.tolerance))
         units, condition = _posed(task, pose, found.P)

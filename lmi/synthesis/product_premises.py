@@ -11,12 +11,10 @@ Arino and Sala (2007), Eng. Applications of Artificial Intelligence 20(8), for t
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
 
 from takagi.lmi.synthesis.corner_rules import Corners, ProductRules, product_rules
-from takagi.lmi.synthesis.double_sum import DoubleSum, selections
+from takagi.lmi.synthesis.double_sum import DoubleSum, Posed, selections
 from takagi.lmi.synthesis.rule_pairs import slack_unknown
 from takagi.lmi.synthesis.simplex_products import (
     Coefficients,
@@ -34,8 +32,6 @@ __all__ = ["both_rules", "polya", "product", "product_liu_zhang"]
 _POLYA = r"\sum_{{i,j}} \tfrac{{k_i (k_j - \delta_{{ij}})}}{{{}}}"
 _PAIRS = r"\tfrac{1}{|\mathcal{P}_k|} \sum_{(i,j) \in \mathcal{P}_k}"
 _SHARES = r"\sum_{i,j} c^{k}_{ij}"
-
-Posed: TypeAlias = tuple[tuple[Unknown, ...], tuple[LMI, ...]]
 
 
 def polya(loop: DoubleSum, degree: int) -> Posed:

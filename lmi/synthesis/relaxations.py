@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from takagi.lmi.synthesis.double_sum import DoubleSum, Summand
+from takagi.lmi.synthesis.double_sum import DoubleSum, Posed, Summand
 from takagi.lmi.synthesis.product_premises import polya, product, product_liu_zhang
 from takagi.lmi.synthesis.relaxation_sizes import check_size
 from takagi.lmi.synthesis.rule_pairs import (
@@ -22,12 +22,11 @@ from takagi.lmi.synthesis.rule_pairs import (
     together,
 )
 from takagi.lmi.synthesis.slack_matrices import kim_lee, liu_zhang
-from takagi.lmi.term import LMI, Term, Unknown
+from takagi.lmi.term import LMI, Term
 from takagi.models.errors import ModelError, did_you_mean
 
 __all__ = ["RELAXATIONS", "Relaxation", "relaxation_named"]
 
-Posed: TypeAlias = tuple[tuple[Unknown, ...], tuple[LMI, ...]]
 Relaxation: TypeAlias = Callable[[DoubleSum], Posed]
 
 

@@ -21,7 +21,8 @@ def rule_lmi(loop: DoubleSum, slack: tuple[Term, ...] = ()) -> LMI:
     i = np.arange(r)
     return loop.lmi(
         "rule",
-        (Summand(i, i, np.ones(r), names=("i", "i")),),
+        # Where the gains have fewer rules of their own, nothing depends on j.
+        (Summand(i, np.minimum(i, loop.gains - 1), np.ones(r), names=("i", "i")),),
         slack,
         count=r,
         label=lambda item: f"rule {item + 1} of {r}",

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from takagi.lmi.synthesis.double_sum import DoubleSum, selections
+from takagi.lmi.synthesis.double_sum import DoubleSum, Posed, selections
 from takagi.lmi.synthesis.rule_pairs import SLACK_SHARE, pair_lmis, slack_name, slack_unknown
 from takagi.lmi.term import LMI, Indices, Term, Unknown
 from takagi.lmi.unknown import triangle
 
 __all__ = ["kim_lee", "liu_zhang", "negative_whole"]
-
-Posed = tuple[tuple[Unknown, ...], tuple[LMI, ...]]
 
 
 def kim_lee(loop: DoubleSum) -> Posed:

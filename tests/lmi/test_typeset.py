@@ -151,3 +151,25 @@ def test_markdown_is_one_formula_a_block() -> None:
     for lmi in condition.lmis:
         assert lmi_latex(lmi) in text
     assert not any("$" in block or "\n\n" in block for block in blocks[1::2])
+
+
+def test_scalars_are_compared_as_numbers() -> None:
+    """Less and greater for 1 x 1, a second index behind the first, equal summands counted."""
+    tau = Unknown("tau", 1, 1, count=3, latex=r"\tau_{1}")
+    one = np.ones((1, 1, 1))
+    twice = Term(unknown=tau, left=one, symbol=r"\tau_{1i}")
+    limit = LMI(
+        name="limit",
+        blocks=(1,),
+        count=3,
+        terms=(twice, twice),
+        constants=(Constant(value=-one, latex="-1"),),
+        sign=-1,
+        weight=0.0,
+    )
+
+    text = latex(Condition(name="limits", unknowns=(tau,), lmis=(limit,)))
+
+    assert r"\tau_{1,1}, \dots, \tau_{1,3} \in \mathbb{R}" in text
+    assert r"2\tau_{1i} \le 1" in text
+    assert lmi_latex(limit) == r"2\tau_{1i} \le 1"

@@ -174,3 +174,10 @@ def test_multipliers_of_the_no_are_semidefinite_and_rule_p_out() -> None:
 def test_what_is_no_region_is_refused() -> None:
     with pytest.raises(ModelError, match="a Region is needed"):
         d_stability(companion(), 2.0)  # type: ignore[arg-type]
+
+
+def test_a_loop_at_rest_in_one_step_is_as_fast_as_can_be() -> None:
+    """x+ = 0: the rate is inf, without a warning of a logarithm."""
+    answer = d_stability(np.zeros((1, 2, 2)), Region.disc(0.5), sample_time=1.0)
+
+    assert answer.decay_rate == np.inf

@@ -176,3 +176,26 @@ def test_misuse_is_named() -> None:
         extreme_parameter(condition, "alpha", tolerance=0.0)
     with pytest.raises(ModelError, match="there are none"):
         extreme_parameter(replace(condition, lmis=condition.lmis[:2], parameters={}), "alpha")
+
+
+@pytest.mark.parametrize("relaxation", ["wang-tanaka-griffin", "tanaka-wang", "liu-zhang"])
+@pytest.mark.parametrize(("a", "b", "most"), [(1.0, 2.0, 7.0), (0.3, 0.5, 10.0), (-2.0, 1.0, 5.0)])
+def test_other_unknowns_beside_one_matrix(relaxation: str, a: float, b: float, most: float) -> None:
+    """x' = a x + b u with |K| <= g: b g - a, reached although each step alone gains little."""
+    model = TSModel([[[a]], [[a]]], [[[b]], [[b]]])
+    limits = limits_of(1, 1, input_limit=None, initial_box=None, state_box=None, gain_bound=most)
+    found = extreme_parameter(pdc_condition(model, relaxation=relaxation, limits=limits), "alpha")
+
+    assert found.converged
+    assert found.value == pytest.approx(b * most - a, rel=1e-4)
+    assert found.value <= (b * most - a) * (1 + 1e-9)
+    assert found.bound == pytest.approx(b * most - a, rel=1e-4)
+
+
+def test_a_search_that_was_cut_short_says_so() -> None:
+    """After one step the value is shown, but what is beyond it is open."""
+    condition = limited_design(None)
+    short, whole = (extreme_parameter(condition, "alpha", steps=steps) for steps in (1, 60))
+
+    assert whole.converged and not short.converged
+    assert short.value < whole.value <= short.bound

@@ -342,3 +342,15 @@ def test_the_models_box_must_hold_the_origin_and_its_inputs() -> None:
         attraction_pdc(driven, input_limit=3.0)
     P = attraction_pdc(driven, input_limit=2.0, saturation=None).P
     assert P is not None and P[0, 0] >= 1
+
+
+def test_without_inputs_their_box_is_kept() -> None:
+    """u = 0 lies in every box of the input: none has to be limited, and none could be."""
+    A = np.array([[[0.0, 1.0], [-1.0, -1.0]], [[0.0, 1.0], [-2.0, -1.0]]])
+    names = {"states": ["a [-]", "b [-]"], "inputs": ["u [-]"]}
+    box = {"a [-]": (-1, 1), "b [-]": (-2, 2), "u [-]": (-2, 2)}
+    boxed = TSModel(A, np.array([[[0.0], [1.0]]] * 2), box=box, **names)  # type: ignore[arg-type]
+
+    found, plain = attraction_ellipsoid(boxed), attraction_ellipsoid(A, state_box=[1.0, 2.0])
+
+    assert area(found) == pytest.approx(area(plain), rel=1e-6)

@@ -167,3 +167,18 @@ def test_misuse_is_refused(options: dict[str, object], said: str) -> None:
     """The message says what was given."""
     with pytest.raises(ModelError, match=said):
         pdc(pendulum(), **options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("active", [True, 1.0, 0, 3])
+def test_active_rules_are_counted_in_whole_numbers(active: object) -> None:
+    """Neither a flag nor a fraction says how many of two rules act."""
+    with pytest.raises(ModelError, match="active_rules"):
+        pdc(pendulum(), active_rules=active)  # type: ignore[arg-type]
+
+
+def test_a_part_of_a_region_without_the_loop_is_as_good_for_uncertain_plants() -> None:
+    """L < 0 alone, M = 0: every plant keeps it, and the gains are as without it."""
+    block = NormBounded(np.array([[0.0], [0.1]]), np.array([[1.0, 0.0]]))
+
+    assert pdc(pendulum(), region=Region.lmi([[-1.0]], [[0.0]]), uncertainty=block).found
+    assert not pdc(pendulum(), region=Region.lmi([[1.0]], [[0.0]]), uncertainty=block).found

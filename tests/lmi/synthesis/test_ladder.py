@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi import Ladder, Rung, pdc, pdc_condition, relaxation_ladder
+from takagi.lmi import Ladder, Rung, lqr_pdc, pdc, pdc_condition, relaxation_ladder
 from takagi.lmi.synthesis.relaxation_order import contains, work_of
 from takagi.lmi.synthesis.relaxation_sizes import relaxation_size
 from takagi.models import ModelError, Premise, TSModel
+from tests.lmi.synthesis.sums import bound, random_theta
 
 Floats = NDArray[np.float64]
 NAMES = (
@@ -271,3 +272,20 @@ def test_misuse_is_refused(options: dict[str, object], said: str) -> None:
     """The message says what was given."""
     with pytest.raises(ModelError, match=said):
         relaxation_ladder(pendulum(), **options)  # type: ignore[arg-type]
+
+
+def test_kim_and_lee_do_not_contain_what_counts_the_active_rules() -> None:
+    """Tanaka and Wang's s = 2 of 3 rules beats slack matrices, which cannot use it."""
+    theta = random_theta(7, 3, 2)
+    few = {"active_rules": 2}
+
+    assert bound(theta, "tanaka-wang", **few) < bound(theta, "liu-zhang", **few) - 0.1
+    assert not contains("liu-zhang", "tanaka-wang", few_active=True)
+    assert contains("liu-zhang", "wang-tanaka-griffin", few_active=True)
+    assert contains("liu-zhang", "tanaka-wang")
+
+
+def test_auto_where_nothing_is_tried_but_one_after_another_is_refused() -> None:
+    """The message names what has it, and how to come by a name."""
+    with pytest.raises(ModelError, match='"auto".*pdc and observer'):
+        lqr_pdc(pendulum(), np.eye(2), np.eye(1), relaxation="auto")

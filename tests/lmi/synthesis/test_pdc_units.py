@@ -1,0 +1,125 @@
+"""A no of ``pdc`` is one of the condition, not of units, of Q's size, or of the effort tried."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from takagi.lmi import pdc
+from takagi.lmi.solver.stages import decide
+from takagi.lmi.synthesis import largest_rate
+from takagi.lmi.synthesis.compensation_design import decided
+from takagi.lmi.synthesis.compensation_task import task_of
+from takagi.lmi.synthesis.rate_limits import with_input_states
+from takagi.models import TSModel
+from tests.lmi.synthesis.placed import pendulum
+
+Floats = NDArray[np.float64]
+
+
+def reach(P: Floats, box: Floats) -> float:
+    """Return the largest x' P x over the corners of a box."""
+    corners = np.array(list(product((1.0, -1.0), repeat=len(box)))) * box
+    return float(np.einsum("ti,ij,tj->t", corners, P, corners).max())
+
+
+def hard() -> TSModel:
+    """Two rules that gains barely serve: a margin of 1e-5 in balanced states, without limits."""
+    return TSModel(
+        [
+            [[0.99, -1.22, -3.03], [-0.61, 0.12, 0.32], [0.06, -0.01, -0.46]],
+            [[1.92, -1.27, -1.82], [-0.37, 0.38, 0.80], [-0.86, -0.31, 0.42]],
+        ],
+        [
+            [[1.14, -0.19], [0.54, 1.78], [0.84, -0.48]],
+            [[1.30, -0.49], [0.56, 1.61], [0.83, -1.36]],
+        ],
+    )
+
+
+@pytest.mark.parametrize(
+    "box", [(0.2, 0.5, 0.01), (0.02, 0.05, 0.01), (1e-3, 2e-5, 2e-8), (1e-6, 0.5, 0.01)]
+)
+def test_a_smaller_box_never_loses_gains(box: tuple[float, float, float]) -> None:
+    """Gains for a box are gains for every smaller one, however thin it is."""
+    half = np.array(box)
+    design = pdc(with_input_states(pendulum()), initial_box=half, state_box=(1.0, np.inf, 8.0))
+
+    assert design.found
+    _, P = design.require()
+    axes = np.sqrt(np.diag(np.linalg.inv(P)))
+    assert reach(P, half) <= 1 + 1e-9
+    assert axes[0] <= 1.0 and axes[2] <= 8.0
+
+
+@pytest.mark.parametrize("size", [1.0, 10.0, 100.0, 1000.0])
+@pytest.mark.parametrize("relaxation", ["wang-tanaka-griffin", "kim-lee"])
+def test_a_box_alone_costs_no_gains(relaxation: str, size: float) -> None:
+    """Any ellipsoid may be made larger: where there are gains, a box to start from is no reason."""
+    assert pdc(hard(), relaxation=relaxation).found
+    half = size * np.array([0.0027, 0.0014, 2e-5])
+
+    assert pdc(hard(), relaxation=relaxation, initial_box=half).status == "candidate"
+
+
+@pytest.mark.parametrize("slow", [1e-9, 0.0])
+@pytest.mark.parametrize("state", [1e-8, 1.0, 1e8])
+@pytest.mark.parametrize("moved", [1e-8, 1.0, 1e8])
+def test_a_slow_plant_may_be_asked_to_be_fast(slow: float, state: float, moved: float) -> None:
+    """x' = a x + b u in any units, asked for 1 1/s."""
+    model = TSModel([[[slow]]], [[[state * moved]]])
+
+    assert pdc(model, decay_rate=1.0).found
+
+
+@pytest.mark.parametrize("state", [1e-8, 1.0, 1e8])
+def test_inputs_are_independent_in_all_units(state: float) -> None:
+    """Two inputs that each move a state of their own, besides another."""
+    s = np.array([1.0, state])
+    B = np.array([[1.0, 1.0], [0.0, 1.0]]) * s[:, None]
+    A = np.array([[0.0, 1.0], [-1.0, 1.0]]) * s[:, None] / s
+
+    assert pdc(TSModel(A[None], B[None])).found
+
+
+def test_a_rate_that_no_solver_settled_is_not_a_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beyond the start every solver gives up: the largest rate is then not bounded."""
+
+    def gives_up(*args: object, **options: object) -> object:
+        outcome = decide(*args, **options)  # type: ignore[arg-type]
+        return replace(outcome, status="unknown")
+
+    def never(*args: object, **options: object) -> object:
+        found = decided(*args, **options)  # type: ignore[arg-type]
+        if args[1] == 0.0:
+            return found
+        unknown = replace(found.outcome, status="unknown")
+        return replace(found, outcome=unknown)
+
+    task = task_of(pendulum(), decay_rate=0.0, gain_bound=30.0)
+    true = largest_rate.largest(task, "wang-tanaka-griffin")
+    monkeypatch.setattr(largest_rate, "decide", gives_up)
+    monkeypatch.setattr(largest_rate, "decided", never)
+    found = largest_rate.largest(task, "wang-tanaka-griffin")
+
+    assert found.low < true.low <= true.high < np.inf
+    assert found.high == np.inf
+
+
+def test_what_the_first_solver_leaves_open_is_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A solver that gives up everywhere costs time, not rate: others settle it."""
+
+    def gives_up(*args: object, **options: object) -> object:
+        outcome = decide(*args, **options)  # type: ignore[arg-type]
+        return replace(outcome, status="unknown")
+
+    plain = pdc(pendulum(), decay_rate="max", gain_bound=30.0)
+    monkeypatch.setattr(largest_rate, "decide", gives_up)
+    other = pdc(pendulum(), decay_rate="max", gain_bound=30.0)
+
+    assert other.decay_rate == pytest.approx(plain.decay_rate, rel=1e-4)
+    assert other.answer.bound < other.decay_rate * (1 + 1e-3)
