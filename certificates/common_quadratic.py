@@ -125,8 +125,8 @@ def certify(
 def _check_continuous(model: TSModel) -> None:
     if model.sample_time is not None:
         raise ModelError(
-            f"the model is of discrete time (sample time {model.sample_time:g} s), certificates are "
-            "of continuous time so far; takagi.lmi.common_lyapunov(model) gives a candidate P"
+            f"the model is of discrete time (sample time {model.sample_time:g} s); certificates "
+            "are of continuous time so far: takagi.lmi.common_lyapunov(model) gives a candidate P"
         )
 
 

@@ -36,7 +36,6 @@ def reduced() -> bool:
 def turbine_design() -> TurbineDesign:
     """The default design of the NREL 5-MW turbine, made once: it takes ten seconds."""
     from takagi.certificates.turbine_design import design_turbine
-    from takagi.models.loading import load_model
-    from takagi.models.turbine.loader import model_files
+    from takagi.models.turbine.loader import model_files, nrel5mw
 
-    return design_turbine(load_model("nrel5mw"), files=model_files("nrel5mw"))
+    return design_turbine(nrel5mw(), files=model_files("nrel5mw"))

@@ -79,11 +79,15 @@ def exact_no(
 
     Raises
     ------
-    ModelError : a multiplier of an LMI that is not there, or of another shape.
+    ModelError : a multiplier of an LMI that is not there, or of another shape; an entry of the
+        condition that is no finite number.
     """
     numbers: dict[str, Any] = {**condition.parameters, **(parameters or {})}
     exact = replace(condition, parameters=numbers)
     read = adjoint(exact)
+    if not read.columns:
+        # Nothing is asked, so nothing contradicts it.
+        return None
     face = open_face(read)
     if not face.columns:
         return None

@@ -54,7 +54,7 @@ def hinf_pdc(
     gain_bound : bound on the spectral norm of every K_i, by a sufficient condition.
     tolerance : how far above the least gamma the gains may be, relative.  The least one is often
         approached only as the gains grow without bound; 1e-2 usually makes them a thousand times
-        smaller.
+        smaller.  Of many rules or states it may be a thousandth where less was asked for.
     sample_time : T in s where the model cannot say.  Energies are then sums over samples.
 
     Returns

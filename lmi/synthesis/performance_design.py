@@ -20,6 +20,9 @@ __all__ = ["Meaning", "Pose", "designed"]
 
 # Other coordinates are tried so often, when what they claim differs by more than this.
 ROUNDS, AGREED = 3, 1e-5
+# Sum of the cubes of the LMIs' widths above which a second look costs too much: then the bound of
+# the multipliers, a thousandth, has to do.
+LARGE = 1e5
 
 
 # The task's condition in the given coordinates.
@@ -103,7 +106,8 @@ def _confirmed(task: PerformanceTask, pose: Pose, meaning: Meaning, found: _Solv
     In coordinates that do not suit it a solver may call solved what is a per cent above the least
     objective.  Where its multipliers do not tell, other coordinates do.
     """
-    for _ in range(ROUNDS):
+    size = sum(lmi.count * lmi.size**3 for lmi in found.condition.lmis)
+    for _ in range(0 if size > LARGE else ROUNDS):
         objective = found.outcome.objective
         if objective - found.outcome.least <= (task.tolerance + AGREED) * objective:
             break

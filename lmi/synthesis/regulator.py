@@ -22,6 +22,7 @@ from takagi.lmi.synthesis.compensation_condition import Controlled
 from takagi.lmi.synthesis.cost_condition import initial_factor, largest_lmi, lqr_pdc_condition
 from takagi.lmi.synthesis.relaxations import relaxation_named
 from takagi.lmi.term import Condition
+from takagi.models.premise import Premise
 
 __all__ = ["lqr_pdc"]
 
@@ -89,7 +90,16 @@ def lqr_pdc(
     weight = symmetric("Q", Q, n, definite=False)
     R = symmetric("R", R, m, definite=True)
     step = sample_time_of(model, sample_time)
-    task = _Task(A, B, weight, R, initial_factor(deviations, n), step)
+    task = _Task(
+        A,
+        B,
+        weight,
+        R,
+        initial_factor(deviations, n),
+        step,
+        tuple(getattr(model, "premises", ())),
+        tuple(getattr(model, "rules", ())),
+    )
     plain = pdc(model, relaxation=relaxation, scales=scales, sample_time=sample_time)
     if plain.gains is None or plain.P is None:
         return _without_gains(plain)
@@ -124,7 +134,10 @@ def _solved(task: _Task, P: Floats, relaxation: str) -> tuple[Condition, Outcome
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Task:
-    """Vertices, weights, and the covariance factor factor' of x(0), in one set of coordinates."""
+    """Vertices, weights, and the covariance factor factor' of x(0), in one set of coordinates.
+
+    ``premises`` and ``rules`` are the model's, for relaxations that know products of memberships.
+    """
 
     A: Floats
     B: Floats
@@ -132,6 +145,8 @@ class _Task:
     R: Floats
     factor: Floats
     sample_time: float | None
+    premises: tuple[Premise, ...] = ()
+    rules: tuple[tuple[int, ...], ...] = ()
 
     def posed(self, units: _CostUnits) -> _Task:
         """Return the task in the given coordinates."""
@@ -147,6 +162,8 @@ class _Task:
             np.eye(len(U)) * units.rate / rate,
             np.asarray(factor / np.linalg.norm(factor, 2), dtype=np.float64),
             self.sample_time,
+            self.premises,
+            self.rules,
         )
 
 

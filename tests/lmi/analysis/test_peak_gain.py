@@ -215,6 +215,17 @@ def test_an_unstable_vertex_and_a_missing_function_are_a_reasoned_no() -> None:
     assert "no common P" in apart.diagnosis
 
 
+def test_a_rate_that_no_common_function_shows_is_a_reasoned_no() -> None:
+    """Dayawansa and Martin's pair at a = 5.5: each decays at 1 1/s, together far more slowly."""
+    A = [[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -5.5], [1.0 / 5.5, -1.0]]]
+    B, C = [[0.0], [1.0]], [[1.0, 0.0]]
+    fast = peak_gain(A, B, C, decay_rate=0.5)
+
+    assert peak_gain(A, B, C).found
+    assert fast.status == "infeasible" and fast.gain is None
+    assert "no common P at the decay rate 0.5 1/s" in fast.diagnosis
+
+
 def test_the_builder_writes_the_formula_it_poses() -> None:
     """Both block matrices, in both times."""
     continuous = latex(peak_gain_condition(two_vertices(), decay_rate=0.1))

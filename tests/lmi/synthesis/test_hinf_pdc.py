@@ -12,6 +12,7 @@ from scipy.optimize import minimize_scalar
 
 from takagi.lmi import Design, expressed, hinf_norm, hinf_pdc, hinf_pdc_condition, latex
 from takagi.lmi.evaluate import margin
+from takagi.lmi.synthesis.performance_units import PerformanceUnits
 from takagi.models import ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS, System, ac15, mfp, tg1
 from tests.lmi.norms import frequency_norm, hamiltonian_norm
@@ -195,9 +196,20 @@ def test_inputs_that_differ_only_in_their_cost_are_welcome() -> None:
     system = mfp()
     assert np.linalg.matrix_rank(system.B) == 2
 
-    design = hinf_pdc(plant(system), performance=(system.C1, system.D12), tolerance=0.01)
-    assert design.gains is not None
-    assert design.gains.shape == (1, 3, 4)
+    free = hinf_pdc(plant(system), performance=(system.C1, system.D12), tolerance=0.01)
+    limit = np.array([0.5, 0.3, 0.2])
+    limited = hinf_pdc(
+        plant(system),
+        performance=(system.C1, system.D12),
+        tolerance=0.01,
+        input_limit=limit,
+        disturbance_energy=0.01,
+    )
+    K, P = limited.require()
+
+    assert free.require()[0].shape == (1, 3, 4)
+    assert np.all(np.sqrt(np.diag(K[0] @ np.linalg.inv(P) @ K[0].T)) <= limit * (1 + 1e-6))
+    assert gain_of(limited) > gain_of(free)
 
 
 def test_units_change_the_gain_by_their_ratio() -> None:
@@ -274,6 +286,37 @@ def largest_input(model: TSModel, K: Floats, P: Floats, energy: float) -> float:
     return largest
 
 
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+@pytest.mark.parametrize("energy", [None, 2.0])
+def test_the_function_stores_no_more_than_the_disturbance_gives(
+    sample_time: float | None, energy: float | None
+) -> None:
+    """V with P as handed out, in the model's units: gamma |w|^2 - |z|^2 / gamma bounds its growth.
+
+    With limits |w|^2 / W - |z|^2 / (W gamma^2), so that x' P x <= 1 up to an energy of W.
+    """
+    model = two_rules(sample_time)
+    if energy is None:
+        design = hinf_pdc(model, tolerance=0.01)
+        given, shown = gain_of(design), 1 / gain_of(design)
+    else:
+        total = energy if sample_time is None else energy / sample_time
+        design = hinf_pdc(model, tolerance=0.01, input_limit=[4.0], disturbance_energy=total)
+        given, shown = 1 / total, 1 / (total * gain_of(design) ** 2)
+    K, P = design.require()
+    tight = -np.inf
+    for h in blends(2, 6):
+        A, E, C = loop(model, K, h)
+        state = A.T @ P + P @ A if sample_time is None else A.T @ P @ A - P
+        cross = P @ E if sample_time is None else A.T @ P @ E
+        noise = np.zeros((1, 1)) if sample_time is None else E.T @ P @ E
+        F = np.block([[state + shown * C.T @ C, cross], [cross.T, noise - given * np.eye(1)]])
+        scale = 1 / np.sqrt(np.abs(np.diag(F)))
+        tight = max(tight, float(np.linalg.eigvalsh(F * np.outer(scale, scale))[-1]))
+
+    assert -0.2 < tight < 0
+
+
 def test_limits_that_the_disturbance_breaks_are_a_reasoned_no() -> None:
     """Too little input for the disturbance: infeasible, with what binds; half of it is enough."""
     no = hinf_pdc(two_rules(), input_limit=[0.8], disturbance_energy=1.0)
@@ -325,6 +368,25 @@ def test_the_margin_is_that_of_the_gains_as_handed_out() -> None:
     assert margin(condition, {**values, "M": -values["M"]}) < 0
     smaller = np.array([[[0.9 * gain_of(design)]]])
     assert margin(condition, {**values, "gamma": smaller}) < 0
+
+
+def test_gains_that_do_not_survive_rounding_are_no_candidate(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Handed out with two digits the gains break the LMIs at the least gamma, and it is said."""
+    exact = PerformanceUnits.gains
+
+    def rounded(self: PerformanceUnits, Q: Floats, M: Floats, rules: int) -> Floats:
+        K = exact(self, Q, M, rules)
+        return np.array([float(f"{entry:.1e}") for entry in K.flat]).reshape(K.shape)
+
+    monkeypatch.setattr(PerformanceUnits, "gains", rounded)
+    system = SYSTEMS["AC17"]()
+    design = hinf_pdc(plant(system), performance=(system.C1, system.D12))
+
+    assert design.status == "unknown"
+    assert design.gains is None and design.gain is None
+    assert "rounded as they are" in design.answer.diagnosis
 
 
 def test_without_gains_the_answer_says_why() -> None:
