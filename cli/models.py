@@ -22,17 +22,20 @@ def run(arguments: Sequence[str]) -> int:
 def list_models(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
 ) -> int:
-    """List the built-in models, by the names that every other verb takes as MODEL.
+    """List the built-in models: wind turbines, then plants.
 
-    A model of your own is a TOML file: give its path in place of the name.
+    The other verbs take the name of a turbine as MODEL, or the path of a TOML file of your own.
+    Plants are read from Python, by takagi.models.load_model.
     """
-    from takagi.models.library import built_in_models
+    from takagi.models.library import built_in_kinds, built_in_models
 
-    found = built_in_models()
+    kinds = built_in_kinds()
+    found = sorted(built_in_models(), key=lambda pair: (kinds[pair[0]] != "turbine", pair[0]))
     if as_json:
-        print(json.dumps([{"name": name, "description": text} for name, text in found], indent=2))
+        rows = [{"name": name, "kind": kinds[name], "description": text} for name, text in found]
+        print(json.dumps(rows, indent=2))
         return PROVED
     width = max((len(name) for name, _ in found), default=0)
     for name, text in found:
-        print(f"{name:<{width}}  {text}")
+        print(f"{name:<{width}}  {kinds[name]:<7}  {text}")
     return PROVED

@@ -1,23 +1,28 @@
-"""Rigorous range of a function over boxes: best-first bisection of any interval enclosure."""
+"""Rigorous range of a function over boxes: best-first bisection of any enclosure."""
 
 from __future__ import annotations
 
 import heapq
+from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
-from itertools import count
-from typing import TypeAlias
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
 
-__all__ = ["Box", "Range", "range_over"]
+if TYPE_CHECKING:
+    from takagi.models.enclosure.evidence import Evidence
+
+__all__ = ["SIDES", "Box", "Ends", "Found", "Look", "Range", "range_over", "search"]
 
 Box: TypeAlias = tuple[Interval, ...]
 Enclose: TypeAlias = Callable[[Box], Interval | None]
 Changes: TypeAlias = Callable[[Box], Sequence[float]]
+Ends: TypeAlias = tuple[Any, Any]  # two exact numbers of one ordered type, smaller first
+Place = TypeVar("Place")
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,11 +35,184 @@ class Range:
     inner : reaches from one attained value to another; what outer has more is the price of
         stopping early.
     boxes : number of boxes whose enclosures prove ``outer``.
+    evidence : what ``replay`` recomputes ``outer`` from without a search; None where the maker
+        of the range offers none.
     """
 
     outer: Interval
     inner: Interval
     boxes: int
+    evidence: Evidence | None = field(default=None, repr=False, compare=False)
+
+
+class Look(NamedTuple):
+    """What one look at a box tells.
+
+    Attributes
+    ----------
+    outer : ends that contain every value of f there; None where it cannot tell.
+    attained : ends of values that f takes there, each on the cautious side; None if unknown.
+    axis : the side to halve next; None when the box is a point.
+    method : letter of the enclosure that was used.
+    rough : ends by a cheaper enclosure, with its letter; for the evidence.
+    """
+
+    outer: Ends | None
+    attained: Ends | None
+    axis: int | None
+    method: str = ""
+    rough: tuple[Ends, str] | None = None
+
+
+class Found(NamedTuple):
+    """Result of a search: ``outer`` and ``attained`` ends, boxes, and one tree for each root.
+
+    A tree is written in preorder: the number of the halved side, then lower and upper half; or
+    the letter of the method that encloses f on the leaf.  Sides are numbered "0123...9AB...Z".
+    """
+
+    outer: Ends
+    attained: Ends
+    boxes: int
+    trees: tuple[str, ...]
+
+
+SIDES = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+
+
+def search(
+    look: Callable[[Place], Look],
+    halve: Callable[[Place, int], tuple[Place, Place]],
+    roots: Sequence[Place],
+    *,
+    tolerance: Fraction,
+    most_boxes: int,
+    tell: Callable[[Place], str],
+    attained: Ends | None = None,
+) -> Found:
+    """Return the range of f over the union of the roots; both ends from one set of boxes.
+
+    The box that holds the worse end is halved, until each end exceeds an attained value by no
+    more than ``tolerance`` times the width of what is attained.
+
+    Raises
+    ------
+    ModelError : ``look`` cannot tell even on small boxes (a pole), or nothing is attained.
+
+    Source: Moore, Kearfott, Cloud (2009), Introduction to Interval Analysis, ch. 11.
+    """
+    tree = _Tree(look, halve, tell)
+    tree.widen(attained)
+    for root in roots:
+        tree.add(root)
+    for _ in range(most_boxes):
+        worst = tree.worst(tolerance)
+        if worst is None or not tree.split(worst):
+            break
+    return tree.found(len(roots))
+
+
+class _Tree(Generic[Place]):
+    """Boxes looked at so far; those that are not halved cover the domain."""
+
+    def __init__(
+        self,
+        look: Callable[[Place], Look],
+        halve: Callable[[Place, int], tuple[Place, Place]],
+        tell: Callable[[Place], str],
+    ) -> None:
+        self.look, self.halve, self.tell = look, halve, tell
+        self.places: list[Place | None] = []
+        self.looks: list[Look] = []
+        self.halves: dict[int, tuple[int, int]] = {}
+        self.unknown: deque[int] = deque()
+        self.by_lower: list[tuple[Any, int]] = []
+        self.by_upper: list[tuple[Any, int]] = []
+        self.attained: Ends | None = None
+
+    def add(self, place: Place) -> int:
+        index, seen = len(self.looks), self.look(place)
+        self.places.append(place)
+        self.looks.append(seen)
+        if seen.outer is None:
+            self.unknown.append(index)
+        else:
+            heapq.heappush(self.by_lower, (seen.outer[0], index))
+            heapq.heappush(self.by_upper, (-seen.outer[1], index))
+        self.widen(seen.attained)
+        return index
+
+    def widen(self, values: Ends | None) -> None:
+        """Take further attained values into account."""
+        if values is not None:
+            low, high = values
+            if self.attained is not None:
+                low, high = min(low, self.attained[0]), max(high, self.attained[1])
+            self.attained = (min(low, high), max(low, high))
+
+    def worst(self, tolerance: Fraction) -> int | None:
+        """Return the box to halve; None when both ends are near enough."""
+        if self.unknown:
+            return self.unknown[0]
+        for heap in (self.by_lower, self.by_upper):
+            while heap[0][1] in self.halves:
+                heapq.heappop(heap)
+        if self.attained is None:
+            return self.by_upper[0][1]
+        low, high = self.attained
+        below, above = low - self.by_lower[0][0], -self.by_upper[0][0] - high
+        size = max(-low, high)
+        # A width lost in the rounding of numbers of this size cannot be asked for.
+        allowed = max((high - low) * tolerance.numerator / tolerance.denominator, size / 2**80)
+        if below <= allowed and above <= allowed:
+            return None
+        return self.by_lower[0][1] if below > above else self.by_upper[0][1]
+
+    def split(self, index: int) -> bool:
+        """Halve a box; False when it cannot be halved."""
+        axis, place = self.looks[index].axis, self.places[index]
+        if axis is None or place is None:
+            return False
+        if self.looks[index].outer is None:
+            self.unknown.popleft()
+        first, second = self.halve(place, axis)
+        self.places[index] = None
+        self.halves[index] = self.add(first), self.add(second)
+        return True
+
+    def found(self, roots: int) -> Found:
+        if self.unknown:
+            raise self._no_bound(self.unknown[0])
+        for heap in (self.by_lower, self.by_upper):
+            while heap[0][1] in self.halves:
+                heapq.heappop(heap)
+        if self.attained is None:
+            raise ModelError("the function has no finite value at any sample; bound it by hand")
+        outer = self.by_lower[0][0], -self.by_upper[0][0]
+        boxes = len(self.looks) - len(self.halves)
+        return Found(outer, self.attained, boxes, tuple(self._text(i, outer) for i in range(roots)))
+
+    def _no_bound(self, index: int) -> ModelError:
+        place = self.places[index]
+        where = "" if place is None else self.tell(place)
+        return ModelError(
+            f"no finite bound near {where}: the function seems to have a pole there; shrink "
+            "the box, or give the bounds yourself"
+        )
+
+    def _text(self, root: int, outer: Ends) -> str:
+        letters, left = [], [root]
+        while left:
+            index = left.pop()
+            seen = self.looks[index]
+            if index in self.halves:
+                letters.append(SIDES[seen.axis or 0])
+                left += reversed(self.halves[index])
+            elif seen.rough and outer[0] <= seen.rough[0][0] and seen.rough[0][1] <= outer[1]:
+                letters.append(seen.rough[1])
+            else:
+                letters.append(seen.method)
+        return "".join(letters)
 
 
 def range_over(
@@ -43,7 +221,7 @@ def range_over(
     *,
     changes: Changes | None = None,
     tolerance: Fraction = Fraction(1, 1000),
-    most_boxes: int = 4000,
+    most_boxes: int = 8000,
 ) -> Range:
     """Return an enclosure of the range of f over the union of the boxes.
 
@@ -54,104 +232,56 @@ def range_over(
     changes : how much f may change along each side of a box, roughly; the side with the largest
         change is halved.  None takes the sides of the first box as equally important.
     tolerance : excess allowed at each end, as a share of the width of the range.
-    most_boxes : per end; when it is reached the bound is valid and less tight.
+    most_boxes : when it is reached the bounds are valid and less tight.
 
     Raises
     ------
     ModelError : no box, or ``enclose`` cannot tell even on tiny boxes (a pole).
-
-    Source: Moore, Kearfott, Cloud (2009), Introduction to Interval Analysis, ch. 11.
     """
     if not boxes:
         raise ModelError("no box was given; a range needs at least one")
-    search = _Search(enclose, changes or partial(_shares, boxes[0]), tolerance, most_boxes)
-    attained = search.attained([sample for box in boxes for sample in _samples(box)])
-    upper, attained, above = search.run(boxes, 1, attained)
-    lower, attained, below = search.run(boxes, -1, attained)
-    return Range(Interval(lower, upper), attained, max(above, below))
+    found = search(
+        partial(_look, enclose, changes or partial(_shares, boxes[0])),
+        _halves,
+        boxes,
+        tolerance=tolerance,
+        most_boxes=most_boxes,
+        tell=lambda box: ", ".join(str(side) for side in box),
+        attained=_attained(enclose, [point for box in boxes for point in _diagonal(box)]),
+    )
+    return Range(Interval(*found.outer), Interval(*found.attained), found.boxes)
 
 
-@dataclass(frozen=True, slots=True)
-class _Search:
-    enclose: Enclose
-    changes: Changes
-    tolerance: Fraction
-    most_boxes: int
-
-    def attained(self, points: Sequence[Box], known: Interval | None = None) -> Interval:
-        """Return an interval between two attained values, wider than the one already known."""
-        values = [value for point in points if (value := self.enclose(point)) is not None]
-        if known is not None:
-            values.append(known)
-        if not values:
-            raise ModelError("the function has no finite value at any sample; bound it by hand")
-        # Ends of a value's own enclosure are taken on the cautious side.
-        low, high = min(v.upper for v in values), max(v.lower for v in values)
-        if known is not None:
-            low, high = min(low, known.lower), max(high, known.upper)
-        return Interval(min(low, high), max(low, high))
-
-    def run(
-        self, boxes: Sequence[Box], sign: int, known: Interval
-    ) -> tuple[Fraction, Interval, int]:
-        """Return (bound, attained values, boxes) for the maximum (sign 1) or minimum (-1)."""
-        number = count()
-        heap = [(self._key(box, sign), next(number), box) for box in boxes]
-        heapq.heapify(heap)
-        for _ in range(self.most_boxes):
-            key, _, box = heap[0]
-            best = known.upper if sign > 0 else -known.lower
-            if key is not _UNKNOWN and -key - best <= self.tolerance * known.width:
-                break
-            halves = self._halves(box)
-            if halves is None:
-                break
-            heapq.heappop(heap)
-            known = self.attained([_centre(half) for half in halves], known)
-            for half in halves:
-                heapq.heappush(heap, (self._key(half, sign), next(number), half))
-        if heap[0][0] is _UNKNOWN:
-            where = ", ".join(str(side) for side in heap[0][2])
-            raise ModelError(
-                f"no finite bound near {where}: the function seems to have a pole there; shrink "
-                "the box, or give the bounds yourself"
-            )
-        return sign * -heap[0][0], known, len(heap)
-
-    def _key(self, box: Box, sign: int) -> Fraction:
-        """Return minus the optimistic value, so that the heap's first box is the one to split."""
-        found = self.enclose(box)
-        if found is None:
-            return _UNKNOWN
-        return -found.upper if sign > 0 else found.lower
-
-    def _halves(self, box: Box) -> tuple[Box, Box] | None:
-        """Halve the side along which f changes most; None for a point."""
-        changes = self.changes(box)
-        side = max(range(len(box)), key=lambda index: (changes[index], box[index].width))
-        if box[side].width == 0:
-            return None
-        middle = box[side].centre
-        parts = Interval(box[side].lower, middle), Interval(middle, box[side].upper)
-        first, second = ((*box[:side], part, *box[side + 1 :]) for part in parts)
-        return first, second
+def _look(enclose: Enclose, changes: Changes, box: Box) -> Look:
+    attained = _attained(enclose, [tuple(Interval(side.centre, side.centre) for side in box)])
+    outer = enclose(box)
+    size = changes(box)
+    axis = max(range(len(box)), key=lambda index: (size[index], box[index].width), default=None)
+    if axis is not None and box[axis].width == 0:
+        axis = None
+    return Look(None if outer is None else (outer.lower, outer.upper), attained, axis)
 
 
-# Sorts before every finite key: a box that cannot be bounded is split first.
-_UNKNOWN = Fraction(-(10**300))
+def _halves(box: Box, axis: int) -> tuple[Box, Box]:
+    middle = box[axis].centre
+    parts = Interval(box[axis].lower, middle), Interval(middle, box[axis].upper)
+    first, second = ((*box[:axis], part, *box[axis + 1 :]) for part in parts)
+    return first, second
 
 
-def _centre(box: Box) -> Box:
-    return tuple(Interval(side.centre, side.centre) for side in box)
+def _attained(enclose: Enclose, points: Sequence[Box]) -> Ends | None:
+    """Return the ends of values at points, each on the cautious side of its own enclosure."""
+    values = [value for point in points if (value := enclose(point)) is not None]
+    return (min(v.upper for v in values), max(v.lower for v in values)) if values else None
+
+
+def _diagonal(box: Box) -> tuple[Box, Box]:
+    """Return the two ends of the box's diagonal."""
+    lower = tuple(Interval(side.lower, side.lower) for side in box)
+    upper = tuple(Interval(side.upper, side.upper) for side in box)
+    return lower, upper
 
 
 def _shares(whole: Box, box: Box) -> list[float]:
     """Return each side's width as a share of the whole's."""
     return [float(b.width / w.width) if w.width else 0.0 for b, w in zip(box, whole, strict=True)]
-
-
-def _samples(box: Box) -> list[Box]:
-    """Return the centre and the two ends of the box's diagonal."""
-    lower = tuple(Interval(side.lower, side.lower) for side in box)
-    upper = tuple(Interval(side.upper, side.upper) for side in box)
-    return [_centre(box), lower, upper]

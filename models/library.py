@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from takagi.models.document import read_document
 from takagi.models.errors import ModelError, did_you_mean
 
-__all__ = ["built_in_models", "data_folder", "resolve_model"]
+__all__ = ["built_in_kinds", "built_in_models", "data_folder", "resolve_model"]
 
 
 def data_folder() -> Path:
@@ -17,12 +18,20 @@ def data_folder() -> Path:
 
 
 @lru_cache(maxsize=1)
+def _tables() -> dict[str, dict[str, Any]]:
+    return {path.stem: read_document(path).data for path in sorted(data_folder().glob("*.toml"))}
+
+
 def _descriptions() -> dict[str, str]:
-    found = {}
-    for path in sorted(data_folder().glob("*.toml")):
-        data = read_document(path).data
-        found[path.stem] = str(data.get("description", data.get("name", path.stem)))
-    return found
+    return {
+        name: str(data.get("description", data.get("name", name)))
+        for name, data in _tables().items()
+    }
+
+
+def built_in_kinds() -> dict[str, str]:
+    """Return name -> ``"turbine"`` or ``"plant"`` of every built-in model."""
+    return {name: str(data["kind"]) for name, data in _tables().items()}
 
 
 def built_in_models() -> list[tuple[str, str]]:

@@ -318,7 +318,8 @@ def _collected(
                 f"{error}"
             ) from error
         evidence = (
-            f"range of the {first.how}, ball arithmetic, {found.boxes} boxes, rounded outward"
+            f"range of the {first.how}, {found.evidence.words if found.evidence else 'enclosed'}, "
+            "rounded outward"
         )
         bounds = round_outward(found.outer)
         if bounds.width == 0:

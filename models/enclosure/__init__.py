@@ -1,7 +1,17 @@
-"""Rigorous ranges: rational intervals, and Bernstein hulls of spline patches.
+"""Rigorous ranges: rational intervals, Bernstein forms, ball arithmetic, and their evidence.
 
-Everything here is exact arithmetic on integers and fractions.  A bound from this room holds
-for every point of the box, not for the points somebody looked at.
+interval              rational intervals in exact arithmetic
+bernstein, blossom    hulls of spline patches, exact
+polynomial            Bernstein form of polynomials and rational functions, exact
+side, tape            boxes as balls; expressions compiled to a list of ball operations
+ball_form             derivative and Taylor forms of an expression
+table_balls           splines as operations on balls
+domain                boxes, bands around a curve, unions of cells
+evidence              trees of boxes that prove a range, and their replay
+sampled               bounds from samples, which prove nothing
+
+A bound from this room, sampled ones apart, holds for every point of the domain, not for the
+points somebody looked at.
 """
 
 from __future__ import annotations
@@ -11,16 +21,37 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from takagi.models.enclosure.bernstein import ExactSpline, exact_bounds, exact_value
+    from takagi.models.enclosure.domain import Cell, Domain
+    from takagi.models.enclosure.evidence import Evidence, replay
     from takagi.models.enclosure.interval import Interval, exact
+    from takagi.models.enclosure.sampled import SampledBounds, sampled_bounds
 
-__all__ = ["ExactSpline", "Interval", "exact", "exact_bounds", "exact_value"]
+__all__ = [
+    "Cell",
+    "Domain",
+    "Evidence",
+    "ExactSpline",
+    "Interval",
+    "SampledBounds",
+    "exact",
+    "exact_bounds",
+    "exact_value",
+    "replay",
+    "sampled_bounds",
+]
 
 _HOME = {
+    "Cell": "domain",
+    "Domain": "domain",
+    "Evidence": "evidence",
     "ExactSpline": "bernstein",
     "Interval": "interval",
+    "SampledBounds": "sampled",
     "exact": "interval",
     "exact_bounds": "bernstein",
     "exact_value": "bernstein",
+    "replay": "evidence",
+    "sampled_bounds": "sampled",
 }
 
 

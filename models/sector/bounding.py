@@ -42,7 +42,8 @@ def bounded_premise(
     found = expression_range(expression, problem.box, tolerance=tolerance)
     if given is None:
         bounds = round_outward(found.outer)
-        evidence = f"ball arithmetic, {found.boxes} boxes, rounded outward"
+        how = "ball arithmetic" if found.evidence is None else found.evidence.words
+        evidence = f"{how}, rounded outward"
     else:
         bounds = Interval.of(*given)
         if found.inner.lower < bounds.lower or bounds.upper < found.inner.upper:

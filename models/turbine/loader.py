@@ -143,7 +143,11 @@ def nrel5mw() -> Turbine:
 def _check_kind(document: Document) -> None:
     kind = document.data.get("kind")
     if kind != "turbine":
-        raise document.error("kind", f'{kind!r} was given; a turbine file says kind = "turbine"')
+        raise document.error(
+            "kind",
+            f"{kind!r} was given, and a wind turbine is needed here, whose file says kind = "
+            '"turbine"; a plant is read by takagi.models.load_model and derived by sector_model',
+        )
     version = document.data.get("format")
     if version != 1:
         raise document.error("format", f"{version!r} was given; this reader knows format = 1")

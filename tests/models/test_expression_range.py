@@ -1,0 +1,325 @@
+"""Proved ranges of expressions: by calculus, published minima, samples, and broken evidence."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from takagi.models import interpolate_curve, table_function
+from takagi.models.enclosure import Cell, Domain, Evidence, Interval, replay, sampled_bounds
+from takagi.models.errors import ModelError
+from takagi.models.sector import expression_range
+from takagi.models.surface import interpolate
+
+X, Y, Z = sp.symbols("x y z", real=True)
+BOX = {X: Interval.of(-1, "1.4"), Y: Interval.of("0.3", 2)}
+ROUNDING = 1e-9
+
+
+# ------------------------------------------------------------------ random expressions
+
+
+def expressions() -> st.SearchStrategy[sp.Expr]:
+    """Return expressions that are finite on BOX, with everything that the grammar has."""
+    leaves = st.sampled_from([X, Y, sp.Rational(3, 7), sp.Integer(2), sp.Rational(-5, 4)])
+
+    def grown(inner: st.SearchStrategy[sp.Expr]) -> st.SearchStrategy[sp.Expr]:
+        pairs = st.tuples(inner, inner)
+        return st.one_of(
+            pairs.map(lambda p: p[0] + p[1]),
+            pairs.map(lambda p: p[0] * p[1]),
+            pairs.map(lambda p: p[0] / (2 + sp.sin(p[1]))),
+            inner.map(lambda e: e**2),
+            inner.map(lambda e: e / (1 + e**2)),
+            inner.map(lambda e: sp.sqrt(1 + e**2)),
+            inner.map(lambda e: sp.exp(-(e**2))),
+            inner.map(lambda e: sp.log(2 + sp.cos(e))),
+            inner.map(sp.sin),
+            inner.map(sp.atan),
+            inner.map(sp.tanh),
+            inner.map(sp.Abs),
+            pairs.map(lambda p: sp.Max(*p)),
+        )
+
+    return st.recursive(leaves, grown, max_leaves=6)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(expressions())
+def test_ranges_contain_every_sample_and_are_tight(expression: sp.Expr) -> None:
+    """Outer contains the sampled extremes; where the search ended, by the stated share at most."""
+    tolerance, most = Fraction(1, 100), 1500
+    found = expression_range(expression, BOX, tolerance=tolerance, most_boxes=most)
+    samples = sampled_bounds(expression, BOX, points=300).bounds
+    slack = ROUNDING * (1 + float(samples.magnitude))
+
+    assert float(found.outer.lower) <= float(samples.lower) + slack
+    assert float(samples.upper) <= float(found.outer.upper) + slack
+    assert found.outer.contains(found.inner)
+    if found.boxes < most:
+        excess = max(found.inner.lower - found.outer.lower, found.outer.upper - found.inner.upper)
+        size = found.inner.magnitude / 2**80
+        assert excess <= max(tolerance * found.inner.width, size)
+    assert found.evidence is not None
+    assert replay(found.evidence, expression, BOX) == found.outer
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 3), st.integers(0, 2), st.integers(-9, 9)), min_size=1, max_size=6
+    )
+)
+def test_bernstein_form_and_ball_arithmetic_agree(terms: list[tuple[int, int, int]]) -> None:
+    """p(x, y) on [-1, 1]^2 and p(sin s, sin t) on [-2, 2]^2 have one range; two ways prove it."""
+    p = sum((c * X**i * Y**j for i, j, c in terms), sp.S.Zero)
+    square = {X: Interval.of(-1, 1), Y: Interval.of(-1, 1)}
+    exact = expression_range(p, square, tolerance=Fraction(1, 1000))
+    wide = {X: Interval.of(-2, 2), Y: Interval.of(-2, 2)}
+    balls = expression_range(
+        p.subs({X: sp.sin(X), Y: sp.sin(Y)}), wide, tolerance=Fraction(1, 1000)
+    )
+
+    assert exact.outer.contains(balls.inner)
+    assert balls.outer.contains(exact.inner)
+
+
+# ------------------------------------------------------------------ known ranges
+
+
+def test_six_hump_camel_back() -> None:
+    """Dixon and Szego (1978): the minimum is -1.031628453 on [-3, 3] x [-2, 2]."""
+    f = (4 - sp.Rational(21, 10) * X**2 + X**4 / 3) * X**2 + X * Y + (-4 + 4 * Y**2) * Y**2
+    found = expression_range(
+        f, {X: Interval.of(-3, 3), Y: Interval.of(-2, 2)}, tolerance=Fraction(1, 10**7)
+    )
+
+    assert found.outer.lower <= Fraction("-1.031628453")
+    assert float(found.outer.lower) == pytest.approx(-1.031628453, abs=2e-5)
+    assert found.outer.upper >= f.subs({X: 3, Y: 2})
+
+
+@pytest.mark.parametrize(
+    ("expression", "side", "low", "high"),
+    [
+        (1 / X, ("1", "10"), 0.1, 1.0),
+        (1 / (1 + 25 * X**2), ("-1", "1"), 1 / 26, 1.0),
+        (X / (1 + X**2), ("-3", "2"), -0.5, 0.5),
+        ((X**2 - 1) / (X - 1), ("0", "3"), 1.0, 4.0),
+        (sp.sqrt(X), ("0", "0.3"), 0.0, math.sqrt(0.3)),
+        (sp.sqrt(X) * (1 - X), ("0", "0.9"), 0.0, 2 / math.sqrt(27)),
+        (sp.Abs(X), ("-1", "10"), 0.0, 10.0),
+        (X * sp.Abs(X), ("-1", "2"), -1.0, 4.0),
+        (sp.Min(X, 1 - X), ("-1", "2"), -1.0, 0.5),
+        (sp.sin(X) / X, ("-1", "1.5"), math.sin(1.5) / 1.5, 1.0),
+        (sp.tan(X) / X, ("-1", "1.2"), 1.0, math.tan(1.2) / 1.2),
+        (sp.sin(X) ** 2 + sp.cos(X) ** 2, ("-1", "2"), 1.0, 1.0),
+        (sp.exp(X) * sp.sin(X), ("0", "3"), 0.0, math.exp(3 * math.pi / 4) / math.sqrt(2)),
+    ],
+)
+def test_ranges_by_calculus(
+    expression: sp.Expr, side: tuple[str, str], low: float, high: float
+) -> None:
+    """Ranges worked out by hand: contained, and exceeded by at most the tolerance."""
+    outer = expression_range(expression, {X: Interval.of(*side)}).outer
+    width = high - low
+
+    assert float(outer.lower) <= low + 1e-14 and high - 1e-14 <= float(outer.upper)
+    assert float(outer.lower) == pytest.approx(low, abs=2e-6 * width + 1e-14)
+    assert float(outer.upper) == pytest.approx(high, abs=2e-6 * width + 1e-14)
+
+
+def test_two_removable_singularities_need_few_boxes() -> None:
+    """sin(2x) y / x over 4/3 - cos^2(x)/11, an entry of the pendulum: the Taylor form is tight."""
+    mass = sp.Rational(4, 3) - sp.cos(X) ** 2 / 11
+    box = {X: Interval.of(-1, "1.4"), Y: Interval.of(-3, 3)}
+    found = expression_range(Y * sp.sin(2 * X) / X / mass, box)
+
+    assert float(found.outer.upper) == pytest.approx(6 / (4 / 3 - 1 / 11), rel=1e-5)
+    assert found.boxes < 200
+
+
+# ------------------------------------------------------------------ tables
+
+
+def _curve() -> object:
+    x = np.linspace(0, 2, 9)
+    return interpolate_curve(x, np.sin(3 * x), name="wave")
+
+
+def test_a_table_in_an_expression() -> None:
+    """The range over [0.25, 2] contains the samples and is as tight as asked."""
+    wave = table_function("wave", _curve())  # type: ignore[arg-type]
+    expression = wave(X) * Y + X
+    box = {X: Interval.of("0.25", 2), Y: Interval.of(-1, 1)}
+    found = expression_range(expression, box, tolerance=Fraction(1, 10**4))
+    samples = sampled_bounds(expression, box, points=2000).bounds
+
+    assert found.outer.contains(samples)
+    assert found.outer.width <= Fraction(10002, 10000) * found.inner.width
+    assert found.boxes < 2000
+
+
+def test_power_coefficient_over_tip_speed_ratio() -> None:
+    """c(omega R / v, beta) on a box of omega, v and beta, inside the table and at its edge."""
+    ratio, pitch = np.linspace(2, 10, 9), np.linspace(0, 0.4, 6)
+    values = np.exp(-((ratio[:, None] - 7) ** 2) / 9) * np.cos(3 * pitch[None, :])
+    c = table_function("c", interpolate(ratio, pitch, values), argument_units=("-", "rad"))
+    omega, wind, beta = sp.symbols("omega v beta", real=True)
+    expression = wind**3 * c(63 * omega / wind, beta)
+    inside = {
+        omega: Interval.of("0.9", "1.2"),
+        wind: Interval.of(8, 12),
+        beta: Interval.of(0, "0.1"),
+    }
+    found = expression_range(expression, inside, tolerance=Fraction(1, 100))
+    samples = sampled_bounds(expression, inside, points=2000).bounds
+    assert found.outer.contains(samples)
+    assert found.outer.width <= Fraction(103, 100) * found.inner.width
+
+    outside = inside | {wind: Interval.of(5, 12)}
+    with pytest.raises(ModelError, match="table"):
+        expression_range(expression, outside)
+
+
+# ------------------------------------------------------------------ domains
+
+
+def test_a_band_knows_that_its_variables_move_together() -> None:
+    """x - y^2 with |x - y^2| <= 0.1 has the range [-0.1, 0.1]; the rectangle gives [-4.1, 2.1]."""
+    tenth = sp.Rational(1, 10)
+    band = Domain.band({Y: Interval.of(-2, 1)}, {X: (Y**2 - tenth, Y**2 + tenth)})
+    found = expression_range(X - Y**2, band)
+
+    assert found.outer == Interval.of("-0.1", "0.1")
+
+
+def test_a_union_of_cells_leaves_out_what_lies_between() -> None:
+    """1/x on [-2, -1] and [1, 4] needs no value at 0."""
+    union = Domain.union([{X: Interval.of(-2, -1)}, {X: Interval.of(1, 4)}])
+    found = expression_range(1 / X, union)
+
+    assert found.outer == Interval.of(-1, 1)
+    assert found.evidence is not None
+    assert replay(found.evidence, 1 / X, union) == found.outer
+    both = Domain.of_box({X: Interval.of(-2, -1)}) | Domain.of_box({X: Interval.of(1, 4)})
+    assert expression_range(sp.exp(X), both).outer.contains(Fraction("54.59"))
+
+
+# ------------------------------------------------------------------ evidence
+
+
+def _proved(expression: sp.Expr) -> Evidence:
+    found = expression_range(expression, BOX, tolerance=Fraction(1, 1000))
+    assert found.evidence is not None
+    return found.evidence
+
+
+SMOOTH = sp.sin(3 * X) * sp.cos(Y) + X * Y
+CUBIC = X**3 - X * Y**2 + Y
+
+
+@pytest.mark.parametrize("expression", [SMOOTH, CUBIC, CUBIC / (1 + X**2)])
+def test_wrong_bounds_are_refused_on_replay(expression: sp.Expr) -> None:
+    """A bound moved inward by a hundredth of the width is not proved by the same boxes."""
+    evidence = _proved(expression)
+    bounds = evidence.bounds
+    part = bounds.width / 100
+    for wrong in (
+        Interval(bounds.lower + part, bounds.upper),
+        Interval(bounds.lower, bounds.upper - part),
+    ):
+        with pytest.raises(ModelError, match="are not proved by their evidence"):
+            replay(replace(evidence, bounds=wrong), expression, BOX)
+    with pytest.raises(ModelError, match="are not proved by their evidence"):
+        replay(evidence, 2 * expression, BOX)
+
+
+@pytest.mark.parametrize("expression", [SMOOTH, CUBIC])
+def test_malformed_trees_are_refused(expression: sp.Expr) -> None:
+    """A tree that ends early or late, halves an unknown side or names another method."""
+    evidence = _proved(expression)
+    (tree,) = evidence.trees
+    assert len(tree) > 2
+    for wrong, words in (
+        (tree[:-1], "ends early"),
+        ("", "ends early"),
+        (tree + tree[-1], "after its end"),
+        ("2" + tree[1:], "halves side 2"),
+        (tree[:-1] + "q", "means nothing"),
+        ("0" * 200_000, "at most"),
+    ):
+        with pytest.raises(ModelError, match=words):
+            replay(replace(evidence, trees=(wrong,)), expression, BOX)
+    with pytest.raises(ModelError, match="2 cells"):
+        replay(replace(evidence, trees=(tree, tree)), expression, BOX)
+
+
+def test_a_coarser_tree_does_not_prove_the_same_bounds() -> None:
+    """One leaf for the whole box is wider than what the search proved."""
+    evidence = _proved(SMOOTH)
+    with pytest.raises(ModelError, match="are not proved"):
+        replay(replace(evidence, trees=("s",)), SMOOTH, BOX)
+
+
+# ------------------------------------------------------------------ samples
+
+
+def test_sampled_bounds_say_so() -> None:
+    """A spike between the samples is missed, which is why they prove nothing."""
+    spike = 1 / (1 + 10**8 * (X - sp.Rational(1, 3)) ** 2)
+    sampled = sampled_bounds(spike, {X: Interval.of(0, 1)}, points=20)
+    proved = expression_range(spike, {X: Interval.of(0, 1)}).outer
+
+    assert "sampled" in sampled.evidence and "proved" not in sampled.evidence
+    assert sampled.bounds.upper < Fraction(1, 2)
+    assert proved.upper >= 1
+    wider = sampled_bounds(spike, {X: Interval.of(0, 1)}, points=20, margin="0.5").bounds
+    assert wider.width == 2 * sampled.bounds.width
+
+
+# ------------------------------------------------------------------ misuse
+
+
+@pytest.mark.parametrize(
+    ("expression", "box", "words"),
+    [
+        (1 / (X - 1), {X: Interval.of(0, 3)}, r"pole at x - 1 = 0 inside x in \[0, 3\]"),
+        (1 / (X - Y), BOX, "pole at x - y = 0"),
+        (sp.tan(X), {X: Interval.of(0, 2)}, r"no finite bound near x in \[1.57"),
+        (sp.cos(X) / X, {X: Interval.of(-1, 2)}, "pole at x = 0"),
+        (sp.log(X), {X: Interval.of(-1, 2)}, "no finite bound near"),
+        (sp.atan(1 / X), {X: Interval.of(-1, 2)}, "no finite bound near"),
+        (sp.zeta(X), {X: Interval.of(2, 3)}, "no ball arithmetic for zeta"),
+        (X + Z, {X: Interval.of(0, 1)}, "depends on z"),
+    ],
+)
+def test_misuse_names_place_and_cure(
+    expression: sp.Expr, box: dict[sp.Symbol, Interval], words: str
+) -> None:
+    """What has no range is refused with the place."""
+    with pytest.raises(ModelError, match=words):
+        expression_range(expression, box)
+
+
+def test_domains_that_make_no_sense() -> None:
+    """Empty, crossing, doubly defined, or placed by a symbol without range."""
+    with pytest.raises(ModelError, match="empty domain"):
+        Domain(())
+    with pytest.raises(ModelError, match="not provably >= 0"):
+        Domain.band({Y: Interval.of(-2, 1)}, {X: (Y, Y**2)})
+    with pytest.raises(ModelError, match="range and a place"):
+        Cell({X: Interval.of(0, 1)}, {X: Y})
+    with pytest.raises(ModelError, match="depends on y"):
+        Cell({X: Interval.of(0, 1)}, {Z: Y})
+    with pytest.raises(ModelError, match="at least 2 points"):
+        sampled_bounds(X, BOX, points=1)
+    with pytest.raises(ModelError, match="no finite value at x = "):
+        sampled_bounds(sp.log(X), BOX)
