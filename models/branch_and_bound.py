@@ -89,6 +89,7 @@ def search(
     most_boxes: int,
     tell: Callable[[Place], str],
     attained: Ends | None = None,
+    refine: Callable[[Place], Look] | None = None,
 ) -> Found:
     """Return the range of f over the union of the roots; both ends from one set of boxes.
 
@@ -101,7 +102,7 @@ def search(
 
     Source: Moore, Kearfott, Cloud (2009), Introduction to Interval Analysis, ch. 11.
     """
-    tree = _Tree(look, halve, tell)
+    tree = _Tree(look, halve, tell, refine)
     tree.widen(attained)
     for root in roots:
         tree.add(root)
@@ -120,8 +121,10 @@ class _Tree(Generic[Place]):
         look: Callable[[Place], Look],
         halve: Callable[[Place, int], tuple[Place, Place]],
         tell: Callable[[Place], str],
+        refine: Callable[[Place], Look] | None,
     ) -> None:
-        self.look, self.halve, self.tell = look, halve, tell
+        self.look, self.halve, self.tell, self.refine = look, halve, tell, refine
+        self.refined: set[int] = set()
         self.places: list[Place | None] = []
         self.looks: list[Look] = []
         self.halves: dict[int, tuple[int, int]] = {}
@@ -131,16 +134,31 @@ class _Tree(Generic[Place]):
         self.attained: Ends | None = None
 
     def add(self, place: Place) -> int:
-        index, seen = len(self.looks), self.look(place)
+        index = len(self.looks)
         self.places.append(place)
-        self.looks.append(seen)
+        self.looks.append(self.look(place))
+        self._enter(index)
+        return index
+
+    def _enter(self, index: int) -> None:
+        """Queue a box by what its look tells; entries of an earlier look are skipped later."""
+        seen = self.looks[index]
         if seen.outer is None:
             self.unknown.append(index)
         else:
             heapq.heappush(self.by_lower, (seen.outer[0], index))
             heapq.heappush(self.by_upper, (-seen.outer[1], index))
         self.widen(seen.attained)
-        return index
+
+    def _clean(self) -> None:
+        """Drop entries of halved boxes and of earlier looks from the heads of the queues."""
+        for heap, end, sign in ((self.by_lower, 0, 1), (self.by_upper, 1, -1)):
+            while heap:
+                key, index = heap[0]
+                outer = self.looks[index].outer
+                if index not in self.halves and outer is not None and key == sign * outer[end]:
+                    break
+                heapq.heappop(heap)
 
     def widen(self, values: Ends | None) -> None:
         """Take further attained values into account."""
@@ -154,9 +172,7 @@ class _Tree(Generic[Place]):
         """Return the box to halve; None when both ends are near enough."""
         if self.unknown:
             return self.unknown[0]
-        for heap in (self.by_lower, self.by_upper):
-            while heap[0][1] in self.halves:
-                heapq.heappop(heap)
+        self._clean()
         if self.attained is None:
             return self.by_upper[0][1]
         low, high = self.attained
@@ -169,8 +185,15 @@ class _Tree(Generic[Place]):
         return self.by_lower[0][1] if below > above else self.by_upper[0][1]
 
     def split(self, index: int) -> bool:
-        """Halve a box; False when it cannot be halved."""
-        axis, place = self.looks[index].axis, self.places[index]
+        """Refine the look at a box, or halve it; False when it cannot be halved."""
+        place = self.places[index]
+        if self.refine and place is not None and index not in self.refined:
+            if self.looks[index].outer is not None:
+                self.refined.add(index)
+                self.looks[index] = self.refine(place)
+                self._enter(index)
+                return True
+        axis = self.looks[index].axis
         if axis is None or place is None:
             return False
         if self.looks[index].outer is None:
@@ -183,9 +206,7 @@ class _Tree(Generic[Place]):
     def found(self, roots: int) -> Found:
         if self.unknown:
             raise self._no_bound(self.unknown[0])
-        for heap in (self.by_lower, self.by_upper):
-            while heap[0][1] in self.halves:
-                heapq.heappop(heap)
+        self._clean()
         if self.attained is None:
             raise ModelError("the function has no finite value at any sample; bound it by hand")
         outer = self.by_lower[0][0], -self.by_upper[0][0]

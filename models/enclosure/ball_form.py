@@ -55,18 +55,19 @@ class BallForm:
     # ------------------------------------------------------------------ looks
 
     def look(self, box: Sides) -> Look:
-        """Return enclosure and attained values over the box; see ``search``."""
-        if all(side.is_point for side in box):
-            value = self.plain(box)
-            return Look(_ends(value), _attained(value), None, "p")
-        plain, slopes = self.with_slopes(box)
-        centre = self.plain(tuple(side.centre() for side in box))
-        attained = _attained(centre)
-        axis = _worst_axis(box, slopes)
-        rough = _ends(plain)
-        if rough is None:
-            return Look(None, attained, axis, "s")
-        found, points = self._tightened(box, rough, slopes, centre)
+        """Return the plain enclosure over the box; see ``search``."""
+        value = self.plain(box)
+        attained = _attained(value) if all(side.is_point for side in box) else None
+        return Look(_ends(value), attained, _worst_axis(box, [None] * len(box)), "p")
+
+    def refined(self, box: Sides) -> Look:
+        """Return the common part of all forms over the box, and values attained there."""
+        value, slopes = self.with_slopes(box)
+        rough, axis = _ends(value), _worst_axis(box, slopes)
+        if rough is None or axis is None:
+            return self.look(box)
+        found, points = self._tightened(box, rough, slopes)
+        attained = None
         for point in points:
             attained = _wider(attained, _attained(point))
         return Look(found, attained, axis, "s", (rough, "p"))
@@ -75,10 +76,10 @@ class BallForm:
         """Return the enclosure that a leaf's letter stands for: p(lain), or with s(lopes)."""
         if letter == "p":
             return _ends(self.plain(box))
-        return self.look(box).outer
+        return self.refined(box).outer
 
     def _tightened(
-        self, box: Sides, rough: Ends, slopes: list[Ball | None], centre: Ball | None
+        self, box: Sides, rough: Ends, slopes: list[Ball | None]
     ) -> tuple[Ends, list[Ball]]:
         """Return the common part of all forms, and balls of values at points."""
         low, high = list(box), list(box)
@@ -105,15 +106,18 @@ class BallForm:
                 elif ends is not None:
                     upper = min(upper, ends[1])
         if free and all(slopes[i] is not None for i in free):
-            known = centre if len(free) == len(box) else None
+            known = None
             for place, is_low in ((low, True), (high, False)):
                 mean, value = self._mean_value(tuple(place), slopes, free, known)
+                known = value if len(free) == len(box) else None
                 points.append(value)
                 ends = _ends(mean)
                 if ends is not None and is_low:
                     lower = max(lower, ends[0])
                 elif ends is not None:
                     upper = min(upper, ends[1])
+        elif free:
+            points.append(self.plain(tuple(side.centre() for side in box)))
         return (lower, upper), points
 
     def _mean_value(
@@ -167,7 +171,7 @@ class BallForm:
         rough = _ends(value)
         if rough is None:
             return value
-        ends, _ = self._tightened(wide, rough, slopes, None)
+        ends, _ = self._tightened(wide, rough, slopes)
         found, slope = _between(*ends), slopes[index]
         if slope is None:
             return found

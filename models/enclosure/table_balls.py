@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Sequence
 from fractions import Fraction
@@ -14,6 +15,7 @@ __all__ = ["TableBalls", "ball_of", "fraction_of", "tables_class"]
 Ball: TypeAlias = Any  # flint.arb carries no type annotations
 # What rounding may put an argument outside its table by, as a share of the table's width.
 EDGE = Fraction(1, 2**90)
+WIDE = 30  # bits that a ball's width may be smaller than its number to be called wide
 
 
 def tables_class() -> type[Any] | None:
@@ -44,7 +46,7 @@ class TableBalls:
         for ball, covers in zip(balls, self.ranges, strict=True):
             if not ball.is_finite():
                 return arb.nan()
-            low, high = fraction_of(ball.lower()), fraction_of(ball.upper())
+            low, high = _ends(ball)
             over = max(covers.lower - low, high - covers.upper)
             if over > 0:
                 apart = low > covers.upper or high < covers.lower
@@ -58,6 +60,18 @@ class TableBalls:
         if left and any(self.orders):
             found = found.hull(0)  # the slope of a function that is held at its edge
         return ball_of(found)
+
+
+def _ends(ball: Ball) -> tuple[Fraction, Fraction]:
+    """Return ends around a ball: exact for a narrow one, short numbers for a wide one.
+
+    Exact arithmetic with ends of 128 bits costs several times that with floats.
+    """
+    low, high = ball.lower(), ball.upper()
+    if (high - low) * 2**WIDE > abs(ball):
+        first, last = math.nextafter(float(low), -math.inf), math.nextafter(float(high), math.inf)
+        return Fraction(first), Fraction(last)
+    return fraction_of(low), fraction_of(high)
 
 
 def ball_of(interval: Interval) -> Ball:

@@ -69,6 +69,7 @@ def expression_range(
             tolerance=tolerance,
             most_boxes=most_boxes,
             tell=lambda place: place[0].told(place[1]),
+            refine=None if exact else _refine,
             attained=None if exact else _attained([point for r in roots for point in r.points()]),
         )
     outer, inner = (Interval(*map(_fraction, ends)) for ends in (found.outer, found.attained))
@@ -205,6 +206,11 @@ def _look(place: tuple[_Root, Any]) -> Look:
             "the box, or choose another premise"
         )
     return look_at_polynomial(box)
+
+
+def _refine(place: tuple[_Root, Any]) -> Look:
+    seen: Look = place[0].form.refined(place[1])
+    return seen
 
 
 def _attained(points: Sequence[tuple[_Root, Any]]) -> Ends | None:

@@ -1,0 +1,202 @@
+"""Measures how much tighter the enclosures of expressions are than naive interval bisection.
+
+    python benchmarks/enclosures.py [--seed N]        prints a table
+
+``excess`` is what the proved range has more than the true one, as a share of the true width; the
+true range is bracketed by a run with a thousandth of the tolerance and by random samples (the
+seed).  Naive bisection halves the widest side of the box that holds the worse end and evaluates
+the same compiled expression in balls, nothing else: once as long as ``expression_range`` took from
+the sympy expression on (same time), once with as many evaluations of compiled expressions (same
+evaluations).  Nothing is asserted: times depend on the machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import heapq
+import math
+import os
+import time
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from itertools import count
+from typing import Any, NamedTuple
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import flint  # noqa: E402  the threads are counted when numpy is loaded
+import numpy as np  # noqa: E402
+import sympy as sp  # noqa: E402
+from measure import machine, table  # noqa: E402
+
+from takagi.models import interpolate_curve, table_function  # noqa: E402
+from takagi.models.enclosure import Interval, sampled_bounds  # noqa: E402
+from takagi.models.enclosure.ball_form import PRECISION, halved  # noqa: E402
+from takagi.models.enclosure.side import side_of  # noqa: E402
+from takagi.models.enclosure.tape import Tape, tape_of  # noqa: E402
+from takagi.models.sector import expression_range  # noqa: E402
+
+TOLERANCE = Fraction(1, 10**6)
+FINE = Fraction(1, 10**9)
+REPEATS = 3
+
+Box = Mapping[sp.Symbol, Interval]
+x, y, z = sp.symbols("x y z", real=True)
+
+
+class Case(NamedTuple):
+    """A function and the box it is enclosed on."""
+
+    name: str
+    expression: sp.Expr
+    box: Box
+
+
+def cases() -> list[Case]:
+    """Return textbook premises, polynomials, rational functions and splines."""
+    mass = sp.Rational(4, 3) - sp.cos(x) ** 2 / 11
+    ratio = np.linspace(2.0, 12.0, 21)
+    power = 0.5 * (116 / ratio - 5) * np.exp(-21 / ratio) + 0.007 * ratio
+    c_Q = table_function("c_Q", interpolate_curve(ratio, power / ratio, name="c_Q"))
+    symbols = {x: Interval.of(-1, "1.4"), y: Interval.of(-3, 3)}
+    camel = (4 - sp.Rational(21, 10) * x**2 + x**4 / 3) * x**2 + x * y + (-4 + 4 * y**2) * y**2
+    return [
+        Case("sin x / x", sp.sin(x) / x, {x: Interval.of(-1, "1.5")}),
+        Case("sin x / x, x >= 1/10", sp.sin(x) / x, {x: Interval.of("0.1", "1.5")}),
+        Case("pendulum, gravity", sp.sin(x) / x / mass, {x: Interval.of("0.1", "1.4")}),
+        Case("pendulum, speed", y * sp.sin(2 * x) / mass, symbols),
+        Case("pendulum, input", sp.cos(x) / mass, {x: Interval.of(-1, "1.4")}),
+        Case("tan x / x, x >= 1/10", sp.tan(x) / x, {x: Interval.of("0.1", "1.2")}),
+        Case("six-hump camel", camel, {x: Interval.of(-2, 2), y: Interval.of(-1, 1)}),
+        Case(
+            "cubic in three",
+            x * y * z - x**3 + z**2 * y - 2 * x * z,
+            {x: Interval.of(-1, 2), y: Interval.of(-2, 1), z: Interval.of(0, 2)},
+        ),
+        Case("rational", (x - y) / (1 + x**2 + y**2), symbols),
+        Case("c_Q spline", c_Q(x), {x: Interval.of(3, 11)}),
+        Case(
+            "torque v^2 c_Q(63 x / y)",
+            y**2 * c_Q(63 * x / y),
+            {x: Interval.of("0.9", "1.2"), y: Interval.of(8, 12)},
+        ),
+        Case(
+            "Gauss times wave",
+            sp.exp(-(x**2)) * sp.cos(5 * x * y) + sp.sin(z) * y,
+            {x: Interval.of(-1, 2), y: Interval.of(0, 3), z: Interval.of(0, 1)},
+        ),
+    ]
+
+
+class Naive:
+    """Best-first bisection with plain evaluations; ``run`` goes on until ``enough`` says so."""
+
+    def __init__(self, case: Case) -> None:
+        symbols = sorted(case.expression.free_symbols, key=str)
+        self.tape = tape_of([case.expression], symbols)
+        self.start = tuple(side_of(case.box[s]) for s in symbols)
+
+    def run(self, enough: Callable[[int], bool]) -> tuple[float, float]:
+        """Return the bounds that are proved when it is enough."""
+        number, used = count(), 1
+        low, high = self.bounds(self.start)
+        lower: list[Any] = [(low, next(number), self.start)]
+        upper: list[Any] = [(-high, next(number), self.start)]
+        while not enough(used):
+            for heap, sign in ((lower, 0), (upper, 1)):
+                _, _, box = heapq.heappop(heap)
+                axis = max(range(len(box)), key=lambda k: float(box[k].upper - box[k].lower))
+                for half in halved(box, axis):
+                    ends = self.bounds(half)
+                    used += 1
+                    heapq.heappush(heap, ((ends[0], -ends[1])[sign], next(number), half))
+        return lower[0][0], -upper[0][0]
+
+    def bounds(self, box: Any) -> tuple[float, float]:
+        ball = self.tape.run([side.ball for side in box])[0]
+        if not ball.is_finite():
+            return -math.inf, math.inf
+        return float(ball.lower()), float(ball.upper())
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int, default=1)
+    seed = parser.parse_args().seed
+    heads = (
+        "function",
+        "time",
+        "evaluations",
+        "boxes",
+        "excess",
+        "naive, same time",
+        "ratio",
+        "naive, same evaluations",
+        "ratio",
+    )
+    print(machine(os.getloadavg()[0]), f"Seed {seed}, tolerance {float(TOLERANCE):g}.\n")
+    print(table(heads, [row(case, seed) for case in cases()]))
+
+
+def row(case: Case, seed: int) -> tuple[str, ...]:
+    """Return one line of the table."""
+    spent = []
+    for _ in range(REPEATS):
+        began = time.perf_counter()
+        found = expression_range(case.expression, case.box, tolerance=TOLERANCE)
+        spent.append(time.perf_counter() - began)
+    evaluations = counted(case)
+    inner = expression_range(case.expression, case.box, tolerance=FINE).inner
+    inner = inner.hull(sampled_bounds(case.expression, case.box, seed=seed).bounds)
+    true = float(inner.width)
+    ours = max(float(found.outer.width - inner.width), 0.0) / true
+    began = time.perf_counter()
+    with flint.ctx.workprec(PRECISION):
+        naive = Naive(case)
+        until = began + min(spent)
+        timed = naive.run(lambda used: time.perf_counter() >= until)
+        tried = naive.run(lambda used: used >= evaluations)
+    others = [(high - low) / true - 1 for low, high in (timed, tried)]
+    return (
+        case.name,
+        f"{1e3 * min(spent):.2g} ms",
+        str(evaluations),
+        str(found.boxes),
+        f"{ours:.1e}",
+        *(text for other in others for text in (percent(other), ratio(other, ours))),
+    )
+
+
+def counted(case: Case) -> int:
+    """Return how many runs of tapes, or looks at Bernstein coefficients, the range took."""
+    runs = 0
+    original = Tape.run
+
+    def run(self: Tape, balls: Any, covered: bool = False) -> Any:
+        nonlocal runs
+        runs += 1
+        return original(self, balls, covered)
+
+    Tape.run = run  # type: ignore[method-assign]
+    try:
+        found = expression_range(case.expression, case.box, tolerance=TOLERANCE)
+    finally:
+        Tape.run = original  # type: ignore[method-assign]
+    return max(runs, 2 * found.boxes - 1)
+
+
+def percent(value: float) -> str:
+    return "no bound" if math.isinf(value) else f"{value:.1e}"
+
+
+def ratio(other: float, ours: float) -> str:
+    if math.isinf(other):
+        return "-"
+    # Below what the bracket of the true range resolves, the ratio is only known to be larger.
+    least = 2 * float(FINE)
+    return f"> {other / least:.0f}" if ours < least else f"{other / ours:.0f}"
+
+
+if __name__ == "__main__":
+    main()
