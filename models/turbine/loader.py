@@ -145,8 +145,8 @@ def _check_kind(document: Document) -> None:
     if kind != "turbine":
         raise document.error(
             "kind",
-            f"{kind!r} was given, and a wind turbine is needed here, whose file says kind = "
-            '"turbine"; a plant is read by takagi.models.load_model and derived by sector_model',
+            f'{kind!r} was given; a turbine file says kind = "turbine" (a plant is read by '
+            "takagi.models.load_model and derived by sector_model)",
         )
     version = document.data.get("format")
     if version != 1:
