@@ -3,7 +3,8 @@
 interval              rational intervals in exact arithmetic
 bernstein, blossom    hulls of spline patches, exact
 polynomial            Bernstein form of polynomials and rational functions, exact
-side, tape            boxes as balls; expressions compiled to a list of ball operations
+side, balls           boxes as balls
+tape                  expressions compiled to a list of ball operations
 ball_form             derivative and Taylor forms of an expression
 table_balls           splines as operations on balls
 domain                boxes, bands around a curve, unions of cells

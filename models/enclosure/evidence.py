@@ -16,7 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
-from takagi.models.branch_and_bound import SIDES, Ends
+from takagi.models.box_search import SIDES, Ends
 from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
 

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.models.branch_and_bound import Look
+from takagi.models.box_search import Look
 from takagi.models.enclosure.interval import Interval
 
 if TYPE_CHECKING:

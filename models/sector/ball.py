@@ -13,7 +13,8 @@ from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from takagi.models.branch_and_bound import Ends, Look, Range, search
+from takagi.models.box_search import Ends, Look, search
+from takagi.models.branch_and_bound import Range
 from takagi.models.enclosure.domain import Cell, as_domain
 from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
@@ -221,7 +222,7 @@ def _attained(points: Sequence[tuple[_Root, Any]]) -> Ends | None:
 
 
 def _halve(place: tuple[_Root, Any], axis: int) -> tuple[tuple[_Root, Any], tuple[_Root, Any]]:
-    from takagi.models.enclosure.ball_form import halved
+    from takagi.models.enclosure.balls import halved
     from takagi.models.enclosure.polynomial import halved_polynomial
 
     root, box = place

@@ -9,11 +9,13 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import sympy as sp
+from flint import arb, ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import interpolate_curve, table_function
 from takagi.models.enclosure import Cell, Domain, Evidence, Interval, replay, sampled_bounds
+from takagi.models.enclosure.table_balls import TableBalls, ball_of
 from takagi.models.errors import ModelError
 from takagi.models.sector import expression_range
 from takagi.models.surface import interpolate
@@ -187,6 +189,39 @@ def test_power_coefficient_over_tip_speed_ratio() -> None:
     outside = inside | {wind: Interval.of(5, 12)}
     with pytest.raises(ModelError, match="table"):
         expression_range(expression, outside)
+
+
+def test_a_table_is_held_at_its_edge_against_rounding_only() -> None:
+    """Beyond the edge by 2^-100: the edge's value, slope 0 included; by 1e-9: only if covered."""
+    wave = table_function("wave", _curve())  # type: ignore[arg-type]
+    slope = type(wave(X).diff(X))
+    edge, value = arb(2), wave.value_at(Fraction(2))
+    with ctx.workprec(128):
+        tiny, more = edge + arb(2) ** -100, edge + arb("1e-9")
+
+        held = TableBalls(wave)([tiny], covered=False)
+        assert ball_of(Interval(value, value)).overlaps(held)
+        assert TableBalls(slope)([tiny], covered=False).contains(0)
+        assert not TableBalls(slope)([tiny], covered=True).contains(0)
+        assert not TableBalls(wave)([more], covered=False).is_finite()
+        assert not TableBalls(wave)([more], covered=True).is_finite()
+        reaching = (edge - 1).union(more)
+        assert not TableBalls(wave)([reaching], covered=False).is_finite()
+        assert TableBalls(wave)([reaching], covered=True).is_finite()
+
+
+def test_no_taylor_form_leads_out_of_a_table() -> None:
+    """wave(x) sin(x) / x on the table's range [1, 2]: the table says nothing towards x = 0."""
+    x = np.linspace(1, 2, 6)
+    steep = table_function("steep", interpolate_curve(x, 50 * np.exp(-4 * (x - 1)), name="steep"))
+    expression = steep(X) * sp.sin(X) / X
+    box = {X: Interval.of(1, 2)}
+    found = expression_range(expression, box, tolerance=Fraction(1, 1000))
+    samples = sampled_bounds(expression, box, points=200).bounds
+
+    assert float(found.outer.lower) <= float(samples.lower) + ROUNDING
+    assert float(found.outer.upper) >= float(samples.upper) - ROUNDING
+    assert float(found.outer.upper) == pytest.approx(50 * math.sin(1), rel=1e-3)
 
 
 # ------------------------------------------------------------------ domains

@@ -1,0 +1,207 @@
+"""Best-first bisection of boxes, whatever a box is and however it is enclosed."""
+
+from __future__ import annotations
+
+import heapq
+from collections import deque
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar
+
+from takagi.models.errors import ModelError
+
+__all__ = ["SIDES", "Ends", "Found", "Look", "search"]
+
+Ends: TypeAlias = tuple[Any, Any]  # two exact numbers of one ordered type, smaller first
+Place = TypeVar("Place")
+
+
+class Look(NamedTuple):
+    """What one look at a box tells.
+
+    Attributes
+    ----------
+    outer : ends that contain every value of f there; None where it cannot tell.
+    attained : ends of values that f takes there, each on the cautious side; None if unknown.
+    axis : the side to halve next; None when the box is a point.
+    method : letter of the enclosure that was used.
+    rough : ends by a cheaper enclosure, with its letter; for the evidence.
+    """
+
+    outer: Ends | None
+    attained: Ends | None
+    axis: int | None
+    method: str = ""
+    rough: tuple[Ends, str] | None = None
+
+
+class Found(NamedTuple):
+    """Result of a search: ``outer`` and ``attained`` ends, boxes, and one tree for each root.
+
+    A tree is written in preorder: the number of the halved side, then lower and upper half; or
+    the letter of the method that encloses f on the leaf.  Sides are numbered "0123...9AB...Z".
+    """
+
+    outer: Ends
+    attained: Ends
+    boxes: int
+    trees: tuple[str, ...]
+
+
+SIDES = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+
+
+def search(
+    look: Callable[[Place], Look],
+    halve: Callable[[Place, int], tuple[Place, Place]],
+    roots: Sequence[Place],
+    *,
+    tolerance: Fraction,
+    most_boxes: int,
+    tell: Callable[[Place], str],
+    attained: Ends | None = None,
+    refine: Callable[[Place], Look] | None = None,
+) -> Found:
+    """Return the range of f over the union of the roots; both ends from one set of boxes.
+
+    The box that holds the worse end is halved, until each end exceeds an attained value by no
+    more than ``tolerance`` times the width of what is attained.
+
+    Raises
+    ------
+    ModelError : ``look`` cannot tell even on small boxes (a pole), or nothing is attained.
+
+    Source: Moore, Kearfott, Cloud (2009), Introduction to Interval Analysis, ch. 11.
+    """
+    tree = _Tree(look, halve, tell, refine)
+    tree.widen(attained)
+    for root in roots:
+        tree.add(root)
+    for _ in range(most_boxes):
+        worst = tree.worst(tolerance)
+        if worst is None or not tree.split(worst):
+            break
+    return tree.found(len(roots))
+
+
+class _Tree(Generic[Place]):
+    """Boxes looked at so far; those that are not halved cover the domain."""
+
+    def __init__(
+        self,
+        look: Callable[[Place], Look],
+        halve: Callable[[Place, int], tuple[Place, Place]],
+        tell: Callable[[Place], str],
+        refine: Callable[[Place], Look] | None,
+    ) -> None:
+        self.look, self.halve, self.tell, self.refine = look, halve, tell, refine
+        self.refined: set[int] = set()
+        self.places: list[Place | None] = []
+        self.looks: list[Look] = []
+        self.halves: dict[int, tuple[int, int]] = {}
+        self.unknown: deque[int] = deque()
+        self.by_lower: list[tuple[Any, int]] = []
+        self.by_upper: list[tuple[Any, int]] = []
+        self.attained: Ends | None = None
+
+    def add(self, place: Place) -> int:
+        index = len(self.looks)
+        self.places.append(place)
+        self.looks.append(self.look(place))
+        self._enter(index)
+        return index
+
+    def _enter(self, index: int) -> None:
+        """Queue a box by what its look tells; entries of an earlier look are skipped later."""
+        seen = self.looks[index]
+        if seen.outer is None:
+            self.unknown.append(index)
+        else:
+            heapq.heappush(self.by_lower, (seen.outer[0], index))
+            heapq.heappush(self.by_upper, (-seen.outer[1], index))
+        self.widen(seen.attained)
+
+    def _clean(self) -> None:
+        """Drop entries of halved boxes and of earlier looks from the heads of the queues."""
+        for heap, end, sign in ((self.by_lower, 0, 1), (self.by_upper, 1, -1)):
+            while heap:
+                key, index = heap[0]
+                outer = self.looks[index].outer
+                if index not in self.halves and outer is not None and key == sign * outer[end]:
+                    break
+                heapq.heappop(heap)
+
+    def widen(self, values: Ends | None) -> None:
+        """Take further attained values into account."""
+        if values is not None:
+            low, high = values
+            if self.attained is not None:
+                low, high = min(low, self.attained[0]), max(high, self.attained[1])
+            self.attained = (min(low, high), max(low, high))
+
+    def worst(self, tolerance: Fraction) -> int | None:
+        """Return the box to halve; None when both ends are near enough."""
+        if self.unknown:
+            return self.unknown[0]
+        self._clean()
+        if self.attained is None:
+            return self.by_upper[0][1]
+        low, high = self.attained
+        below, above = low - self.by_lower[0][0], -self.by_upper[0][0] - high
+        size = max(-low, high)
+        # A width lost in the rounding of numbers of this size cannot be asked for.
+        allowed = max((high - low) * tolerance.numerator / tolerance.denominator, size / 2**80)
+        if below <= allowed and above <= allowed:
+            return None
+        return self.by_lower[0][1] if below > above else self.by_upper[0][1]
+
+    def split(self, index: int) -> bool:
+        """Refine the look at a box, or halve it; False when it cannot be halved."""
+        place = self.places[index]
+        if self.refine and place is not None and index not in self.refined:
+            if self.looks[index].outer is not None:
+                self.refined.add(index)
+                self.looks[index] = self.refine(place)
+                self._enter(index)
+                return True
+        axis = self.looks[index].axis
+        if axis is None or place is None:
+            return False
+        if self.looks[index].outer is None:
+            self.unknown.popleft()
+        first, second = self.halve(place, axis)
+        self.places[index] = None
+        self.halves[index] = self.add(first), self.add(second)
+        return True
+
+    def found(self, roots: int) -> Found:
+        if self.unknown:
+            raise self._no_bound(self.unknown[0])
+        self._clean()
+        if self.attained is None:
+            raise ModelError("the function has no finite value at any sample; bound it by hand")
+        outer = self.by_lower[0][0], -self.by_upper[0][0]
+        boxes = len(self.looks) - len(self.halves)
+        return Found(outer, self.attained, boxes, tuple(self._text(i, outer) for i in range(roots)))
+
+    def _no_bound(self, index: int) -> ModelError:
+        place = self.places[index]
+        where = "" if place is None else self.tell(place)
+        return ModelError(
+            f"no finite bound near {where}: the function seems to have a pole there; shrink "
+            "the box, or give the bounds yourself"
+        )
+
+    def _text(self, root: int, outer: Ends) -> str:
+        letters, left = [], [root]
+        while left:
+            index = left.pop()
+            seen = self.looks[index]
+            if index in self.halves:
+                letters.append(SIDES[seen.axis or 0])
+                left += reversed(self.halves[index])
+            elif seen.rough and outer[0] <= seen.rough[0][0] and seen.rough[0][1] <= outer[1]:
+                letters.append(seen.rough[1])
+            else:
+                letters.append(seen.method)
+        return "".join(letters)
