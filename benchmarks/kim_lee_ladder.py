@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from takagi.lmi.synthesis.blends import at_blends, number_of_blends
+from takagi.lmi.sums.blends import at_blends, number_of_blends
 from takagi.lmi.synthesis.compensation_design import decided
 from takagi.lmi.synthesis.compensation_task import task_of
 from takagi.lmi.synthesis.ladder import relaxation_ladder

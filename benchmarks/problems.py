@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi import Condition
+from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
+from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.synthesis.closed_loop import gain_unknown
-from takagi.lmi.synthesis.double_sum import DoubleSum, Fixed, Part
-from takagi.lmi.synthesis.relaxations import relaxation_named
 from takagi.lmi.term import LMI, Constant, Term, Unknown
 
 __all__ = [

@@ -5,11 +5,15 @@
     answer, intake     what is handed back; what is checked at the door
     multisimplex, unknown_polynomial    matrix polynomials in memberships, as LMI coefficients
     lyapunov_family    a Lyapunov matrix that changes with the memberships
-    alternative, indefinite              exact reasons for a no, checked by integers alone
-    explanation, cures                   what stands in the way, and what would help
     solver/            cone data, the solver calls; decide, optimise, re-centre, check, diagnose
     analysis/          one condition a file about a given loop: stability, decay, norms, regions
-    synthesis/         one condition a file about gains that are sought, and the double sums
+    varying/           ... by Lyapunov functions that change with parameters or memberships
+    sums/              double sums over rules, and the relaxations that make LMIs of them
+    synthesis/         gains that are sought: decay, regions, limits, cost, observers
+    performance/       ... against disturbances;  attraction/  ... with a region of attraction
+    fuzzy/             ... with a function of the memberships;  structured/  ... with a structure
+    alternatives/      exact reasons for a no, checked by integers alone
+    explaining/        what stands in the way, and what would help
     turbine/           gains of the multi-region wind-turbine controller
 
 Importing this package imports nothing heavy: names are looked up when they are used.  No module
@@ -22,13 +26,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.lmi.alternative import Alternative
+    from takagi.lmi.alternatives.alternative import Alternative
+    from takagi.lmi.alternatives.objective_limit import objective_below
     from takagi.lmi.analysis.actuator_rates import input_rate_bound
     from takagi.lmi.analysis.box_enlargement import max_box_enlargement
-    from takagi.lmi.analysis.constant_parameters import (
-        polynomial_lyapunov,
-        polynomial_lyapunov_condition,
-    )
     from takagi.lmi.analysis.decay_rate import max_decay_rate
     from takagi.lmi.analysis.energy_gain import hinf_norm, hinf_norm_condition
     from takagi.lmi.analysis.growth_condition import box_enlargement_condition
@@ -39,15 +40,21 @@ if TYPE_CHECKING:
     from takagi.lmi.analysis.peak_to_peak import peak_gain
     from takagi.lmi.analysis.pole_region import d_stability, d_stability_condition
     from takagi.lmi.analysis.quadratic import common_lyapunov, common_lyapunov_condition
-    from takagi.lmi.analysis.robust_gain import robust_hinf_norm, robust_hinf_norm_condition
-    from takagi.lmi.analysis.varying_memberships import fuzzy_lyapunov, fuzzy_lyapunov_condition
     from takagi.lmi.answer import Answer, Design, Try
-    from takagi.lmi.cures import explain
+    from takagi.lmi.attraction.design import attraction_ellipsoid, attraction_pdc
     from takagi.lmi.exact import exact_matrices
-    from takagi.lmi.explanation import Explanation
+    from takagi.lmi.explaining.cures import explain
+    from takagi.lmi.explaining.explanation import Explanation
     from takagi.lmi.express import expressed
+    from takagi.lmi.fuzzy.compensation import fuzzy_pdc, fuzzy_pdc_condition
+    from takagi.lmi.fuzzy.design import FuzzyDesign
     from takagi.lmi.lyapunov_family import LyapunovFamily
-    from takagi.lmi.objective_limit import objective_below
+    from takagi.lmi.performance.energy_gain_design import hinf_pdc
+    from takagi.lmi.performance.energy_gain_sums import hinf_pdc_condition
+    from takagi.lmi.performance.output_variance_design import h2_pdc
+    from takagi.lmi.performance.output_variance_sums import h2_pdc_condition
+    from takagi.lmi.performance.peak_gain_design import peak_pdc
+    from takagi.lmi.performance.peak_gain_sums import peak_pdc_condition
     from takagi.lmi.region import Region
     from takagi.lmi.rung import Rung
     from takagi.lmi.solver.item_rounds import decide_by_rounds, optimise_by_rounds
@@ -56,40 +63,37 @@ if TYPE_CHECKING:
     from takagi.lmi.solver.parameter_sweep import sweep
     from takagi.lmi.solver.refutation import exact_no, rigorous_no
     from takagi.lmi.solver.stages import decide, optimise
-    from takagi.lmi.synthesis.attraction import attraction_ellipsoid, attraction_pdc
-    from takagi.lmi.synthesis.compensation import pdc
-    from takagi.lmi.synthesis.compensation_condition import pdc_condition
-    from takagi.lmi.synthesis.corner_rules import ProductRules, product_rules
-    from takagi.lmi.synthesis.cost_condition import lqr_pdc_condition
-    from takagi.lmi.synthesis.double_sum import DoubleSum, Fixed, Part
-    from takagi.lmi.synthesis.energy_gain_design import hinf_pdc
-    from takagi.lmi.synthesis.energy_gain_sums import hinf_pdc_condition
-    from takagi.lmi.synthesis.fuzzy_compensation import fuzzy_pdc, fuzzy_pdc_condition
-    from takagi.lmi.synthesis.fuzzy_design import FuzzyDesign
-    from takagi.lmi.synthesis.ladder import Ladder, relaxation_ladder
-    from takagi.lmi.synthesis.membership_shape import (
+    from takagi.lmi.structured.answer import StructuredDesign
+    from takagi.lmi.structured.design import structured_pdc
+    from takagi.lmi.structured.slack import structured_pdc_condition
+    from takagi.lmi.sums.corner_rules import ProductRules, product_rules
+    from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
+    from takagi.lmi.sums.membership_shape import (
         neighbouring_rules,
         product_bounds,
         with_overlap,
         with_shape,
     )
+    from takagi.lmi.sums.relaxation_sizes import RelaxationSize, relaxation_size
+    from takagi.lmi.sums.relaxations import relaxation_named
+    from takagi.lmi.synthesis.compensation import pdc
+    from takagi.lmi.synthesis.compensation_condition import pdc_condition
+    from takagi.lmi.synthesis.cost_condition import lqr_pdc_condition
+    from takagi.lmi.synthesis.ladder import Ladder, relaxation_ladder
     from takagi.lmi.synthesis.observation import observer, observer_condition
-    from takagi.lmi.synthesis.output_variance_design import h2_pdc
-    from takagi.lmi.synthesis.output_variance_sums import h2_pdc_condition
-    from takagi.lmi.synthesis.peak_gain_design import peak_pdc
-    from takagi.lmi.synthesis.peak_gain_sums import peak_pdc_condition
     from takagi.lmi.synthesis.rate_limits import with_input_states
     from takagi.lmi.synthesis.regulator import lqr_pdc
-    from takagi.lmi.synthesis.relaxation_sizes import RelaxationSize, relaxation_size
-    from takagi.lmi.synthesis.relaxations import relaxation_named
     from takagi.lmi.synthesis.secant_family import secant_vertices
-    from takagi.lmi.synthesis.structured_answer import StructuredDesign
-    from takagi.lmi.synthesis.structured_design import structured_pdc
-    from takagi.lmi.synthesis.structured_slack import structured_pdc_condition
     from takagi.lmi.term import LMI, Condition, Constant, Term
     from takagi.lmi.typeset import latex, markdown
     from takagi.lmi.uncertainty import NormBounded
     from takagi.lmi.unknown import Unknown
+    from takagi.lmi.varying.constant_parameters import (
+        polynomial_lyapunov,
+        polynomial_lyapunov_condition,
+    )
+    from takagi.lmi.varying.robust_gain import robust_hinf_norm, robust_hinf_norm_condition
+    from takagi.lmi.varying.varying_memberships import fuzzy_lyapunov, fuzzy_lyapunov_condition
 
 __all__ = [
     "Alternative",
@@ -184,32 +188,32 @@ __all__ = [
 ]
 
 _HOME = {
-    "Alternative": "alternative",
+    "Alternative": "alternatives.alternative",
     "Answer": "answer",
     "Condition": "term",
     "Constant": "term",
     "Design": "answer",
-    "DoubleSum": "synthesis.double_sum",
-    "Explanation": "explanation",
+    "DoubleSum": "sums.double_sum",
+    "Explanation": "explaining.explanation",
     "Extreme": "solver.largest_parameter",
-    "Fixed": "synthesis.double_sum",
-    "FuzzyDesign": "synthesis.fuzzy_design",
+    "Fixed": "sums.double_sum",
+    "FuzzyDesign": "fuzzy.design",
     "LMI": "term",
     "Ladder": "synthesis.ladder",
     "LyapunovFamily": "lyapunov_family",
     "NormBounded": "uncertainty",
     "Outcome": "solver.outcome",
-    "Part": "synthesis.double_sum",
-    "ProductRules": "synthesis.corner_rules",
+    "Part": "sums.double_sum",
+    "ProductRules": "sums.corner_rules",
     "Region": "region",
-    "RelaxationSize": "synthesis.relaxation_sizes",
+    "RelaxationSize": "sums.relaxation_sizes",
     "Rung": "rung",
-    "StructuredDesign": "synthesis.structured_answer",
+    "StructuredDesign": "structured.answer",
     "Term": "term",
     "Try": "answer",
     "Unknown": "unknown",
-    "attraction_ellipsoid": "synthesis.attraction",
-    "attraction_pdc": "synthesis.attraction",
+    "attraction_ellipsoid": "attraction.design",
+    "attraction_pdc": "attraction.design",
     "box_enlargement_condition": "analysis.growth_condition",
     "common_lyapunov": "analysis.quadratic",
     "common_lyapunov_condition": "analysis.quadratic",
@@ -220,21 +224,21 @@ _HOME = {
     "enlarged_loops": "analysis.loop_growth",
     "exact_matrices": "exact",
     "exact_no": "solver.refutation",
-    "explain": "cures",
+    "explain": "explaining.cures",
     "expressed": "express",
     "extreme_parameter": "solver.largest_parameter",
-    "fuzzy_lyapunov": "analysis.varying_memberships",
-    "fuzzy_lyapunov_condition": "analysis.varying_memberships",
-    "fuzzy_pdc": "synthesis.fuzzy_compensation",
-    "fuzzy_pdc_condition": "synthesis.fuzzy_compensation",
+    "fuzzy_lyapunov": "varying.varying_memberships",
+    "fuzzy_lyapunov_condition": "varying.varying_memberships",
+    "fuzzy_pdc": "fuzzy.compensation",
+    "fuzzy_pdc_condition": "fuzzy.compensation",
     "h2_norm": "analysis.output_variance",
     "h2_norm_condition": "analysis.output_variance",
-    "h2_pdc": "synthesis.output_variance_design",
-    "h2_pdc_condition": "synthesis.output_variance_sums",
+    "h2_pdc": "performance.output_variance_design",
+    "h2_pdc_condition": "performance.output_variance_sums",
     "hinf_norm": "analysis.energy_gain",
     "hinf_norm_condition": "analysis.energy_gain",
-    "hinf_pdc": "synthesis.energy_gain_design",
-    "hinf_pdc_condition": "synthesis.energy_gain_sums",
+    "hinf_pdc": "performance.energy_gain_design",
+    "hinf_pdc_condition": "performance.energy_gain_sums",
     "input_rate_bound": "analysis.actuator_rates",
     "latex": "typeset",
     "lqr_pdc": "synthesis.regulator",
@@ -242,8 +246,8 @@ _HOME = {
     "markdown": "typeset",
     "max_box_enlargement": "analysis.box_enlargement",
     "max_decay_rate": "analysis.decay_rate",
-    "neighbouring_rules": "synthesis.membership_shape",
-    "objective_below": "objective_limit",
+    "neighbouring_rules": "sums.membership_shape",
+    "objective_below": "alternatives.objective_limit",
     "observer": "synthesis.observation",
     "observer_condition": "synthesis.observation",
     "optimise": "solver.stages",
@@ -252,27 +256,27 @@ _HOME = {
     "pdc_condition": "synthesis.compensation_condition",
     "peak_gain": "analysis.peak_to_peak",
     "peak_gain_condition": "analysis.peak_condition",
-    "peak_pdc": "synthesis.peak_gain_design",
-    "peak_pdc_condition": "synthesis.peak_gain_sums",
-    "polynomial_lyapunov": "analysis.constant_parameters",
-    "polynomial_lyapunov_condition": "analysis.constant_parameters",
-    "product_bounds": "synthesis.membership_shape",
-    "product_rules": "synthesis.corner_rules",
+    "peak_pdc": "performance.peak_gain_design",
+    "peak_pdc_condition": "performance.peak_gain_sums",
+    "polynomial_lyapunov": "varying.constant_parameters",
+    "polynomial_lyapunov_condition": "varying.constant_parameters",
+    "product_bounds": "sums.membership_shape",
+    "product_rules": "sums.corner_rules",
     "relaxation_ladder": "synthesis.ladder",
-    "relaxation_named": "synthesis.relaxations",
-    "relaxation_size": "synthesis.relaxation_sizes",
+    "relaxation_named": "sums.relaxations",
+    "relaxation_size": "sums.relaxation_sizes",
     "rigorous_no": "solver.refutation",
-    "robust_hinf_norm": "analysis.robust_gain",
-    "robust_hinf_norm_condition": "analysis.robust_gain",
+    "robust_hinf_norm": "varying.robust_gain",
+    "robust_hinf_norm_condition": "varying.robust_gain",
     "robust_lyapunov": "analysis.norm_bounded",
     "robust_lyapunov_condition": "analysis.norm_bounded",
     "secant_vertices": "synthesis.secant_family",
-    "structured_pdc": "synthesis.structured_design",
-    "structured_pdc_condition": "synthesis.structured_slack",
+    "structured_pdc": "structured.design",
+    "structured_pdc_condition": "structured.slack",
     "sweep": "solver.parameter_sweep",
     "with_input_states": "synthesis.rate_limits",
-    "with_overlap": "synthesis.membership_shape",
-    "with_shape": "synthesis.membership_shape",
+    "with_overlap": "sums.membership_shape",
+    "with_shape": "sums.membership_shape",
 }
 
 

@@ -13,7 +13,9 @@ from math import lcm
 __all__ = [
     "is_positive_definite",
     "is_positive_semidefinite",
+    "is_symmetric",
     "positive_definite_integers",
+    "positive_semidefinite_integers",
     "to_integers",
 ]
 
@@ -22,10 +24,21 @@ Rows = Sequence[Sequence[int]]
 
 def positive_definite_integers(matrix: Rows) -> bool:
     """Return whether a symmetric integer matrix is positive definite; the lower half is read."""
+    return _all_pivots_pass(matrix, zero_passes=False)
+
+
+def positive_semidefinite_integers(matrix: Rows) -> bool:
+    """Return the same for semidefinite: a zero pivot needs a zero column, which then drops out."""
+    return _all_pivots_pass(matrix, zero_passes=True)
+
+
+def _all_pivots_pass(matrix: Rows, *, zero_passes: bool) -> bool:
     rows = [list(row[: i + 1]) for i, row in enumerate(matrix)]
     previous, size = 1, len(rows)
     for k in range(size):
         pivot = rows[k][k]
+        if zero_passes and pivot == 0 and not any(rows[i][k] for i in range(k + 1, size)):
+            continue
         if pivot <= 0:
             return False
         for i in range(k + 1, size):
@@ -42,35 +55,21 @@ def to_integers(matrix: Sequence[Sequence[Fraction]]) -> list[list[int]]:
     return [[entry.numerator * (scale // entry.denominator) for entry in row] for row in matrix]
 
 
+def is_symmetric(matrix: Sequence[Sequence[Fraction | int]]) -> bool:
+    """Return whether a matrix is square, not empty, and equal to its transpose."""
+    size = len(matrix)
+    return (
+        size > 0
+        and all(len(row) == size for row in matrix)
+        and all(matrix[i][j] == matrix[j][i] for i in range(size) for j in range(i))
+    )
+
+
 def is_positive_definite(matrix: Sequence[Sequence[Fraction]]) -> bool:
     """Return whether a symmetric rational matrix is positive definite; False if not symmetric."""
-    size = len(matrix)
-    if any(len(row) != size for row in matrix):
-        return False
-    if any(matrix[i][j] != matrix[j][i] for i in range(size) for j in range(i)):
-        return False
-    return size > 0 and positive_definite_integers(to_integers(matrix))
+    return is_symmetric(matrix) and positive_definite_integers(to_integers(matrix))
 
 
 def is_positive_semidefinite(matrix: Sequence[Sequence[Fraction]]) -> bool:
-    """Return whether a symmetric rational matrix is positive semidefinite; False if not symmetric.
-
-    LDL' over the rationals: a zero pivot needs a zero column, a negative one decides.
-    """
-    size = len(matrix)
-    rows = [list(row) for row in matrix]
-    if any(len(row) != size for row in rows):
-        return False
-    if any(rows[i][j] != rows[j][i] for i in range(size) for j in range(i)):
-        return False
-    for k in range(size):
-        pivot = rows[k][k]
-        if pivot < 0 or (pivot == 0 and any(rows[i][k] for i in range(k + 1, size))):
-            return False
-        if pivot == 0:
-            continue
-        for i in range(k + 1, size):
-            factor = rows[i][k] / pivot
-            for j in range(k + 1, size):
-                rows[i][j] -= factor * rows[k][j]
-    return True
+    """Return whether a symmetric rational matrix is semidefinite; False if not symmetric."""
+    return is_symmetric(matrix) and positive_semidefinite_integers(to_integers(matrix))

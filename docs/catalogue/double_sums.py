@@ -12,9 +12,9 @@ import numpy as np
 from catalogue.entry import SQUARE, THREE, plant
 from catalogue.formula import body
 from takagi.lmi import pdc_condition, relaxation_size
-from takagi.lmi.synthesis.corner_rules import Corners
-from takagi.lmi.synthesis.product_premises import polya, product
-from takagi.lmi.synthesis.relaxations import RELAXATIONS
+from takagi.lmi.sums.corner_rules import Corners
+from takagi.lmi.sums.product_premises import polya, product
+from takagi.lmi.sums.relaxations import RELAXATIONS
 from takagi.models import ModelError
 
 __all__ = ["NAMES", "section"]

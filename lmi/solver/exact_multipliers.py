@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import qr
 
-from takagi.lmi.adjoint import over_one_denominator
+from takagi.lmi.alternatives.adjoint import over_one_denominator
 from takagi.lmi.answer import Floats
 from takagi.lmi.solver.multiplier_face import Face
 from takagi.lmi.term import Array, Indices

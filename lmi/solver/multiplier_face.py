@@ -14,7 +14,7 @@ from math import lcm
 import numpy as np
 from scipy.linalg import qr
 
-from takagi.lmi.adjoint import Adjoint
+from takagi.lmi.alternatives.adjoint import Adjoint
 from takagi.lmi.answer import Floats
 from takagi.lmi.term import Array, Indices
 from takagi.lmi.unknown import triangle

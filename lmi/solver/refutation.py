@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from takagi.lmi.adjoint import Adjoint, adjoint
-from takagi.lmi.alternative import Alternative, multiplier_entries
+from takagi.lmi.alternatives.adjoint import Adjoint, adjoint
+from takagi.lmi.alternatives.alternative import Alternative, multiplier_entries
+from takagi.lmi.alternatives.indefinite import function_that_decays
 from takagi.lmi.answer import Answer, Design, Floats
-from takagi.lmi.indefinite import function_that_decays
 from takagi.lmi.solver.assemble import Assembled, Cone, assemble, unpack
 from takagi.lmi.solver.exact_multipliers import exact_near
 from takagi.lmi.solver.multiplier_face import Face, faces_near, open_face, packed_places

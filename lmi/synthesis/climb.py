@@ -12,12 +12,12 @@ import numpy as np
 from takagi.lmi.answer import Design
 from takagi.lmi.intake import corners_of, number
 from takagi.lmi.rung import Rung, RungStatus
-from takagi.lmi.synthesis.blends import at_blends, number_of_blends
+from takagi.lmi.sums.blends import at_blends, number_of_blends
+from takagi.lmi.sums.relaxation_order import MOST_WORK, NAMES, PRODUCTS, contains, work_of
+from takagi.lmi.sums.relaxation_sizes import RelaxationSize, size_of
 from takagi.lmi.synthesis.compensation_design import ANY, decided, design_at, design_of
 from takagi.lmi.synthesis.compensation_task import Task
 from takagi.lmi.synthesis.largest_rate import BACK, design_at_largest, largest
-from takagi.lmi.synthesis.relaxation_order import MOST_WORK, NAMES, PRODUCTS, contains, work_of
-from takagi.lmi.synthesis.relaxation_sizes import RelaxationSize, size_of
 from takagi.lmi.unknown import triangle
 
 __all__ = ["Climb", "Goal", "climb", "default_rungs", "goal_of"]

@@ -13,8 +13,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from takagi.lmi.synthesis.corner_rules import Corners
-from takagi.lmi.synthesis.double_sum import DoubleSum, Member, Part
+from takagi.lmi.sums.corner_rules import Corners
+from takagi.lmi.sums.double_sum import DoubleSum, Member, Part
 from takagi.lmi.term import Array, Unknown
 
 __all__ = ["closed_loop", "gain_member", "gain_symbol", "gain_unknown"]

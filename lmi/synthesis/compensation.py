@@ -8,12 +8,12 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design
 from takagi.lmi.region import Region
+from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.synthesis.climb import Climb, Goal, climb, default_rungs, goal_of
 from takagi.lmi.synthesis.compensation_condition import Controlled
 from takagi.lmi.synthesis.compensation_design import design_at
 from takagi.lmi.synthesis.compensation_task import Task, task_of
 from takagi.lmi.synthesis.largest_rate import design_at_largest
-from takagi.lmi.synthesis.relaxations import relaxation_named
 from takagi.lmi.uncertainty import Uncertainty
 from takagi.models.errors import ModelError
 

@@ -18,11 +18,11 @@ from takagi.lmi.intake import (
     vertex_stack,
 )
 from takagi.lmi.solver.balance import motion
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.relaxations import Relaxation, relaxation_named
 from takagi.lmi.synthesis.closed_loop import closed_loop, gain_unknown
 from takagi.lmi.synthesis.demands import Demands, demanded
-from takagi.lmi.synthesis.double_sum import DoubleSum
 from takagi.lmi.synthesis.limits import Limits, gain_lmis, initial_lmis, input_lmis, state_lmis
-from takagi.lmi.synthesis.relaxations import Relaxation, relaxation_named
 from takagi.lmi.term import LMI, Array, Condition, Constant, Term, Unknown
 
 __all__ = [

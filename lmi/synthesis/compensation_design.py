@@ -11,9 +11,9 @@ from takagi.lmi.solver.assemble import Assembled, assemble
 from takagi.lmi.solver.diagnosis import binding_items
 from takagi.lmi.solver.item_rounds import ALL_AT_ONCE, decide_by_rounds
 from takagi.lmi.solver.stages import Outcome, decide, improve
+from takagi.lmi.sums.relaxations import Relaxation
 from takagi.lmi.synthesis.compensation_condition import LARGEST_ELLIPSOID
 from takagi.lmi.synthesis.compensation_task import Task
-from takagi.lmi.synthesis.relaxations import Relaxation
 from takagi.lmi.synthesis.shown_rate import shown_rate
 from takagi.lmi.term import Condition
 

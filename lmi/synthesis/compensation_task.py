@@ -24,6 +24,8 @@ from takagi.lmi.solver.balance import (
     nearest_power,
     state_units,
 )
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.relaxations import Relaxation
 from takagi.lmi.synthesis.compensation_condition import (
     Controlled,
     double_sums,
@@ -31,9 +33,7 @@ from takagi.lmi.synthesis.compensation_condition import (
     size_of_motion,
 )
 from takagi.lmi.synthesis.demands import Demands, demands_of
-from takagi.lmi.synthesis.double_sum import DoubleSum
 from takagi.lmi.synthesis.limits import Limits, limits_of
-from takagi.lmi.synthesis.relaxations import Relaxation
 from takagi.lmi.term import Array, Condition
 from takagi.lmi.uncertainty import Uncertainty
 from takagi.models.premise import Premise

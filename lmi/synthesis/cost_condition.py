@@ -40,11 +40,11 @@ from takagi.lmi.intake import (
     vertex_stack,
 )
 from takagi.lmi.solver.balance import motion
+from takagi.lmi.sums.corner_rules import Corners
+from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
+from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.synthesis.closed_loop import closed_loop, gain_member, gain_symbol, gain_unknown
 from takagi.lmi.synthesis.compensation_condition import Controlled
-from takagi.lmi.synthesis.corner_rules import Corners
-from takagi.lmi.synthesis.double_sum import DoubleSum, Fixed, Part
-from takagi.lmi.synthesis.relaxations import relaxation_named
 from takagi.lmi.term import LMI, Array, Condition, Constant, Term, Unknown
 from takagi.models.errors import ModelError
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.region import Region
-from takagi.lmi.synthesis.double_sum import DoubleSum
-from takagi.lmi.synthesis.membership_shape import with_overlap
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.membership_shape import with_overlap
 from takagi.lmi.synthesis.region_sums import region_sums
 from takagi.lmi.synthesis.uncertainty import with_uncertainty
 from takagi.lmi.term import LMI, Array, Unknown

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 from takagi.lmi.answer import Design
 from takagi.lmi.region import Region
 from takagi.lmi.rung import Rung
+from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.synthesis.climb import Goal, climb, default_rungs, goal_of
 from takagi.lmi.synthesis.compensation import require_bounded_gains
 from takagi.lmi.synthesis.compensation_condition import Controlled
 from takagi.lmi.synthesis.compensation_task import task_of
-from takagi.lmi.synthesis.relaxations import relaxation_named
 from takagi.lmi.uncertainty import Uncertainty
 from takagi.models.errors import ModelError
 

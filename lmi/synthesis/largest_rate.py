@@ -11,6 +11,7 @@ from takagi.lmi.intake import rate_parameter
 from takagi.lmi.solver.assemble import assemble
 from takagi.lmi.solver.solve import Session
 from takagi.lmi.solver.stages import decide
+from takagi.lmi.sums.relaxations import Relaxation
 from takagi.lmi.synthesis.compensation_condition import size_of_motion
 from takagi.lmi.synthesis.compensation_design import (
     EFFORTS,
@@ -22,7 +23,6 @@ from takagi.lmi.synthesis.compensation_design import (
     rate_shown,
 )
 from takagi.lmi.synthesis.compensation_task import Task
-from takagi.lmi.synthesis.relaxations import Relaxation
 
 __all__ = ["Largest", "design_at_largest", "largest"]
 

@@ -32,9 +32,9 @@ from takagi.lmi.intake import (
     vertex_stack,
 )
 from takagi.lmi.solver.balance import balanced_inputs, state_units
+from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.synthesis.compensation import pdc
 from takagi.lmi.synthesis.compensation_condition import pdc_condition
-from takagi.lmi.synthesis.relaxations import relaxation_named
 from takagi.lmi.term import Array, Condition
 from takagi.models.errors import ModelError
 

@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.intake import input_stack, number, positive_vector, vertex_stack
 from takagi.lmi.region import Region
-from takagi.lmi.synthesis.double_sum import DoubleSum
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.synthesis.limits import input_lmis
 from takagi.lmi.synthesis.region_sums import region_sums
 from takagi.lmi.term import LMI, Array, Indices, Unknown

@@ -18,8 +18,8 @@ import numpy as np
 
 from takagi.lmi.analysis.pole_region import coefficient_latex, region_weight
 from takagi.lmi.region import Region, RegionPart
+from takagi.lmi.sums.double_sum import DoubleSum, Part
 from takagi.lmi.synthesis.closed_loop import gain_member, gain_symbol
-from takagi.lmi.synthesis.double_sum import DoubleSum, Part
 from takagi.lmi.term import Array, Indices, Unknown
 
 __all__ = ["region_sums"]

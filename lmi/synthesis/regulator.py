@@ -17,10 +17,10 @@ from takagi.lmi.answer import Answer, Design, Status
 from takagi.lmi.intake import input_stack, sample_time_of, symmetric, vertex_stack
 from takagi.lmi.solver.balance import motion, state_units
 from takagi.lmi.solver.stages import Outcome, optimise
+from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.synthesis.compensation import pdc
 from takagi.lmi.synthesis.compensation_condition import Controlled
 from takagi.lmi.synthesis.cost_condition import initial_factor, largest_lmi, lqr_pdc_condition
-from takagi.lmi.synthesis.relaxations import relaxation_named
 from takagi.lmi.term import Condition
 from takagi.models.premise import Premise
 

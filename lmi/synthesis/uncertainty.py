@@ -30,8 +30,8 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.pole_region import coefficient_latex
 from takagi.lmi.solver.balance import nearest_power
+from takagi.lmi.sums.double_sum import DoubleSum, Member, Part
 from takagi.lmi.synthesis.closed_loop import gain_member, gain_symbol
-from takagi.lmi.synthesis.double_sum import DoubleSum, Member, Part
 from takagi.lmi.term import Array, Unknown
 from takagi.lmi.uncertainty import Channel, Uncertainty, channels_of
 from takagi.models.errors import ModelError

@@ -26,7 +26,7 @@ from takagi.lmi import (
     pdc_condition,
     rigorous_no,
 )
-from takagi.lmi.definiteness import is_definite, is_semidefinite
+from takagi.lmi.alternatives.definiteness import is_definite, is_semidefinite
 from takagi.lmi.solver.stages import decide
 from takagi.lmi.synthesis.limits import Limits, limits_of
 from takagi.lmi.term import Condition

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from takagi.lmi import LMI, Condition, Unknown, pdc_condition
 from takagi.lmi.solver.stages import Outcome, decide
-from takagi.lmi.synthesis.double_sum import DoubleSum
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.synthesis.limits import Limits
-from takagi.lmi.synthesis.relaxations import relaxation_named
 from takagi.models import TSModel
 
 Floats = NDArray[np.float64]

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.lmi import Ladder, Rung, lqr_pdc, pdc, pdc_condition, relaxation_ladder
-from takagi.lmi.synthesis.relaxation_order import contains, work_of
-from takagi.lmi.synthesis.relaxation_sizes import relaxation_size
+from takagi.lmi.sums.relaxation_order import contains, work_of
+from takagi.lmi.sums.relaxation_sizes import relaxation_size
 from takagi.models import ModelError, Premise, TSModel
-from tests.lmi.synthesis.sums import bound, random_theta
+from tests.lmi.sums.known import bound, random_theta
 
 Floats = NDArray[np.float64]
 NAMES = (

@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import NormBounded, Region, Unknown, robust_lyapunov
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.synthesis.closed_loop import closed_loop
-from takagi.lmi.synthesis.double_sum import DoubleSum
 from takagi.lmi.synthesis.region_sums import region_sums
 from takagi.lmi.synthesis.uncertainty import with_uncertainty
 from takagi.lmi.uncertainty import Uncertainty

@@ -1,0 +1,205 @@
+"""Gains against disturbances: posed where the numbers are of order one, solved, and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from takagi.lmi.analysis.channel import near_least
+from takagi.lmi.answer import Answer, Design, Floats
+from takagi.lmi.evaluate import margin
+from takagi.lmi.performance.task import PerformanceTask
+from takagi.lmi.performance.units import PerformanceUnits, guessed_regulator
+from takagi.lmi.solver.diagnosis import binding_items
+from takagi.lmi.solver.least_over_rate import least_objective
+from takagi.lmi.solver.stages import SMALLEST_MARGIN, Outcome, optimise
+from takagi.lmi.term import Condition
+
+__all__ = ["Meaning", "Pose", "designed"]
+
+# Other coordinates are tried so often, when what they claim differs by more than this.
+ROUNDS, AGREED = 3, 1e-5
+# Sum of the cubes of the LMIs' widths above which a second look costs too much: then the bound of
+# the multipliers, a thousandth, has to do.
+LARGE = 1e5
+
+
+# The task's condition in the given coordinates.
+Pose: TypeAlias = Callable[[PerformanceTask, PerformanceUnits], Condition]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Meaning:
+    """What an objective means in the model's units.
+
+    Attributes
+    ----------
+    gain : the bound, from the coordinates and the objective.
+    size : what x' Q^-1 x is multiplied by, from the coordinates.
+    """
+
+    gain: Callable[[PerformanceUnits, float], float]
+    size: Callable[[PerformanceUnits], float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Solved:
+    """A condition in some coordinates, and what came of it."""
+
+    units: PerformanceUnits
+    condition: Condition
+    outcome: Outcome
+
+    @property
+    def P(self) -> Floats:
+        """Return P of x' P x = xhat' Q^-1 xhat in the model's states."""
+        return self.units.quadratic(self.outcome.values["Q"][0])
+
+
+def designed(task: PerformanceTask, pose: Pose, meaning: Meaning) -> Design:
+    """Return the gains with the least objective, or why there are none.
+
+    Plain compensation says first whether there are gains at all, quicker and more surely.  Then
+    posed where the cost of a regulator at the mean vertex is |x|^2; again where the function of
+    plain compensation is, if that did not lead to the least objective.
+    """
+    plain = task.plain()
+    if plain.P is None:
+        return plain
+    for P in _guesses(task, plain.P):
+        found = _solved(task, *_posed(task, pose, P))
+        if near_least(found.outcome):
+            return _design(task, _confirmed(task, pose, meaning, found), meaning)
+    return _without(task, plain, found)
+
+
+def _guesses(task: PerformanceTask, plain: Floats) -> Iterator[Floats]:
+    regulator = guessed_regulator(task.plant)
+    if task.guess is not None:
+        yield task.guess
+    elif regulator is not None:
+        yield regulator.P
+    yield plain
+
+
+def _posed(task: PerformanceTask, pose: Pose, P: Floats) -> tuple[PerformanceUnits, Condition]:
+    """Return coordinates where x' P x is |x|^2, and the condition in them."""
+    units = PerformanceUnits.of(
+        task.plant,
+        P,
+        limits=task.limits,
+        peak=task.peak,
+        energy=task.energy,
+        noise=task.noise,
+    )
+    return units, pose(task, units)
+
+
+def _solved(task: PerformanceTask, units: PerformanceUnits, condition: Condition) -> _Solved:
+    return _Solved(units, condition, optimise(condition, slack=task.tolerance))
+
+
+def _confirmed(task: PerformanceTask, pose: Pose, meaning: Meaning, found: _Solved) -> _Solved:
+    """Return the best of what is found where the last P is |x|^2, until two agree.
+
+    In coordinates that do not suit it a solver may call solved what is a per cent above the least
+    objective.  Where its multipliers do not tell, other coordinates do.
+    """
+    size = sum(lmi.count * lmi.size**3 for lmi in found.condition.lmis)
+    for _ in range(0 if size > LARGE else ROUNDS):
+        objective = found.outcome.objective
+        if objective - found.outcome.least <= (task.tolerance + AGREED) * objective:
+            break
+        gain = meaning.gain(found.units, objective)
+        least = meaning.gain(found.units, objective / (1 + task.tolerance))
+        units, condition = _posed(task, pose, found.P)
+        claimed = least_objective(condition, held=0.0)
+        if not 0 < claimed or not meaning.gain(units, claimed) < (1 - AGREED) * least:
+            break
+        other = _solved(task, units, condition)
+        if not near_least(other.outcome):
+            break
+        if not meaning.gain(units, other.outcome.objective) < gain:
+            break
+        found = other
+    return found
+
+
+def _design(task: PerformanceTask, found: _Solved, meaning: Meaning) -> Design:
+    outcome, units = found.outcome, found.units
+    gains = units.gains(outcome.values["Q"][0], outcome.values["M"], len(task.plant.A))
+    held = _held(found, gains)
+    good = held > SMALLEST_MARGIN
+    answer = Answer(
+        status="candidate" if good else "unknown",
+        P=meaning.size(units) * found.P if good else None,
+        margin=held,
+        gain=meaning.gain(units, outcome.objective) if good else None,
+        bound=outcome.bound,
+        values=outcome.values,
+        multipliers=outcome.multipliers,
+        condition=found.condition,
+        diagnosis="" if good else ROUNDED,
+        tries=outcome.tries,
+    )
+    return Design(
+        gains=gains if good else None,
+        P=answer.P,
+        decay_rate=task.decay_rate,
+        margin=held,
+        relaxation=task.relaxation,
+        answer=answer,
+    )
+
+
+def _held(found: _Solved, gains: Floats) -> float:
+    """Return the margin with M = K Q of the gains as they are handed out, rounded as they are."""
+    Q, M = found.outcome.values["Q"], found.outcome.values["M"]
+    K = gains[: len(M)] @ found.units.states / found.units.inputs[:, None]
+    return margin(found.condition, {**found.outcome.values, "M": K @ Q})
+
+
+def _without(task: PerformanceTask, plain: Design, found: _Solved) -> Design:
+    """Return a no, or doubt, about the disturbed loop, where the plain one has gains."""
+    outcome = found.outcome
+    # Without limits a large enough gain is always shown; then the solver has met its own.
+    no = outcome.status == "infeasible" and task.limits is not None
+    diagnosis = UNSETTLED
+    if no:
+        names = [lmi.name for lmi in found.condition.lmis if lmi.weight > 0]
+        names.remove("Q positive definite")
+        binding = binding_items(found.condition, outcome.multipliers, *names)
+        diagnosis = (
+            f"gains keep the limits without disturbance, but by {task.relaxation} none with it: "
+            f"{binding}; allow for less disturbance, widen the limits, or take a richer relaxation"
+        )
+    answer = Answer(
+        status="infeasible" if no else "unknown",
+        P=None,
+        margin=min(outcome.margin, 0.0),
+        bound=outcome.bound,
+        multipliers=outcome.multipliers,
+        condition=found.condition,
+        diagnosis=diagnosis,
+        tries=(*plain.answer.tries, *outcome.tries),
+    )
+    return Design(
+        gains=None,
+        P=None,
+        decay_rate=task.decay_rate,
+        margin=answer.margin,
+        relaxation=task.relaxation,
+        answer=answer,
+    )
+
+
+UNSETTLED = (
+    "gains exist, but no solver came near the least objective: the vertices or the output differ "
+    "too much in size, or these rules can hardly be stabilised; weigh every state and input a "
+    "little in the output, allow a larger tolerance, or take a richer relaxation"
+)
+ROUNDED = (
+    "gains were found, but rounded as they are they do not withstand their check: they are too "
+    "large for it; allow a larger tolerance, or give a gain bound"
+)

@@ -1,0 +1,188 @@
+"""Gains with the least peak-to-peak gain from disturbance to output, by an invariant ellipsoid."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.analysis.peak_condition import positive_rate
+from takagi.lmi.answer import Design
+from takagi.lmi.evaluate import margin
+from takagi.lmi.performance.design import Meaning, designed
+from takagi.lmi.performance.disturbed_plant import Disturbed, Performance
+from takagi.lmi.performance.peak_gain_sums import peak_pdc_condition
+from takagi.lmi.performance.task import PerformanceTask, positive, task_of
+from takagi.lmi.performance.units import PerformanceUnits, guessed_regulator
+from takagi.lmi.solver.least_over_rate import least_over_rate, unknowns_near_least
+from takagi.lmi.term import Condition
+
+__all__ = ["peak_pdc"]
+
+# Rates are looked for from the slowest over this to the fastest times it.
+AROUND = 10.0
+# So many in a decade.
+COARSE, FINE = 2, 12
+# Steps of the golden section stop here, relative to the rate; the gain is flat at its least.
+NEAR = 1e-2
+
+
+def peak_pdc(
+    model: Disturbed,
+    *,
+    performance: Performance | None = None,
+    relaxation: str = "wang-tanaka-griffin",
+    decay_rate: float | None = None,
+    disturbance_peak: float = 1.0,
+    input_limit: ArrayLike | None = None,
+    initial_box: ArrayLike | None = None,
+    state_box: ArrayLike | None = None,
+    gain_bound: float | None = None,
+    tolerance: float = 1e-6,
+    sample_time: float | None = None,
+) -> Design:
+    """Return gains K_i for u = -sum_i h_i K_i x with the least gamma in sup |z| <= gamma sup |w|.
+
+    From rest, for every blend of the vertices, however fast it varies; |.| is the Euclidean norm at
+    one instant.  gamma is an upper bound on the peak-to-peak gain of the loop.
+
+    Parameters
+    ----------
+    model, performance : the plant, as for ``hinf_pdc``.
+    relaxation : as for ``pdc``.
+    decay_rate : alpha in 1/s of V in the LMIs, which the undisturbed loop shows; None looks for the
+        best one, by a grid and the golden section: some thirty solves.  Where limits are so tight
+        that no rate was found the status is "unknown".
+    disturbance_peak : the |w| for which the limits below must hold; it does not change gamma
+        where there are none.
+    input_limit, initial_box, state_box : as for ``pdc``, on x' P x <= 1, which no state leaves for
+        |w| <= disturbance_peak.
+    gain_bound : bound on the spectral norm of every K_i, by a sufficient condition.
+    tolerance : how far above the least gamma of its alpha the gains may be, relative; see
+        ``hinf_pdc``.
+    sample_time : T in s where the model cannot say.
+
+    Returns
+    -------
+    A ``Design``; its ``answer.gain`` is gamma in units of z over units of w, for which every LMI
+    was checked by eigenvalues with the gains as they are returned; ``decay_rate`` is alpha.  A
+    direct path D11 is added with its norm, which is exact for one output and one disturbance.
+    Nothing is proved here.
+
+    Not promised: as for ``hinf_pdc``; nor that no other alpha gives less.
+
+    Raises
+    ------
+    ModelError : shapes, numbers, an unknown relaxation, no disturbance, no output, inputs that are
+        dependent or do nothing, a vertex with an unstable mode that no input moves.
+
+    Source: Abedor, Nagpal, Poolla (1996), Int. J. Robust and Nonlinear Control 6; Boyd, El Ghaoui,
+    Feron, Balakrishnan (1994), sections 6.1.3 and 7.3; Tanaka and Wang (2001).
+    """
+    rate = None if decay_rate is None else positive_rate(decay_rate)
+    task = task_of(
+        model,
+        performance=performance,
+        relaxation=relaxation,
+        decay_rate=rate or 0.0,
+        tolerance=tolerance,
+        sample_time=sample_time,
+        input_limit=input_limit,
+        initial_box=initial_box,
+        state_box=state_box,
+        gain_bound=gain_bound,
+    )
+    peak = positive("disturbance_peak", disturbance_peak)
+    # The objective is kappa, the square.
+    task = replace(task, tolerance=2 * task.tolerance, peak=peak)
+    if rate is None:
+        search = _Search(task)
+        best = search.best()
+        if best is None:
+            return _without_rate(task, search.rates(FINE))
+        task = replace(task, decay_rate=best, guess=search.P)
+    direct = float(np.linalg.norm(task.plant.D11, 2, axis=(1, 2)).max())
+    meaning = Meaning(gain=partial(_peak_gain, direct=direct), size=_as_posed)
+    return designed(task, _posed, meaning)
+
+
+class _Search:
+    """Looks for the best decay rate, each time where the last P was |x|^2."""
+
+    def __init__(self, task: PerformanceTask) -> None:
+        self.task = task
+        self._regulator = guessed_regulator(task.plant)
+        n = task.plant.A.shape[1]
+        self.P = np.eye(n) if self._regulator is None else self._regulator.P
+
+    def best(self) -> float | None:
+        """Return about the rate with the least gain in 1/s; None where none was found.
+
+        Limits may leave a narrow range of rates, so a finer grid is tried before that.
+        """
+        for density in (COARSE, FINE):
+            found = least_over_rate(self.value, self.rates(density), tolerance=NEAR)
+            if found is not None:
+                self.value(found)
+                return found
+        return None
+
+    def value(self, rate: float) -> float:
+        """Return about the least gain at a rate, and go where its P is |x|^2."""
+        task = replace(self.task, decay_rate=rate)
+        units = PerformanceUnits.of(task.plant, self.P, limits=task.limits, peak=task.peak)
+        condition = _posed(task, units)
+        found = unknowns_near_least(condition)
+        if not found or margin(condition, found) <= 0:
+            return np.inf
+        self.P = units.quadratic(found["Q"][0])
+        return float(np.sqrt(found["kappa"][0, 0, 0])) * units.output
+
+    def rates(self, density: int) -> list[float]:
+        """Return rates around those of the regulated mean vertex, so many in a decade."""
+        step = self.task.plant.sample_time
+        if self._regulator is None:
+            poles = np.linalg.eigvals(self.task.plant.A).ravel()
+        else:
+            poles = self._regulator.poles
+        with np.errstate(divide="ignore"):
+            rates = np.abs(poles.real if step is None else np.log(np.abs(poles)) / step)
+        rates = rates[(rates > 0) & np.isfinite(rates)]
+        slow, fast = (rates.min(), rates.max()) if len(rates) else (1.0, 1.0)
+        count = int(np.ceil(density * np.log10(AROUND**2 * fast / slow))) + 1
+        return [float(rate) for rate in np.geomspace(slow / AROUND, fast * AROUND, count)]
+
+
+def _without_rate(task: PerformanceTask, rates: list[float]) -> Design:
+    """Return the no of plain compensation, or doubt: other rates were not tried."""
+    plain = task.plain()
+    if not plain.found:
+        return plain
+    diagnosis = (
+        f"gains keep the limits without disturbance, but at none of {len(rates)} decay rates from "
+        f"{rates[0]:.3g} to {rates[-1]:.3g} 1/s were any found that keep them with it; allow for "
+        "less disturbance, widen the limits, give a decay rate, or take a richer relaxation"
+    )
+    answer = replace(
+        plain.answer, status="unknown", P=None, decay_rate=None, margin=0.0, diagnosis=diagnosis
+    )
+    return replace(plain, gains=None, P=None, margin=0.0, answer=answer)
+
+
+def _posed(task: PerformanceTask, units: PerformanceUnits) -> Condition:
+    return peak_pdc_condition(
+        task.plant.posed(units),
+        decay_rate=task.decay_rate / units.rate,
+        relaxation=task.relaxation,
+        limits=task.inside(units),
+    )
+
+
+def _peak_gain(units: PerformanceUnits, objective: float, *, direct: float) -> float:
+    return float(np.sqrt(objective)) * units.output / units.disturbance + direct
+
+
+def _as_posed(units: PerformanceUnits) -> float:
+    return 1.0

@@ -1,0 +1,213 @@
+r"""Sums of h_i m_j Theta_ij, what a law with memberships makes of a condition, as terms of an LMI.
+
+Theta_ij is a symmetric block matrix that is affine in the unknowns; i is the rule of the vertex, j
+that of the gain.  A relaxation (``relaxations``) asks for weighted sums of such Theta_ij, and
+never looks inside: whatever is posed as a ``DoubleSum`` has every relaxation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.labels import Labels
+from takagi.lmi.sums.corner_rules import Corners, product_rules
+from takagi.lmi.sums.parts import Fixed, Member, Part, Summand, changes_with_gain
+from takagi.lmi.sums.weighted_sum import constant_of, same_term, term_of
+from takagi.lmi.term import LMI, Array, Indices, Term, Unknown
+from takagi.models.errors import ModelError
+
+__all__ = ["DoubleSum", "Fixed", "Member", "Part", "Posed", "Summand", "selections"]
+
+# What a relaxation makes of a double sum: unknowns of its own, and LMIs.
+Posed: TypeAlias = tuple[tuple[Unknown, ...], tuple[LMI, ...]]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class DoubleSum:
+    """sum_ij h_i m_j Theta_ij < 0 for all memberships h of the vertices, m of the gains.
+
+    Attributes
+    ----------
+    rules : r, of the vertices.
+    blocks : sizes of Theta's diagonal blocks.
+    parts, fixed : what Theta_ij is the sum of.
+    weight : margin of Theta for a margin 1 of the other LMIs.
+    name : prefix of the LMIs' names, where a condition has more than one double sum.
+    corners : (r, premises) which corner of each premise rule i takes, or ``ProductRules``; None
+        where the memberships are not known to be products.
+    gain_rules : g; None where the gains have the rules and the memberships of the vertices, m = h.
+    gain_corners : as ``corners``, for the gains' own rules.  Premises of one name are the same.
+    active : (r, r), False where h_i h_j = 0 always; None where nothing is known.
+    active_rules : at most so many h_i differ from zero at a time; None where nothing is known.
+    """
+
+    rules: int
+    blocks: tuple[int, ...]
+    parts: tuple[Part, ...]
+    fixed: tuple[Fixed, ...] = ()
+    weight: float = 1.0
+    name: str = ""
+    corners: Corners | None = None
+    gain_rules: int | None = None
+    gain_corners: Corners | None = None
+    active: NDArray[np.bool_] | None = None
+    active_rules: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.gain_corners is not None and self.gain_rules is None:
+            object.__setattr__(self, "gain_rules", product_rules(self.gain_corners).rules)
+        for part in self.parts:
+            for side, array in (("left", part.left), ("right", part.right)):
+                if array is not None:
+                    self._check_length(f"part {part.unknown.name}, {side}", array)
+            self._check_member(part)
+        for known in self.fixed:
+            self._check_length("a fixed block", known.value)
+        self._check_corners("vertices", self.corners, self.rules)
+        self._check_corners("gains", self.gain_corners, self.gains)
+        self._check_active()
+
+    @property
+    def gains(self) -> int:
+        """Return g, the number of rules of the gains."""
+        return self.rules if self.gain_rules is None else self.gain_rules
+
+    @property
+    def size(self) -> int:
+        """Return the size of Theta."""
+        return sum(self.blocks)
+
+    @property
+    def by_gain(self) -> bool:
+        """Return whether Theta_ij may change with j."""
+        return any(part.by_gain for part in self.parts) or any(
+            changes_with_gain(known.value) for known in self.fixed
+        )
+
+    @property
+    def most_active(self) -> int:
+        """Return how many rules can act at a time."""
+        most = self.rules if self.active_rules is None else self.active_rules
+        if self.active is None:
+            return most
+        return min(most, int(self.active.sum(axis=1).max()))
+
+    def pairs(self) -> tuple[Indices, Indices]:
+        """Return (i, j), i < j, of the pairs of rules that can act together."""
+        i, j = np.triu_indices(self.rules, 1)
+        if self.most_active == 1:
+            return i[:0], j[:0]
+        if self.active is None:
+            return i, j
+        keep = self.active[i, j]
+        return i[keep], j[keep]
+
+    def require_shared(self, relaxation: str) -> None:
+        """Raise ModelError where the gains' memberships are not those of the vertices."""
+        if self.gain_rules is not None:
+            raise ModelError(
+                f"relaxation {relaxation} pairs the rules of the vertices with those of the gains, "
+                f"but there are {self.rules} and {self.gains} with memberships of their own; take "
+                '"product" or "product-<d>"'
+            )
+
+    def lmi(
+        self,
+        name: str,
+        summands: Sequence[Summand],
+        slack: Sequence[Term] = (),
+        *,
+        count: int,
+        label: Callable[[int], str],
+        index: str,
+        scale: float = 1.0,
+        printed: float = 1.0,
+    ) -> LMI:
+        """Return: scale (sum of the summands) + slack < 0, for each of ``count`` items.
+
+        Parameters
+        ----------
+        label : the name of item k.
+        scale : positive; not printed.
+        printed : what is solved is so many times what the formula of the summands says.
+        """
+        total = sum((summand.totals(count) for summand in summands), np.zeros(count))
+        varying = [part for part in self.parts if not part.same]
+        terms = [
+            term_of(part, summand, self.gains, scale) for summand in summands for part in varying
+        ]
+        terms += [same_term(part, total, scale, printed) for part in self.parts if part.same]
+        constants = [
+            constant
+            for known in self.fixed
+            for constant in constant_of(known, summands, total, scale, printed)
+        ]
+        prefix = f"{self.name}, " if self.name else ""
+        return LMI(
+            name=f"{prefix}{name}",
+            blocks=self.blocks,
+            terms=(*terms, *slack),
+            constants=tuple(constants),
+            sign=-1,
+            count=count,
+            weight=self.weight,
+            labels=Labels(count, lambda item: f"{prefix}{label(item)}"),
+            index=index,
+        )
+
+    def _check_length(self, what: str, array: Array) -> None:
+        r, g = self.rules, self.gains
+        if array.shape[:-2] not in ((1,), (r,), (r, g)):
+            raise ModelError(
+                f"{what} has shape {array.shape}; (1, ., .), ({r}, ., .) or ({r}, {g}, ., .) is "
+                "needed"
+            )
+
+    def _check_member(self, part: Part) -> None:
+        r, g, count = self.rules, self.gains, part.unknown.count
+        if not isinstance(part.member, str):
+            fits = part.member.shape == (r, g) and 0 <= part.member.min()
+            fits = fits and int(part.member.max()) < count
+        else:
+            fits = {"first": True, "vertex": count == r, "gain": count == g}[part.member]
+        if not fits:
+            raise ModelError(
+                f"part {part.unknown.name} has {count} members for {r} rules of the vertices, {g} "
+                f"of the gains; one for each rule, or a table ({r}, {g}) of members is needed"
+            )
+
+    def _check_corners(self, whose: str, corners: Corners | None, rules: int) -> None:
+        if corners is not None and product_rules(corners).rules != rules:
+            raise ModelError(
+                f"corners of the {whose}: {product_rules(corners).rules} rules, but there are "
+                f"{rules}; give one row for each rule"
+            )
+
+    def _check_active(self) -> None:
+        given, most = self.active, self.active_rules
+        if given is None and most is None:
+            return
+        self.require_shared("with knowledge of which rules act together")
+        if most is not None and not 1 <= most <= self.rules:
+            raise ModelError(f"active_rules is {most}; 1 ... {self.rules} rules can act at a time")
+        r = self.rules
+        if given is not None and (
+            given.shape != (r, r) or not (given == given.T).all() or not given.diagonal().all()
+        ):
+            raise ModelError(
+                f"active has shape {given.shape}; ({r}, {r}), symmetric, with every rule active by "
+                "itself is needed; leave out a rule that never acts"
+            )
+
+
+def selections(rules: int, states: int) -> Array:
+    """Return E, (rules, rules states, states): E_i' X E_j is block (i, j) of X."""
+    E = np.zeros((rules, rules * states, states))
+    block = np.arange(rules)[:, None] * states + np.arange(states)
+    E[np.arange(rules)[:, None], block, np.arange(states)] = 1.0
+    return E

@@ -1,0 +1,107 @@
+r"""A matrix for each rule, P(h) = sum_i h_i P_i, in a double sum: P itself and its rate.
+
+Where the memberships are products of those of premises, h_i = prod_k w^k_(c_ik), the rate of P is
+
+    dP/dt = sum_i h_i sum_k sum_c (dw^k_c/dt) P_(i with corner c of premise k),
+
+because the corners of premise k other than i's sum to the same; without premises it is the sum of
+dh_k/dt P_k in every rule.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from takagi.lmi.answer import Floats
+from takagi.lmi.multisimplex import Basis
+from takagi.lmi.sums.double_sum import DoubleSum, Part
+from takagi.lmi.term import Indices, Unknown
+
+__all__ = ["double_sums", "rate_parts", "rule_table", "swapped_rules"]
+
+
+def rule_table(rules: int, by: str, members: Indices | None = None) -> Indices:
+    """Return the table (r, r) of members for a part that takes that of rule i, or of rule j.
+
+    Parameters
+    ----------
+    by : "vertex" for i, "gain" for j.
+    members : (r,) the member of each rule; None for the rules' own order.
+    """
+    own = np.arange(rules) if members is None else members
+    table = np.broadcast_to(own[:, None], (rules, rules))
+    return np.asarray(table if by == "vertex" else table.T)
+
+
+def swapped_rules(corners: Indices, premise: int, corner: int) -> Indices:
+    """Return (r,): the rule that has this corner of the premise, and is else like rule i."""
+    sizes = tuple(int(size) for size in corners.max(axis=0) + 1)
+    place = Basis(sizes, (1,) * len(sizes)).corners
+    rule = np.argsort(place(corners))
+    changed = corners.copy()
+    changed[:, premise] = corner
+    return np.asarray(rule[place(changed)])
+
+
+def rate_parts(
+    P: Unknown,
+    corners: Indices,
+    velocity: Sequence[Floats],
+    *,
+    members: Indices | None = None,
+    weight: float = 1.0,
+) -> tuple[Part, ...]:
+    """Return dP/dt at one velocity of the memberships, as parts of block (0, 0).
+
+    Parameters
+    ----------
+    corners : (r, K), the corner of each simplex that rule i takes.
+    velocity : dw^k/dt, one array a simplex.
+    members : (r,), the member of P for each rule; None for the rules' own order.
+    weight : multiplies it.
+    """
+    one = np.eye(P.rows)[None]
+    own = np.arange(len(corners)) if members is None else members
+    found = []
+    for k, rates in enumerate(velocity):
+        for corner in np.flatnonzero(rates):
+            rules = own[swapped_rules(corners, k, int(corner))]
+            # Rule i where premise k is at this corner, or, without premises, the rule itself.
+            which = f"{k + 1},{corner + 1}" if len(velocity) > 1 else f"{corner + 1}"
+            rate = rf"\dot w_{{{which}}}" if len(velocity) > 1 else rf"\dot h_{{{which}}}"
+            at = f"{{i}}|{which}" if len(velocity) > 1 else which
+            symbol = f"{P.symbol}_{{{at}}}"
+            found.append(
+                Part(
+                    unknown=P,
+                    left=weight * rates[corner] * one,
+                    right=one,
+                    member=rule_table(len(corners), "vertex", rules),
+                    latex=(rate, ""),
+                    symbol=symbol,
+                )
+            )
+    return tuple(found)
+
+
+def double_sums(
+    plain: DoubleSum, parts: Sequence[Sequence[Part]], name: str = "rates"
+) -> tuple[DoubleSum, ...]:
+    """Return the double sum with each of the given parts added, each with a name of its own."""
+    count = len(parts)
+    return tuple(
+        DoubleSum(
+            rules=plain.rules,
+            blocks=plain.blocks,
+            parts=(*plain.parts, *more),
+            fixed=plain.fixed,
+            weight=plain.weight,
+            name=f"{name} {k + 1}" if count > 1 else plain.name,
+            corners=plain.corners,
+            active=plain.active,
+            active_rules=plain.active_rules,
+        )
+        for k, more in enumerate(parts)
+    )

@@ -1,0 +1,253 @@
+r"""What is known of the memberships besides h_i >= 0 and sum_i h_i = 1, put into a double sum.
+
+Bounds h_i h_j <= b_ij, by the S-procedure: with N_ij = N_ji > 0 where a bound is known, 0 else
+and Sigma > sum_ij b_ij N_ij,
+
+    sum_ij h_i h_j Theta_ij  <  sum_ij h_i h_j (Theta_ij + Sigma - N_ij),
+
+because Sigma - sum_ij h_i h_j N_ij > sum_ij (b_ij - h_i h_j) N_ij >= 0 and sum_ij h_i h_j = 1.  Any
+relaxation then asks for the right-hand side to be negative; it is a double sum too.  A pair that
+never acts together needs no inequality at all.
+
+What is found holds for memberships that keep the bounds, and for no others.
+
+Source: Sala and Arino (2007), IEEE Trans. Systems, Man and Cybernetics B 37(3), for bounds on
+products; Sala and Arino (2008), IEEE Trans. Fuzzy Systems 16(5), for polynomial constraints.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.lmi.sums.corner_rules import Corners, HasPremises, product_rules
+from takagi.lmi.sums.double_sum import DoubleSum, Part
+from takagi.lmi.sums.rule_pairs import SLACK_SHARE, slack_unknown
+from takagi.lmi.term import LMI, Array, Term, Unknown
+from takagi.models.errors import ModelError
+
+__all__ = ["neighbouring_rules", "product_bounds", "with_overlap", "with_shape"]
+
+Shaped: TypeAlias = tuple[DoubleSum, tuple[Unknown, ...], tuple[LMI, ...]]
+
+
+def with_overlap(
+    loop: DoubleSum, bounds: ArrayLike | None = None, *, active_rules: int | None = None
+) -> Shaped:
+    """Return the double sum with h_i h_j <= b_ij put in, its unknowns N, Sigma, and their LMIs.
+
+    Parameters
+    ----------
+    bounds : (r, r) b, symmetric; 0 for rules that never act together, inf where nothing is known.
+        Above 1/4, for i != j, it is taken as 1/4, which all memberships keep; fractions are
+        rounded up.  None for no bounds.
+    active_rules : at most so many rules act at a time.
+
+    Returns
+    -------
+    The double sum for a relaxation, and what goes into the condition besides the relaxation's.
+
+    Raises
+    ------
+    ModelError : shape, a bound that is negative or not a number, not symmetric, or that no
+        memberships keep; gains with memberships of their own.
+
+    Source: as the module.
+    """
+    loop.require_shared("with bounds on the memberships")
+    if active_rules is not None:
+        known = loop.active_rules
+        loop = replace(loop, active_rules=min(active_rules, known or active_rules))
+    if bounds is None:
+        return loop, (), ()
+    b = _checked(bounds, loop.rules)
+    together = (b > 0) & (True if loop.active is None else loop.active)
+    if not together.all():
+        loop = replace(loop, active=together)
+    b = np.where(np.isfinite(b) & ~np.eye(loop.rules, dtype=np.bool_), np.minimum(b, 0.25), b)
+    i, j = np.nonzero(np.triu(together & (b < 1)))
+    if not len(i):
+        return loop, (), ()
+    return _with_multipliers(loop, b, i, j)
+
+
+def with_shape(loop: DoubleSum, forms: ArrayLike) -> Shaped:
+    """Return the double sum with h' C_k h >= 0 put in, its unknowns N_k > 0, and their LMIs.
+
+    Theta_ij + sum_k c_k,ij N_k in the place of Theta_ij.  A linear fact a' h >= 0 is the form
+    (a e' + e a') / 2 with e = (1, ..., 1), or with e a unit vector: a' h h_l >= 0.
+
+    Parameters
+    ----------
+    forms : (K, r, r), each C_k symmetric, for all memberships that occur.
+
+    Raises
+    ------
+    ModelError : shape, not finite, not symmetric; gains with memberships of their own.
+
+    Source: Sala and Arino (2008), IEEE Trans. Fuzzy Systems 16(5).
+    """
+    loop.require_shared("with forms of the memberships")
+    C = np.asarray(forms, dtype=np.float64)
+    r = loop.rules
+    if C.ndim != 3 or C.shape[1:] != (r, r) or not len(C) or not np.isfinite(C).all():
+        raise ModelError(f"forms have shape {C.shape}; (K, {r}, {r}) finite numbers are needed")
+    if not (C == C.transpose(0, 2, 1)).all():
+        raise ModelError("forms are not symmetric; give (C + C') / 2")
+    n = loop.size
+    N = slack_unknown(loop, "N", n, count=len(C))
+    one = np.eye(n)
+    parts = tuple(
+        Part(
+            unknown=N,
+            left=C[k][:, :, None, None] * one,
+            right=one[None],
+            member=np.full((r, r), k),
+            at=None,
+            latex=(rf"c_{{{k + 1},{{i}}{{j}}}}", ""),
+            symbol=f"N_{{{k + 1}}}",
+        )
+        for k in range(len(C))
+    )
+    return replace(loop, parts=(*loop.parts, *parts)), (N,), (_positive(loop, N),)
+
+
+def product_bounds(source: HasPremises | Corners) -> Array:
+    """Return b, (r, r) of Fractions, the largest value of each h_i h_j of product memberships.
+
+    h_i h_j is a product of weights w^e over each premise, |e| = D, largest at w = e / D: a quarter
+    for each premise in which the rules differ.  "product" does not contain these bounds, nor they
+    it: it knows which products are equal, they know that (w_1 - w_2)^2 >= 0.
+
+    Parameters
+    ----------
+    source : a model with premises, corners (r, premises), or ``ProductRules``.
+
+    Raises
+    ------
+    ModelError : no premises.
+    """
+    rules = product_rules(source)
+    b = np.full((rules.rules, rules.rules), Fraction(1), dtype=object)
+    for name in rules.sizes:
+        own = rules.corners[:, [c for c, other in enumerate(rules.premises) if other == name]]
+        different, place = np.unique(own, axis=0, return_inverse=True)
+        table = np.empty((len(different), len(different)), dtype=object)
+        for first, second in np.ndindex(table.shape):
+            table[first, second] = _largest(
+                np.bincount(np.concatenate([different[first], different[second]]))
+            )
+        b = b * table[place.ravel()[:, None], place.ravel()]
+    return b
+
+
+def neighbouring_rules(source: HasPremises | Corners) -> NDArray[np.bool_]:
+    """Return (r, r), True where the corners of two rules are equal or next to each other.
+
+    Of weights that are hat functions over the corners of each premise, as of a table that is
+    interpolated, no other rules act together: ``DoubleSum.active``, or bounds 0 elsewhere.
+
+    Parameters
+    ----------
+    source : as in ``product_bounds``.
+    """
+    corners = product_rules(source).corners
+    return np.asarray((np.abs(corners[:, None] - corners[None]) <= 1).all(axis=2))
+
+
+def _largest(exponents: NDArray[np.intp]) -> Fraction:
+    """Return max of w^e on the simplex, prod_c (e_c / |e|)^(e_c)."""
+    degree = int(exponents.sum())
+    value = Fraction(1)
+    for exponent in exponents.tolist():
+        value *= Fraction(exponent, degree) ** exponent
+    return value
+
+
+def _checked(bounds: ArrayLike, rules: int) -> NDArray[np.float64]:
+    """Return float bounds, never below the given ones."""
+    try:
+        given = np.asarray(bounds)
+        b = given.astype(np.float64)
+    except (TypeError, ValueError) as error:
+        raise ModelError(f"bounds cannot be read as a matrix of numbers ({error})") from error
+    if b.shape != (rules, rules):
+        raise ModelError(f"bounds have shape {b.shape}; ({rules}, {rules}) is needed")
+    if np.isnan(b).any() or (b < 0).any():
+        i, j = np.argwhere(np.isnan(b) | (b < 0))[0]
+        raise ModelError(f"bounds[{i}, {j}] is {b[i, j]}; 0 or more is needed")
+    if not (b == b.T).all():
+        i, j = np.argwhere(b != b.T)[0]
+        raise ModelError(
+            f"bounds are not symmetric: [{i}, {j}] is {b[i, j]:g}, [{j}, {i}] is {b[j, i]:g}; "
+            "h_i h_j is h_j h_i, give the smaller for both"
+        )
+    if b.sum() < 1:
+        raise ModelError(
+            f"the bounds sum to {b.sum():.6g}, but the products h_i h_j to 1: no memberships keep "
+            "them"
+        )
+    if (b.diagonal() == 0).any():
+        k = int(np.argmin(b.diagonal()))
+        raise ModelError(f"bounds[{k}, {k}] is 0: rule {k + 1} never acts; leave it out")
+    # A fraction and the float nearest to it compare exactly.
+    return np.where(np.isfinite(b) & (b < given), np.nextafter(b, np.inf), b)
+
+
+def _with_multipliers(
+    loop: DoubleSum, b: NDArray[np.float64], i: NDArray[np.intp], j: NDArray[np.intp]
+) -> Shaped:
+    r, n = loop.rules, loop.size
+    one = np.eye(n)
+    N = slack_unknown(loop, "N", n, count=len(i))
+    Sigma = replace(slack_unknown(loop, "Sigma", n), latex=r"\Sigma")
+    place = np.zeros((r, r), dtype=np.intp)
+    known = np.zeros((r, r))
+    place[i, j] = place[j, i] = np.arange(len(i))
+    known[i, j] = known[j, i] = 1.0
+    parts = (
+        Part(unknown=Sigma, left=one[None], right=one[None], at=None),
+        Part(
+            unknown=N,
+            left=-known[:, :, None, None] * one,
+            right=one[None],
+            member=place,
+            at=None,
+            latex=("-", ""),
+            symbol="N_{{i}{j}}",
+        ),
+    )
+    whole = Term(unknown=Sigma, left=one[None], right=one[None])
+    less = Term(
+        unknown=N,
+        # (i, j) and (j, i).
+        left=-(np.where(i == j, 1.0, 2.0) * b[i, j])[:, None, None] * one,
+        right=one[None],
+        items=np.zeros(len(i), dtype=np.intp),
+        members=np.arange(len(i)),
+        latex=("-b_{ij}", ""),
+        symbol="N_{ij}",
+        factor=r"\sum_{i,j}",
+    )
+    name = f"{loop.name}, bounds of memberships" if loop.name else "bounds of memberships"
+    bound = LMI(name=name, blocks=(n,), terms=(whole, less), weight=SLACK_SHARE * loop.weight)
+    changed = replace(loop, parts=(*loop.parts, *parts))
+    return changed, (N, Sigma), (bound, _positive(loop, N))
+
+
+def _positive(loop: DoubleSum, N: Unknown) -> LMI:
+    """Return N_k > 0 for every member."""
+    one = np.eye(N.rows)[None]
+    name = "multipliers of memberships"
+    return LMI(
+        name=f"{loop.name}, {name}" if loop.name else name,
+        blocks=(N.rows,),
+        terms=(Term(unknown=N, left=one, right=one, members=np.arange(N.count), symbol="N_k"),),
+        count=N.count,
+        weight=SLACK_SHARE * loop.weight,
+        index=rf"k = 1, \dots, {N.count}",
+    )

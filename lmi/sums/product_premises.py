@@ -1,0 +1,174 @@
+"""Relaxations by products of memberships: all coefficients of a polynomial are to be negative.
+
+The polynomial is that of ``simplex_products``.  Products of weights are nonnegative and not all
+zero, so it is negative wherever each of its coefficients is negative definite.  Pairs of rules
+whose products coincide share a coefficient: with p premises of two corners 3^p inequalities stand
+in the place of r (r + 1) / 2, r = 2^p, and ask for less.
+
+Source: Sala and Arino (2007), Fuzzy Sets and Systems 158(24), for one simplex (Polya's theorem);
+Arino and Sala (2007), Eng. Applications of Artificial Intelligence 20(8), for tensor products.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from takagi.lmi.sums.corner_rules import Corners, ProductRules, product_rules
+from takagi.lmi.sums.double_sum import DoubleSum, Posed, selections
+from takagi.lmi.sums.rule_pairs import slack_unknown
+from takagi.lmi.sums.simplex_products import (
+    Coefficients,
+    Simplex,
+    coefficients,
+    simplexes_of,
+)
+from takagi.lmi.sums.slack_matrices import negative_whole
+from takagi.lmi.term import LMI, Term, Unknown
+from takagi.models.errors import ModelError
+
+__all__ = ["both_rules", "polya", "product", "product_liu_zhang"]
+
+# The shares of the Theta_ij in a coefficient, which sum to 1.
+_POLYA = r"\sum_{{i,j}} \tfrac{{k_i (k_j - \delta_{{ij}})}}{{{}}}"
+_PAIRS = r"\tfrac{1}{|\mathcal{P}_k|} \sum_{(i,j) \in \mathcal{P}_k}"
+_SHARES = r"\sum_{i,j} c^{k}_{ij}"
+
+
+def polya(loop: DoubleSum, degree: int) -> Posed:
+    """Every coefficient of (h_1 + ... + h_r)^d sum_ij h_i h_j Theta_ij is negative definite.
+
+    Degree 0 is all pairs; necessary and sufficient as d grows, with (r + d + 1 choose d + 2)
+    LMIs.  Products of memberships that never act together are left out.
+
+    Source: Sala and Arino (2007), Fuzzy Sets and Systems 158(24), theorem 5.
+    """
+    loop.require_shared(f"polya-{degree}")
+    rules = ProductRules(np.arange(loop.rules)[:, None], ("h",))
+    found = coefficients(loop, rules, rules, degree)
+    chosen = found.exponents[0]
+    lmi = loop.lmi(
+        "product of memberships",
+        (found.summand(_POLYA.format((degree + 2) * (degree + 1))),),
+        count=found.count,
+        label=lambda item: " ".join(f"h{c + 1}" for c in chosen[item].tolist()),
+        index=rf"k \in \mathbb{{N}}_0^{{{loop.rules}}},\; |k| = {degree + 2}",
+        scale=found.scale,
+        printed=found.total,
+    )
+    return (), (lmi,)
+
+
+def product(loop: DoubleSum, degree: int = 0) -> Posed:
+    """Every coefficient of prod_k (sum_c w_kc)^d sum_ij h_i m_j Theta_ij is negative definite.
+
+    Never more conservative than all pairs, and for one premise the same as Polya's of that
+    degree; necessary and sufficient as d grows, with prod_k (D_k + d + s_k - 1 choose s_k - 1)
+    LMIs for s_k corners.
+
+    Raises
+    ------
+    ModelError : the memberships are not known to be products.
+
+    Source: as the module.
+    """
+    return (), (_product_lmi(loop, degree),)
+
+
+def product_liu_zhang(loop: DoubleSum) -> Posed:
+    """Every coefficient of sum_ij h_i h_j (Theta_ij - X_ij) is negative definite, X = [X_ij] < 0.
+
+    As Liu and Zhang's, with pairs of equal products added up: never more conservative than that,
+    nor than "product".
+
+    Raises
+    ------
+    ModelError : the memberships are not known to be products.
+
+    Source: derived here: sum_ij h_i h_j Theta_ij < sum_ij h_i h_j X_ij = (h x I)' X (h x I) < 0.
+    """
+    loop.require_shared("product-liu-zhang")
+    X = slack_unknown(loop, "X", loop.rules * loop.size)
+    return (X,), (_product_lmi(loop, 0, X), negative_whole(loop, X))
+
+
+def both_rules(loop: DoubleSum) -> tuple[ProductRules, ProductRules]:
+    """Return the rules of the vertices and of the gains as products.
+
+    Raises
+    ------
+    ModelError : they are the same, and not known to be products.
+    """
+    if loop.gain_rules is None:
+        if loop.corners is None:
+            raise ModelError(
+                "relaxation product needs memberships that are products over premises, and knows "
+                'of none; give the model premises, or take "polya-<d>"'
+            )
+        rules = product_rules(loop.corners)
+        return rules, rules
+    return (
+        _own(loop.corners, loop.rules, "vertex rule"),
+        _own(loop.gain_corners, loop.gains, "gain rule"),
+    )
+
+
+def _own(corners: Corners | None, rules: int, name: str) -> ProductRules:
+    """Return the rules as products; as one premise of their own where nothing is known."""
+    if corners is not None:
+        return product_rules(corners)
+    return ProductRules(np.arange(rules)[:, None], (name,))
+
+
+def _product_lmi(loop: DoubleSum, degree: int, X: Unknown | None = None) -> LMI:
+    vertices, gains = both_rules(loop)
+    simplexes = simplexes_of(vertices, gains)
+    found = coefficients(loop, vertices, gains, degree)
+
+    def label(item: int) -> str:
+        corners = (
+            f"{simplex.name} at {' '.join(str(c + 1) for c in rows[item].tolist())}"
+            for simplex, rows in zip(simplexes, found.exponents, strict=True)
+        )
+        return "corners " + ", ".join(corners)
+
+    return loop.lmi(
+        "product of corner weights",
+        (found.summand(_SHARES if degree else _PAIRS),),
+        () if X is None else (_less(loop, found, X),),
+        count=found.count,
+        label=label,
+        index=_index(simplexes, degree),
+        scale=found.scale,
+        printed=found.total,
+    )
+
+
+def _index(simplexes: tuple[Simplex, ...], degree: int) -> str:
+    """Return which products w^k there are, and what their coefficients are means of."""
+    sides = r",\; ".join(
+        rf"|k_{{{place}}}| = {simplex.degree + degree}"
+        for place, simplex in enumerate(simplexes, start=1)
+    )
+    if not degree:
+        return sides + r",\; \mathcal{P}_k = \{(i,j) : h_i h_j = w^k\}"
+    power = "" if degree == 1 else f"^{degree}"
+    return sides + rf",\; c^{{k}}_{{ij}} \propto [w^k] \prod_p (\sum_c w_{{pc}}){power} h_i h_j"
+
+
+def _less(loop: DoubleSum, found: Coefficients, X: Unknown) -> Term:
+    """Return -X_ij summed as the Theta_ij are; (i, j) and (j, i) stand in the same coefficient."""
+    E = selections(loop.rules, loop.size)
+    half = found.i <= found.j
+    i, j = found.i[half], found.j[half]
+    # The term is added to its transpose, which the pairs i < j need and i = j has twice.
+    weight = found.scale * found.weight[half] * np.where(i == j, 0.5, 1.0)
+    return Term(
+        unknown=X,
+        left=-weight[:, None, None] * E.transpose(0, 2, 1)[i],
+        right=E[j],
+        at=None,
+        plus_transpose=True,
+        items=found.item[half],
+        latex=(r"-\tfrac12 E_i^\top", "E_j"),
+        factor=_PAIRS,
+    )

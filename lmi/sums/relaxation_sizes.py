@@ -1,0 +1,196 @@
+"""How large a relaxation is, in closed form, before anything of its size is built."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from math import comb, prod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.sums.corner_rules import Corners
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.multisets import count_of
+from takagi.lmi.sums.parts import Part
+from takagi.lmi.sums.product_premises import both_rules
+from takagi.lmi.sums.simplex_products import simplexes_of
+from takagi.lmi.unknown import triangle
+from takagi.models.errors import ModelError
+
+__all__ = ["MOST_ENTRIES", "RelaxationSize", "check_size", "relaxation_size", "size_of"]
+
+# Assembly and clarabel took some 65 bytes for each (16 rules, Polya's of degrees 2 and 3, Liu and
+# Zhang's): 3 GB, and some minutes.
+MOST_ENTRIES = 50_000_000
+CHEAP = ("wang-tanaka-griffin", "tuan", "tanaka-wang", "product", "polya-1", "kim-lee", "liu-zhang")
+
+
+@dataclass(frozen=True, slots=True)
+class RelaxationSize:
+    """Size of the LMIs that a relaxation makes of one double sum.
+
+    Attributes
+    ----------
+    cones : (items, width) of each kind of LMI.
+    slack_variables : how many numbers its own unknowns have.
+    rules : mean number of different rules in an item, or about.
+    """
+
+    cones: tuple[tuple[int, int], ...]
+    slack_variables: int = 0
+    rules: float = 1.0
+
+    @property
+    def lmis(self) -> int:
+        """Return the number of LMIs."""
+        return sum(items for items, _ in self.cones)
+
+    @property
+    def width(self) -> int:
+        """Return the size of the largest."""
+        return max(width for _, width in self.cones)
+
+    def entries(self, unknown: float = 0.0) -> float:
+        """Return about how many numbers are assembled and factored by an interior-point solver.
+
+        An LMI of width w has t = w (w + 1) / 2 rows: a full block (t, t), and rows as long as the
+        unknowns in it.
+
+        Parameters
+        ----------
+        unknown : how many numbers of the double sum's unknowns stand in an item.
+        """
+        return sum(
+            items * triangle(width) * (triangle(width) + unknown) for items, width in self.cones
+        )
+
+
+def relaxation_size(
+    name: str,
+    rules: int,
+    corners: Corners | None = None,
+    *,
+    size: int = 1,
+    gain_rules: int | None = None,
+    gain_corners: Corners | None = None,
+    active: NDArray[np.bool_] | None = None,
+    active_rules: int | None = None,
+) -> RelaxationSize:
+    """Return how many LMIs, how wide, and how many slack variables; nothing is built.
+
+    An upper bound where it is known which rules act together and the relaxation is by products.
+
+    Parameters
+    ----------
+    name : of the relaxation.
+    rules, corners, gain_rules, gain_corners, active, active_rules : as in ``DoubleSum``.
+    size : of Theta: n for PDC in continuous time, 2 n in discrete time.
+
+    Raises
+    ------
+    ModelError : an unknown relaxation, or one that does not apply.
+    """
+    loop = DoubleSum(
+        rules=rules,
+        blocks=(size,),
+        parts=(),
+        corners=corners,
+        gain_rules=gain_rules,
+        gain_corners=gain_corners,
+        active=active,
+        active_rules=active_rules,
+    )
+    return size_of(name, loop)
+
+
+def size_of(name: str, loop: DoubleSum) -> RelaxationSize:
+    """Return the size of a relaxation of a double sum.
+
+    Raises
+    ------
+    ModelError : an unknown relaxation, or one that does not apply.
+    """
+    r, n = loop.rules, loop.size
+    if found := re.fullmatch(r"product-(\d+)|product", name):
+        items, mean = _products(loop, int(found[1] or 0))
+        return RelaxationSize(((items, n),), rules=mean)
+    if name == "common-gain" and not loop.by_gain:
+        return RelaxationSize(((r, n),))
+    loop.require_shared(name)
+    whole = ((1, r * n),)
+    if name == "product-liu-zhang":
+        items, mean = _products(loop, 0)
+        return RelaxationSize(((items, n), *whole), triangle(r * n), mean)
+    if found := re.fullmatch(r"polya-(\d+)", name):
+        items, mean = _polya(r, int(found[1]), loop.most_active)
+        return RelaxationSize(((items, n),), rules=mean)
+    pairs = len(loop.pairs()[0])
+    alone = ((r, n), (pairs, n)) if pairs else ((r, n),)
+    known = {
+        "common-gain": RelaxationSize(alone, rules=2),
+        "wang-tanaka-griffin": RelaxationSize(alone, rules=2),
+        "tuan": RelaxationSize(((r, n), (2 * pairs, n)) if pairs else alone, rules=2),
+        "tanaka-wang": RelaxationSize((*alone, (1, n)), triangle(n), 2),
+        "kim-lee": RelaxationSize((*alone, *whole), triangle(r) * triangle(n), 2),
+        "liu-zhang": RelaxationSize((*alone, *whole), triangle(r * n), 2),
+    }
+    if name not in known:
+        raise ModelError(f"relaxation {name!r} is not known; there are {', '.join(known)}")
+    return known[name]
+
+
+def check_size(name: str, loop: DoubleSum) -> None:
+    """Raise ModelError for a relaxation too large to pose, with those that are not."""
+    size = size_of(name, loop)
+    entries = size.entries(_unknown(loop, size))
+    if entries <= MOST_ENTRIES:
+        return
+    smaller = []
+    for other in _applicable(loop):
+        less = size_of(other, loop)
+        if less.entries(_unknown(loop, less)) <= min(entries, MOST_ENTRIES) and other != name:
+            smaller.append(f"{other!r} ({less.lmis} LMIs, width {less.width})")
+    raise ModelError(
+        f"relaxation {name!r} of {loop.rules} rules has {size.lmis} LMIs, the widest of width "
+        f"{size.width}, and {size.slack_variables} slack variables: {entries:.2g} entries for a "
+        f"solver, more than {MOST_ENTRIES:.2g}; take " + (", ".join(smaller) or "fewer rules")
+    )
+
+
+def _unknown(loop: DoubleSum, size: RelaxationSize) -> float:
+    """Return about how many numbers of the double sum's unknowns stand in an item."""
+    return sum(
+        unknown.entries * min(unknown.count, members)
+        for unknown, members in {
+            part.unknown: _members(part, size.rules) for part in loop.parts
+        }.items()
+    )
+
+
+def _members(part: Part, rules: float) -> float:
+    """Return about how many members of its unknown a part has in an item of so many rules."""
+    if isinstance(part.member, str):
+        return 1.0 if part.member == "first" else rules
+    return rules**2
+
+
+def _applicable(loop: DoubleSum) -> tuple[str, ...]:
+    if loop.gain_rules is not None:
+        return ("product",)
+    return tuple(name for name in CHEAP if name != "product" or loop.corners is not None)
+
+
+def _products(loop: DoubleSum, degree: int) -> tuple[int, float]:
+    """Return prod_k (D_k + d + s_k - 1 choose s_k - 1), and the mean number of rules in each."""
+    simplexes = simplexes_of(*both_rules(loop))
+    items = prod(count_of(simplex.corners, simplex.degree + degree) for simplex in simplexes)
+    mean = prod(_polya(simplex.corners, simplex.degree + degree - 2)[1] for simplex in simplexes)
+    return items, mean
+
+
+def _polya(values: int, degree: int, most: int | None = None) -> tuple[int, float]:
+    """Return how many products of d + 2 weights have at most so many different ones, their mean."""
+    sides = range(1, (values if most is None else most) + 1)
+    items = [comb(values, t) * comb(degree + 1, t - 1) for t in sides]
+    return sum(items), sum(t * count for t, count in zip(sides, items, strict=True)) / sum(items)

@@ -1,0 +1,162 @@
+"""Sufficient LMIs for sum_ij h_i h_j Theta_ij < 0 whatever the memberships: named relaxations."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from math import gcd
+from types import MappingProxyType
+from typing import TypeAlias
+
+import numpy as np
+
+from takagi.lmi.sums.double_sum import DoubleSum, Posed, Summand
+from takagi.lmi.sums.product_premises import polya, product, product_liu_zhang
+from takagi.lmi.sums.relaxation_sizes import check_size
+from takagi.lmi.sums.rule_pairs import (
+    SLACK_SHARE,
+    pair_lmis,
+    rule_lmi,
+    slack_name,
+    slack_unknown,
+    together,
+)
+from takagi.lmi.sums.slack_matrices import kim_lee, liu_zhang
+from takagi.lmi.term import LMI, Term
+from takagi.models.errors import ModelError, did_you_mean
+
+__all__ = ["RELAXATIONS", "Relaxation", "relaxation_named"]
+
+Relaxation: TypeAlias = Callable[[DoubleSum], Posed]
+
+
+def relaxation_named(name: str) -> Relaxation:
+    """Return the relaxation; ``"polya-<d>"``, ``"product-<d>"`` for degree d = 0, 1, 2, ...
+
+    It raises ModelError where it does not apply, and where it is too large to be posed.
+
+    Raises
+    ------
+    ModelError : unknown name; the message lists those that there are.
+    """
+    text = name if isinstance(name, str) else ""
+    found = re.fullmatch(r"(polya|product)-(\d+)", text)
+    if text == "auto":
+        raise ModelError(
+            'relaxation "auto", one after another, is for pdc and observer; here name one: '
+            'pdc(model, relaxation="auto").relaxation is the first that has gains, "liu-zhang" '
+            'and "polya-2" have them more often'
+        )
+    if found is None and text not in RELAXATIONS:
+        known = [*RELAXATIONS, "polya-<d>", "product-<d>"]
+        raise ModelError(
+            f"relaxation {name!r} is not known; there are {', '.join(known)}"
+            + did_you_mean(str(name), [*RELAXATIONS, "polya-1", "polya-2", "product-1"])
+        )
+
+    def posed(loop: DoubleSum) -> Posed:
+        check_size(name, loop)
+        if found is None:
+            return RELAXATIONS[name](loop)
+        return {"polya": polya, "product": product}[found[1]](loop, int(found[2]))
+
+    return posed
+
+
+def common_gain(loop: DoubleSum) -> Posed:
+    """Theta_i < 0 with one gain for all rules: a robust controller, no schedule.
+
+    Where Theta changes with j although the gain does not, all pairs.
+    """
+    if not loop.by_gain:
+        return (), (rule_lmi(loop),)
+    return wang_tanaka_griffin(loop)
+
+
+def wang_tanaka_griffin(loop: DoubleSum) -> Posed:
+    """Theta_ii < 0, and Theta_ij + Theta_ji < 0 for all pairs i < j that act together.
+
+    Source: Wang, Tanaka and Griffin (1996), IEEE Trans. Fuzzy Systems 4(1), theorem 3.
+    """
+    loop.require_shared("wang-tanaka-griffin")
+    return (), pair_lmis(loop)
+
+
+def tanaka_wang(loop: DoubleSum) -> Posed:
+    """Theta_ii + (s - 1) Y < 0, Theta_ij + Theta_ji - 2 Y < 0 for i < j, Y > 0.
+
+    A common slack: rules that act together may be worse in the sum, if each alone is better.
+    At most s of the r rules act at a time; s = r where nothing is known.
+
+    Source: Tanaka, Ikeda and Wang (1998), IEEE Trans. Fuzzy Systems 6(2), theorem 2; Tanaka and
+    Wang (2001), theorem 9.
+    """
+    loop.require_shared("tanaka-wang")
+    n, one, s = loop.size, np.eye(loop.size)[None], loop.most_active
+    Y = slack_unknown(loop, "Y", n)
+    more = Term(
+        unknown=Y,
+        left=(s - 1.0) * one,
+        right=one,
+        at=None,
+        latex=("" if s == 2 else f"{s - 1}", ""),
+    )
+    less = Term(unknown=Y, left=-2.0 * one, right=one, at=None, latex=("-2", ""))
+    positive = LMI(
+        name=slack_name(loop, "slack"),
+        blocks=(n,),
+        terms=(Term(unknown=Y, left=one, right=one),),
+        weight=SLACK_SHARE * loop.weight,
+    )
+    own = (more,) if s > 1 else ()
+    return (Y,), (*pair_lmis(loop, own, (less,)), positive)
+
+
+def tuan(loop: DoubleSum) -> Posed:
+    """Theta_ii < 0, and 2/(s - 1) Theta_ii + Theta_ij + Theta_ji < 0 for all i != j.
+
+    No slack unknowns, and never more conservative than all pairs.  At most s of the r rules act
+    at a time; s = r where nothing is known.
+
+    Source: Tuan, Apkarian, Narikiyo and Yamamoto (2001), IEEE Trans. Fuzzy Systems 9(2).
+    """
+    loop.require_shared("tuan")
+    first, second = loop.pairs()
+    if not len(first):
+        return (), (rule_lmi(loop),)
+    i, j = np.concatenate([first, second]), np.concatenate([second, first])
+    # In whole numbers, so that no rounding stands between the inequality and its proof.
+    common = gcd(2, loop.most_active - 1)
+    own, both = 2 // common, (loop.most_active - 1) // common
+    weight = np.ones(len(i))
+    pairs = loop.lmi(
+        "pair",
+        (
+            Summand(i, i, own * weight, names=("i", "i"), factor=_number(own)),
+            Summand(i, j, both * weight, factor=_number(both)),
+            Summand(j, i, both * weight, names=("j", "i"), factor=_number(both)),
+        ),
+        count=len(i),
+        label=lambda item: f"rules {i[item] + 1} and {j[item] + 1}",
+        index=rf"i \ne j = 1, \dots, {loop.rules}" + together(loop),
+        scale=2.0 ** -round(np.log2(both)),
+    )
+    return (), (rule_lmi(loop), pairs)
+
+
+def _number(value: int) -> str:
+    return "" if value == 1 else str(value)
+
+
+RELAXATIONS: Mapping[str, Relaxation] = MappingProxyType(
+    {
+        "common-gain": common_gain,
+        "wang-tanaka-griffin": wang_tanaka_griffin,
+        "tanaka-wang": tanaka_wang,
+        "tuan": tuan,
+        "kim-lee": kim_lee,
+        "liu-zhang": liu_zhang,
+        "product": product,
+        "product-liu-zhang": product_liu_zhang,
+    }
+)

@@ -1,0 +1,69 @@
+"""The inequalities of rules alone and of pairs of rules, which most relaxations start from."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from takagi.lmi.sums.double_sum import DoubleSum, Summand
+from takagi.lmi.term import LMI, Term, Unknown
+
+__all__ = ["SLACK_SHARE", "pair_lmis", "rule_lmi", "slack_name", "slack_unknown", "together"]
+
+# Margin of a slack unknown for a margin 1 of Theta: what a slack must keep away from zero it takes
+# from the margin of the sum, r - 1 times in Tanaka and Wang's.  Much smaller, and the centring near
+# a least objective finds no room (seen at 1 / 128).
+SLACK_SHARE = 2.0**-4
+
+
+def rule_lmi(loop: DoubleSum, slack: tuple[Term, ...] = ()) -> LMI:
+    """Return Theta_ii + slack < 0."""
+    r = loop.rules
+    i = np.arange(r)
+    return loop.lmi(
+        "rule",
+        # Where the gains have fewer rules of their own, nothing depends on j.
+        (Summand(i, np.minimum(i, loop.gains - 1), np.ones(r), names=("i", "i")),),
+        slack,
+        count=r,
+        label=lambda item: f"rule {item + 1} of {r}",
+        index=rf"i = 1, \dots, {r}",
+    )
+
+
+def pair_lmis(
+    loop: DoubleSum, own: tuple[Term, ...] = (), cross: tuple[Term, ...] = ()
+) -> tuple[LMI, ...]:
+    """Return Theta_ii + own < 0, and Theta_ij + Theta_ji + cross < 0 for the pairs i < j that act.
+
+    Parameters
+    ----------
+    cross : with one contribution for all pairs, or one for each pair of ``loop.pairs()``.
+    """
+    i, j = loop.pairs()
+    if not len(i):
+        return (rule_lmi(loop, own),)
+    one = np.ones(len(i))
+    pairs = loop.lmi(
+        "pair",
+        (Summand(i, j, one), Summand(j, i, one, names=("j", "i"))),
+        cross,
+        count=len(i),
+        label=lambda item: f"rules {i[item] + 1} and {j[item] + 1}",
+        index=rf"1 \le i < j \le {loop.rules}" + together(loop),
+    )
+    return rule_lmi(loop, own), pairs
+
+
+def together(loop: DoubleSum) -> str:
+    """Return what the index range of pairs adds where some pairs never act, in LaTeX."""
+    return "" if loop.active is None else r",\; h_i h_j \not\equiv 0"
+
+
+def slack_unknown(loop: DoubleSum, name: str, size: int, count: int = 1) -> Unknown:
+    """Return a symmetric slack unknown of its own for each double sum of a condition."""
+    return Unknown(slack_name(loop, name), size, size, symmetric=True, count=count, latex=name)
+
+
+def slack_name(loop: DoubleSum, name: str) -> str:
+    """Return the name with the double sum's in front, where a condition has several."""
+    return f"{loop.name}, {name}" if loop.name else name

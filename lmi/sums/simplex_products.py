@@ -1,0 +1,196 @@
+r"""A double sum as a polynomial in the weights of its premises: which Theta_ij make a coefficient.
+
+Where rules are combinations of corners, h_i = prod_k w_(k, c_ik), the double sum is a polynomial in
+the weights w_k of each premise, homogeneous in each: of degree D_k where premise k is a factor D_k
+times (2 where it indexes vertices and gains, 1 where only one of them, 3 where a filter takes it
+too).  Times prod_k (w_k1 + w_k2 + ...)^d, which is 1, it is so of degree D_k + d.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import log2, perm, prod
+
+import numpy as np
+
+from takagi.lmi.sums.corner_rules import ProductRules
+from takagi.lmi.sums.double_sum import DoubleSum, Summand
+from takagi.lmi.sums.multisets import count_of, multisets, numbers_of
+from takagi.lmi.sums.parts import Weights
+from takagi.lmi.term import Indices
+from takagi.models.errors import ModelError
+
+__all__ = ["Coefficients", "Simplex", "coefficients", "simplexes_of"]
+
+
+@dataclass(frozen=True, slots=True)
+class Simplex:
+    """The weights of one premise, and where they are factors.
+
+    Attributes
+    ----------
+    name : of the premise.
+    corners : number of weights.
+    vertex_columns, gain_columns : the columns of the vertices' and the gains' corners.
+    """
+
+    name: str
+    corners: int
+    vertex_columns: tuple[int, ...]
+    gain_columns: tuple[int, ...]
+
+    @property
+    def degree(self) -> int:
+        """Return D_k."""
+        return len(self.vertex_columns) + len(self.gain_columns)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Coefficients:
+    """Coefficient k of the polynomial is scale sum_(t: item_t = k) weight_t Theta_(i_t, j_t).
+
+    Attributes
+    ----------
+    i, j, item, weight : (T,); the weights are whole numbers, with the same sum in all items.
+    total : their sum.
+    scale : a power of two near 1 / total, that makes a coefficient about a mean of the Theta_ij.
+    exponents : for each premise (items, D_k + d), the corners whose weights are multiplied.
+    """
+
+    i: Indices
+    j: Indices
+    item: Indices
+    weight: Weights
+    total: int
+    scale: float
+    exponents: tuple[Indices, ...]
+
+    @property
+    def count(self) -> int:
+        """Return the number of coefficients."""
+        return len(self.exponents[0])
+
+    def summand(self, factor: str) -> Summand:
+        """Return the weighted sum, with the weights written as ``factor``."""
+        return Summand(self.i, self.j, self.weight, self.item, factor=factor)
+
+
+def simplexes_of(vertices: ProductRules, gains: ProductRules) -> tuple[Simplex, ...]:
+    """Return every premise of the vertices and the gains, in the order of the columns.
+
+    Raises
+    ------
+    ModelError : a premise with different numbers of corners in its columns.
+    """
+    names = dict.fromkeys((*vertices.premises, *gains.premises))
+    found = []
+    for name in names:
+        columns = [
+            tuple(c for c, other in enumerate(rules.premises) if other == name)
+            for rules in (vertices, gains)
+        ]
+        sides = {
+            int(rules.corners[:, c].max()) + 1
+            for rules, own in zip((vertices, gains), columns, strict=True)
+            for c in own
+        }
+        if len(sides) > 1:
+            raise ModelError(
+                f"premise {name} has {' and '.join(map(str, sorted(sides)))} corners in different "
+                "columns; a premise has the same corners wherever it is a factor"
+            )
+        found.append(Simplex(name, sides.pop(), columns[0], columns[1]))
+    return tuple(found)
+
+
+def coefficients(
+    loop: DoubleSum, vertices: ProductRules, gains: ProductRules, degree: int
+) -> Coefficients:
+    """Return which Theta_ij stand in which coefficient; without products that are always zero.
+
+    A coefficient divided by the number of orderings of its product is a mean of the Theta_ij; the
+    weights are those of the mean times prod_k (D_k + d)! / d!, the same for all coefficients.
+    """
+    r, g = vertices.rules, gains.rules
+    item = np.zeros((r, g, 1), dtype=np.intp)
+    weight = np.ones((r, g, 1))
+    simplexes = simplexes_of(vertices, gains)
+    for simplex in simplexes:
+        number, factor = _table(simplex, vertices, gains, degree)
+        count = count_of(simplex.corners, simplex.degree + degree)
+        item = (item[..., None] * count + number[:, :, None, :]).reshape(r, g, -1)
+        weight = (weight[..., None] * factor[:, :, None, :]).reshape(r, g, -1)
+    exponents = _exponents(simplexes, degree)
+    keep = _acting(loop, simplexes, exponents, item)
+    i, j, _ = (place.ravel() for place in np.indices(item.shape))
+    inside = keep[item.ravel()]
+    total = prod(perm(simplex.degree + degree, simplex.degree) for simplex in simplexes)
+    return Coefficients(
+        i=i[inside],
+        j=j[inside],
+        item=(np.cumsum(keep) - 1)[item.ravel()[inside]],
+        weight=weight.ravel()[inside],
+        total=total,
+        # A power of two, so that rounding never touches the ratios of the weights.
+        scale=2.0 ** -round(log2(total)),
+        exponents=tuple(rows[keep] for rows in exponents),
+    )
+
+
+def _table(
+    simplex: Simplex, vertices: ProductRules, gains: ProductRules, degree: int
+) -> tuple[Indices, Weights]:
+    """Return number and weight, (r, g, multisets of ``degree``), of one premise.
+
+    The product of the corners of rules i and j and of a multiset of the power's is the multiset
+    ``number``, with exponents e; the weight is prod_c e_c! / (e_c - a_c)!, a of i and j alone.
+    """
+    powers = multisets(simplex.corners, degree)
+    # Rules agree in many premises: the table is made for each combination of corners once.
+    first, row = _distinct(vertices.corners[:, simplex.vertex_columns])
+    second, column = _distinct(gains.corners[:, simplex.gain_columns])
+    shape = (len(first), len(second), len(powers))
+    own = [
+        *(np.broadcast_to(corner[:, None, None], shape) for corner in first.T),
+        *(np.broadcast_to(corner[None, :, None], shape) for corner in second.T),
+    ]
+    times = (powers[:, :, None] == np.arange(simplex.corners)).sum(axis=1)
+    weight = np.ones(shape)
+    for place, corner in enumerate(own):
+        further = sum((corner == other for other in own[place:]), np.zeros(shape, dtype=np.intp))
+        weight *= times[np.arange(len(powers)), corner] + further
+    rows = np.stack([*own, *(np.broadcast_to(power, shape) for power in powers.T)], axis=3)
+    number = numbers_of(np.sort(rows, axis=3), simplex.corners)
+    return number[row[:, None], column], weight[row[:, None], column]
+
+
+def _distinct(corners: Indices) -> tuple[Indices, Indices]:
+    """Return the different rows, and which of them each row is."""
+    if not corners.shape[1]:
+        return corners[:1], np.zeros(len(corners), dtype=np.intp)
+    found, place = np.unique(corners, axis=0, return_inverse=True)
+    return found, place.ravel()
+
+
+def _exponents(simplexes: tuple[Simplex, ...], degree: int) -> tuple[Indices, ...]:
+    """Return for each premise (items, D_k + d), the last premise changing first."""
+    rows = [multisets(simplex.corners, simplex.degree + degree) for simplex in simplexes]
+    places = np.indices([len(own) for own in rows]).reshape(len(rows), -1)
+    return tuple(own[place] for own, place in zip(rows, places, strict=True))
+
+
+def _acting(
+    loop: DoubleSum, simplexes: tuple[Simplex, ...], exponents: tuple[Indices, ...], item: Indices
+) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Return which coefficients belong to a product of weights that can differ from zero."""
+    keep = np.ones(len(exponents[0]), dtype=np.bool_)
+    if loop.active is not None:
+        keep[item[~loop.active]] = False
+    if loop.most_active < loop.rules:
+        # All rules with corners of the product act where it is not zero.
+        acting = np.ones(len(keep), dtype=np.intp)
+        for simplex, rows in zip(simplexes, exponents, strict=True):
+            different = 1 + (np.diff(rows, axis=1) > 0).sum(axis=1)
+            acting *= different ** len(simplex.vertex_columns)
+        keep &= acting <= loop.most_active
+    return keep

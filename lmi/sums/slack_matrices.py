@@ -1,0 +1,129 @@
+"""Relaxations with a matrix of slack unknowns X = [X_ij] < 0 that the Theta_ij stay below."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from takagi.lmi.sums.double_sum import DoubleSum, Posed, selections
+from takagi.lmi.sums.rule_pairs import SLACK_SHARE, pair_lmis, slack_name, slack_unknown
+from takagi.lmi.term import LMI, Indices, Term, Unknown
+from takagi.lmi.unknown import triangle
+
+__all__ = ["kim_lee", "liu_zhang", "negative_whole"]
+
+
+def kim_lee(loop: DoubleSum) -> Posed:
+    """Theta_ii < X_ii, Theta_ij + Theta_ji < 2 X_ij for i < j, [X_ij] < 0, each X_ij symmetric.
+
+    Pairs that never act together leave their X_ij free.
+
+    Source: Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5), theorem 3.
+    """
+    loop.require_shared("kim-lee")
+    r, n = loop.rules, loop.size
+    one = np.eye(n)[None]
+    X = slack_unknown(loop, "X", n, count=triangle(r))
+    place = _places(r)
+    own = Term(
+        unknown=X,
+        left=-one,
+        right=one,
+        at=None,
+        members=np.diag(place),
+        latex=("-", ""),
+        symbol=f"{X.symbol}_{{ii}}",
+    )
+    i, j = loop.pairs()
+    cross = Term(
+        unknown=X,
+        left=-2.0 * one,
+        right=one,
+        at=None,
+        members=place[i, j],
+        latex=("-2", ""),
+        symbol=f"{X.symbol}_{{ij}}",
+    )
+    pairs = pair_lmis(loop, (own,), (cross,) if len(i) else ())
+    return (X,), (*pairs, _whole_of_blocks(loop, X, place))
+
+
+def liu_zhang(loop: DoubleSum) -> Posed:
+    """Theta_ii < X_ii, Theta_ij + Theta_ji < X_ij + X_ij' for i < j, X = [X_ij] < 0.
+
+    As Kim and Lee's, but the blocks off the diagonal need not be symmetric.
+
+    Source: Liu and Zhang (2003), Automatica 39(9), theorem 2.
+    """
+    loop.require_shared("liu-zhang")
+    r, n = loop.rules, loop.size
+    X = slack_unknown(loop, "X", r * n)
+    E = selections(r, n)
+    Et = E.transpose(0, 2, 1)
+    own = Term(unknown=X, left=-Et, right=E, at=None, latex=(r"-E_i^\top", "E_i"))
+    i, j = loop.pairs()
+    cross = Term(
+        unknown=X,
+        left=-Et[i],
+        right=E[j],
+        at=None,
+        plus_transpose=True,
+        latex=(r"-E_i^\top", "E_j"),
+    )
+    pairs = pair_lmis(loop, (own,), (cross,) if len(i) else ())
+    return (X,), (*pairs, negative_whole(loop, X))
+
+
+def negative_whole(loop: DoubleSum, X: Unknown) -> LMI:
+    """Return X < 0."""
+    whole = np.eye(X.rows)[None]
+    return LMI(
+        name=slack_name(loop, "slack"),
+        blocks=(X.rows,),
+        terms=(Term(unknown=X, left=whole, right=whole),),
+        sign=-1,
+        weight=SLACK_SHARE * loop.weight,
+    )
+
+
+def _places(rules: int) -> Indices:
+    """Return (rules, rules): which member the block (i, j) is, the same as (j, i)."""
+    i, j = np.triu_indices(rules)
+    place = np.zeros((rules, rules), dtype=np.intp)
+    place[i, j] = place[j, i] = np.arange(len(i))
+    return place
+
+
+def _whole_of_blocks(loop: DoubleSum, X: Unknown, place: Indices) -> LMI:
+    """Return [X_ij] < 0, block (i, j) and its mirror image being member place[i, j] of X."""
+    r, n = loop.rules, loop.size
+    E = selections(r, n)
+    Et = E.transpose(0, 2, 1)
+    a, b = np.triu_indices(r, 1)
+    own = Term(
+        unknown=X,
+        left=E,
+        right=Et,
+        items=np.zeros(r, dtype=np.intp),
+        members=np.diag(place),
+        latex=("E_i", r"E_i^\top"),
+        symbol=f"{X.symbol}_{{ii}}",
+        factor=r"\sum_i",
+    )
+    cross = Term(
+        unknown=X,
+        left=E[a],
+        right=Et[b],
+        items=np.zeros(len(a), dtype=np.intp),
+        members=place[a, b],
+        plus_transpose=True,
+        latex=("E_i", r"E_j^\top"),
+        symbol=f"{X.symbol}_{{ij}}",
+        factor=r"\sum_{i<j}",
+    )
+    return LMI(
+        name=slack_name(loop, "slack"),
+        blocks=(r * n,),
+        terms=(own, cross) if len(a) else (own,),
+        sign=-1,
+        weight=SLACK_SHARE * loop.weight,
+    )

@@ -1,0 +1,6 @@
+"""A given loop, by Lyapunov functions that change with parameters or memberships.
+
+constant_parameters, parameter_*    P polynomial in constant or moving parameters
+varying_memberships, fuzzy_condition, rate_polytopes    memberships with bounds on their rates
+lyapunov_forms, robust_gain, family_answer    the two forms of decrease; the norm; the answer
+"""

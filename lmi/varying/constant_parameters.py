@@ -1,0 +1,142 @@
+"""Stability for every constant parameter, by a Lyapunov function polynomial in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.analysis.quadratic import vertex_weight
+from takagi.lmi.answer import Answer
+from takagi.lmi.intake import Vertices, number, rate_parameter
+from takagi.lmi.multisimplex import Basis, Degrees
+from takagi.lmi.term import Condition
+from takagi.lmi.varying.family_answer import decided_family, no_family
+from takagi.lmi.varying.lyapunov_forms import SOURCES, Form, check_form, form_lmis
+from takagi.lmi.varying.parameter_condition import Sought, unknown_family
+from takagi.lmi.varying.parameter_loop import Loop, loop_of
+from takagi.lmi.varying.parameter_motion import motion_of
+from takagi.lmi.varying.parameter_space import degrees_of, polya_of
+
+__all__ = ["polynomial_lyapunov", "polynomial_lyapunov_condition"]
+
+
+def polynomial_lyapunov_condition(
+    model: Vertices,
+    *,
+    degree: int | Sequence[int] = 1,
+    polya: int = 0,
+    decay_rate: float = 0.0,
+    form: Form = "direct",
+    gains: ArrayLike | None = None,
+    sample_time: float | None = None,
+) -> Condition:
+    """Pose P(h) > 0 and He(P(h) A(h)) + 2 alpha P(h) < 0 for every constant h.
+
+    Discrete time: A(h)' P(h) A(h) < rho^2 P(h), as a Schur complement.  Each Bernstein coefficient
+    of the polynomials in h is one item; see ``parameter_condition``.
+
+    Parameters
+    ----------
+    model : a model (its A), or vertices (r, n, n); entries may be Fractions.
+    degree, polya, decay_rate, form, gains, sample_time : as for ``polynomial_lyapunov``.
+
+    Returns
+    -------
+    The condition in the model's coordinates as they are, with the unknown ``P``, whose members are
+    the coefficients of P(h).  Nothing is solved.
+
+    Raises
+    ------
+    ModelError : as ``polynomial_lyapunov``.
+
+    Source: Oliveira and Peres (2007), IEEE Trans. Automatic Control 52(7).
+    """
+    loop = loop_of(model, gains, sample_time)
+    degrees = degrees_of(loop.space, degree)
+    return _posed(loop, degrees, polya_of(polya), number("decay_rate", decay_rate), form)
+
+
+def polynomial_lyapunov(
+    model: Vertices,
+    *,
+    degree: int | Sequence[int] = 1,
+    polya: int = 0,
+    decay_rate: float = 0.0,
+    form: Form = "direct",
+    gains: ArrayLike | None = None,
+    scales: ArrayLike | None = None,
+    sample_time: float | None = None,
+) -> Answer:
+    """Return a candidate P(h) > 0 with He(P(h) A(h)) + 2 alpha P(h) < 0 for every constant h.
+
+    Every blend of the vertices is then stable as long as it stays what it is.  Discrete time:
+    A(h)' P(h) A(h) < e^(-2 alpha T) P(h).
+
+    Parameters
+    ----------
+    model : a model, or vertices (r, n, n) of one simplex.  With premises h is the point of a
+        product of simplexes, one a premise.
+    degree : of P in the memberships, or in each premise's; 0 is a common P, 1 one P a rule.
+    polya : how far the LMIs' degrees are raised before their coefficients are taken.  As degree
+        and polya grow every stable family is found, in ever more LMIs.
+    decay_rate : alpha in 1/s.
+    form : "direct"; or "dilated", with slack matrices the same for all h in the place of
+        products of P and A: never worse than a common P, and one LMI a vertex for degree 1.
+    gains : (r, m, n) of u = -sum_j h_j K_j x; the loop is then of degree 2.
+    scales : (n,) engineering range of each state; None balances.
+    sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
+
+    Returns
+    -------
+    An ``Answer``: ``family`` is P(h), ``decay_rate`` what it shows, recomputed from it.  A no is
+    about P of this degree and these coefficients; the diagnosis says so, or names a blend that is
+    unstable by itself.  Nothing is proved here.
+
+    Not promised: anything about memberships that move; see ``fuzzy_lyapunov``.
+
+    Raises
+    ------
+    ModelError : shapes, numbers, a degree that is not whole, an unknown form.
+
+    Source: Oliveira and Peres (2007), IEEE Trans. Automatic Control 52(7).
+    """
+    loop = loop_of(model, gains, sample_time)
+    degrees = degrees_of(loop.space, degree)
+    alpha, polya = float(number("decay_rate", decay_rate)), polya_of(polya)
+    s = loop.units(scales)
+    scaled = loop.scaled(s)
+    condition = _posed(scaled, degrees, polya, alpha, form)
+    why = scaled.hopeless(alpha)
+    if why:
+        return no_family(condition, s, why)
+    cures = "raise the degree or polya, lower the decay rate, or shrink the box"
+    return decided_family(condition, loop, s, Basis(loop.space.sizes, degrees), cures)
+
+
+def _posed(
+    loop: Loop, degrees: Degrees, polya: int, alpha: float | Fraction, form: Form
+) -> Condition:
+    check_form(form)
+    basis = Basis(loop.space.sizes, degrees)
+    still = [np.zeros(size) for size in loop.space.sizes]
+    sought = Sought(
+        P=unknown_family(basis, loop.A.shape[1]),
+        basis=basis,
+        A=loop.matrix,
+        motion=motion_of(loop.space, degrees, still, loop.sample_time),
+        polya=polya,
+        axes=loop.space.axes,
+        discrete=loop.sample_time is not None,
+        weight=vertex_weight(loop.matrix.values, step=loop.sample_time),
+    )
+    slack, lmis = form_lmis(sought, form)
+    return Condition(
+        name=f"polynomial Lyapunov function, degree {degrees}, {form}",
+        unknowns=(sought.P, *slack),
+        lmis=lmis,
+        parameters=rate_parameter(alpha, loop.sample_time),
+        source=SOURCES[form],
+    )

@@ -1,0 +1,223 @@
+r"""LMIs for memberships that move within bounds on their rates; nothing here solves them.
+
+    dP/dt     at every corner of the velocities: of the premises, dw_k/dt = +-rho_k, or of the
+              memberships, |dh_i/dt| <= phi_i with sum_i dh_i/dt = 0
+    slack     dP/dt <= sum_i phi_i (P_i + X),  P_i + X > 0: of one simplex, P of degree 1
+
+The slack is no better than the corners, but one set of LMIs in the place of many: with
+sum_i dh_i/dt = 0, sum_i dh_i/dt P_i = sum_i dh_i/dt (P_i + X) <= sum_i phi_i (P_i + X).
+
+Source: Tanaka, Hori and Wang (2003), IEEE Trans. Fuzzy Systems 11(4), for bounds on dh/dt; Mozelli,
+Palhares, Souza and Mendes (2009), Automatica 45(6), for the slack; Geromel and Colaneri (2006),
+Systems and Control Letters 55, for the corners.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from takagi.lmi.analysis.quadratic import vertex_weight
+from takagi.lmi.answer import Floats
+from takagi.lmi.intake import rate_parameter
+from takagi.lmi.multisimplex import Basis, Degrees
+from takagi.lmi.sums.double_sum import DoubleSum, Part
+from takagi.lmi.sums.membership_parts import double_sums, rate_parts, rule_table
+from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.unknown_polynomial import Polynomial
+from takagi.lmi.varying.lyapunov_forms import SOURCES, Form, check_form, form_lmis
+from takagi.lmi.varying.parameter_condition import (
+    Sought,
+    direct_lmi,
+    polynomial_lmis,
+    unknown_family,
+)
+from takagi.lmi.varying.parameter_loop import Loop
+from takagi.lmi.varying.parameter_motion import motion_of, still_motion
+from takagi.models.errors import ModelError
+
+__all__ = ["Question", "RATE_SOURCES", "rate_slack", "slack_unknown"]
+
+RATE_SOURCES = "Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006)"
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Question:
+    """Which P(h) is sought, for which motion of h.
+
+    Attributes
+    ----------
+    degrees : of P in each simplex, 0 where h jumps in continuous time.
+    rates : bounds of |dw/dt| in 1/s, one array a simplex.
+    relaxation : "polya-<d>", or a named one.
+    form : "direct" or "dilated".
+    slack : bound dP/dt by a slack matrix.
+    """
+
+    degrees: Degrees
+    rates: tuple[Floats, ...]
+    relaxation: str
+    form: Form
+    slack: bool
+
+    @property
+    def polya(self) -> int | None:
+        """Return d of "polya-<d>", or None."""
+        found = re.fullmatch(r"polya-(\d+)", self.relaxation)
+        return int(found[1]) if found else None
+
+    def check(self, loop: Loop) -> None:
+        """Raise ModelError where what was asked does not go together."""
+        check_form(self.form)
+        relaxation_named(self.relaxation)
+        plain = loop.sample_time is None and self.form == "direct"
+        linear = max(self.degrees) <= 1
+        alone = not loop.space.premises and bool(np.isfinite(self.rates[0]).all())
+        if self.slack and not (plain and linear and alone):
+            raise ModelError(
+                'rates="slack" is for continuous time, form="direct", degree 1, and memberships '
+                'with finite bounds of their own (no premises); take rates="corners"'
+            )
+        if self.polya is None and not (plain and linear and loop.K is None and not self.slack):
+            raise ModelError(
+                f"relaxation {self.relaxation} is for a double sum: continuous time, no gains, "
+                'form="direct", degree 1, rates="corners"; take "polya-<d>"'
+            )
+
+    def posed(self, loop: Loop, alpha: float | Fraction) -> Condition:
+        """Return the condition in the loop's states."""
+        self.check(loop)
+        sought = self._sought(loop)
+        unknowns: tuple[Unknown, ...]
+        if self.polya is None and any(self.degrees):
+            unknowns, lmis = _named(sought, loop, self.relaxation)
+        elif self.slack and any(self.degrees):
+            unknowns, lmis = _slackened(sought, self.rates[0])
+        else:
+            unknowns, lmis = form_lmis(sought, self.form)
+        source = SOURCES[self.form]
+        if loop.sample_time is None and any(self.degrees):
+            source = f"{source}; {RATE_SOURCES}"
+        return Condition(
+            name=f"fuzzy Lyapunov function, degree {self.degrees}, {self.relaxation}",
+            unknowns=(sought.P, *unknowns),
+            lmis=lmis,
+            parameters=rate_parameter(alpha, loop.sample_time),
+            source=source,
+        )
+
+    def _sought(self, loop: Loop) -> Sought:
+        basis = Basis(loop.space.sizes, self.degrees)
+        motion = (
+            still_motion(loop.space)
+            if self.slack
+            else motion_of(loop.space, self.degrees, self.rates, loop.sample_time)
+        )
+        return Sought(
+            P=unknown_family(basis, loop.A.shape[1]),
+            basis=basis,
+            A=loop.matrix,
+            motion=motion,
+            polya=self.polya or 0,
+            axes=loop.space.axes,
+            discrete=loop.sample_time is not None,
+            weight=vertex_weight(loop.matrix.values, step=loop.sample_time),
+        )
+
+
+def slack_unknown(states: int) -> Unknown:
+    """Return X, under a name that no relaxation uses for its own."""
+    return Unknown("rate slack", states, states, symmetric=True, latex="X")
+
+
+def rate_slack(P: Unknown, X: Unknown, weight: float = 1.0) -> tuple[LMI, LMI]:
+    """Pose P_i + X > 0 for every member of P, and X <= I, which only fixes the scale."""
+    one = np.eye(P.rows)[None]
+    every = np.arange(P.count)
+    positive = LMI(
+        name="slack of the rates",
+        blocks=(P.rows,),
+        terms=(
+            Term(unknown=P, left=one, right=one, members=every, symbol=f"{P.symbol}_i"),
+            Term(unknown=X, left=one, right=one),
+        ),
+        count=P.count,
+        weight=weight,
+        labels=tuple(f"slack of rule {k + 1}" for k in range(P.count)),
+        index=rf"i = 1, \dots, {P.count}",
+    )
+    return positive, LMI(
+        name="scale of the slack",
+        blocks=(P.rows,),
+        terms=(Term(unknown=X, left=one, right=one),),
+        constants=(Constant(value=-one, latex="-I"),),
+        sign=-1,
+        weight=0.0,
+    )
+
+
+def _slackened(sought: Sought, rates: Floats) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
+    P, n = sought.P, sought.P.rows
+    X = slack_unknown(n)
+    at = sought.coefficients(sought.product(sought.matrix))
+    zero = Basis(sought.motion.sizes, (0,))
+    moved = at.term(
+        P, Polynomial(zero, rates[None]), latex=(r"\sum_i \phi_i", ""), symbol=f"{P.symbol}_i"
+    )
+    shared = Term(unknown=X, left=rates.sum() * at.one, right=at.one, latex=(r"\sum_i \phi_i", ""))
+    return (X,), (
+        *polynomial_lmis(sought),
+        direct_lmi(sought, (moved, shared)),
+        *rate_slack(P, X),
+    )
+
+
+def _named(
+    sought: Sought, loop: Loop, relaxation: str
+) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
+    """Pose sum_ij h_i h_j (He(P_j A_i) + 2 alpha P_j + dP/dt) < 0 by a named relaxation."""
+    A, corners = loop.A.astype(np.float64), loop.space.corners
+    members = sought.basis.corners(corners)
+    one = np.eye(sought.P.rows)[None]
+    gain = rule_table(len(A), "gain", members)
+    plain = DoubleSum(
+        rules=len(A),
+        blocks=(sought.P.rows,),
+        parts=(
+            Part(
+                unknown=sought.P,
+                left=one,
+                right=A,
+                member=gain,
+                plus_transpose=True,
+                latex=("", "A_{i}"),
+                symbol="P_{j}",
+            ),
+            Part(
+                unknown=sought.P,
+                left=2.0 * one,
+                right=one,
+                member=gain,
+                parameter="alpha",
+                latex=(r"2\alpha", ""),
+                symbol="P_{j}",
+            ),
+        ),
+        weight=sought.weight,
+        corners=corners if loop.space.premises else None,
+    )
+    moved = [
+        rate_parts(sought.P, corners, velocity, members=members)
+        for velocity in sought.motion.velocities
+    ]
+    unknowns: list[Unknown] = []
+    lmis = list(polynomial_lmis(sought))
+    for loop_at_rate in double_sums(plain, moved):
+        slack, found = relaxation_named(relaxation)(loop_at_rate)
+        unknowns += slack
+        lmis += found
+    return tuple(unknowns), tuple(lmis)

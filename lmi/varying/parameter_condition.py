@@ -1,0 +1,191 @@
+r"""LMIs by which a polynomial P(h) > 0 shows stability; every coefficient is an LMI.
+
+    continuous   He(P(h) A(h)) + dP/dt + 2 alpha P(h) < 0
+
+    discrete     [ rho^2 P(h)    A(h)' P(h+) ]
+                 [ .             P(h+)       ]  > 0
+
+V = x' P(h) x then has V' <= -2 alpha V, or V(x+) <= rho^2 V(x), rho = e^(-alpha T).
+
+Source: Oliveira and Peres (2007), IEEE Trans. Automatic Control 52(7), for polynomial P; Daafouz
+and Bernussou (2001), Systems and Control Letters 43, for P(h+).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from takagi.lmi.multisimplex import Basis, Degrees, Known
+from takagi.lmi.term import LMI, Constant, Term, Unknown
+from takagi.lmi.unknown_polynomial import Polynomial
+from takagi.lmi.varying.parameter_motion import Motion
+from takagi.lmi.varying.parameter_terms import Coefficients, identity_like
+
+__all__ = [
+    "Sought",
+    "decay_term",
+    "direct_lmi",
+    "direct_terms",
+    "polynomial_lmis",
+    "unknown_family",
+]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Sought:
+    """A P(h) that is sought, and the loop it is sought for.
+
+    Attributes
+    ----------
+    P : its coefficients.
+    basis : of P, in h.
+    A : x' = A(h) x, or x+ = A(h) x.
+    motion : of h.
+    polya : how far the degrees of the LMIs are raised.
+    axes : names of the corners of h.
+    discrete : x+ in the place of x'.
+    weight : margin of the decrease for a margin 1 of P.
+    """
+
+    P: Unknown
+    basis: Basis
+    A: Known
+    motion: Motion
+    polya: int
+    axes: tuple[str, ...]
+    discrete: bool
+    weight: float
+
+    @property
+    def now(self) -> Polynomial:
+        """Return P(h) as a polynomial in l."""
+        return self.motion.unknown(self.basis)
+
+    @property
+    def then(self) -> Polynomial:
+        """Return P(h+) as a polynomial in l."""
+        return self.motion.unknown(self.basis, then=True)
+
+    @property
+    def matrix(self) -> Known:
+        """Return A as a polynomial in l."""
+        return self.motion.known(self.A)
+
+    def coefficients(self, *more: Degrees) -> Coefficients:
+        """Return those of an LMI that holds P(h), P(h+) and parts of more degrees."""
+        parts = (self.now.basis.degrees, self.then.basis.degrees, *more)
+        one = identity_like(self.A.values, self.P.rows)
+        return Coefficients.of(self.motion, one, *parts, polya=self.polya)
+
+    def product(self, known: Known) -> Degrees:
+        """Return the degrees of P(h+) K(h)."""
+        return self.then.basis.raised(known.basis.degrees).degrees
+
+
+def unknown_family(basis: Basis, states: int) -> Unknown:
+    """Return P, with a member for each coefficient of P(h)."""
+    return Unknown("P", states, states, symmetric=True, count=basis.count)
+
+
+def polynomial_lmis(sought: Sought, *, bounded: bool = True) -> tuple[LMI, ...]:
+    """Pose P(h) > 0, and with ``bounded`` that no coefficient is above I, which fixes the scale."""
+    P, n = sought.P, sought.P.rows
+    still = Motion(sought.basis.sizes, (), (), sought.axes)
+    one = identity_like(sought.A.values, n)
+    at = Coefficients.of(still, one, sought.basis.degrees, polya=sought.polya)
+    positive = LMI(
+        name="P positive definite",
+        blocks=(n,),
+        terms=(at.term(P, Polynomial.of(sought.basis), symbol="P(h)"),),
+        count=at.count,
+        labels=at.labels("P, "),
+        index=at.index,
+    )
+    if not bounded:
+        return (positive,)
+    scale = LMI(
+        name="scale of P",
+        blocks=(n,),
+        terms=(Term(unknown=P, left=one, right=one, members=np.arange(P.count), symbol="P_a"),),
+        constants=(Constant(value=-one, latex="-I"),),
+        sign=-1,
+        count=P.count,
+        weight=0.0,
+        index=r"\text{each } a",
+    )
+    return positive, scale
+
+
+def direct_terms(
+    sought: Sought, at: Coefficients, *, next_block: int = 1, rated: bool = True
+) -> tuple[Term, ...]:
+    """Return the terms of the direct form.
+
+    Parameters
+    ----------
+    next_block : where P(h+) stands on the diagonal, in discrete time.
+    rated : a decay rate is a parameter of the condition.
+    """
+    P, A = sought.P, sought.matrix
+    if sought.discrete:
+        back = Known(A.basis, A.values.transpose(0, 2, 1))
+        last = next_block
+        return (
+            at.term(
+                P,
+                sought.now,
+                parameter="contraction" if rated else None,
+                latex=(r"\rho^2" if rated else "", ""),
+                symbol="P(h)",
+            ),
+            at.term(
+                P,
+                sought.then,
+                back,
+                at=(0, last),
+                behind=False,
+                latex=(r"A(h)^\top", ""),
+                symbol="P(h^+)",
+            ),
+            at.term(P, sought.then, at=(last, last), symbol="P(h^+)"),
+        )
+    moved = (
+        at.term(P, sought.now, A, plus_transpose=True, latex=("", "A(h)"), symbol="P(h)"),
+        *at.rate_terms(P, sought.now, r"\dot P(h)"),
+    )
+    return (*moved, decay_term(sought, at)) if rated else moved
+
+
+def decay_term(sought: Sought, at: Coefficients) -> Term:
+    """Return 2 alpha P(h)."""
+    return at.term(
+        sought.P,
+        sought.now,
+        factor=2,
+        parameter="alpha",
+        latex=(r"2\alpha", ""),
+        symbol="P(h)",
+    )
+
+
+def direct_lmi(sought: Sought, slack: tuple[Term, ...] = ()) -> LMI:
+    """Pose the module's direct form.
+
+    Parameters
+    ----------
+    slack : terms that stand for dP/dt, in the place of velocities; continuous time.
+    """
+    n = sought.P.rows
+    at = sought.coefficients(sought.product(sought.matrix))
+    return LMI(
+        name="decrease",
+        blocks=(n, n) if sought.discrete else (n,),
+        terms=(*direct_terms(sought, at), *slack),
+        sign=1 if sought.discrete else -1,
+        count=at.count,
+        weight=sought.weight,
+        labels=at.labels(),
+        index=at.index,
+    )

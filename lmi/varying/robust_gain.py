@@ -1,0 +1,299 @@
+r"""The energy gain over a family of systems, by a Lyapunov function polynomial in its parameter.
+
+With V = x' P(h) x, for each coefficient in h and, where h moves, each corner of its rates,
+
+    continuous   [ He(P A) + dP/dt   P B        C'       ]
+                 [ .                 -gamma I   D'       ]  < 0
+                 [ .                 .          -gamma I ]
+
+    discrete     [ P(h)   0         C'        A' P(h+) ]
+                 [ .      gamma I   D'        B' P(h+) ]
+                 [ .      .         gamma I   0        ]  > 0
+                 [ .      .         .         P(h+)    ]
+
+with A, B, C, D, P polynomials in h, P(h) > 0 and gamma least.
+
+Source: Oliveira and Peres (2007), IEEE Trans. Automatic Control 52(7), for polynomial P; Gahinet
+and Apkarian (1994), Int. J. Robust and Nonlinear Control 4, for the bounded real lemma.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.analysis.channel import Channel, Units, channel_of, near_least
+from takagi.lmi.analysis.quadratic import vertex_weight
+from takagi.lmi.answer import Answer, Floats
+from takagi.lmi.evaluate import lmi_value
+from takagi.lmi.intake import Vertices, rate_parameter
+from takagi.lmi.multisimplex import Basis, Degrees, Known
+from takagi.lmi.solver.balance import state_units
+from takagi.lmi.solver.stages import Outcome, optimise
+from takagi.lmi.term import LMI, Condition, Term, Unknown
+from takagi.lmi.varying.family_answer import decided_family, family_in_states, no_family
+from takagi.lmi.varying.parameter_condition import (
+    Sought,
+    direct_lmi,
+    direct_terms,
+    polynomial_lmis,
+    unknown_family,
+)
+from takagi.lmi.varying.parameter_loop import Loop
+from takagi.lmi.varying.parameter_motion import kept_degrees, motion_of
+from takagi.lmi.varying.parameter_space import (
+    RateBounds,
+    Space,
+    degrees_of,
+    membership_rates,
+    polya_of,
+    space_of,
+)
+from takagi.lmi.varying.parameter_terms import Coefficients
+
+__all__ = ["robust_hinf_norm", "robust_hinf_norm_condition"]
+
+SOURCE = "Oliveira and Peres (2007); Gahinet and Apkarian (1994)"
+
+
+def robust_hinf_norm_condition(
+    model: Vertices,
+    B: ArrayLike | None = None,
+    C: ArrayLike | None = None,
+    D: ArrayLike | None = None,
+    *,
+    degree: int | Sequence[int] = 1,
+    polya: int = 0,
+    rate_bounds: RateBounds = 0.0,
+    sample_time: float | None = None,
+) -> Condition:
+    """Pose the module's LMIs; the objective is gamma.
+
+    Parameters
+    ----------
+    model, B, C, D, degree, polya, rate_bounds, sample_time : as for ``robust_hinf_norm``.
+
+    Returns
+    -------
+    The condition in the model's coordinates as they are, with the unknowns ``P``, whose members
+    are the coefficients of P(h), and ``gamma``.  Nothing is solved.
+
+    Raises
+    ------
+    ModelError : as ``robust_hinf_norm``.
+
+    Source: Oliveira and Peres (2007); Gahinet and Apkarian (1994).
+    """
+    path = channel_of(model, B, C, D, sample_time=sample_time)
+    space = space_of(model, len(path.A))
+    return _Path(path, space, membership_rates(space, rate_bounds)).posed(
+        degrees_of(space, degree), polya_of(polya)
+    )
+
+
+def robust_hinf_norm(
+    model: Vertices,
+    B: ArrayLike | None = None,
+    C: ArrayLike | None = None,
+    D: ArrayLike | None = None,
+    *,
+    degree: int | Sequence[int] = 1,
+    polya: int = 0,
+    rate_bounds: RateBounds = 0.0,
+    scales: ArrayLike | None = None,
+    sample_time: float | None = None,
+) -> Answer:
+    """Return the least gamma, and its P(h), with |y|_2 <= gamma |w|_2 for every h that is allowed.
+
+    For constant h an upper bound on the largest H-infinity norm of the family; it comes closer to
+    that as degree and polya grow.
+
+    Parameters
+    ----------
+    model, B, C, D, sample_time : as for ``hinf_norm``; with premises the memberships are products.
+    degree : of P in the memberships, or in each premise's; 0 is a common P.
+    polya : how far the LMIs' degrees are raised before their coefficients are taken.
+    rate_bounds : how fast h may move, as for ``fuzzy_lyapunov``; 0 is not at all.
+    scales : (n,) engineering range of each state; None balances the vertices.
+
+    Returns
+    -------
+    An ``Answer``: ``family`` is P(h), ``gain`` the least gamma that it shows at every coefficient,
+    recomputed from it, in units of y over units of w; with it P touches the LMI.  Nothing is
+    proved here.  The answer's condition has time, w and y in units of order one as well.
+
+    Raises
+    ------
+    ModelError : shapes, entries that are not finite, no disturbance or no output, numbers.
+
+    Source: Oliveira and Peres (2007); Gahinet and Apkarian (1994).
+    """
+    path = channel_of(model, B, C, D, sample_time=sample_time)
+    space = space_of(model, len(path.A))
+    degrees, polya = degrees_of(space, degree), polya_of(polya)
+    s = state_units(path.A, scales, step=path.sample_time)
+    rates = membership_rates(space, rate_bounds)
+    units = Units.of(path, s)
+    task = _Path(path.scaled(units), space, tuple(rate / units.rate for rate in rates))
+    condition = task.posed(degrees, polya)
+    why = task.loop.hopeless(0.0)
+    if why:
+        return no_family(condition, s, why)
+    # Where the same P(h) shows no stability there is nothing to minimise.
+    stable = task.stability(degrees, polya, s)
+    if not stable.found:
+        return stable
+    outcome = optimise(condition)
+    if not near_least(outcome):
+        return _unsettled(stable, outcome)
+    basis = task.sought(degrees, polya).basis
+    size = units.output * units.disturbance / units.rate
+    return Answer(
+        status=outcome.status,
+        P=None,
+        family=family_in_states(outcome, task.loop, s, basis, size),
+        margin=outcome.margin,
+        gain=_shown(condition, outcome) * units.output / units.disturbance,
+        bound=outcome.bound,
+        values=outcome.values,
+        multipliers=outcome.multipliers,
+        coordinates=s,
+        condition=condition,
+        tries=(*stable.tries, *outcome.tries),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Path:
+    """A path from disturbance to output, its memberships, and the bounds of their rates."""
+
+    path: Channel
+    space: Space
+    rates: tuple[Floats, ...]
+
+    @property
+    def loop(self) -> Loop:
+        return Loop(self.path.A, None, None, self.space, self.path.sample_time)
+
+    def sought(self, degrees: Degrees, polya: int) -> Sought:
+        loop = self.loop
+        discrete = loop.sample_time is not None
+        kept = kept_degrees(degrees, self.rates, discrete=discrete)
+        basis = Basis(self.space.sizes, kept)
+        return Sought(
+            P=unknown_family(basis, self.path.A.shape[1]),
+            basis=basis,
+            A=loop.matrix,
+            motion=motion_of(self.space, kept, self.rates, loop.sample_time),
+            polya=polya,
+            axes=self.space.axes,
+            discrete=discrete,
+            weight=vertex_weight(self.path.A, step=loop.sample_time),
+        )
+
+    def posed(self, degrees: Degrees, polya: int) -> Condition:
+        sought = self.sought(degrees, polya)
+        gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
+        return Condition(
+            name=f"energy gain, polynomial Lyapunov function of degree {sought.basis.degrees}",
+            unknowns=(sought.P, gamma),
+            lmis=(*polynomial_lmis(sought, bounded=False), _bounded_real(sought, gamma, self)),
+            objective={"gamma": np.ones((1, 1, 1))},
+            source=SOURCE,
+        )
+
+    def stability(self, degrees: Degrees, polya: int, s: Floats) -> Answer:
+        """Return whether P(h) of this degree shows stability at all, in states x / s."""
+        sought = self.sought(degrees, polya)
+        condition = Condition(
+            name="stability by the same P(h)",
+            unknowns=(sought.P,),
+            lmis=(*polynomial_lmis(sought), direct_lmi(sought)),
+            parameters=rate_parameter(0.0, self.path.sample_time),
+            source=SOURCE,
+        )
+        cures = "raise the degree or polya, lower the rate bounds, or shrink the box"
+        return decided_family(condition, self.loop, s, sought.basis, cures)
+
+    def known(self, vertices: Floats, sought: Sought) -> Known:
+        return sought.motion.known(self.space.known(vertices))
+
+
+def _bounded_real(sought: Sought, gamma: Unknown, task: _Path) -> LMI:
+    path = task.path
+    n, q, p = path.A.shape[1], path.B.shape[2], path.C.shape[1]
+    A, B = sought.matrix, task.known(path.B, sought)
+    C = task.known(path.C.transpose(0, 2, 1), sought)
+    D = task.known(path.D.transpose(0, 2, 1), sought)
+    at = sought.coefficients(sought.product(A), sought.product(B))
+    sign = 1 if sought.discrete else -1
+    return LMI(
+        name="bounded real",
+        blocks=(n, q, p, n) if sought.discrete else (n, q, p),
+        terms=(
+            *direct_terms(sought, at, next_block=3, rated=False),
+            _driven(sought, at, B),
+            Term(unknown=gamma, left=sign * np.eye(q)[None], at=(1, 1), latex=("-"[:-sign], "I")),
+            Term(unknown=gamma, left=sign * np.eye(p)[None], at=(2, 2), latex=("-"[:-sign], "I")),
+        ),
+        constants=(
+            at.constant(C, (0, 2), r"C(h)^\top"),
+            at.constant(D, (1, 2), r"D(h)^\top"),
+        ),
+        sign=sign,
+        count=at.count,
+        labels=at.labels(),
+        index=at.index,
+    )
+
+
+def _driven(sought: Sought, at: Coefficients, B: Known) -> Term:
+    """Return P B in the first row, or B' P(h+) in the last column."""
+    if not sought.discrete:
+        return at.term(sought.P, sought.now, B, at=(0, 1), latex=("", "B(h)"), symbol="P(h)")
+    return at.term(
+        sought.P,
+        sought.then,
+        Known(B.basis, B.values.transpose(0, 2, 1)),
+        at=(1, 3),
+        behind=False,
+        latex=(r"B(h)^\top", ""),
+        symbol="P(h^+)",
+    )
+
+
+def _shown(condition: Condition, outcome: Outcome) -> float:
+    """Return the least gamma that the found P allows in every item, by a Schur complement.
+
+    With gamma = 0 the LMI is [[X, Y], [Y', Z]] in its states and its signals; gamma adds gamma I
+    to Z, so it is lambda_max(Y' X^-1 Y - Z).
+    """
+    lmi = condition.lmis[-1]
+    values = {**outcome.values, "gamma": np.zeros((1, 1, 1))}
+    F: Floats = lmi.sign * lmi_value(lmi, values, condition.parameters)
+    n, signals = lmi.blocks[0], lmi.blocks[0] + lmi.blocks[1] + lmi.blocks[2]
+    states = [k for k in range(lmi.size) if k < n or k >= signals]
+    X, Y = F[:, states][:, :, states], F[:, states, n:signals]
+    if np.linalg.eigvalsh(X).min() <= 0:
+        return np.inf
+    total = Y.transpose(0, 2, 1) @ np.linalg.solve(X, Y) - F[:, n:signals, n:signals]
+    return float(np.linalg.eigvalsh((total + total.transpose(0, 2, 1)) / 2)[:, -1].max())
+
+
+def _unsettled(stable: Answer, outcome: Outcome) -> Answer:
+    return replace(
+        stable,
+        status="unknown",
+        family=None,
+        decay_rate=None,
+        margin=min(outcome.margin, 0.0),
+        values={},
+        diagnosis=(
+            "there is such a P(h), so a bound exists, but no solver came near the least one; give "
+            "scales, or leave out fast states"
+        ),
+        tries=(*stable.tries, *outcome.tries),
+    )

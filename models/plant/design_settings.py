@@ -1,0 +1,110 @@
+"""What is asked of a design for a plant, as its file says it in ``[design]``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Literal, TypeAlias
+
+from takagi.models.errors import ModelError, did_you_mean
+
+__all__ = ["CHOICES", "PlantSettings"]
+
+Choice: TypeAlias = Literal["fewest-rules", "least-conservative"]
+Rest: TypeAlias = Literal["given", "solve inputs"]
+CHOICES = ("fewest-rules", "least-conservative")
+RESTS = ("given", "solve inputs")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlantSettings:
+    """What is asked of model and gains; SI units.
+
+    Attributes
+    ----------
+    choice : of premises: ``"fewest-rules"`` or ``"least-conservative"``.
+    rest : ``"given"`` takes the rest values of the plant, ``"solve inputs"`` solves for those of
+        the inputs.
+    decay_rate : alpha [1/s] with V' <= -2 alpha V; ``"max"`` for nine tenths of the largest, which
+        needs bounded gains; None for a moderate one, whose gains are at most a few times those of
+        the least effort.
+    relaxation : of the double sum, as ``takagi.lmi.pdc`` names it.
+    input_limit : input -> largest deviation from its rest; one that is not named takes the range
+        of the input, if it has one.
+    initial : state -> half-width of the box of initial deviations that the limits shall cover.
+        Without it the ellipsoid in which all limits hold is made as large as possible.
+    gain_bound : on the spectral norm of every gain, in the units of the model.
+    damping : least damping ratio of the poles at the vertices, below 1; continuous time.
+    fastest : largest size of those poles [1/s]; continuous time.
+
+    Raises
+    ------
+    ModelError : a word that is not known, or a number that makes no sense.
+    """
+
+    choice: Choice = "fewest-rules"
+    rest: Rest = "given"
+    decay_rate: float | Literal["max"] | None = None
+    relaxation: str = "auto"
+    input_limit: Mapping[str, float] = field(default_factory=dict)
+    initial: Mapping[str, float] = field(default_factory=dict)
+    gain_bound: float | None = None
+    damping: float | None = None
+    fastest: float | None = None
+
+    def __post_init__(self) -> None:
+        _word("choice", self.choice, CHOICES)
+        _word("rest", self.rest, RESTS)
+        for name in ("gain_bound", "damping", "fastest"):
+            value = getattr(self, name)
+            if value is not None:
+                _positive(name, value)
+        for name in ("input_limit", "initial"):
+            given = dict(getattr(self, name))
+            for key, value in given.items():
+                _positive(f"{name} of {key}", value)
+            object.__setattr__(self, name, MappingProxyType(given))
+        if self.damping is not None and self.damping >= 1:
+            raise ModelError(f"damping = {self.damping:g} was given; a ratio below 1 is needed")
+        rate = self.decay_rate
+        if rate is None or rate == "max":
+            return
+        if isinstance(rate, str) or isinstance(rate, bool) or not math.isfinite(rate) or rate < 0:
+            raise ModelError(
+                f"decay_rate = {rate!r} was given; a number >= 0 in 1/s is needed, or \"max\""
+            )
+
+    def require_names(self, *, states: tuple[str, ...], inputs: tuple[str, ...]) -> None:
+        """Raise ModelError unless what is named is an input (input_limit) or a state (initial)."""
+        for field_name, given, known, what in (
+            ("input_limit", self.input_limit, inputs, "input"),
+            ("initial", self.initial, states, "state"),
+        ):
+            for name in given:
+                if name not in known:
+                    listed = ", ".join(known) or "none"
+                    raise ModelError(
+                        f"{field_name} of {name}: there is no {what} of that name"
+                        f"{did_you_mean(name, known)}; the plant has {listed}"
+                    )
+        missing = [name for name in states if name not in self.initial]
+        if self.initial and missing:
+            raise ModelError(
+                f"initial has no {', '.join(missing)}; a box of initial states has a half-width "
+                "for every state"
+            )
+
+
+def _word(name: str, given: str, known: tuple[str, ...]) -> None:
+    if given not in known:
+        raise ModelError(
+            f"{name} = {given!r} was given{did_you_mean(given, known)}; "
+            f"{' or '.join(known)} is needed"
+        )
+
+
+def _positive(name: str, value: float) -> None:
+    if isinstance(value, bool) or not (math.isfinite(value) and value > 0):
+        raise ModelError(f"{name} = {value!r} was given; a positive number is needed")

@@ -1,0 +1,93 @@
+r"""A derivation's LaTeX made readable: names as words, coefficients of many digits shortened.
+
+sympy writes the symbol ``angle`` as ``angle``, which TeX sets as the product of five letters, and
+exact coefficients as fractions of any length.  Nothing else is changed.
+"""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+
+__all__ = ["readable", "shortens"]
+
+# An integer of more digits than this is written as a decimal with SHOWN significant digits.
+LONGEST = 9
+SHOWN = 6
+
+WORDS_INSIDE = re.compile(
+    r"(\\(?:begin|end|operatorname|mathrm|mathit|text)\*?\{[^{}]*\}(?:\{[c|lr]+\})?)"
+)
+NAME = re.compile(r"(?<![\\A-Za-z])([A-Za-z]{2,})")
+COMMAND = re.compile(r"\\[A-Za-z]+")
+LEADING = re.compile(r"(\d+)\s*(?:\\cdot\s*)?(.*)", re.DOTALL)
+
+
+def readable(latex: str) -> str:
+    r"""Return the LaTeX with ``\mathit{...}`` around names, and long fractions as decimals.
+
+    A coefficient with more than nine digits is rounded to six significant ones: the formula is
+    then for reading, the certificate has the exact one.
+    """
+    return _named(_shortened(latex))
+
+
+def shortens(latex: str) -> bool:
+    """Return whether ``readable`` rounds a coefficient of this formula."""
+    return _shortened(latex) != latex
+
+
+def _named(latex: str) -> str:
+    parts = WORDS_INSIDE.split(latex)
+    parts[::2] = [NAME.sub(r"\\mathit{\1}", part) for part in parts[::2]]
+    return "".join(parts)
+
+
+def _shortened(latex: str) -> str:
+    found, place = [], 0
+    while (start := latex.find(r"\frac{", place)) >= 0:
+        above, after = _group(latex, start + len(r"\frac"))
+        below, end = _group(latex, after)
+        found += [latex[place:start], _fraction(_shortened(above), _shortened(below))]
+        place = end
+    return "".join(found) + latex[place:]
+
+
+def _group(latex: str, start: int) -> tuple[str, int]:
+    """Return what the braces that open at ``start`` hold, and the place behind them."""
+    depth = 0
+    for place in range(start, len(latex)):
+        if latex[place] in "{}" and latex[place - 1] != "\\":
+            depth += 1 if latex[place] == "{" else -1
+            if depth == 0:
+                return latex[start + 1 : place], place + 1
+    raise ValueError(f"braces that open at character {start + 1} are not closed: {latex}")
+
+
+def _fraction(above: str, below: str) -> str:
+    """Return N rest / M as a decimal times the rest where N or M is long, else the fraction."""
+    whole = rf"\frac{{{above}}}{{{below}}}"
+    leading = LEADING.fullmatch(above)
+    number, rest = (leading[1], leading[2]) if leading else ("1", above)
+    if not below.isdecimal() or max(len(number), len(below)) <= LONGEST or _is_sum(rest):
+        return whole
+    factor = _decimal(Fraction(int(number), int(below)))
+    return f"{factor} {rest}".rstrip()
+
+
+def _is_sum(latex: str) -> bool:
+    """Return whether terms are added outside of all brackets."""
+    depth = 0
+    for sign in re.findall(r"\\left|\\right|[{}+\-]", latex):
+        depth += {r"\left": 1, "{": 1, r"\right": -1, "}": -1}.get(sign, 0)
+        if sign in "+-" and depth == 0:
+            return True
+    return False
+
+
+def _decimal(value: Fraction) -> str:
+    text = f"{float(value):.{SHOWN}g}"
+    if "e" not in text:
+        return text
+    mantissa, exponent = text.split("e")
+    return rf"{mantissa} \cdot 10^{{{int(exponent)}}}"

@@ -1,0 +1,473 @@
+"""Energy gain by compensation: COMPleib, Riccati equations, Hamiltonians, cvxpy, trajectories."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.linalg import solve_continuous_are
+from scipy.optimize import minimize_scalar
+
+from takagi.lmi import Design, expressed, hinf_norm, hinf_pdc, hinf_pdc_condition, latex
+from takagi.lmi.evaluate import margin
+from takagi.lmi.performance.units import PerformanceUnits
+from takagi.models import ModelError, TSModel
+from tests.lmi.compleib import SYSTEMS, System, ac15, mfp, tg1
+from tests.lmi.norms import frequency_norm, hamiltonian_norm
+from tests.lmi.performance.disturbed import blends, loop, three_rules, two_rules
+
+Floats = NDArray[np.float64]
+
+
+def plant(system: System) -> TSModel:
+    """Return one rule with the system's disturbance; its output is given besides."""
+    return TSModel([system.A], [system.B], E=[system.B1])
+
+
+def gain_of(design: Design) -> float:
+    """Return the gain of a design that must have one."""
+    assert design.status == "candidate", design.answer.diagnosis
+    assert design.gain is not None
+    return design.gain
+
+
+def riccati_allows(system: System, gamma: float) -> bool:
+    """Return whether the Riccati equation of state feedback has a solution for this gamma.
+
+    Doyle, Glover, Khargonekar and Francis (1989), IEEE Trans. Automatic Control 34(8), with full
+    information: a stabilising X >= 0 of the indefinite equation.
+    """
+    A, B1, B, C, D = system.A, system.B1, system.B, system.C1, system.D12
+    n, q = B1.shape
+    inputs = np.hstack([B, B1])
+    size = B.shape[1] + q
+    R = np.zeros((size, size))
+    R[: B.shape[1], : B.shape[1]] = D.T @ D
+    R[B.shape[1] :, B.shape[1] :] = -(gamma**2) * np.eye(q)
+    both = np.hstack([C.T @ D, np.zeros((n, q))])
+    try:
+        X = solve_continuous_are(A, inputs, C.T @ C, R, s=both)
+    except np.linalg.LinAlgError:
+        return False
+    return bool(np.linalg.eigvalsh((X + X.T) / 2)[0] >= -1e-9 * np.abs(X).max())
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_one_rule_has_the_optimum_of_compleib(name: str) -> None:
+    """COMPleib (Leibfritz, 2004): the infimum over u = -K x, by a Riccati equation; see compleib.
+
+    The equation has its solution a hair above the gain that is found, and none a hair below.
+    """
+    system = SYSTEMS[name]()
+    design = hinf_pdc(plant(system), performance=(system.C1, system.D12))
+
+    assert gain_of(design) == pytest.approx(system.hinf, rel=1e-5)
+    assert riccati_allows(system, gain_of(design) * (1 + 1e-4))
+    assert not riccati_allows(system, gain_of(design) * (1 - 1e-4))
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_a_tolerance_buys_small_gains_that_keep_their_promise(name: str) -> None:
+    """At two per cent above the infimum the loop's own Hamiltonian confirms the gain."""
+    system = SYSTEMS[name]()
+    design = hinf_pdc(plant(system), performance=(system.C1, system.D12), tolerance=0.02)
+    tight = hinf_pdc(plant(system), performance=(system.C1, system.D12))
+    assert design.gains is not None and tight.gains is not None
+    K = design.gains[0]
+    D = np.zeros((len(system.C1), system.B1.shape[1]))
+    norm = hamiltonian_norm(system.A - system.B @ K, system.B1, system.C1 - system.D12 @ K, D)
+
+    assert system.hinf * (1 - 1e-6) <= norm <= gain_of(design) * (1 + 1e-6)
+    assert gain_of(design) <= system.hinf * (1.02 + 1e-4)
+    assert np.abs(K).max() < max(1e2, 1e-2 * np.abs(tight.gains).max())
+
+
+def test_the_static_output_feedback_of_ac15_is_worse() -> None:
+    """Of COMPleib's AC15 output feedback reaches 15.2 (hinfstruct) at best, all states 14.8556."""
+    system = ac15()
+
+    assert gain_of(hinf_pdc(plant(system), performance=(system.C1, system.D12))) < 15.1687
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+def test_one_state_against_a_search_over_its_gain(sample_time: float | None) -> None:
+    """x' = -0.7 x + u + w or x+ = 0.7 x + u + w, z = (x, u / 2): the best k by a minimiser."""
+    a = -0.7 if sample_time is None else 0.7
+    model = TSModel([[[a]]], [[1.0]], E=[[1.0]], C=[[1.0], [0.0]], D=[[0.0], [0.5]])
+    if sample_time is not None:
+        model = TSModel(model.A, model.B, E=model.E, C=model.C, D=model.D, sample_time=sample_time)
+
+    def norm(k: float) -> float:
+        A, B, C = loop(model, np.array([[[k]]]), np.ones(1))
+        if sample_time is None:
+            return hamiltonian_norm(A, B, C, np.zeros((2, 1)))
+        return frequency_norm(A, B, C, np.zeros((2, 1)), points=101)
+
+    bounds = (-0.69, 60.0) if sample_time is None else (-0.29, 1.69)
+    best: Any = minimize_scalar(norm, bounds=bounds, method="bounded")
+    assert gain_of(hinf_pdc(model)) == pytest.approx(float(best.fun), rel=1e-5)
+
+
+@pytest.mark.parametrize("sample_time", [1e-1, 1e-2, 1e-3])
+def test_fast_sampling_leads_to_the_continuous_design(sample_time: float) -> None:
+    """Held inputs reach less; the least gamma tends to the continuous one, about as sqrt(T)."""
+    continuous = gain_of(hinf_pdc(three_rules()))
+    sampled = gain_of(hinf_pdc(three_rules(sample_time)))
+
+    assert continuous < sampled < continuous * (1 + 0.4 * np.sqrt(sample_time))
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+@pytest.mark.parametrize("relaxation", ["common-gain", "tanaka-wang", "tuan", "polya-1"])
+def test_relaxations_are_ordered(relaxation: str, sample_time: float | None) -> None:
+    """Richer than all pairs: never a larger gamma; one gain for all rules: never a lesser one."""
+    model = three_rules(sample_time)
+    pairs = gain_of(hinf_pdc(model))
+    other = gain_of(hinf_pdc(model, relaxation=relaxation))
+
+    if relaxation == "common-gain":
+        assert other >= pairs * (1 - 1e-4)
+    else:
+        assert other <= pairs * (1 + 1e-4)
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+def test_the_condition_itself_in_cvxpy(sample_time: float | None) -> None:
+    """The condition as data, read by cvxpy, has the same least gamma as the design."""
+    model = two_rules(sample_time)
+    other = expressed(hinf_pdc_condition(model), margin=0.0)
+    other.problem().solve(solver="CLARABEL")
+
+    least = float(other.values()["gamma"][0, 0, 0])
+    assert gain_of(hinf_pdc(model)) == pytest.approx(least, rel=1e-3)
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+def test_no_blend_of_the_loop_has_a_larger_norm(sample_time: float | None) -> None:
+    """Frozen memberships are among what the bound covers: the loop by frequencies."""
+    model = three_rules(sample_time)
+    design = hinf_pdc(model, tolerance=0.02)
+    assert design.gains is not None
+    worst = 0.0
+    for h in blends(3, 12):
+        A, B, C = loop(model, design.gains, h)
+        D = np.zeros((2, 2))
+        norm = hamiltonian_norm if sample_time is None else frequency_norm
+        worst = max(worst, norm(A, B, C, D))
+
+    assert worst <= gain_of(design)
+    assert worst > 0.3 * gain_of(design)
+
+
+def test_the_worst_disturbance_of_switched_memberships_stays_below() -> None:
+    """Random switching in discrete time: the norm of the whole map from w to z, over 40 samples."""
+    model = two_rules(0.1)
+    design = hinf_pdc(model, tolerance=0.02)
+    assert design.gains is not None
+    rng, largest = np.random.default_rng(2), 0.0
+    for _ in range(20):
+        X, total = np.zeros((2, 40)), np.zeros((80, 40))
+        for k, weight in enumerate(rng.choice([0.0, 0.3, 1.0], size=40)):
+            A, B, C = loop(model, design.gains, np.array([weight, 1 - weight]))
+            total[2 * k : 2 * k + 2] = C @ X
+            X = A @ X
+            X[:, k : k + 1] += B
+        largest = max(largest, float(np.linalg.norm(total, 2)))
+
+    assert 0.5 * gain_of(design) < largest <= gain_of(design)
+
+
+def test_a_direct_path_and_a_loop_of_ones_own_outputs() -> None:
+    """With D11 the least gain is at least its norm; of one rule the Hamiltonian confirms it."""
+    system = SYSTEMS["NN4"]()
+    D11 = np.diag([0.5, -2.0, 0.0, 1.0])
+    design = hinf_pdc(plant(system), performance=(system.C1, system.D12, D11), tolerance=0.01)
+    assert design.gains is not None
+    K = design.gains[0]
+    norm = hamiltonian_norm(system.A - system.B @ K, system.B1, system.C1 - system.D12 @ K, D11)
+
+    assert 2.0 <= norm <= gain_of(design) <= 1.02 * norm
+
+
+def test_inputs_that_differ_only_in_their_cost_are_welcome() -> None:
+    """MFP's three inputs push in two directions, each at a cost: not merged, and no misuse."""
+    system = mfp()
+    assert np.linalg.matrix_rank(system.B) == 2
+
+    free = hinf_pdc(plant(system), performance=(system.C1, system.D12), tolerance=0.01)
+    limit = np.array([0.5, 0.3, 0.2])
+    limited = hinf_pdc(
+        plant(system),
+        performance=(system.C1, system.D12),
+        tolerance=0.01,
+        input_limit=limit,
+        disturbance_energy=0.01,
+    )
+    K, P = limited.require()
+
+    assert free.require()[0].shape == (1, 3, 4)
+    assert np.all(np.sqrt(np.diag(K[0] @ np.linalg.inv(P) @ K[0].T)) <= limit * (1 + 1e-6))
+    assert gain_of(limited) > gain_of(free)
+
+
+def test_units_change_the_gain_by_their_ratio() -> None:
+    """Of states, inputs, disturbance, output and time: gamma as the ratio says, K with them."""
+    model = two_rules()
+    s, tau, d, c, rate = np.array([1e3, 1e-2]), 1e4, 1e-3, 10.0, 50.0
+    other = TSModel(
+        rate * model.A * s / s[:, None],
+        rate * tau * model.B / s[:, None],
+        E=rate * d * model.E / s[:, None],
+        C=model.C * s / c,
+        D=model.D * tau / c,
+    )
+    plain, scaled = hinf_pdc(model, tolerance=0.01), hinf_pdc(other, tolerance=0.01)
+
+    assert gain_of(scaled) == pytest.approx(gain_of(plain) * d / c, rel=1e-3)
+    for h in blends(2, 5):
+        A, B, C = loop(other, scaled.require()[0], h)
+        assert hamiltonian_norm(A, B, C, np.zeros((2, 1))) <= gain_of(scaled)
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+def test_a_decay_rate_holds_besides(sample_time: float | None) -> None:
+    """Every blend decays as fast as asked, at a price in gamma; without asking it does not."""
+    model = two_rules(sample_time)
+    free = hinf_pdc(model, tolerance=0.05)
+    fast = hinf_pdc(model, tolerance=0.05, decay_rate=4.0)
+
+    def slowest(design: Design) -> float:
+        poles = [np.linalg.eigvals(loop(model, design.require()[0], h)[0]) for h in blends(2, 8)]
+        values = np.concatenate(poles)
+        if sample_time is None:
+            return float(-values.real.max())
+        return float(-np.log(np.abs(values).max()) / sample_time)
+
+    assert slowest(fast) > 4.0 > slowest(free)
+    assert gain_of(fast) > 0.99 * gain_of(free)
+    assert fast.decay_rate == 4.0
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+def test_limits_hold_for_all_disturbances_of_the_energy(sample_time: float | None) -> None:
+    """|u| stays within its limit on the ellipsoid that such disturbances reach, at a price."""
+    model = two_rules(sample_time)
+    energy = 1.0 if sample_time is None else 1.0 / sample_time
+    gains = []
+    for limit in (1e3, 3.0, 1.5):
+        design = hinf_pdc(model, input_limit=[limit], disturbance_energy=energy)
+        K, P = design.require()
+        reach = [float(np.sqrt(k @ np.linalg.inv(P) @ k.T)[0, 0]) for k in K]
+        assert max(reach) <= limit * (1 + 1e-6)
+        if limit <= 3.0:
+            assert 0.1 * limit < largest_input(model, K, P, energy) <= limit
+        gains.append(gain_of(design))
+
+    assert gains[0] == pytest.approx(gain_of(hinf_pdc(model)), rel=2e-2)
+    assert gains[0] < gains[1] < gains[2]
+
+
+def largest_input(model: TSModel, K: Floats, P: Floats, energy: float) -> float:
+    """Return the largest |u| of a trajectory from rest, under the w that raises V most."""
+    step = model.sample_time or 1e-2
+    exact = two_rules(step)
+    rng, x, largest = np.random.default_rng(0), np.zeros(2), 0.0
+    steps = int(8 / step)
+    share = np.sqrt(energy / (steps * (step if model.sample_time is None else 1.0)))
+    for _ in range(steps):
+        weight = rng.uniform()
+        A, B, _ = loop(exact, K, np.array([weight, 1 - weight]))
+        side = np.sign(float(B[:, 0] @ P @ (A @ x)) or 1.0)
+        x = A @ x + B[:, 0] * side * share
+        u = -(weight * K[0] + (1 - weight) * K[1]) @ x
+        largest = max(largest, float(np.abs(u).max()))
+    return largest
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+@pytest.mark.parametrize("energy", [None, 2.0])
+def test_the_function_stores_no_more_than_the_disturbance_gives(
+    sample_time: float | None, energy: float | None
+) -> None:
+    """V with P as handed out, in the model's units: gamma |w|^2 - |z|^2 / gamma bounds its growth.
+
+    With limits |w|^2 / W - |z|^2 / (W gamma^2), so that x' P x <= 1 up to an energy of W.
+    """
+    model = two_rules(sample_time)
+    if energy is None:
+        design = hinf_pdc(model, tolerance=0.01)
+        given, shown = gain_of(design), 1 / gain_of(design)
+    else:
+        total = energy if sample_time is None else energy / sample_time
+        design = hinf_pdc(model, tolerance=0.01, input_limit=[4.0], disturbance_energy=total)
+        given, shown = 1 / total, 1 / (total * gain_of(design) ** 2)
+    K, P = design.require()
+    tight = -np.inf
+    for h in blends(2, 6):
+        A, E, C = loop(model, K, h)
+        state = A.T @ P + P @ A if sample_time is None else A.T @ P @ A - P
+        cross = P @ E if sample_time is None else A.T @ P @ E
+        noise = np.zeros((1, 1)) if sample_time is None else E.T @ P @ E
+        F = np.block([[state + shown * C.T @ C, cross], [cross.T, noise - given * np.eye(1)]])
+        scale = 1 / np.sqrt(np.abs(np.diag(F)))
+        tight = max(tight, float(np.linalg.eigvalsh(F * np.outer(scale, scale))[-1]))
+
+    assert -0.2 < tight < 0
+
+
+def test_limits_that_the_disturbance_breaks_are_a_reasoned_no() -> None:
+    """Too little input for the disturbance: infeasible, with what binds; half of it is enough."""
+    no = hinf_pdc(two_rules(), input_limit=[0.8], disturbance_energy=1.0)
+
+    assert no.status == "infeasible"
+    assert no.gains is None and no.gain is None
+    assert "gains keep the limits without disturbance" in no.answer.diagnosis
+    assert "binding" in no.answer.diagnosis
+    assert hinf_pdc(two_rules(), input_limit=[0.8], disturbance_energy=0.25).found
+
+
+def test_state_and_initial_boxes_are_kept() -> None:
+    """The ellipsoid contains the initial box and lies inside the state box."""
+    design = hinf_pdc(
+        two_rules(), disturbance_energy=0.1, initial_box=[0.3, 0.3], state_box=[1.0, 2.0]
+    )
+    _, P = design.require()
+    corner = np.array([0.3, 0.3])
+
+    assert corner @ P @ corner <= 1 + 1e-6
+    assert np.all(np.diag(np.linalg.inv(P)) <= np.array([1.0, 4.0]) * (1 + 1e-6))
+
+
+def test_a_gain_bound_is_kept_at_a_price() -> None:
+    """No gain has a larger norm; a small bound costs gamma."""
+    model = two_rules()
+    free = hinf_pdc(model)
+    bounded = hinf_pdc(model, gain_bound=20.0)
+    norms = np.linalg.norm(bounded.require()[0], 2, axis=(1, 2))
+
+    assert norms.max() <= 20.0
+    assert gain_of(bounded) > gain_of(free)
+
+
+def test_the_margin_is_that_of_the_gains_as_handed_out() -> None:
+    """Put back into the LMIs the gains hold with the margin that is reported; reversed they fail.
+
+    The condition is posed in other coordinates; in the model's own it holds as well.
+    """
+    model = two_rules()
+    design = hinf_pdc(model, tolerance=0.01)
+    K, P = design.require()
+    assert design.margin > 1e-6
+    condition = hinf_pdc_condition(model)
+    Q = np.linalg.inv(P)
+    values = {"Q": Q[None], "M": K @ Q, "gamma": np.array([[[gain_of(design)]]])}
+
+    assert margin(condition, values) > 0
+    assert margin(condition, {**values, "M": -values["M"]}) < 0
+    smaller = np.array([[[0.9 * gain_of(design)]]])
+    assert margin(condition, {**values, "gamma": smaller}) < 0
+
+
+def test_gains_that_do_not_survive_rounding_are_no_candidate(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Handed out with two digits the gains break the LMIs at the least gamma, and it is said."""
+    exact = PerformanceUnits.gains
+
+    def rounded(self: PerformanceUnits, Q: Floats, M: Floats, rules: int) -> Floats:
+        K = exact(self, Q, M, rules)
+        return np.array([float(f"{entry:.1e}") for entry in K.flat]).reshape(K.shape)
+
+    monkeypatch.setattr(PerformanceUnits, "gains", rounded)
+    system = SYSTEMS["AC17"]()
+    design = hinf_pdc(plant(system), performance=(system.C1, system.D12))
+
+    assert design.status == "unknown"
+    assert design.gains is None and design.gain is None
+    assert "rounded as they are" in design.answer.diagnosis
+
+
+def test_without_gains_the_answer_says_why() -> None:
+    """Two rules whose inputs push in opposite directions: the no is that of plain compensation."""
+    opposed = TSModel([[[1.0]], [[1.0]]], [[[1.0]], [[-1.0]]], E=[[1.0]], C=[[1.0]])
+    design = hinf_pdc(opposed)
+
+    assert design.status == "infeasible"
+    assert design.gains is None and design.gain is None and design.P is None
+    assert "no gains by wang-tanaka-griffin" in design.answer.diagnosis
+
+
+def test_analysis_agrees_where_one_gain_serves_all() -> None:
+    """With one gain for all rules the loop is a polytope: its own norm is the design's."""
+    model = three_rules(0.1)
+    design = hinf_pdc(model, relaxation="common-gain", tolerance=0.01)
+    K = design.require()[0][0]
+    A, C = model.A - model.B @ K, model.C - model.D @ K
+    closed = TSModel(A, E=model.E, C=C, sample_time=0.1)
+    answer = hinf_norm(closed)
+    assert answer.gain is not None
+
+    assert answer.gain <= gain_of(design)
+    assert answer.gain >= gain_of(design) / 1.03
+
+
+def test_tg1_needs_no_help_with_its_units() -> None:
+    """TG1's cost is conditioned as 1e9; with states in odd units too, 3.46523 all the same."""
+    system = tg1()
+    s = np.logspace(-3, 3, 10)
+    A, B, E = (part / s[:, None] for part in (system.A * s, system.B, system.B1))
+    design = hinf_pdc(TSModel([A], [B], E=[E]), performance=(system.C1 * s, system.D12))
+
+    assert gain_of(design) == pytest.approx(system.hinf, rel=1e-5)
+
+
+def test_the_builder_writes_the_formula_it_poses() -> None:
+    """Continuous: He(G), the path of w, that of z; discrete: the next state as well."""
+    continuous = latex(hinf_pdc_condition(two_rules(), decay_rate=0.1))
+    discrete = latex(hinf_pdc_condition(two_rules(0.1)))
+
+    assert r"\mathrm{He}\left(A_{i} Q - B_{i} M_{i}\right) & E_{i}" in continuous
+    assert r"(C_{i} Q - D^{12}_{i} M_{i})^\top" in continuous
+    assert r"\text{decay, rule:}" in continuous
+    assert r"\bar A_{i} Q - \bar B_{i} M_{i}" in discrete
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"relaxation": "tanaka"}, "relaxation 'tanaka' is not known"),
+        ({"performance": ([[1.0, 0.0, 0.0]],)}, r"C1 has shape \(1, 3\)"),
+        ({"performance": ([[1.0, 0.0]], [[1.0, 0.0]])}, r"D12 has shape \(1, 2\)"),
+        ({"performance": ([[1.0, 0.0]], None, [[np.nan]])}, "D11.*is nan"),
+        ({"performance": [[1.0, 0.0]] * 4}, r"performance must be \(C1, D12, D11\)"),
+        ({"performance": (None,)}, "C1 is needed"),
+        ({"performance": (np.zeros((1, 2)),)}, "C1 is zero at every vertex"),
+        ({"decay_rate": -1.0}, "decay_rate is -1.0; it must be at least 0"),
+        ({"tolerance": 0.0}, "tolerance is 0.0; it must be at least 1e-07"),
+        ({"input_limit": [1.0]}, "limits were given, but not the disturbance"),
+        ({"disturbance_energy": 1.0}, "but no limit that must hold for it"),
+        ({"disturbance_energy": -1.0, "input_limit": [1.0]}, "disturbance_energy is -1"),
+        ({"sample_time": 0.1}, "the model is of continuous time"),
+    ],
+)
+def test_misuse_is_refused(arguments: dict[str, Any], message: str) -> None:
+    """Each says what was given and what is needed."""
+    with pytest.raises(ModelError, match=message):
+        hinf_pdc(two_rules(), **arguments)
+
+
+def test_models_that_lack_something_are_refused() -> None:
+    """No disturbance, no output, no input, an input without effect, a mode that nothing moves."""
+    A, B, E, C = [np.diag([1.0, -1.0])], [[1.0], [0.0]], [[1.0], [1.0]], [[1.0, 1.0]]
+    for model, message in (
+        (TSModel(A, B, C=C), "the model has no disturbance; E is needed"),
+        (TSModel(A, B, E=E), "there is no output to keep small; C is needed"),
+        (TSModel(A, E=E, C=C), "the model has no input; B is needed"),
+        (TSModel(A, [[1.0, 0.0], [0.0, 0.0]], E=E, C=C), "input 2 of 2"),
+        (TSModel(A, [[1.0, 2.0], [0.0, 0.0]], E=E, C=C), "B and D12 have rank 1"),
+        (TSModel(A, [[0.0], [1.0]], E=E, C=C), "the mode at 1"),
+    ):
+        with pytest.raises(ModelError, match=message):
+            hinf_pdc(model)

@@ -1,0 +1,258 @@
+"""Peak-to-peak gain by compensation: a minimiser, trajectories under the worst w, cvxpy, limits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from takagi.lmi import Design, expressed, latex, peak_gain, peak_pdc, peak_pdc_condition
+from takagi.lmi.evaluate import margin
+from takagi.models import ModelError, TSModel
+from tests.lmi.norms import sampled
+from tests.lmi.performance.disturbed import blends, loop, three_rules, two_rules
+
+Floats = NDArray[np.float64]
+
+
+def gain_of(design: Design) -> float:
+    """Return the gain of a design that must have one."""
+    assert design.status == "candidate", design.answer.diagnosis
+    assert design.gain is not None
+    return design.gain
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+@pytest.mark.parametrize("through", [0.0, 0.4])
+def test_one_state_against_a_search_over_its_gain(
+    sample_time: float | None, through: float
+) -> None:
+    """x' = -0.7 x + u + w or x+ = 0.7 x + u + w, z = (x, u / 2): |x| <= 1 / (0.7 + k), and so on.
+
+    The ellipsoid of one state is the interval it reaches; a direct path adds its size at most.
+    """
+    a = -0.7 if sample_time is None else 0.7
+    D11 = np.array([[through], [0.0]])
+    model = TSModel([[[a]]], [[1.0]], E=[[1.0]], sample_time=sample_time)
+
+    def peak(k: float) -> float:
+        room = -(a - k) if sample_time is None else 1 - abs(a - k)
+        return float(np.hypot(1.0, k / 2) / room)
+
+    bounds = (-0.69, 60.0) if sample_time is None else (-0.29, 1.69)
+    best: Any = minimize_scalar(peak, bounds=bounds, method="bounded")
+    design = peak_pdc(model, performance=([[1.0], [0.0]], [[0.0], [0.5]], D11))
+    assert gain_of(design) == pytest.approx(float(best.fun) + through, rel=1e-4)
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+def test_the_loop_of_one_rule_has_the_peak_gain_of_its_design(sample_time: float | None) -> None:
+    """The analysis of the loop agrees: it finds the same bound, or a slightly better rate."""
+    plain = three_rules(sample_time)
+    A, B, C, D, E = (part[:1] for part in (plain.A, plain.B, plain.C, plain.D, plain.E))
+    model = TSModel(A, B, E=E, C=C, D=D, sample_time=sample_time)
+    design = peak_pdc(model, tolerance=1e-3)
+    answer = peak_gain(*loop(model, design.require()[0], np.ones(1)), sample_time=sample_time)
+    assert answer.gain is not None
+
+    assert 0.98 * gain_of(design) <= answer.gain <= gain_of(design) * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+def test_no_blend_of_the_loop_has_a_larger_bound(sample_time: float | None) -> None:
+    """Frozen memberships are among what the bound covers, each with a P of its own."""
+    model = three_rules(sample_time)
+    design = peak_pdc(model, tolerance=1e-3)
+    found = [
+        peak_gain(*loop(model, design.require()[0], h), sample_time=sample_time).gain
+        for h in blends(3, 3)
+    ]
+
+    assert all(gain is not None and gain <= gain_of(design) for gain in found)
+
+
+@pytest.mark.parametrize(("sample_time", "limit"), [(None, None), (None, 0.7), (0.1, 0.8)])
+def test_nothing_leaves_the_ellipsoid(sample_time: float | None, limit: float | None) -> None:
+    """From rest, switched at random, under the worst w of its peak: V, |z| and |u| keep bounds."""
+    peak, step = 0.5, sample_time or 1e-3
+    model, exact = two_rules(sample_time), two_rules(step)
+    limits = None if limit is None else [limit]
+    design = peak_pdc(model, disturbance_peak=peak, input_limit=limits, tolerance=0.01)
+    K, P = design.require()
+    rng, x = np.random.default_rng(1), np.zeros((2, 40))
+    level, largest, effort = 0.0, 0.0, 0.0
+    h = np.full(2, 0.5)
+    for k in range(int(15 / step)):
+        if k % max(1, int(0.4 / step)) == 0:
+            h = rng.dirichlet(np.full(2, 0.3))
+        A, B, C = loop(exact, K, h)
+        z, u = C @ x, np.tensordot(h, K, 1) @ x
+        x = A @ x
+        # The worst w of each of the forty, or a random one in every second.
+        worst = np.sign(B.T @ P @ x + (x == 0)[:1])
+        w = np.where(np.arange(40) % 2 == 0, worst, rng.uniform(-1, 1, size=(1, 40)))
+        x = x + peak * B * w
+        level = max(level, float(np.einsum("in,ij,jn->n", x, P, x).max()))
+        largest = max(largest, float(np.linalg.norm(z, axis=0).max()))
+        effort = max(effort, float(np.abs(u).max()))
+
+    assert 0.3 < level <= 1 + 1e-2 * (sample_time is None)
+    assert 0.3 * gain_of(design) * peak < largest <= gain_of(design) * peak * 1.01
+    if limit is not None:
+        reach = [float(np.sqrt(k @ np.linalg.inv(P) @ k.T)[0, 0]) for k in K]
+        assert effort <= max(reach) * 1.01
+        assert max(reach) <= limit * (1 + 1e-6)
+
+
+def test_input_limits_cost_and_may_be_too_tight() -> None:
+    """A limit that is reached makes the peak grow, until at no rate there are gains: it says so.
+
+    At a rate of its own the no is definite; without disturbance the limit could be kept.
+    """
+    model = two_rules()
+    wide, tight, narrow = (
+        gain_of(peak_pdc(model, disturbance_peak=0.5, input_limit=[limit], decay_rate=1.0))
+        for limit in (10.0, 0.8, 0.7)
+    )
+    none = peak_pdc(model, disturbance_peak=0.5, input_limit=[0.6])
+    no = peak_pdc(model, disturbance_peak=0.5, input_limit=[0.6], decay_rate=1.0)
+
+    assert wide == pytest.approx(tight, rel=1e-4)
+    assert narrow > 1.5 * wide
+    assert none.status == "unknown" and none.gains is None and none.gain is None
+    assert "at none of" in none.answer.diagnosis
+    assert no.status == "infeasible" and no.gains is None
+    assert "gains keep the limits without disturbance" in no.answer.diagnosis
+
+
+@pytest.mark.parametrize("sample_time", [1e-1, 1e-3])
+def test_fast_sampling_leads_to_the_continuous_design(sample_time: float) -> None:
+    """The bound of three scattered rules tends to the continuous one as T tends to 0."""
+    continuous = gain_of(peak_pdc(three_rules()))
+    found = gain_of(peak_pdc(three_rules(sample_time)))
+
+    assert continuous * 0.99 < found < continuous * (1.02 + 2 * sample_time)
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+def test_the_condition_itself_in_cvxpy(sample_time: float | None) -> None:
+    """At the decay rate of the design the condition, read by cvxpy, has the same least kappa."""
+    model = two_rules(sample_time)
+    design = peak_pdc(model)
+    condition = peak_pdc_condition(model, decay_rate=design.decay_rate)
+    other = expressed(condition, margin=0.0)
+    other.problem().solve(solver="CLARABEL")
+
+    least = float(other.values()["kappa"][0, 0, 0])
+    assert gain_of(design) == pytest.approx(np.sqrt(least), rel=1e-3)
+
+
+def test_a_given_rate_holds_and_does_not_beat_the_one_found() -> None:
+    """With w = 0 every blend decays at the rate; the bound is valid, and no lesser."""
+    model = two_rules()
+    best = gain_of(peak_pdc(model))
+    for rate in (0.5, 1.5, 4.0):
+        design = peak_pdc(model, decay_rate=rate)
+        poles = [np.linalg.eigvals(loop(model, design.require()[0], h)[0]) for h in blends(2, 5)]
+        assert float(np.max(np.concatenate(poles).real)) < -rate
+        assert gain_of(design) > best * (1 - 2e-3)
+        assert design.decay_rate == rate
+
+
+def test_the_gains_hold_in_the_models_own_coordinates() -> None:
+    """P, K and kappa as handed out satisfy the LMIs as they stand; reversed gains do not."""
+    for sample_time in (None, 0.1):
+        model = two_rules(sample_time)
+        design = peak_pdc(model, tolerance=0.01)
+        K, P = design.require()
+        condition = peak_pdc_condition(model, decay_rate=design.decay_rate)
+        Q, kappa = np.linalg.inv(P), np.array([[[gain_of(design) ** 2 * (1 + 1e-6)]]])
+        values = {"Q": Q[None], "M": K @ Q, "kappa": kappa}
+
+        assert margin(condition, values) > 0
+        assert margin(condition, {**values, "M": -values["M"]}) < 0
+        assert margin(condition, {**values, "kappa": 0.9 * kappa}) < 0
+
+
+@pytest.mark.parametrize("relaxation", ["common-gain", "tanaka-wang", "polya-1"])
+def test_relaxations_are_ordered(relaxation: str) -> None:
+    """At one rate: richer than all pairs never larger; one gain for all rules never lesser."""
+    model = three_rules()
+    pairs = gain_of(peak_pdc(model, decay_rate=1.5))
+    other = gain_of(peak_pdc(model, decay_rate=1.5, relaxation=relaxation))
+
+    if relaxation == "common-gain":
+        assert other >= pairs * (1 - 1e-4)
+    else:
+        assert other <= pairs * (1 + 1e-4)
+
+
+def test_units_change_the_gain_by_their_ratio() -> None:
+    """Of states, inputs, disturbance, output and time: gamma as the ratio says."""
+    model = two_rules()
+    s, tau, d, c, rate = np.array([1e3, 1e-2]), 1e4, 1e-3, 10.0, 50.0
+    other = TSModel(
+        rate * model.A * s / s[:, None],
+        rate * tau * model.B / s[:, None],
+        E=rate * d * model.E / s[:, None],
+        C=model.C * s / c,
+        D=model.D * tau / c,
+    )
+    plain = peak_pdc(model, decay_rate=2.0)
+    scaled = peak_pdc(other, decay_rate=2.0 * rate, disturbance_peak=1 / d)
+
+    assert gain_of(scaled) == pytest.approx(gain_of(plain) * d / c, rel=1e-4)
+
+
+def test_the_builder_writes_the_formula_it_poses() -> None:
+    """The ellipsoid's matrix and that of the output, in both times."""
+    continuous = latex(peak_pdc_condition(two_rules(), decay_rate=0.5))
+    discrete = latex(peak_pdc_condition(two_rules(0.1), decay_rate=0.5))
+
+    assert r"\mathrm{He}\left(A_{i} Q - B_{i} M_{i}\right) + \sigma Q & E_{i}" in continuous
+    assert r"\text{output, rule:}" in continuous
+    assert r"\bar A_{i} Q - \bar B_{i} M_{i}" in discrete
+
+
+def test_held_disturbances_are_some_of_all() -> None:
+    """Sampling the loop of a continuous design leaves its ellipsoid invariant for held w."""
+    model = two_rules()
+    design = peak_pdc(model, tolerance=0.01)
+    K, P = design.require()
+    for h in blends(2, 5):
+        A, B, _ = loop(model, K, h)
+        Ad, Bd = sampled(A, B, 0.05)
+        edge = np.linalg.inv(np.linalg.cholesky(P)).T
+        angles = np.linspace(0, 2 * np.pi, 181)
+        x = Ad @ edge @ np.array([np.cos(angles), np.sin(angles)])
+        for w in (-1.0, 1.0):
+            after = x + Bd * w
+            assert np.einsum("in,ij,jn->n", after, P, after).max() <= 1 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"decay_rate": 0.0}, "decay_rate is 0 1/s; it must be positive"),
+        ({"disturbance_peak": 0.0}, "disturbance_peak is 0; it must be positive"),
+        ({"relaxation": "none"}, "relaxation 'none' is not known"),
+        ({"input_limit": [1.0, 2.0]}, r"input_limit has shape \(2,\)"),
+        ({"performance": ([[1.0]],)}, r"C1 has shape \(1, 1\)"),
+    ],
+)
+def test_misuse_is_refused(arguments: dict[str, Any], message: str) -> None:
+    """Each says what was given and what is needed."""
+    with pytest.raises(ModelError, match=message):
+        peak_pdc(two_rules(), **arguments)
+
+
+def test_without_gains_the_answer_says_why() -> None:
+    """Two rules whose inputs push in opposite directions: the no is that of plain compensation."""
+    design = peak_pdc(TSModel([[[1.0]], [[1.0]]], [[[1.0]], [[-1.0]]], E=[[1.0]], C=[[1.0]]))
+
+    assert design.status == "infeasible"
+    assert design.gains is None and design.gain is None
+    assert "no gains by wang-tanaka-griffin" in design.answer.diagnosis

@@ -1,0 +1,93 @@
+"""Double sums of known matrices, whose largest eigenvalue over the memberships can be sampled."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi import LMI, Condition, Unknown
+from takagi.lmi.solver.stages import optimise
+from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
+from takagi.lmi.sums.relaxations import relaxation_named
+
+Floats = NDArray[np.float64]
+
+
+def random_theta(seed: int, rules: int, size: int, gains: int | None = None) -> Floats:
+    """Return symmetric (rules, gains, size, size), mostly worst where rules act together."""
+    rng = np.random.default_rng(seed)
+    theta = rng.standard_normal((rules, gains or rules, size, size))
+    theta = theta + theta.transpose(0, 1, 3, 2)
+    if gains is None:
+        theta[np.arange(rules), np.arange(rules)] -= 3 * np.eye(size)
+    return theta
+
+
+def known_sum(theta: Floats, **known: object) -> tuple[DoubleSum, Unknown]:
+    """Return sum_ij h_i m_j (Theta_ij - s I), and s."""
+    s = Unknown("s", 1, 1)
+    size = theta.shape[2]
+    if theta.shape[0] != theta.shape[1] and "gain_corners" not in known:
+        known["gain_rules"] = theta.shape[1]
+    loop = DoubleSum(
+        rules=len(theta),
+        blocks=(size,),
+        parts=(Part(unknown=s, left=-np.eye(size)[None]),),
+        fixed=(Fixed(value=theta),),
+        **known,  # type: ignore[arg-type]
+    )
+    return loop, s
+
+
+def least(
+    loop: DoubleSum,
+    s: Unknown,
+    relaxation: str,
+    unknowns: tuple[Unknown, ...] = (),
+    lmis: tuple[LMI, ...] = (),
+) -> float:
+    """Return the least s for which the relaxation holds: an upper bound on the sum."""
+    slack, posed = relaxation_named(relaxation)(loop)
+    condition = Condition(
+        name="least bound",
+        unknowns=(s, *unknowns, *slack),
+        lmis=(*posed, *lmis),
+        objective={"s": np.ones((1, 1, 1))},
+    )
+    outcome = optimise(condition)
+    assert outcome.status == "candidate"
+    return float(outcome.values["s"][0, 0, 0])
+
+
+def bound(theta: Floats, relaxation: str, **known: object) -> float:
+    """Return the relaxation's upper bound on sum_ij h_i m_j Theta_ij."""
+    return least(*known_sum(theta, **known), relaxation)
+
+
+def largest(theta: Floats, h: Floats, m: Floats | None = None) -> float:
+    """Return the largest eigenvalue of sum_ij h_i m_j Theta_ij over the rows of h and m."""
+    blend = np.einsum("ti,tj,ijab->tab", h, h if m is None else m, theta)
+    return float(np.linalg.eigvalsh(blend)[:, -1].max())
+
+
+def memberships(seed: int, rules: int, count: int = 4000) -> Floats:
+    """Return (count, rules) memberships: inside, on edges, at corners."""
+    rng = np.random.default_rng(seed)
+    inside = rng.dirichlet(np.ones(rules), count // 2)
+    edges = rng.dirichlet(0.2 * np.ones(rules), count - count // 2 - rules)
+    return np.concatenate([inside, edges, np.eye(rules)])
+
+
+def combinations_of(*sides: int) -> NDArray[np.intp]:
+    """Return every combination of corners, the last premise changing first."""
+    return np.array(list(product(*map(range, sides))), dtype=np.intp)
+
+
+def product_memberships(corners: NDArray[np.intp], weights: list[Floats]) -> Floats:
+    """Return (count, rules): the products of each premise's weights (count, corners)."""
+    found = np.ones((len(weights[0]), len(corners)))
+    for column, weight in enumerate(weights):
+        found = found * weight[:, corners[:, column]]
+    return found

@@ -1,0 +1,297 @@
+"""Every relaxation bounds the double sum from above, richer ones more closely, none from below."""
+
+from __future__ import annotations
+
+from collections import Counter
+from fractions import Fraction
+from itertools import combinations, permutations
+from math import comb
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from takagi.lmi import Unknown, exact_matrices
+from takagi.lmi.evaluate import lmi_value
+from takagi.lmi.exact import fractions
+from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
+from takagi.lmi.sums.multisets import count_of, multisets, numbers_of
+from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.lmi.synthesis.compensation_condition import pdc_condition
+from takagi.models import ModelError
+from tests.lmi.sums.known import (
+    bound,
+    combinations_of,
+    known_sum,
+    largest,
+    least,
+    memberships,
+    product_memberships,
+    random_theta,
+)
+
+Floats = NDArray[np.float64]
+SQUARE = ("wang-tanaka-griffin", "tuan", "tanaka-wang", "kim-lee", "liu-zhang")
+# The bounds are within this share of the least, by two stages of a solver.
+NEAR = 2e-3
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 10_000), st.integers(2, 4), st.integers(1, 3))
+def test_no_relaxation_promises_too_much(seed: int, rules: int, size: int) -> None:
+    """Thousands of memberships stay below every bound; a richer relaxation's is not larger."""
+    theta = random_theta(seed, rules, size)
+    reached = largest(theta, memberships(seed, rules))
+    found = {name: bound(theta, name) for name in (*SQUARE, "polya-1", "polya-3")}
+
+    assert all(reached <= found[name] + 1e-9 for name in found)
+    chain = ("wang-tanaka-griffin", "tanaka-wang", "kim-lee", "liu-zhang")
+    chains = (chain, (chain[0], "tuan"), (chain[0], "polya-1", "polya-3"))
+    for names in chains:
+        for poor, rich in zip(names, names[1:], strict=False):
+            assert found[rich] <= found[poor] + NEAR, (poor, rich)
+
+
+def largest_scalar(theta: Floats) -> float:
+    """Return max h' theta h over memberships h, for numbers theta: by its support."""
+    symmetric = (theta + theta.T) / 2
+    best = float(symmetric.diagonal().max())
+    for count in range(2, len(theta) + 1):
+        for chosen in combinations(range(len(theta)), count):
+            # Inside a face the gradient is the same along all its memberships.
+            bordered = np.ones((count + 1, count + 1))
+            bordered[:count, :count], bordered[count, count] = symmetric[np.ix_(chosen, chosen)], 0
+            h = np.linalg.solve(bordered, np.eye(count + 1)[count])[:count]
+            if (h >= 0).all():
+                best = max(best, float(h @ symmetric[np.ix_(chosen, chosen)] @ h))
+    return best
+
+
+@settings(max_examples=15)
+@given(st.integers(0, 10_000), st.integers(2, 4))
+def test_liu_zhang_is_exact_for_numbers_of_four_rules(seed: int, rules: int) -> None:
+    """Diananda (1962): up to order 4 a copositive matrix is a definite plus a nonnegative one."""
+    theta = random_theta(seed, rules, 1)
+
+    exact = largest_scalar(theta[:, :, 0, 0])
+    assert bound(theta, "liu-zhang") == pytest.approx(exact, abs=NEAR)
+    assert bound(theta, "kim-lee") == pytest.approx(exact, abs=NEAR)
+
+
+def test_polya_ends_at_the_largest_value() -> None:
+    """-h1^2 - h2^2 + 1.9 h1 h2 is negative: from some degree on, every coefficient shows it.
+
+    The coefficients of (h1 + h2)^d times it are recomputed by convolution.
+    """
+    theta = np.array([[-1.0, 0.95], [0.95, -1.0]])[:, :, None, None]
+    degrees = range(0, 60)
+    form = np.array([-1.0, 1.9, -1.0])
+    shows = [
+        bool((np.convolve(form, [comb(d, k) for k in range(d + 1)]) < 0).all()) for d in degrees
+    ]
+    first = shows.index(True)
+
+    assert not any(shows[:first]) and all(shows[first:])
+    for degree, holds in ((first - 1, False), (first, True), (first + 7, True)):
+        loop = DoubleSum(rules=2, blocks=(1,), parts=(), fixed=(Fixed(value=theta),))
+        (lmi,) = relaxation_named(f"polya-{degree}")(loop)[1]
+        assert bool((lmi.constants[0].value < 0).all()) is holds
+
+
+@pytest.mark.parametrize(("rules", "degree"), [(2, 3), (3, 0), (3, 2), (4, 1)])
+def test_polya_takes_the_mean_over_orderings(rules: int, degree: int) -> None:
+    """Each item is the mean of Theta_ij over the orderings (i, j, ...) of its product, scaled."""
+    theta = random_theta(7, rules, 2)
+    loop = DoubleSum(rules=rules, blocks=(2,), parts=(), fixed=(Fixed(value=theta),))
+    (lmi,) = relaxation_named(f"polya-{degree}")(loop)[1]
+    value = lmi.constants[0].value
+    scale = value[0] @ np.linalg.inv(theta[0, 0])
+
+    assert lmi.count == count_of(rules, degree + 2)
+    for item, chosen in enumerate(multisets(rules, degree + 2)):
+        orders = [theta[order[0], order[1]] for order in permutations(chosen.tolist())]
+        np.testing.assert_allclose(value[item], scale[0, 0] * np.mean(orders, axis=0), rtol=1e-12)
+        assert lmi.label(item) == " ".join(f"h{k + 1}" for k in chosen)
+    assert 0.5 < scale[0, 0] < 2
+
+
+@settings(max_examples=20)
+@given(st.integers(1, 6), st.integers(0, 4))
+def test_multisets_are_numbered_in_their_order(values: int, degree: int) -> None:
+    """Row k has number k, rows are sorted, and there are as many as combinatorics says."""
+    rows = multisets(values, degree)
+
+    assert rows.shape == (count_of(values, degree), degree)
+    assert (np.diff(rows, axis=1) >= 0).all()
+    np.testing.assert_array_equal(numbers_of(rows, values), np.arange(len(rows)))
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 10_000))
+def test_products_of_memberships_are_bounded_and_ordered(seed: int) -> None:
+    """Two premises, of two and three corners: sampled products stay below each bound.
+
+    All pairs => product => product-1 => product-2; Polya-d => product-d; product and Liu-Zhang =>
+    both together.
+    """
+    corners = combinations_of(2, 3)
+    theta = random_theta(seed, 6, 1)
+    h = product_memberships(corners, [memberships(seed, 2), memberships(seed + 1, 3)])
+    reached = largest(theta, h)
+    names = ("product", "product-1", "product-2", "product-liu-zhang")
+    found = {name: bound(theta, name, corners=corners) for name in names}
+    found |= {name: bound(theta, name) for name in ("wang-tanaka-griffin", "polya-1", "liu-zhang")}
+
+    assert all(reached <= found[name] + 1e-9 for name in names)
+    for poor, rich in (
+        ("wang-tanaka-griffin", "product"),
+        ("product", "product-1"),
+        ("product-1", "product-2"),
+        ("polya-1", "product-1"),
+        ("product", "product-liu-zhang"),
+        ("liu-zhang", "product-liu-zhang"),
+    ):
+        assert found[rich] <= found[poor] + NEAR, (poor, rich)
+
+
+def test_degrees_of_products_close_the_gap() -> None:
+    """The gap to what is reached on a fine grid falls like 1 / degree; with a slack it is gone."""
+    corners = combinations_of(2, 2)
+    theta = random_theta(5, 4, 1)
+    grid = np.linspace(0, 1, 201)
+    first, second = (part.ravel() for part in np.meshgrid(grid, grid))
+    weights = [np.stack([1 - part, part], axis=1) for part in (first, second)]
+    reached = largest(theta, product_memberships(corners, weights))
+    gaps = [bound(theta, f"product-{d}", corners=corners) - reached for d in (0, 6, 18, 42)]
+
+    assert gaps[0] > 1.5
+    assert all(0 < later < earlier for earlier, later in zip(gaps, gaps[1:], strict=False))
+    assert gaps[3] < 0.05
+    assert bound(theta, "wang-tanaka-griffin") > reached + gaps[0] + 0.2
+    assert bound(theta, "liu-zhang") > reached + 0.3
+    assert bound(theta, "product-liu-zhang", corners=corners) < reached + NEAR
+
+
+def test_one_premise_is_one_simplex() -> None:
+    """Over a single premise products of corner weights are products of memberships."""
+    theta = random_theta(5, 3, 2)
+    corners = np.arange(3)[:, None]
+
+    for degree in (0, 2):
+        loop = DoubleSum(
+            rules=3, blocks=(2,), parts=(), fixed=(Fixed(value=theta),), corners=corners
+        )
+        (first,) = relaxation_named(f"polya-{degree}")(loop)[1]
+        (second,) = relaxation_named(f"product-{degree}")(loop)[1]
+        np.testing.assert_array_equal(first.constants[0].value, second.constants[0].value)
+
+
+def test_fractions_are_summed_without_an_error() -> None:
+    """Vertices as decimals stay decimals in every relaxation: no weight is rounded."""
+    A = fractions(np.array([[["0.1", "0.3"], ["-0.7", "0.2"]]] * 3, dtype=object))
+    A[1, 0, 0], A[2, 1, 0] = Fraction(1, 3), Fraction(2, 7)
+    B = fractions(np.array([[["0.1"], ["1.1"]]] * 3, dtype=object))
+    Q = fractions([[["1", "0.1"], ["0.1", "2"]]])
+    M = fractions([[["0.3", "0.7"]], [["-0.9", "0.1"]], [["0.2", "0.4"]]])
+    model = Exact(A, B)
+    G = [[A[i] @ Q[0] - B[i] @ M[j] for j in range(3)] for i in range(3)]
+
+    condition = pdc_condition(model, relaxation="polya-1")
+    (lmi,) = (one for one in condition.lmis if one.name == "product of memberships")
+    found = exact_matrices(condition, lmi, {"Q": Q, "M": M, "nu": [[[0]]]})
+    for item, chosen in enumerate(multisets(3, 3)):
+        orders = Counter(order[:2] for order in permutations(chosen.tolist()))
+        total = sum(times * (G[i][j] + G[i][j].T) for (i, j), times in orders.items())
+        # Six orderings, and the power of two next to 1 / 6.
+        np.testing.assert_array_equal(found[item], -Fraction(6, 6 * 8) * total)
+    condition = pdc_condition(model, relaxation="tuan")
+    (lmi,) = (one for one in condition.lmis if one.name == "pair")
+    found = exact_matrices(condition, lmi, {"Q": Q, "M": M, "nu": [[[0]]]})
+    pair = G[0][0] + G[0][1] + G[1][0]
+    np.testing.assert_array_equal(found[0], -(pair + pair.T))
+
+
+class Exact:
+    """Vertices as fractions."""
+
+    def __init__(self, A: NDArray[np.object_], B: NDArray[np.object_]) -> None:
+        self.A, self.B = A, B
+
+
+def test_one_gain_takes_pairs_where_the_rest_changes_with_both_rules() -> None:
+    """A Theta_ij that changes with j is not left to its diagonal, whatever the gain does."""
+    theta = np.array([[-1.0, 3.0], [3.0, -1.0]])[:, :, None, None]
+
+    assert bound(theta, "common-gain") == pytest.approx(3.0, abs=NEAR)
+    same = np.array([[-1.0, -1.0], [2.0, 2.0]])[:, :, None, None]
+    assert bound(same, "common-gain") == pytest.approx(2.0, abs=NEAR)
+    assert largest(same, memberships(0, 2)) == pytest.approx(2.0)
+
+
+def test_names_that_make_no_sense() -> None:
+    """A misspelt relaxation, a degree that is none, memberships that are no products."""
+    loop, _ = known_sum(np.zeros((3, 3, 1, 1)))
+
+    for name in ("polya", "polya--1", "product-x", "tanaka"):
+        with pytest.raises(ModelError, match="is not known; there are common-gain"):
+            relaxation_named(name)
+    with pytest.raises(ModelError, match="needs memberships that are products"):
+        relaxation_named("product-1")(loop)
+
+
+def test_slack_unknowns_of_two_sums_have_names_of_their_own() -> None:
+    """Two double sums in one condition do not share a slack unknown."""
+    named, _ = known_sum(random_theta(0, 3, 1), name="second")
+    plain, _ = known_sum(random_theta(0, 3, 1))
+
+    for name in ("tanaka-wang", "kim-lee", "liu-zhang"):
+        first, second = relaxation_named(name)(plain), relaxation_named(name)(named)
+        assert not {u.name for u in first[0]} & {u.name for u in second[0]}
+        assert not {lmi.name for lmi in first[1]} & {lmi.name for lmi in second[1]}
+
+
+def test_gathering_changes_nothing() -> None:
+    """Parts by both rules, with tables of members, are summed as a plain loop sums them."""
+    rng = np.random.default_rng(0)
+    X = Unknown("X", 2, 3, count=4)
+    left, right = rng.standard_normal((3, 3, 2, 2)), rng.standard_normal((1, 3, 2))
+    table = rng.integers(0, 4, (3, 3))
+    sides = ((left, right), (left[0], rng.standard_normal((3, 3, 2))), (left[:1, 0], right))
+    value = rng.standard_normal((4, 2, 3))
+    for first, second in sides:
+        part = Part(unknown=X, left=first, right=second, member=table, plus_transpose=True)
+        loop = DoubleSum(rules=3, blocks=(2,), parts=(part,))
+        (lmi,) = relaxation_named("polya-1")(loop)[1]
+        found = lmi_value(lmi, {"X": value}, {})
+        for item, chosen in enumerate(multisets(3, 3)):
+            total = np.zeros((2, 2))
+            for i, j, _ in permutations(chosen.tolist()):
+                a = first[i, j] if first.ndim == 4 else first[i % len(first)]
+                b = second[i % len(second)]
+                total += a @ value[table[i, j]] @ b
+            np.testing.assert_allclose(found[item], (total + total.T) / 8, rtol=1e-12)
+
+
+def test_the_bound_is_what_the_eigenvalues_of_the_items_say() -> None:
+    """Without slack unknowns the least s is the largest eigenvalue of a coefficient."""
+    theta = random_theta(11, 3, 2)
+    loop, s = known_sum(theta)
+    (lmi,) = relaxation_named("polya-2")(loop)[1]
+    total = float(-lmi.terms[0].left[0, 0, 0])
+    eigenvalues = np.linalg.eigvalsh(lmi.constants[0].value)[:, -1] / total
+
+    assert least(loop, s, "polya-2") == pytest.approx(float(eigenvalues.max()), abs=NEAR)
+
+
+@pytest.mark.parametrize(("rules", "gains"), [(3, 2), (2, 3)])
+def test_one_gain_for_all_does_not_mind_how_many_rules_there_are_of_it(
+    rules: int, gains: int
+) -> None:
+    """Theta_ij that does not change with j: the largest of the vertices, exactly."""
+    vertices = random_theta(0, rules, 2)[:, :1]
+    theta = np.broadcast_to(vertices, (rules, gains, 2, 2)).copy()
+
+    exact = float(np.linalg.eigvalsh(vertices)[..., -1].max())
+    assert bound(theta, "common-gain") == pytest.approx(exact, rel=NEAR)

@@ -1,0 +1,284 @@
+"""Fuzzy Lyapunov functions: limits of the rate, motions that show them, discrete time, misuse."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from takagi.lmi import (
+    Answer,
+    common_lyapunov,
+    exact_matrices,
+    fuzzy_lyapunov,
+    fuzzy_lyapunov_condition,
+    max_decay_rate,
+    polynomial_lyapunov,
+)
+from takagi.lmi.alternatives.definiteness import is_definite
+from takagi.models import ModelError, Premise, TSModel
+
+Floats = NDArray[np.float64]
+
+
+def lpj12(lam: float) -> Floats:
+    """Two rules that share a common P exactly for lam < 4 + 4 sqrt(2) (Shorten and Narendra)."""
+    return np.array([[[-2.0, 4.0], [-1.0, -2.0]], [[-2.0, 4.0], [-1.0 - lam, -2.0]]])
+
+
+def fastest_growth(A: Floats, answer: Answer, phi: float) -> float:
+    """Return the largest lambda of He(P A) + dP/dt relative to P, over h and |dh/dt| <= phi."""
+    family = answer.family
+    assert family is not None
+    rng = np.random.default_rng(0)
+    r = len(A)
+    h = np.concatenate([np.eye(r), rng.dirichlet(np.ones(r), 300)])
+    v = rng.standard_normal(h.shape)
+    v -= v.mean(axis=1, keepdims=True)
+    v *= phi / np.abs(v).max(axis=1, keepdims=True)
+    P, e = family.at(h), 1e-5
+    rate = (family.at(h + e * v) - family.at(h - e * v)) / (2 * e)
+    drop = P @ np.tensordot(h, A, axes=1)
+    drop = drop + drop.transpose(0, 2, 1) + rate
+    L = np.linalg.cholesky(P)
+    inside = np.linalg.solve(L, np.linalg.solve(L, drop).transpose(0, 2, 1))
+    return float(np.linalg.eigvalsh(inside)[:, -1].max())
+
+
+def growth_in_a_cycle(rate: float, *, high: float, low: float) -> float:
+    """Return the spectral radius of a period: h_2 up at the rate, held, down, held; lam = 20."""
+    A = lpj12(20.0)
+    share = (np.arange(100) + 0.5) / 100
+    up = [expm((A[0] * (1 - h) + A[1] * h) / (100 * rate)) for h in share]
+    steps = [*up, expm(A[1] * high), *up[::-1], expm(A[0] * low)]
+    whole = np.eye(2)
+    for step in steps:
+        whole = step @ whole
+    return float(np.abs(np.linalg.eigvals(whole)).max())
+
+
+def test_no_rate_is_a_constant_parameter() -> None:
+    """rate_bounds = 0 is ``polynomial_lyapunov``: the same margin and decay rate."""
+    still = fuzzy_lyapunov(lpj12(20.0), rate_bounds=0.0, relaxation="polya-0")
+    constant = polynomial_lyapunov(lpj12(20.0))
+
+    assert still.margin == pytest.approx(constant.margin, rel=1e-9)
+    assert still.decay_rate == pytest.approx(constant.decay_rate, rel=1e-6)
+
+
+def test_any_rate_is_a_common_P() -> None:
+    """rate_bounds = inf from both sides of 4 + 4 sqrt(2); a huge rate comes to the same."""
+    limit = 4 + 4 * np.sqrt(2)
+    answer = fuzzy_lyapunov(lpj12(limit - 1e-2), rate_bounds=np.inf)
+
+    assert answer.found and answer.family is not None
+    assert answer.family.basis.degrees == (0,)
+    np.testing.assert_array_equal(answer.family.vertices[0], answer.family.vertices[1])
+    assert fuzzy_lyapunov(lpj12(limit + 1e-2), rate_bounds=np.inf).status == "infeasible"
+    assert fuzzy_lyapunov(lpj12(limit - 1e-2), rate_bounds=1e6).found
+    assert not fuzzy_lyapunov(lpj12(limit + 1e-2), rate_bounds=1e6).found
+
+
+@pytest.mark.parametrize(
+    ("options", "limit"),
+    [
+        ({"relaxation": "polya-0"}, 3.4887),
+        ({"relaxation": "wang-tanaka-griffin"}, 3.4887),
+        ({"relaxation": "polya-1"}, 3.5084),
+        ({"relaxation": "liu-zhang"}, 3.8330),
+        ({"form": "dilated"}, 2.5801),
+        ({"degree": 2}, 4.2886),
+        ({"degree": 8, "relaxation": "polya-1"}, 6.7872),
+    ],
+)
+def test_how_fast_the_memberships_may_move(options: Mapping[str, Any], limit: float) -> None:
+    """lam = 20, no common P: certified up to these rates in 1/s, recomputed by bisection.
+
+    The coefficients of degree 2 are the inequalities of all pairs, so the first two agree.
+    """
+    A = lpj12(20.0)
+    below = fuzzy_lyapunov(A, rate_bounds=limit - 1e-2, **options)
+    above = fuzzy_lyapunov(A, rate_bounds=limit + 1e-2, **options)
+
+    assert below.found and not above.found
+    assert below.decay_rate is not None
+    assert fastest_growth(A, below, limit - 1e-2) <= -2 * below.decay_rate + 1e-6
+
+
+def test_a_motion_that_grows_is_never_certified() -> None:
+    """lam = 20: a cycle of the membership at 100 1/s grows by 1.3 %; 6.6 1/s is certified."""
+    assert growth_in_a_cycle(100.0, high=0.2, low=0.375) > 1.01
+    assert growth_in_a_cycle(6.6, high=0.2, low=0.375) < 0.9
+    assert fuzzy_lyapunov(lpj12(20.0), rate_bounds=6.6, degree=8).found
+    for options in ({"degree": 8}, {"degree": 6, "form": "dilated"}, {"relaxation": "liu-zhang"}):
+        answer = fuzzy_lyapunov(lpj12(20.0), rate_bounds=100.0, **options)
+        assert not answer.found
+
+
+def test_one_slack_for_all_rates_is_weaker_than_their_corners() -> None:
+    """Mozelli's slack, lam = 20: up to 1.9 1/s where the corners reach 3.5 1/s."""
+    A = lpj12(20.0)
+    answer = fuzzy_lyapunov(A, rate_bounds=1.5, rates="slack")
+
+    assert answer.found
+    assert fastest_growth(A, answer, 1.5) < 0
+    assert not fuzzy_lyapunov(A, rate_bounds=2.5, rates="slack").found
+    assert fuzzy_lyapunov(A, rate_bounds=2.5).found
+
+
+@settings(max_examples=6)
+@given(st.integers(0, 1000))
+def test_the_slower_and_the_richer_lose_nothing(seed: int) -> None:
+    """Three rules: what the slack shows, the corners show; what a common P shows, all show."""
+    rng = np.random.default_rng(seed)
+    A = rng.standard_normal((3, 2, 2)) - 2 * np.eye(2)
+    common = max_decay_rate(A).decay_rate
+    assert common is not None
+    aim = common - 0.01 * abs(common)
+    rate = fuzzy_lyapunov(A, rate_bounds=1.0, decay_rate=aim, rates="slack").decay_rate
+    assert rate is not None
+    aim = rate - 0.01 * abs(rate)
+
+    for bound in (1.0, 0.5):
+        answer = fuzzy_lyapunov(A, rate_bounds=bound, decay_rate=aim)
+        assert answer.found and answer.decay_rate is not None
+        assert fastest_growth(A, answer, bound) <= -2 * answer.decay_rate + 1e-6
+
+
+def oscillator() -> TSModel:
+    """x'' + (1.5 + p) x' + (4 + q) x = 0 with |p| <= 0.5 and |q| <= 2.5."""
+    A: Any = [[[0, 1], [-4 - q, -1.5 - p]] for p in (-0.5, 0.5) for q in (-2.5, 2.5)]
+    return TSModel(A, premises=[Premise("p", -0.5, 0.5), Premise("q", -2.5, 2.5)])
+
+
+def test_rates_of_premises_say_more_than_rates_of_memberships() -> None:
+    """|h_i'| of a product is at most the sum of the |w_k'|, which forgets what moves together."""
+    model = oscillator()
+    rates = {"p": 1.5, "q": 7.5}
+    flat = 1.5 / 1.0 + 7.5 / 5.0
+    answer = fuzzy_lyapunov(model, rate_bounds=rates)
+
+    assert common_lyapunov(model).status == "infeasible"
+    assert answer.found
+    assert not fuzzy_lyapunov(model.A, rate_bounds=flat).found
+
+
+def test_the_rate_of_a_product_is_that_of_its_premises() -> None:
+    """dP/dt at the corners +-rho bounds every motion; found values checked along random ones."""
+    model = oscillator()
+    answer = fuzzy_lyapunov(model, rate_bounds=[1.5, 7.5], decay_rate=0.01)
+    family = answer.family
+    assert family is not None and answer.decay_rate is not None
+    rng = np.random.default_rng(0)
+    z = rng.uniform(-1, 1, (2, 400)) * [[0.49], [2.49]]
+    speed = rng.uniform(-1, 1, (2, 400)) * [[1.5], [7.5]]
+    h, e = model.memberships(z).T, 1e-6
+    moved = model.memberships(z + e * speed).T - model.memberships(z - e * speed).T
+    rate = np.tensordot(moved / (2 * e), family.vertices, axes=1)
+    P = family.at(h)
+    drop = P @ np.tensordot(h, model.A, axes=1)
+    drop = drop + drop.transpose(0, 2, 1) + rate + 2 * answer.decay_rate * P
+
+    assert answer.decay_rate >= 0.01
+    assert np.linalg.eigvalsh(drop).max() <= 1e-6 * np.abs(P).max()
+
+
+def test_a_premise_that_jumps_is_left_out_of_P() -> None:
+    """inf for p: P depends on q alone, which is enough here; the other way round it is not."""
+    answer = fuzzy_lyapunov(oscillator(), rate_bounds={"p": np.inf, "q": 7.5})
+    assert answer.family is not None
+
+    assert answer.family.basis.degrees == (0, 1)
+    np.testing.assert_array_equal(answer.family.vertices[0], answer.family.vertices[2])
+    other = fuzzy_lyapunov(oscillator(), rate_bounds={"p": 0.0, "q": np.inf})
+    assert other.status == "infeasible"
+
+
+def test_named_relaxations_know_the_premises() -> None:
+    """ "product" on the rules agrees with "polya-0" on the premises: the same coefficients."""
+    plain = fuzzy_lyapunov(oscillator(), rate_bounds=[1.5, 7.5], relaxation="polya-0")
+    named = fuzzy_lyapunov(oscillator(), rate_bounds=[1.5, 7.5], relaxation="product")
+
+    assert plain.found and named.found
+    assert named.margin == pytest.approx(plain.margin, rel=1e-3)
+
+
+def test_gains_close_the_loop() -> None:
+    """A law that makes lam = 20 of an unstable plant; the loop's P holds along the motion."""
+    K = np.array([[[3.0, 0.0]], [[3.0, 0.0]]])
+    B = np.array([[[0.0], [1.0]], [[0.0], [1.0]]])
+    model = TSModel(lpj12(20.0) + B @ K, B)
+    answer = fuzzy_lyapunov(model, rate_bounds=3.0, gains=K)
+
+    assert fuzzy_lyapunov(model, rate_bounds=3.0).found is False
+    assert answer.found
+    assert fastest_growth(lpj12(20.0), answer, 3.0) < 0
+    scheduled = fuzzy_lyapunov(model, rate_bounds=2.9, gains=K * [[[0.9]], [[1.1]]])
+    assert scheduled.found and scheduled.condition is not None
+    assert scheduled.condition.lmis[-1].count == 2 * 4
+
+
+def test_a_found_P_holds_in_rationals() -> None:
+    """lam = 20 at a rate of 1/s: exact coefficients of exact numbers."""
+    A = np.vectorize(Fraction, otypes=[object])(lpj12(20.0))
+    condition = fuzzy_lyapunov_condition(A, rate_bounds=1.0)
+    answer = fuzzy_lyapunov(lpj12(20.0), rate_bounds=1.0)
+    assert answer.family is not None
+    members = np.vectorize(lambda entry: Fraction(f"{entry:.6f}"), otypes=[object])(
+        answer.family.members
+    )
+    exact = exact_matrices(condition, condition.lmis[-1], {"P": members})
+    unfit = exact_matrices(condition, condition.lmis[-1], {"P": members[::-1]})
+
+    assert len(exact) == 2 * 3 and all(is_definite(matrix) for matrix in exact)
+    assert not all(is_definite(matrix) for matrix in unfit)
+
+
+def test_a_no_says_what_binds_and_what_to_do() -> None:
+    """lam = 20 at 10 1/s by degree 1; and an unstable rule, which needs no solver."""
+    answer = fuzzy_lyapunov(lpj12(20.0), rate_bounds=10.0)
+    unstable = fuzzy_lyapunov(-lpj12(20.0), rate_bounds=10.0)
+
+    assert answer.status == "infeasible" and answer.family is None
+    assert "rates " in answer.diagnosis and "lower the rate bounds" in answer.diagnosis
+    assert "rule 1 of 2 alone rules it out" in unstable.diagnosis and not unstable.tries
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"rate_bounds": -1.0}, r"rate_bounds\[0\] is -1.0; it must be 0, positive, or inf"),
+        ({"rate_bounds": np.nan}, r"rate_bounds\[0\] is nan"),
+        ({"rate_bounds": [1.0, 1.0, 1.0]}, r"has shape \(3,\); \(2,\) is needed"),
+        ({"rate_bounds": "fast"}, "cannot be read as real numbers"),
+        ({"rate_bounds": {"z": 1.0}}, "has no premises; give one bound for each membership"),
+        ({"relaxation": "polya"}, "relaxation 'polya' is not known"),
+        ({"relaxation": "tanaka-wang", "degree": 2}, "is for a double sum"),
+        ({"relaxation": "tanaka-wang", "sample_time": 1.0}, "is for a double sum"),
+        ({"rates": "all"}, 'rates is \'all\'; there are "corners" and "slack"'),
+        ({"rates": "slack", "degree": 2}, 'rates="slack" is for continuous time'),
+        ({"rates": "slack", "rate_bounds": np.inf}, "finite"),
+        ({"rates": "slack", "form": "dilated"}, 'rates="slack" is for continuous time'),
+    ],
+)
+def test_misuse_is_said(options: Mapping[str, Any], said: str) -> None:
+    """What was given, and what is needed."""
+    with pytest.raises(ModelError, match=said):
+        fuzzy_lyapunov(lpj12(1.0), **{"rate_bounds": 1.0, **options})
+
+
+def test_bounds_of_premises_are_checked_by_name() -> None:
+    """One missing, one unknown with the name that was meant, some without a bound."""
+    with pytest.raises(ModelError, match="none is given for q"):
+        fuzzy_lyapunov(oscillator(), rate_bounds={"p": 1.0})
+    with pytest.raises(ModelError, match="there is no premise 'Q'; there are p, q"):
+        fuzzy_lyapunov(oscillator(), rate_bounds={"p": 1.0, "Q": 1.0})
+    with pytest.raises(ModelError, match="leaves 2 of 3 memberships without a bound"):
+        fuzzy_lyapunov([[[-1.0]], [[-2.0]], [[-3.0]]], rate_bounds=[1.0, np.inf, np.inf])

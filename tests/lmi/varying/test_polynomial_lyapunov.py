@@ -1,0 +1,262 @@
+"""Polynomial Lyapunov functions for constant parameters: published numbers, laws, exact checks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from takagi.lmi import (
+    Answer,
+    common_lyapunov,
+    exact_matrices,
+    expressed,
+    latex,
+    max_decay_rate,
+    polynomial_lyapunov,
+    polynomial_lyapunov_condition,
+)
+from takagi.lmi.alternatives.definiteness import is_definite
+from takagi.lmi.evaluate import margin
+from takagi.models import ModelError, Premise, TSModel
+
+Floats = NDArray[np.float64]
+
+
+def lpj12(lam: float) -> Floats:
+    """Two rules that share a common P exactly for lam < 4 + 4 sqrt(2) (Shorten and Narendra)."""
+    return np.array([[[-2.0, 4.0], [-1.0, -2.0]], [[-2.0, 4.0], [-1.0 - lam, -2.0]]])
+
+
+def dayawansa_martin(a: float) -> Floats:
+    """Dayawansa and Martin (1999): a common P exists exactly for 3 - sqrt(8) < a < 3 + sqrt(8)."""
+    return np.array([[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -a], [1 / a, -1.0]]])
+
+
+def blends(A: Floats, answer: Answer) -> tuple[Floats, Floats]:
+    """Return A(h) and P(h) at the corners and at random h."""
+    assert answer.family is not None
+    r = len(A)
+    h = np.concatenate([np.eye(r), np.random.default_rng(0).dirichlet(np.ones(r), 300)])
+    return np.tensordot(h, A, axes=1), answer.family.at(h)
+
+
+def slowest(A: Floats, answer: Answer) -> float:
+    """Return the least alpha with He(P A) + 2 alpha P <= 0 over blends: what V really shows."""
+    M, P = blends(A, answer)
+    L = np.linalg.cholesky(P)
+    inside = np.linalg.solve(L, (P @ M + (P @ M).transpose(0, 2, 1)))
+    inside = np.linalg.solve(L, inside.transpose(0, 2, 1))
+    return -float(np.linalg.eigvalsh(inside)[:, -1].max()) / 2
+
+
+@pytest.mark.parametrize(
+    ("family", "limit"), [(lpj12, 4 + 4 * np.sqrt(2)), (dayawansa_martin, 3 + np.sqrt(8))]
+)
+@pytest.mark.parametrize("form", ["direct", "dilated"])
+def test_degree_zero_is_a_common_P(family: Any, limit: float, form: Any) -> None:
+    """Both sides of 4 + 4 sqrt(2) and of 3 + sqrt(8), in both forms."""
+    assert polynomial_lyapunov(family(limit - 1e-2), degree=0, form=form).found
+    assert polynomial_lyapunov(family(limit + 1e-2), degree=0, form=form).status == "infeasible"
+
+
+@pytest.mark.parametrize("A", [lpj12(20.0), dayawansa_martin(40.0)])
+@pytest.mark.parametrize("form", ["direct", "dilated"])
+def test_constant_parameters_need_no_common_P(A: Floats, form: Any) -> None:
+    """lam = 20 and a = 40: every blend is stable, no common P; one P a rule shows it."""
+    answer = polynomial_lyapunov(A, form=form)
+
+    assert common_lyapunov(A).status == "infeasible"
+    assert answer.found and answer.P is None
+    assert answer.decay_rate is not None and answer.decay_rate > 0
+    assert slowest(A, answer) >= answer.decay_rate - 1e-9
+    assert np.linalg.eigvals(blends(A, answer)[0]).real.max() <= -answer.decay_rate
+
+
+def test_the_decay_rate_of_frozen_blends_is_reached() -> None:
+    """lam = 20: all blends decay with Re = -2 exactly, which P of degree 1 shows to 1e-4."""
+    A = lpj12(20.0)
+    np.testing.assert_allclose(np.linalg.eigvals(A).real, -2.0)
+
+    assert polynomial_lyapunov(A, decay_rate=1.9999).found
+    assert polynomial_lyapunov(A, decay_rate=2.0001).status == "infeasible"
+
+
+@settings(max_examples=8)
+@given(st.integers(0, 1000), st.booleans())
+def test_every_form_contains_the_common_P(seed: int, discrete: bool) -> None:
+    """At 99 % of the largest rate that a common P shows, the other forms show it too."""
+    rng = np.random.default_rng(seed)
+    A = rng.standard_normal((3, 2, 2)) - 2 * np.eye(2)
+    step = 0.1 if discrete else None
+    if discrete:
+        A = np.eye(2) + 0.1 * A
+    rate = max_decay_rate(A, sample_time=step).decay_rate
+    assert rate is not None
+    aim = rate - 0.01 * abs(rate)
+
+    cases: list[tuple[int, int, Any]] = [
+        (1, 0, "direct"),
+        (1, 1, "direct"),
+        (2, 0, "direct"),
+        (1, 0, "dilated"),
+    ]
+    for degree, polya, form in cases:
+        answer = polynomial_lyapunov(
+            A, degree=degree, polya=polya, form=form, decay_rate=aim, sample_time=step
+        )
+        assert answer.found
+        assert answer.decay_rate is not None and answer.decay_rate >= aim
+
+
+@settings(max_examples=8)
+@given(st.integers(0, 1000))
+def test_higher_degrees_contain_lower_ones(seed: int) -> None:
+    """What degree 1 shows, degree 2 shows, and so does a raised degree."""
+    rng = np.random.default_rng(seed)
+    A = rng.standard_normal((3, 2, 2)) - 2 * np.eye(2)
+    rate = polynomial_lyapunov(A, decay_rate=-5.0).decay_rate
+    assert rate is not None
+
+    for degree, polya in ((1, 1), (2, 0), (2, 1), (3, 0)):
+        assert polynomial_lyapunov(A, degree=degree, polya=polya, decay_rate=rate - 1e-3).found
+
+
+def two_premises(k: float) -> TSModel:
+    """x'' + (1 + p) x' + (2 + q) x = 0 with p, q moved by k."""
+    A: Any = [[[0, 1], [-2 - k * q, -1 - k * p]] for p in (-1, 1) for q in (-1, 1)]
+    return TSModel(A, premises=[Premise("p", -k, k), Premise("q", -k, k)])
+
+
+def test_premises_have_a_simplex_each() -> None:
+    """Two premises: 3 x 3 coefficients in the place of the 10 of four vertices."""
+    model = two_premises(0.9)
+    product = polynomial_lyapunov_condition(model)
+    flat = polynomial_lyapunov_condition(model.A)
+    answer = polynomial_lyapunov(model)
+    assert answer.family is not None
+    h = model.memberships(p=[0.3, -0.9], q=[0.1, 0.9]).T
+
+    assert (product.lmis[-1].count, flat.lmis[-1].count) == (9, 10)
+    assert product.lmis[-1].label(1) == "(p low) (p low) (q low) (q high)"
+    np.testing.assert_allclose(answer.family.at(h)[1], answer.family.vertices[1], atol=1e-9)
+    np.testing.assert_allclose(
+        answer.family.at(h), np.tensordot(h, answer.family.vertices, axes=1), atol=1e-9
+    )
+
+
+def test_degrees_of_single_premises() -> None:
+    """Degree 0 in a premise: P is the same at both of its ends."""
+    answer = polynomial_lyapunov(two_premises(0.9), degree=(0, 1))
+    assert answer.family is not None
+
+    P = answer.family.vertices
+    np.testing.assert_array_equal(P[0], P[2])
+    assert np.abs(P[0] - P[1]).max() > 1e-3
+    assert polynomial_lyapunov(two_premises(0.9), degree=(1, 0)).status == "infeasible"
+
+
+def test_gains_close_the_loop() -> None:
+    """With K the loop is of degree 2; K = 0 is the open loop; a P holds for A(h) - B(h) K(h)."""
+    model = TSModel([[[0, 1], [1, 0]], [[0, 1], [3, 0]]], [[[0], [1]], [[0], [2]]], C=[[1, 0]])
+    K = np.array([[[4.0, 2.0]], [[3.0, 2.0]]])
+    answer = polynomial_lyapunov(model, gains=K)
+    assert answer.family is not None
+    h = np.random.default_rng(0).dirichlet(np.ones(2), 100)
+    A, B, gain = (np.tensordot(h, part, axes=1) for part in (model.A, model.B, K))
+    P, loop = answer.family.at(h), A - B @ gain
+    drop = P @ loop + (P @ loop).transpose(0, 2, 1)
+
+    assert np.linalg.eigvalsh(drop).max() < 0
+    open_loop = polynomial_lyapunov(model, gains=0 * K)
+    assert open_loop.status == "infeasible"
+    assert open_loop.diagnosis.startswith("rule 2 of 2 alone rules it out: its eigenvalue 1.73205")
+
+
+def test_a_found_P_rounded_to_short_decimals_holds_in_rationals() -> None:
+    """lam = 20 as rationals: every coefficient positive definite, without floating point."""
+    A = np.vectorize(Fraction, otypes=[object])(lpj12(20.0))
+    condition = polynomial_lyapunov_condition(A, degree=3, polya=1, decay_rate=1.0)
+    answer = polynomial_lyapunov(lpj12(20.0), degree=3, polya=1, decay_rate=1.0)
+    assert answer.family is not None
+    members = np.vectorize(lambda entry: Fraction(f"{entry:.6f}"), otypes=[object])(
+        answer.family.members
+    )
+
+    for lmi in (condition.lmis[0], condition.lmis[-1]):
+        exact = exact_matrices(condition, lmi, {"P": members})
+        assert all(type(entry) is Fraction for entry in exact.flat)
+        assert all(is_definite(matrix) for matrix in exact)
+    members[0] = -members[0]
+    broken = exact_matrices(condition, condition.lmis[-1], {"P": members})
+    assert not all(is_definite(matrix) for matrix in broken)
+
+
+@pytest.mark.parametrize("options", [{"polya": 1}, {"form": "dilated"}])
+def test_cvxpy_finds_the_same_margin(options: Mapping[str, Any]) -> None:
+    """The same condition through another modeller; and it prints."""
+    A = lpj12(20.0)
+    condition = polynomial_lyapunov_condition(A, **options)
+    said = expressed(condition)
+    said.problem().solve(solver="CLARABEL")
+    values = said.values()
+
+    answer = polynomial_lyapunov(A, scales=[1, 1], **options)
+    assert margin(condition, values) == pytest.approx(answer.margin, rel=1e-4)
+    assert "P(h)" in latex(condition)
+
+
+def test_units_do_not_matter() -> None:
+    """States in other units: the same margin and rate, and P in those units."""
+    A, s = lpj12(20.0), np.array([1.0, 2.0**20])
+    plain, scaled = polynomial_lyapunov(A), polynomial_lyapunov(A * s / s[:, None])
+    assert plain.family is not None and scaled.family is not None
+
+    assert scaled.margin == pytest.approx(plain.margin, rel=1e-9)
+    assert scaled.decay_rate == pytest.approx(plain.decay_rate, rel=1e-6)
+    np.testing.assert_allclose(
+        scaled.family.members / s / s[:, None], plain.family.members, rtol=1e-5
+    )
+
+
+def test_an_unstable_blend_rules_out_every_degree() -> None:
+    """Two stable vertices whose mean is not: said without a solver."""
+    answer = polynomial_lyapunov([[[-1, 10], [0, -1]], [[-1, 0], [10, -1]]], degree=4)
+
+    assert answer.status == "infeasible" and not answer.tries
+    assert answer.diagnosis.startswith("the mean of rules 1 and 2 of 2 alone rules it out")
+
+
+def test_a_no_is_about_its_own_degree_and_names_what_binds() -> None:
+    """lam = 20 with one P: the diagnosis says that others are not ruled out."""
+    answer = polynomial_lyapunov(lpj12(20.0), degree=0)
+
+    assert answer.status == "infeasible" and answer.family is None
+    assert "says nothing of others: binding: h1 (" in answer.diagnosis
+    assert "raise the degree" in answer.diagnosis
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"degree": -1}, "degree is -1; whole numbers from 0"),
+        ({"degree": 1.5}, "degree is 1.5"),
+        ({"degree": (1, 1)}, r"degree is \(1, 1\); whole numbers from 0 are needed, one number"),
+        ({"polya": -1}, "polya is -1"),
+        ({"polya": True}, "polya is True"),
+        ({"form": "slack"}, "form 'slack' is not known; there are direct, dilated"),
+        ({"decay_rate": np.nan}, "decay_rate is nan"),
+        ({"gains": np.zeros((2, 1, 2))}, "no B"),
+        ({"sample_time": -1.0}, "sample_time is -1 s"),
+    ],
+)
+def test_misuse_is_said(options: Mapping[str, Any], said: str) -> None:
+    """What was given, and what is needed."""
+    with pytest.raises(ModelError, match=said):
+        polynomial_lyapunov(lpj12(1.0), **options)
