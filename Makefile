@@ -7,7 +7,7 @@ PYTHON ?= python3
 OUT ?= build/nrel5mw
 VENV := .venv
 BIN := $(VENV)/bin
-MEASURED := measure lmi_layer lmi_growth kim_lee_ladder
+MEASURED := measure lmi_layer lmi_growth kim_lee_ladder enclosures
 
 .DEFAULT_GOAL := help
 .PHONY: help design test marked-tests lint format types layers packaging bench docs check clean

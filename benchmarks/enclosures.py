@@ -1,16 +1,16 @@
-"""Measures how much tighter the enclosures of expressions are than naive interval bisection.
+"""Measures how much tighter the enclosures of expressions are than naive interval evaluation.
 
-    python benchmarks/enclosures.py [--seed N]        prints a table
+    python benchmarks/enclosures.py [--seed N]        writes a table into docs/benchmarks.md
 
 ``excess`` is what the proved range has more than the true one, as a share of the true width; the
 true range is bracketed by a run with a thousandth of the tolerance and by random samples (the
-seed).  Naive bisection halves the widest side of the box that holds the worse end and evaluates
-the expression plainly there, nothing else:
+seed).  Naive evaluation halves the widest side of the box that holds the worse end and evaluates
+the expression plainly there, nothing else, for as long as ``expression_range`` took from the sympy
+expression on:
 
-- intervals, same time: in mpmath's interval arithmetic, as long as ``expression_range`` took from
-  the sympy expression on (none for tables);
-- balls, same time: the expression compiled by takagi itself, with Bernstein hulls for tables;
-- balls, same evaluations: as many runs of compiled expressions as ``expression_range`` needed.
+- intervals: in mpmath's interval arithmetic; a spline by Horner's rule on each of its pieces;
+- balls: the expression compiled by takagi itself, with Bernstein hulls for splines; more than a
+  naive program has.
 
 ``expression_range`` stops at its tolerance, naive bisection goes on until the time is up.  Nothing
 is asserted: times depend on the machine.
@@ -33,20 +33,22 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import flint  # noqa: E402  the threads are counted when numpy is loaded
 import numpy as np  # noqa: E402
 import sympy as sp  # noqa: E402
-from measure import machine, table  # noqa: E402
+from measure import PAGE, machine, placed, table  # noqa: E402
 from mpmath import iv  # noqa: E402
+from scipy.interpolate import BSpline, PPoly  # noqa: E402
 
 from takagi.models import interpolate_curve, table_function  # noqa: E402
 from takagi.models.enclosure import Interval, sampled_bounds  # noqa: E402
 from takagi.models.enclosure.ball_form import PRECISION  # noqa: E402
 from takagi.models.enclosure.balls import halved  # noqa: E402
 from takagi.models.enclosure.side import side_of  # noqa: E402
-from takagi.models.enclosure.tape import Tape, tape_of  # noqa: E402
+from takagi.models.enclosure.tape import tape_of  # noqa: E402
 from takagi.models.plant.table_function import TableFunction  # noqa: E402
 from takagi.models.sector import expression_range  # noqa: E402
 
-TOLERANCE = Fraction(1, 10**6)
-FINE = Fraction(1, 10**9)
+TOLERANCE = Fraction(1, 10**9)
+FINE = Fraction(1, 10**12)
+RESOLVED = 2e-12  # excess that the bracket of the true range tells from none
 REPEATS = 3
 
 Box = Mapping[sp.Symbol, Interval]
@@ -135,8 +137,13 @@ class Textbook(Naive):
     def __init__(self, case: Case) -> None:
         super().__init__(case)
         symbols = sorted(case.expression.free_symbols, key=str)
-        names = ("sin", "cos", "tan", "exp")
-        self.value = sp.lambdify(symbols, case.expression, [{n: getattr(iv, n) for n in names}])
+        names: dict[str, Any] = {n: getattr(iv, n) for n in ("sin", "cos", "tan", "exp")}
+        written = case.expression
+        for call in written.atoms(TableFunction):
+            spline = sp.Function(type(call).__name__)(*call.args)
+            names[type(call).__name__] = NaiveSpline(type(call).table)
+            written = written.subs(call, spline)
+        self.value = sp.lambdify(symbols, written, [names])
 
     def bounds(self, box: Any) -> tuple[float, float]:
         sides = [iv.mpf([float(side.lower), float(side.upper)]) for side in box]
@@ -148,26 +155,52 @@ class Textbook(Naive):
         return (low, high) if math.isfinite(low + high) else (-math.inf, math.inf)
 
 
+class NaiveSpline:
+    """A cubic spline in interval arithmetic: Horner's rule on every piece that is touched."""
+
+    def __init__(self, curve: Any) -> None:
+        spline = BSpline(curve.knots, curve.coefficients, 3)
+        pieces = PPoly.from_spline(spline)
+        wide = np.diff(pieces.x) > 0
+        self.starts, self.ends = pieces.x[:-1][wide], pieces.x[1:][wide]
+        self.coefficients = pieces.c[:, wide].T
+
+    def __call__(self, argument: Any) -> Any:
+        low, high = float(argument.a), float(argument.b)
+        found = None
+        for start, end, powers in zip(self.starts, self.ends, self.coefficients, strict=True):
+            if end < low or high < start:
+                continue
+            local = iv.mpf([max(low, start), min(high, end)]) - start
+            total = iv.mpf(powers[0])
+            for power in powers[1:]:
+                total = total * local + power
+            ends = [total.a, total.b]
+            found = ends if found is None else [min(found[0], ends[0]), max(found[1], ends[1])]
+        return iv.mpf(found or [-math.inf, math.inf])
+
+
 def main() -> None:
-    """Print the table."""
+    """Print the table and write it into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=1)
     seed = parser.parse_args().seed
     heads = (
         "function",
         "time",
-        "evaluations",
         "boxes",
         "excess",
-        "intervals, same time",
-        "ratio",
-        "balls, same time",
-        "ratio",
-        "balls, same evaluations",
-        "ratio",
+        "naive intervals",
+        "wider by",
+        "naive balls",
+        "wider by",
     )
+    rows = [row(case, seed) for case in cases()]
+    found = table(heads, rows)
     print(machine(os.getloadavg()[0]), f"Seed {seed}, tolerance {float(TOLERANCE):g}.\n")
-    print(table(heads, [row(case, seed) for case in cases()]))
+    print(found)
+    text = PAGE.read_text(encoding="utf-8")
+    PAGE.write_text(placed(text, "enclosures", found), encoding="utf-8")
 
 
 def row(case: Case, seed: int) -> tuple[str, ...]:
@@ -177,24 +210,18 @@ def row(case: Case, seed: int) -> tuple[str, ...]:
         began = time.perf_counter()
         found = expression_range(case.expression, case.box, tolerance=TOLERANCE)
         spent.append(time.perf_counter() - began)
-    evaluations = counted(case)
     inner = expression_range(case.expression, case.box, tolerance=FINE).inner
     inner = inner.hull(sampled_bounds(case.expression, case.box, seed=seed).bounds)
     true = float(inner.width)
     ours = max(float(found.outer.width - inner.width), 0.0) / true
-    has_table = case.expression.has(TableFunction)
     with flint.ctx.workprec(PRECISION):
-        others = [None if has_table else timed(Textbook, case, min(spent), true)]
-        others.append(timed(Naive, case, min(spent), true))
-        low, high = Naive(case).run(lambda used: used >= evaluations)
-    others.append((high - low) / true - 1)
+        others = [timed(way, case, min(spent), true) for way in (Textbook, Naive)]
     return (
         case.name,
         f"{1e3 * min(spent):.2g} ms",
-        str(evaluations),
         str(found.boxes),
-        f"{ours:.1e}",
-        *(text for other in others for text in (percent(other), ratio(other, ours))),
+        small(ours),
+        *(text for other in others for text in (small(other), ratio(other, ours))),
     )
 
 
@@ -205,36 +232,20 @@ def timed(way: type[Naive], case: Case, seconds: float, true: float) -> float:
     return (high - low) / true - 1
 
 
-def counted(case: Case) -> int:
-    """Return how many runs of tapes, or looks at Bernstein coefficients, the range took."""
-    runs = 0
-    original = Tape.run
-
-    def run(self: Tape, balls: Any, covered: bool = False) -> Any:
-        nonlocal runs
-        runs += 1
-        return original(self, balls, covered)
-
-    Tape.run = run  # type: ignore[method-assign]
-    try:
-        found = expression_range(case.expression, case.box, tolerance=TOLERANCE)
-    finally:
-        Tape.run = original  # type: ignore[method-assign]
-    return max(runs, 2 * found.boxes - 1)
+def small(value: float) -> str:
+    """Return the excess; below what the bracket of the true range resolves it is told so."""
+    if math.isinf(value):
+        return "no bound"
+    return f"{value:.1e}" if value >= RESOLVED else f"< {RESOLVED:.0e}"
 
 
-def percent(value: float | None) -> str:
-    if value is None:
+def ratio(other: float, ours: float) -> str:
+    if math.isinf(other):
         return "-"
-    return "no bound" if math.isinf(value) else f"{value:.1e}"
-
-
-def ratio(other: float | None, ours: float) -> str:
-    if other is None or math.isinf(other):
-        return "-"
-    # Below what the bracket of the true range resolves, the ratio is only known to be larger.
-    least = 2 * float(FINE)
-    return f"> {other / least:.2g}" if ours < least else f"{other / ours:.2g}"
+    if max(other, ours) < RESOLVED:
+        return "1"
+    sign = "> " if ours < RESOLVED else "< " if other < RESOLVED else ""
+    return f"{sign}{max(other, RESOLVED) / max(ours, RESOLVED):.2g}"
 
 
 if __name__ == "__main__":

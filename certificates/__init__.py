@@ -3,7 +3,8 @@
     checker/          replays a certificate: standard library alone, shares no code with synthesis
     document          the certificate file: model, law, claims as decimals, hashes
     coherent, paper   the claims about the loops with the coherent and the published laws
-    common_quadratic  claims about Takagi-Sugeno models: ``certify``
+    certification     claims about Takagi-Sugeno models: ``certify``
+    requests/         what may be asked of a certificate, one request a file
     turbine_design    from a turbine to a checked design
 
 Importing this package imports nothing heavy: names are looked up when they are used.
@@ -15,10 +16,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from takagi.certificates.certification import Certificate, certify, load_certificate
     from takagi.certificates.checker.certificate import check
     from takagi.certificates.checker.refusal import CertificateError
     from takagi.certificates.checker.result import Checked, Claim, Verdict
-    from takagi.certificates.common_quadratic import Certificate, certify, load_certificate
     from takagi.certificates.turbine_design import DesignSettings, TurbineDesign, design_turbine
 
 __all__ = [
@@ -36,17 +37,17 @@ __all__ = [
 ]
 
 _HOME = {
-    "Certificate": "common_quadratic",
+    "Certificate": "certification",
     "CertificateError": "checker.refusal",
     "Checked": "checker.result",
     "Claim": "checker.result",
     "DesignSettings": "turbine_design",
     "TurbineDesign": "turbine_design",
     "Verdict": "checker.result",
-    "certify": "common_quadratic",
+    "certify": "certification",
     "check": "checker.certificate",
     "design_turbine": "turbine_design",
-    "load_certificate": "common_quadratic",
+    "load_certificate": "certification",
 }
 
 

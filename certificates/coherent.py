@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.certificates.wind_class import RESERVE, WindClass, asked_rates, calmer, cell_class
 from takagi.lmi.analysis.decay_rate import max_decay_rate
-from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, invariant_ellipsoid, largest_scale
-from takagi.models.embedding.coherent import LoopBox, LoopCell, Uncertainty, coherent_cells
+from takagi.lmi.analysis.invariant_ellipsoid import Ellipsoid, decay_rates, invariant_ellipsoid
+from takagi.models.embedding.coherent import CellLoop
+from takagi.models.embedding.loop_cell import LoopBox, LoopCell, Uncertainty
 from takagi.models.embedding.vertices import LoopVertices, loop_vertices
 from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
@@ -36,29 +38,15 @@ Floats = NDArray[np.float64]
 Tell = Callable[[str], None]
 
 DEFAULT_BOX = LoopBox(
-    speed_error=Fraction("0.045"),
-    effort_lag=Fraction("0.015"),
-    speed_signal=Fraction("0.04"),
+    speed_error=Fraction("0.04"),
+    effort_lag=Fraction("0.008"),
+    speed_signal=Fraction("0.03"),
     wind_share=Fraction("0.03"),
 )
 DEFAULT_UNCERTAINTY = Uncertainty(Interval.of("0.9", "1.1"), frozen_wake=True)
-# Kept back from what floating point finds, so that the rounded decimals still prove.
-RESERVE = 0.985
 SHRINK = 1 + 1e-5
-
-
-@dataclass(frozen=True, slots=True)
-class WindClass:
-    """The proportions in which wind error and wind rate are traded; the scale is what is proved.
-
-    Attributes
-    ----------
-    wind : nodes [m/s];  error : |v - v_s| [m/s];  rate : |v_s'| [m/s^2], linear between nodes.
-    """
-
-    wind: tuple[float, ...] = (3.0, 3.5, 4.0, 6.0, 10.0, 11.5, 13.0, 25.0)
-    error: tuple[float, ...] = (0.04, 0.045, 0.05, 0.064, 0.08, 0.08, 0.2, 0.3)
-    rate: tuple[float, ...] = (0.003, 0.003, 0.01, 0.03, 0.03, 0.05, 0.2, 0.3)
+# All rates are lowered by this factor, so often, where no quadratic function bears them.
+CALMER, ATTEMPTS = 0.5, 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,8 +93,8 @@ def coherent_candidate(
     Parameters
     ----------
     box : the region around the trim that is enclosed.
-    wind_class : proportions of wind error and wind rate; the default follows what torque and
-        pitch can do at each wind.
+    wind_class : wind rates asked for, and proportions of wind errors; the default follows what
+        torque and pitch can do at each wind.
     tell : called with a word on progress.
 
     Raises
@@ -116,20 +104,18 @@ def coherent_candidate(
     say = tell or _silent
     shape = wind_class or WindClass()
     say("enclosing the closed loop")
-    cells = tuple(coherent_cells(turbine, law, box, uncertainty))
-    corners = [loop_vertices(cell) for cell in cells]
-    sizes = [len(v.A) for v in corners]
-    middle = np.array([float(cell.wind.centre) for cell in cells])
+    loops = [CellLoop(turbine, law, box, uncertainty, k) for k in range(len(law.schedule.wind) - 1)]
+    rates = asked_rates(loops, box, shape)
+    middle = np.array([float(loop.law.wind.centre) for loop in loops])
     error = np.interp(middle, shape.wind, shape.error)
-    rate = np.interp(middle, shape.wind, shape.rate)
     say("one quadratic function for all winds")
-    found = invariant_ellipsoid(
-        np.concatenate([v.A for v in corners]),
-        np.concatenate(list(map(_disturbance, corners, error, rate))),
-        np.repeat(np.arange(len(cells)), sizes),
-        _directions(box),
-        speed=np.repeat(law.gains.integral_rate, sizes),
-    )
+    for attempt in range(ATTEMPTS):
+        cells = tuple(loop.enclosed(rate) for loop, rate in zip(loops, rates, strict=True))
+        found = _common(cells, law, box, error)
+        if found.P is not None:
+            break
+        last = attempt >= ATTEMPTS - 2
+        rates = [Fraction(0) if last else calmer(rate, CALMER) for rate in rates]
     none = np.zeros(len(cells))
     empty = CoherentCandidate(
         box,
@@ -148,18 +134,37 @@ def coherent_candidate(
     if found.P is None:
         return empty
     P = np.round(found.P * SHRINK, 4)
-    alpha, wind_error, wind_rate, decay = _per_cell(P, cells, corners, box, error, rate)
+    borne = [cell_class(P, *each) for each in zip(loops, rates, error, strict=True)]
+    corners = [loop_vertices(each.cell) for each in borne]
     say("the largest common decay rate")
     settling, common = _settling(P, corners)
+    decay = [max(float(decay_rates(P, v.at_rest).min()), 0.0) for v in corners]
     return replace(
         empty,
+        cells=tuple(each.cell for each in borne),
         P=P,
         settling_P=settling,
         common_rate=common,
-        multipliers=alpha,
-        wind_error=wind_error,
-        wind_rate=wind_rate,
-        decay_rate=decay,
+        multipliers=np.array([round(each.multiplier, 7) for each in borne]),
+        wind_error=np.array([each.wind_error for each in borne]),
+        wind_rate=np.array([float(each.cell.wind_rate) for each in borne]),
+        decay_rate=_down(RESERVE * np.array(decay)),
+    )
+
+
+def _common(
+    cells: tuple[LoopCell, ...], law: CoherentLaw, box: LoopBox, error: Floats
+) -> Ellipsoid:
+    """Return one invariant ellipsoid for all cells, each at its own wind rate."""
+    corners = [loop_vertices(cell) for cell in cells]
+    sizes = [len(v.A) for v in corners]
+    d = [v.fixed + each * v.per_wind_error for v, each in zip(corners, error, strict=True)]
+    return invariant_ellipsoid(
+        np.concatenate([v.A for v in corners]),
+        np.concatenate(d),
+        np.repeat(np.arange(len(cells)), sizes),
+        _directions(box),
+        speed=np.repeat(law.gains.integral_rate, sizes),
     )
 
 
@@ -168,39 +173,12 @@ def _settling(P: Floats, corners: list[LoopVertices]) -> tuple[Floats, float]:
 
     The largest rate is a generalised eigenvalue problem; where it fails, P itself serves.
     """
-    # Both signs of the disturbance share one matrix.
-    A = np.concatenate([v.A[::2] for v in corners])
+    A = np.concatenate([v.at_rest for v in corners])
     answer = max_decay_rate(A)
     candidate = P if answer.P is None else np.asarray(answer.P)
     rounded = np.round(candidate * (1e3 / np.linalg.eigvalsh(candidate)[0]), 3)
     rate = RESERVE * float(decay_rates(rounded, A).min())
     return rounded, max(math.floor(rate * 1e6) / 1e6, 0.0)
-
-
-def _per_cell(
-    P: Floats,
-    cells: tuple[LoopCell, ...],
-    corners: list[LoopVertices],
-    box: LoopBox,
-    error: Floats,
-    rate: Floats,
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return multiplier, largest wind error and rate, and decay rate of each cell for this P."""
-    rows = []
-    for k, (cell, v) in enumerate(zip(cells, corners, strict=True)):
-        limit = float(box.wind_share * cell.wind.lower) / error[k]
-        scale, alpha = largest_scale(
-            P, v.A, v.residual, _disturbance(v, error[k], rate[k], residual=False), limit=limit
-        )
-        decay = max(float(decay_rates(P, v.A).min()), 0.0)
-        rows.append((alpha, RESERVE * scale * error[k], RESERVE * scale * rate[k], RESERVE * decay))
-    columns = np.array(rows, dtype=np.float64).T
-    return np.round(columns[0], 7), _down(columns[1]), _down(columns[2]), _down(columns[3])
-
-
-def _disturbance(v: LoopVertices, error: float, rate: float, *, residual: bool = True) -> Floats:
-    wind = error * v.per_wind_error + rate * v.per_wind_rate
-    return np.asarray(v.residual + wind if residual else wind, dtype=np.float64)
 
 
 def _directions(box: LoopBox) -> Floats:
@@ -267,7 +245,14 @@ def _peaks(P: Floats) -> dict[str, float]:
 def _cell(candidate: CoherentCandidate, k: int) -> dict[str, Any]:
     cell = candidate.cells[k]
     ranges = ("wind", "stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
-    sizes = ("residual", "wind_gain", "inertia_gain", "reference_slope", "lag_slope")
+    sizes = (
+        "residual",
+        "wind_gain",
+        "inertia_gain",
+        "effectiveness_slope",
+        "reference_slope",
+        "lag_disturbance",
+    )
     stated: dict[str, Any] = {}
     for name in ranges:
         interval: Interval = getattr(cell, name)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.models.embedding.coherent import LoopCell
+from takagi.models.embedding.loop_cell import LoopCell
 from takagi.models.embedding.vertices import loop_vertices
 
 __all__ = ["failing_winds"]

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from takagi.certificates.checker.certificate import check_document
 from takagi.certificates.checker.reader import member, number, numbers, read_json, text
 from takagi.certificates.checker.refusal import CertificateError
 from takagi.certificates.checker.result import Checked
 from takagi.certificates.coherent import (
-    DEFAULT_BOX,
     DEFAULT_UNCERTAINTY,
     coherent_candidate,
     coherent_claim,
@@ -20,9 +21,11 @@ from takagi.certificates.coherent import (
 from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
 from takagi.certificates.failing_winds import failing_winds
 from takagi.certificates.provenance import provenance
+from takagi.certificates.turbine_scale import scaled_box
 from takagi.models.embedding.coherent import LoopBox, Uncertainty
 from takagi.models.errors import ModelError
 from takagi.models.law.coherent import CoherentLaw, EffortGains
+from takagi.models.law.feedforward import Feedforward
 from takagi.models.law.schedule import EffortSchedule
 from takagi.models.turbine.data import Turbine
 
@@ -70,19 +73,25 @@ def coherent_law_from_data(data: Mapping[str, Any], *, source: str = "gains") ->
     }
     single: dict[str, Any] = {key: float(number(data, key, source)) for key in _SINGLE}
     schedule = EffortSchedule(**_part(row, _SCHEDULE), overlap=single.pop("overlap"))
-    return CoherentLaw(schedule, EffortGains(**_part(row, _GAINS)), **single)
+    inertia, limit = (np.array(row[key]) for key in _AHEAD)
+    ahead = Feedforward(inertia, limit, single.pop("pitch_lead"))
+    return CoherentLaw(schedule, EffortGains(**_part(row, _GAINS)), ahead, **single)
 
 
 _SCHEDULE = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
 _GAINS = ("proportional", "integral_rate")
+_AHEAD = ("inertia_feedforward", "feedforward_limit")
 # How many entries fewer than wind nodes a row has.
-_ROWS = tuple((key, int(key == "integral_rate")) for key in (*_SCHEDULE, *_GAINS))
+_ROWS = tuple(
+    (key, int(key in ("integral_rate", *_AHEAD))) for key in (*_SCHEDULE, *_GAINS, *_AHEAD)
+)
 _SINGLE = (
     "overlap",
     "rated_torque",
     "effort_torque",
     "pitch_min",
     "pitch_max",
+    "pitch_lead",
     "wind_filter",
     "integral_limit",
 )
@@ -105,7 +114,7 @@ def certify_law(
     turbine: Turbine,
     law: CoherentLaw,
     *,
-    box: LoopBox = DEFAULT_BOX,
+    box: LoopBox | None = None,
     uncertainty: Uncertainty = DEFAULT_UNCERTAINTY,
     files: Sequence[Path] = (),
     tell: Tell | None = None,
@@ -114,6 +123,7 @@ def certify_law(
 
     Parameters
     ----------
+    box : the region around the trim that is enclosed; None takes ``scaled_box`` of the turbine.
     files : the turbine's data files; the certificate records their SHA-256.
     tell : called with a word on progress.
 
@@ -122,6 +132,8 @@ def certify_law(
     ModelError : no common quadratic function was found, or the box leaves what is enclosed; names
         the condition and what to relax.
     """
+    if box is None:
+        box = scaled_box(turbine)
     candidate = coherent_candidate(turbine, law, box=box, uncertainty=uncertainty, tell=tell)
     if candidate.P is None:
         raise ModelError(

@@ -14,25 +14,28 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from takagi.certificates.plant_settings import PlantSettings
-from takagi.models.errors import ModelError
+from takagi.certificates.plant_certificate import Demands, plant_certificate
+from takagi.certificates.plant_gains import Found, demands_of, find_gains
+from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import Plant
 
 if TYPE_CHECKING:
+    from takagi.certificates.certification import Certificate
     from takagi.certificates.checker.result import Checked, Verdict
-    from takagi.certificates.common_quadratic import Certificate
-    from takagi.lmi.answer import Design
+    from takagi.lmi import Design
     from takagi.models.law.pdc import PdcLaw
     from takagi.models.ts_model import TSModel
 
-__all__ = ["NoPlantDesign", "PlantDesign", "PlantSettings", "design_plant"]
+__all__ = ["NoPlantDesign", "PlantDesign", "PlantSettings", "certify_plant", "design_plant"]
 
 Floats = NDArray[np.float64]
 Tell = Callable[[str], None]
 # Significant digits of the emitted gains; more where fewer cannot be proved.
 DIGITS = (4, 6, 9)
+# Asking again for what would help takes some fifty designs.
+MOST_EXPLAINED = 32
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,8 +78,18 @@ class PlantDesign:
 
     @property
     def verdict(self) -> Verdict:
-        """PROVED, DISPROVED or UNDECIDED."""
+        """PROVED, DISPROVED or UNDECIDED, of what the certificate is about."""
         return self.certificate.verdict
+
+    @property
+    def is_about_plant(self) -> bool:
+        """Whether the certificate has the plant's equations, not the model's vertices alone."""
+        return bool(self.document["model"]["kind"] == "plant")
+
+    @property
+    def proved(self) -> bool:
+        """Whether everything is proved, and of the plant itself."""
+        return self.is_about_plant and self.verdict.name == "PROVED"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,3 +107,168 @@ class NoPlantDesign:
     model: TSModel
     design: Design
     reason: str
+
+
+def design_plant(
+    plant: Plant,
+    settings: PlantSettings | None = None,
+    *,
+    files: Sequence[Path] = (),
+    tell: Tell | None = None,
+) -> PlantDesign | NoPlantDesign:
+    """Return model, gains, law and certificate of a plant; without inputs, an analysis.
+
+    The gains are rounded to short decimals first; what is claimed and proved is about these.
+
+    Parameters
+    ----------
+    settings : what is asked for; None leaves every choice.
+    files : the data files the plant was read from; the certificate records their SHA-256.
+    tell : called with a word before each step.
+
+    Raises
+    ------
+    ModelError : the plant has no Takagi-Sugeno model on its box, or the settings make no sense
+        for it.
+    """
+    asked = settings or PlantSettings()
+    clock = _Clock(tell)
+    model = _model(plant, asked, clock)
+    work = _Work(plant, asked, model, demands_of(plant, model, asked), tuple(files), clock)
+    if not plant.inputs:
+        return work.certified(None, None, ("no inputs: an analysis",))
+    with clock("gains"):
+        found = find_gains(plant, model, asked)
+    if not found.design.found:
+        with clock("what would help"):
+            reason = _reason(found, model)
+        return NoPlantDesign(plant, asked, model, found.design, reason)
+    last: PlantDesign | None = None
+    for digits in DIGITS:
+        K = rounded_gains(np.asarray(found.design.require()[0]), digits)
+        notes = (*found.notes, f"gains to {digits} significant digits")
+        last = work.certified(K, found.design, notes)
+        if not _may_be_the_digits(last):
+            break
+    assert last is not None  # there is always a number of digits
+    return last
+
+
+def certify_plant(
+    plant: Plant,
+    gains: Callable[[TSModel], Floats] | ArrayLike,
+    settings: PlantSettings | None = None,
+    *,
+    files: Sequence[Path] = (),
+    tell: Tell | None = None,
+) -> PlantDesign:
+    """Return the same for gains that exist, as they stand.
+
+    Parameters
+    ----------
+    gains : K (r, m, n), or a function that returns them for the model, e.g. from a gain file.
+    settings : ``choice`` and ``rest`` decide what the rules are; a decay rate, limits of inputs and
+        a region of poles that are asked for have to be proved.
+
+    Raises
+    ------
+    ModelError : as ``design_plant``, and gains that do not fit the model.
+    """
+    asked = settings or PlantSettings()
+    clock = _Clock(tell)
+    model = _model(plant, asked, clock)
+    K = gains(model) if callable(gains) else np.asarray(gains, dtype=np.float64)
+    work = _Work(plant, asked, model, demands_of(plant, model, asked), tuple(files), clock)
+    return work.certified(K, None, ("gains were given",))
+
+
+def rounded_gains(gains: Floats, digits: int) -> Floats:
+    """Return gains to so many significant digits of the largest of each entry over the rules."""
+    largest = np.abs(gains).max(axis=0)
+    # An entry that is noise beside the others of its row: what it does to the command is nothing.
+    floor = np.where(largest > 0, largest, 1.0)
+    places = digits - 1 - np.floor(np.log10(floor)).astype(int)
+    rounded = [
+        [[round(float(v), int(p)) + 0.0 for v, p in zip(row, at, strict=True)]
+         for row, at in zip(K, places, strict=True)]
+        for K in gains
+    ]  # fmt: skip
+    return np.array(rounded)
+
+
+class _Clock:
+    """Times the steps and tells of them."""
+
+    def __init__(self, tell: Tell | None) -> None:
+        self._tell = tell
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def __call__(self, step: str) -> Iterator[None]:
+        if self._tell is not None:
+            self._tell(step)
+        started = time.perf_counter()
+        yield
+        self.seconds[step] = self.seconds.get(step, 0.0) + time.perf_counter() - started
+
+
+def _model(plant: Plant, asked: PlantSettings, clock: _Clock) -> TSModel:
+    from takagi.models.sector.model import sector_model
+
+    with clock("model"):
+        return sector_model(plant, choice=asked.choice, rest=asked.rest)
+
+
+def _may_be_the_digits(design: PlantDesign) -> bool:
+    """Return whether a claim about the gains is open: the embedding has nothing to do with them."""
+    claims = zip(design.document["claims"], design.checked.claims, strict=True)
+    return any(
+        claim["kind"] != "sector-embedding" and checked.verdict.name != "PROVED"
+        for claim, checked in claims
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Work:
+    """What is needed to certify gains of one model."""
+
+    plant: Plant
+    asked: PlantSettings
+    model: TSModel
+    demands: Demands
+    files: tuple[Path, ...]
+    clock: _Clock
+
+    def certified(
+        self, gains: Floats | None, design: Design | None, notes: tuple[str, ...]
+    ) -> PlantDesign:
+        with self.clock("exact proof"):
+            certificate = plant_certificate(
+                self.model, gains, self.asked, self.demands, files=self.files
+            )
+        if certificate.document["model"]["kind"] != "plant":
+            notes = (*certificate.tried[:1], *notes)
+        law = None
+        if gains is not None:
+            law = _law(self.model, gains, certificate.document["gains"])
+        seconds = dict(self.clock.seconds)
+        parts = (self.plant, self.asked, self.model, design, gains, law, certificate)
+        return PlantDesign(*parts, notes, seconds)
+
+
+def _law(model: TSModel, gains: Floats, written: Mapping[str, Any]) -> PdcLaw:
+    from takagi.models.law.pdc import PdcLaw
+
+    trim = written["trim"]
+    return PdcLaw(model, gains, np.array(trim["state"]), np.array(trim["input"]))
+
+
+def _reason(found: Found, model: TSModel) -> str:
+    """Return why there are no gains, and what would help where that can be asked."""
+    from takagi.lmi import explain
+
+    design = found.design
+    words = design.answer.diagnosis
+    if len(model.A) > MOST_EXPLAINED or not found.explainable:
+        return words
+    return f"{words}\n{explain(design, model, steps=4, **found.options)}"

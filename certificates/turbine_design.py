@@ -47,7 +47,9 @@ OBSERVER_DECAY = 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DesignSettings:
-    """What is asked for.
+    """What is asked for; the defaults are those of the NREL 5-MW turbine.
+
+    ``takagi.certificates.turbine_scale.default_settings`` carries them to another size.
 
     Attributes
     ----------
@@ -144,6 +146,7 @@ def design_turbine(
 
     Parameters
     ----------
+    settings : None takes ``default_settings``, which suit the turbine's size.
     files : the data files the turbine was read from; the certificate records their SHA-256.
     tell : called with a word before each step.
 
@@ -151,7 +154,9 @@ def design_turbine(
     ------
     ModelError : an infeasible requirement; names the condition, the wind and what to relax.
     """
-    asked = settings or DesignSettings()
+    from takagi.certificates.turbine_scale import default_settings
+
+    asked = settings or default_settings(turbine)
     clock = _Clock(tell)
     models = _regions(turbine, asked, clock)
     with clock("wind observer"):
@@ -182,6 +187,7 @@ class _Clock:
 def _regions(
     turbine: Turbine, asked: DesignSettings, clock: _Clock
 ) -> tuple[TSModel, TSModel, RegionalGains]:
+    from takagi.certificates.turbine_scale import region_requirements
     from takagi.lmi.turbine.regional import regional_gains
     from takagi.models.turbine.full_load import full_load_model
     from takagi.models.turbine.partial_load import partial_load_model
@@ -191,8 +197,14 @@ def _regions(
     with clock("full-load model"):
         high = full_load_model(turbine, speed_setpoint=asked.speed_setpoint)
     with clock("regional gains"):
+        partial_load, full_load = region_requirements(turbine)
         gains = regional_gains(
-            turbine, partial_model=low, full_model=high, speed_setpoint=asked.speed_setpoint
+            turbine,
+            partial_load=partial_load,
+            full_load=full_load,
+            partial_model=low,
+            full_model=high,
+            speed_setpoint=asked.speed_setpoint,
         )
     return low, high, gains
 

@@ -3,54 +3,37 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any, TypeAlias
 
 import typer
 
 from takagi.cli.command import run_command
-from takagi.cli.design_options import (
-    Bandwidth,
-    EquilibriumWake,
-    Inertia,
-    Law,
-    Model,
-    Overlap,
-    SpeedOverlap,
-    SpeedSetpoint,
-    TorqueOverlap,
-)
+from takagi.cli.design_options import Model
 from takagi.cli.design_run import Unprovable, design_asked
 from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.model_kind import DESIGN_OPTIONS, design_options_of
 from takagi.cli.output_place import require_folder_place
-from takagi.cli.progress import progress
-
-if TYPE_CHECKING:
-    from takagi.certificates.turbine_design import TurbineDesign
+from takagi.cli.progress import Tell, progress
 
 __all__ = ["appendix", "run"]
 
+Written: TypeAlias = tuple[Mapping[str, bytes | str], str]  # name -> content, and the verdict
 _MAIN, _BODY, _FIGURES = "appendix.tex", "appendix-body.tex", "figures"
 
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""
-    return run_command("appendix", appendix, arguments)
+    return run_command("appendix", appendix, arguments, groups=DESIGN_OPTIONS)
 
 
 def appendix(
     model: Model,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write.")],
-    law: Law = "coherent",
-    overlap: Overlap = None,
-    speed_overlap: SpeedOverlap = None,
-    torque_overlap: TorqueOverlap = None,
-    speed_setpoint: SpeedSetpoint = None,
-    bandwidth: Bandwidth = None,
-    inertia: Inertia = None,
-    equilibrium_wake: EquilibriumWake = False,
+    *,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+    **options: Any,
 ) -> int:
     """Design for MODEL as `takagi design` does, and write the LaTeX appendix.
 
@@ -60,33 +43,41 @@ def appendix(
     Exit status: 0 PROVED; 1 not proved, or no such design exists; 2 misuse.
     """
     require_folder_place(out, files=[_MAIN, _BODY], folders=[_FIGURES])
+    kind, asked = design_options_of(model, options)
     with progress(f"takagi appendix {model}") as tell:
-        finished = design_asked(
-            model,
-            tell,
-            law=law,
-            overlap=overlap,
-            speed_overlap=speed_overlap,
-            torque_overlap=torque_overlap,
-            speed_setpoint=speed_setpoint,
-            bandwidth=bandwidth,
-            inertia=inertia,
-            equilibrium_wake=equilibrium_wake,
-        )
-        if isinstance(finished, Unprovable):
-            return finished.tell(as_json=as_json)
-        from takagi.reports.appendix import appendix_files
+        found = (_plant if kind == "plant" else _turbine)(model, tell, asked)
+        if isinstance(found, Unprovable):
+            return found.tell(as_json=as_json)
         from takagi.reports.output import write_folder
 
-        files = appendix_files(finished, tell=tell)
+        files, verdict = found
         tell(f"writing {out}")
         write_folder(out, files)
-    _print(finished, out, list(files), as_json=as_json)
-    return PROVED if finished.checked.verdict.name == "PROVED" else UNPROVED
+    _print(verdict, out, list(files), as_json=as_json)
+    return PROVED if verdict == "PROVED" else UNPROVED
 
 
-def _print(finished: TurbineDesign, out: Path, names: list[str], *, as_json: bool) -> None:
-    verdict = finished.checked.verdict.name
+def _turbine(model: str, tell: Tell, options: Mapping[str, Any]) -> Written | Unprovable:
+    finished = design_asked(model, tell, **options)
+    if isinstance(finished, Unprovable):
+        return finished
+    from takagi.reports.appendix import appendix_files
+
+    return appendix_files(finished, tell=tell), finished.checked.verdict.name
+
+
+def _plant(model: str, tell: Tell, options: Mapping[str, Any]) -> Written | Unprovable:
+    from takagi.cli.plant_run import plant_asked, verdict_words
+
+    finished = plant_asked(model, tell, options)
+    if isinstance(finished, Unprovable):
+        return finished
+    from takagi.reports.plant.latex import plant_appendix
+
+    return plant_appendix(finished, tell=tell), verdict_words(finished)
+
+
+def _print(verdict: str, out: Path, names: list[str], *, as_json: bool) -> None:
     if as_json:
         print(json.dumps({"verdict": verdict, "files": [str(out / n) for n in names]}, indent=2))
         return

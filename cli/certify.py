@@ -10,20 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from takagi.cli.command import run_command
-from takagi.cli.design_options import (
-    Bandwidth,
-    EquilibriumWake,
-    Inertia,
-    Law,
-    Model,
-    Overlap,
-    SpeedOverlap,
-    SpeedSetpoint,
-    TorqueOverlap,
-    uncertainty_asked,
-)
+from takagi.cli.design_options import Model, uncertainty_asked
 from takagi.cli.design_run import Unprovable, answered, design_asked
 from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.model_kind import DESIGN_OPTIONS, design_options_of
 from takagi.cli.output_place import require_file_place
 from takagi.cli.progress import Tell, progress
 
@@ -34,12 +24,12 @@ __all__ = ["certify", "run"]
 
 Outcome = tuple[Mapping[str, Any], "Checked"]
 # What may be asked of a certificate for gains that exist; the rest is about making gains.
-_OF_GIVEN_GAINS = ("inertia", "equilibrium_wake")
+_OF_GIVEN_GAINS = ("inertia", "equilibrium_wake", "choice", "solve_rest")
 
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""
-    return run_command("certify", certify, arguments)
+    return run_command("certify", certify, arguments, groups=DESIGN_OPTIONS)
 
 
 def certify(
@@ -51,39 +41,23 @@ def certify(
         Path | None,
         typer.Option(metavar="FILE", help="A gain file: certify its law as it stands."),
     ] = None,
-    law: Law = "coherent",
-    overlap: Overlap = None,
-    speed_overlap: SpeedOverlap = None,
-    torque_overlap: TorqueOverlap = None,
-    speed_setpoint: SpeedSetpoint = None,
-    bandwidth: Bandwidth = None,
-    inertia: Inertia = None,
-    equilibrium_wake: EquilibriumWake = False,
+    *,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+    **options: Any,
 ) -> int:
     """Write a certificate for MODEL with the gains of a file, or with gains designed anew.
 
-    With --gains, only --inertia and --equilibrium-wake apply: the law is in the file.
+    With --gains the law is in the file: only --inertia and --equilibrium-wake apply to a turbine,
+    --choice and --solve-rest to a plant.
 
     Exit status: 0 PROVED; 1 not proved; 2 misuse.
     """
     require_file_place(out)
-    options = {
-        "law": law,
-        "overlap": overlap,
-        "speed_overlap": speed_overlap,
-        "torque_overlap": torque_overlap,
-        "speed_setpoint": speed_setpoint,
-        "bandwidth": bandwidth,
-        "inertia": inertia,
-        "equilibrium_wake": equilibrium_wake,
-    }
+    kind, asked = design_options_of(model, options)
+    if gains is not None:
+        _refuse_design_options(asked)
     with progress(f"takagi certify {model}") as tell:
-        found = (
-            _designed(model, tell, options)
-            if gains is None
-            else _given(model, gains, tell, options)
-        )
+        found = _outcome(model, gains, tell, asked, plant=kind == "plant")
         if isinstance(found, Unprovable):
             return found.tell(as_json=as_json)
         document, checked = found
@@ -91,8 +65,26 @@ def certify(
         from takagi.reports.output import write_file
 
         write_file(out, dumps(document))
-    _print(model, out, checked, gains, as_json=as_json)
-    return PROVED if checked.verdict.name == "PROVED" else UNPROVED
+    # A plant whose equations cannot be written has a certificate of its model's vertices alone.
+    alone = kind == "plant" and document["model"]["kind"] != "plant"
+    _print(model, out, checked, gains, alone=alone, as_json=as_json)
+    return PROVED if checked.verdict.name == "PROVED" and not alone else UNPROVED
+
+
+def _outcome(
+    model: str, gains: Path | None, tell: Tell, options: Mapping[str, Any], *, plant: bool
+) -> Outcome | Unprovable:
+    if not plant:
+        if gains is None:
+            return _designed(model, tell, options)
+        return _given(model, gains, tell, options)
+    from takagi.cli.plant_run import plant_asked, plant_with_gains
+
+    if gains is not None:
+        found = plant_with_gains(model, gains, tell, options)
+        return found.document, found.checked
+    design = plant_asked(model, tell, options)
+    return design if isinstance(design, Unprovable) else (design.document, design.checked)
 
 
 def _designed(model: str, tell: Tell, options: Mapping[str, Any]) -> Outcome | Unprovable:
@@ -104,7 +96,6 @@ def _given(model: str, gains: Path, tell: Tell, options: Mapping[str, Any]) -> O
     from takagi.certificates.given_law import certify_law, coherent_law_from_data, read_law
     from takagi.models.turbine.loader import load_turbine, model_files
 
-    _refuse_design_options(options)
     turbine = load_turbine(model)
     law = coherent_law_from_data(read_law(gains), source=str(gains))
     uncertainty = uncertainty_asked(options["inertia"], options["equilibrium_wake"])
@@ -120,19 +111,23 @@ def _refuse_design_options(options: Mapping[str, Any]) -> None:
     from takagi.models.errors import ModelError
 
     for name, value in options.items():
-        if name not in _OF_GIVEN_GAINS and value not in (None, "coherent"):
+        if name not in _OF_GIVEN_GAINS and value not in (None, "coherent", []):
             raise ModelError(
                 f"option --{name.replace('_', '-')} is about designing gains, but --gains gives "
                 "them; leave out one of the two"
             )
 
 
-def _print(model: str, out: Path, checked: Checked, gains: Path | None, *, as_json: bool) -> None:
+def _print(
+    model: str, out: Path, checked: Checked, gains: Path | None, *, alone: bool, as_json: bool
+) -> None:
     from takagi.cli.design_summary import claims_as_data, claims_as_text
 
     if as_json:
-        print(json.dumps({"certificate": str(out), **claims_as_data(checked)}, indent=2))
+        data = {"certificate": str(out), **claims_as_data(checked)}
+        print(json.dumps(data | ({"vertices_alone": True} if alone else {}), indent=2))
         return
-    print(f"{out}: {checked.verdict.name}\n{claims_as_text(checked)}")
+    words = ", of the vertices alone: not of the plant" if alone else ""
+    print(f"{out}: {checked.verdict.name}{words}\n{claims_as_text(checked)}")
     companion = "" if gains is None else f" --gains {gains}"
     print(f"\nNext\n  takagi check {out}{companion}")

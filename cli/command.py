@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import functools
+import inspect
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import typer
 
@@ -12,18 +13,34 @@ from takagi.cli.errors import guard
 __all__ = ["run_command"]
 
 
-def run_command(name: str, function: Callable[..., int], arguments: Sequence[str]) -> int:
+def run_command(
+    name: str,
+    function: Callable[..., int],
+    arguments: Sequence[str],
+    *,
+    groups: Sequence[Callable[..., None]] = (),
+) -> int:
     """Parse ``arguments`` by the signature of ``function``, call it, return its exit status.
 
     The docstring of ``function`` is the help of ``takagi <name> --help``.  Misuse prints the usage
     and returns 2.
+
+    Parameters
+    ----------
+    groups : signatures that several verbs share; what they declare is taken by the ``**options``
+        of ``function``, and stands in the help before its keyword-only parameters.
     """
+    signature = _joined(function, groups)
 
-    @functools.wraps(function)
-    def command(*args: object, **options: object) -> None:
+    def command(**given: object) -> None:
         # The boundary stands inside typer, which has its own ideas about interrupts and pipes.
-        raise typer.Exit(guard(lambda: function(*args, **options)))
+        raise typer.Exit(guard(lambda: function(**given)))
 
+    # typer reads the parameters from here.
+    described: Any = command
+    described.__name__, described.__doc__ = function.__name__, function.__doc__
+    described.__signature__ = signature
+    described.__annotations__ = {p.name: p.annotation for p in signature.parameters.values()}
     application = typer.Typer(
         add_completion=False,
         rich_markup_mode=None,  # plain text, the same in `check`, which does without typer
@@ -36,3 +53,16 @@ def run_command(name: str, function: Callable[..., int], arguments: Sequence[str
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0
     return 0
+
+
+def _joined(
+    function: Callable[..., int], groups: Sequence[Callable[..., None]]
+) -> inspect.Signature:
+    """Return the parameters of the function with those of the groups, all by keyword."""
+    own = list(inspect.signature(function, eval_str=True).parameters.values())
+    shared = [
+        p for group in groups for p in inspect.signature(group, eval_str=True).parameters.values()
+    ]
+    first = [p for p in own if p.kind is p.POSITIONAL_OR_KEYWORD]
+    last = [p for p in own if p.kind is p.KEYWORD_ONLY]
+    return inspect.Signature([p.replace(kind=p.KEYWORD_ONLY) for p in (*first, *shared, *last)])

@@ -1,35 +1,26 @@
-"""`takagi design`: from a turbine to gains, certificate and report, in one folder."""
+"""`takagi design`: from a turbine or another plant to gains, certificate and report."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from takagi.cli.command import run_command
-from takagi.cli.design_options import (
-    Bandwidth,
-    EquilibriumWake,
-    Inertia,
-    Law,
-    Model,
-    Overlap,
-    SpeedOverlap,
-    SpeedSetpoint,
-    TorqueOverlap,
-)
+from takagi.cli.design_options import Model
 from takagi.cli.design_run import Unprovable, design_asked
 from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.model_kind import DESIGN_OPTIONS, design_options_of
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import Tell, progress
 
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import TurbineDesign
 
-__all__ = ["design", "run"]
+__all__ = ["PURPOSES", "design", "print_files", "run"]
 
 # What lands in the folder, and what each is for; `figures` holds several.
 PURPOSES = {
@@ -43,42 +34,31 @@ _FOLDERS = ("figures",)
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""
-    return run_command("design", design, arguments)
+    return run_command("design", design, arguments, groups=DESIGN_OPTIONS)
 
 
 def design(
     model: Model,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write.")],
-    law: Law = "coherent",
-    overlap: Overlap = None,
-    speed_overlap: SpeedOverlap = None,
-    torque_overlap: TorqueOverlap = None,
-    speed_setpoint: SpeedSetpoint = None,
-    bandwidth: Bandwidth = None,
-    inertia: Inertia = None,
-    equilibrium_wake: EquilibriumWake = False,
+    *,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+    **options: Any,
 ) -> int:
     """Design a controller for MODEL, prove what is claimed of it, and report.
 
     Leaves gains.json, certificate.json, report.html and figures/ in DIR: all of them, or none.
+    A plant without inputs is analysed, and has no gains.
 
     Exit status: 0 PROVED; 1 not proved, or no such design exists; 2 misuse.
     """
     require_folder_place(out, files=[n for n in PURPOSES if n not in _FOLDERS], folders=_FOLDERS)
+    kind, asked = design_options_of(model, options)
+    if kind == "plant":
+        from takagi.cli.plant_design import design_plant_folder
+
+        return design_plant_folder(model, out, asked, as_json=as_json)
     with progress(f"takagi design {model}") as tell:
-        finished = design_asked(
-            model,
-            tell,
-            law=law,
-            overlap=overlap,
-            speed_overlap=speed_overlap,
-            torque_overlap=torque_overlap,
-            speed_setpoint=speed_setpoint,
-            bandwidth=bandwidth,
-            inertia=inertia,
-            equilibrium_wake=equilibrium_wake,
-        )
+        finished = design_asked(model, tell, **asked)
         if isinstance(finished, Unprovable):
             return finished.tell(as_json=as_json)
         files = _write(finished, out, tell)
@@ -107,22 +87,26 @@ def _print(
     from takagi.cli.design_summary import as_data, as_text
 
     if as_json:
-        print(json.dumps({**as_data(finished), "files": _paths(out, files)}, indent=2))
+        print(
+            json.dumps(
+                {**as_data(finished), "files": [str(out / name) for name in files]}, indent=2
+            )
+        )
         return
     print(as_text(finished))
+    print_files(out, files)
+    print(f"\nNext\n  takagi check {out / 'certificate.json'} --gains {out / 'gains.json'}")
+    print(f"  takagi simulate {model} --out {out / 'simulation'}")
+
+
+def print_files(out: Path, files: Mapping[str, bytes | str]) -> None:
+    """Print what was written, one line a file or folder, and what each is for."""
     print(f"\n{out}")
     width = max(map(len, PURPOSES)) + 2
     for name, purpose in PURPOSES.items():
         if name in _FOLDERS:
             count = sum(file.startswith(f"{name}/") for file in files)
-            purpose = f"{purpose} ({count})"
-            shown = f"{name}/"
-        else:
-            shown = name
-        print(f"  {shown:<{width}}{purpose}")
-    print(f"\nNext\n  takagi check {out / 'certificate.json'} --gains {out / 'gains.json'}")
-    print(f"  takagi simulate {model} --out {out / 'simulation'}")
-
-
-def _paths(out: Path, files: Mapping[str, bytes | str]) -> list[str]:
-    return [str(out / name) for name in files]
+            if count:
+                print(f"  {name + '/':<{width}}{purpose} ({count})")
+        elif name in files:
+            print(f"  {name:<{width}}{purpose}")

@@ -30,6 +30,7 @@ __all__ = [
     "SpeedSetpoint",
     "TorqueOverlap",
     "design_settings",
+    "turbine_options",
     "uncertainty_asked",
 ]
 
@@ -42,55 +43,76 @@ Model = Annotated[
     ),
 ]
 Law = Annotated[
-    str, typer.Option("--law", help="coherent, paper or paper-two-integrators.", metavar="NAME")
+    str,
+    typer.Option(
+        "--law", help="Turbines: coherent, paper or paper-two-integrators.", metavar="NAME"
+    ),
 ]
 Overlap = Annotated[
     float | None,
     typer.Option(
-        help="Half the width of effort over which torque and pitch both act [rad/s^2]; 0.01 unless "
-        "given. Law coherent."
+        help="Turbines: half the width of effort over which torque and pitch both act [rad/s^2]; "
+        "0.01 unless given. Law coherent."
     ),
 ]
 SpeedOverlap = Annotated[
     float | None,
     typer.Option(
-        help="Overlap of the coupling filter in rotor speed [rad/s]; 0.05 unless given. Laws of "
-        "the paper."
+        help="Turbines: overlap of the coupling filter in rotor speed [rad/s]; 0.05 unless given. "
+        "Laws of the paper."
     ),
 ]
 TorqueOverlap = Annotated[
     float | None,
     typer.Option(
-        help="Overlap of the coupling filter in torque [N m]; 2000 unless given. Laws of the paper."
+        help="Turbines: overlap of the coupling filter in torque [N m]; 2000 unless given. Laws of "
+        "the paper."
     ),
 ]
 SpeedSetpoint = Annotated[
     str | None,
     typer.Option(
         metavar="SPEED",
-        help="De-rated rotor speed with its unit: 11.5rpm or 1.2rad/s; rated speed unless given.",
+        help="Turbines: de-rated rotor speed with its unit, 11.5rpm or 1.2rad/s; rated speed "
+        "unless given.",
     ),
 ]
 Bandwidth = Annotated[
     float | None,
-    typer.Option(help="Proportional action aimed at [1/s]; 0.6 unless given. Law coherent."),
+    typer.Option(
+        help="Turbines: proportional action aimed at [1/s]; 0.6 unless given. Law coherent."
+    ),
 ]
 Inertia = Annotated[
     tuple[str, str] | None,
     typer.Option(
         metavar="LOW HIGH",
-        help="True over nominal inertia that gains and certificate must cover; 0.9 1.1 unless "
-        "given. Law coherent.",
+        help="Turbines: true over nominal inertia that gains and certificate must cover; 0.9 1.1 "
+        "unless given. Law coherent.",
     ),
 ]
 EquilibriumWake = Annotated[
     bool,
     typer.Option(
         "--equilibrium-wake",
-        help="Leave the frozen wake out of the pitch effectiveness that the certificate covers: a "
-        "larger wind class, for a smaller family of plants.",
+        help="Turbines: leave the frozen wake out of the pitch effectiveness that the certificate "
+        "covers: a larger wind class, for a smaller family of plants.",
     ),
 ]
+
+
+def turbine_options(
+    law: Law = "coherent",
+    overlap: Overlap = None,
+    speed_overlap: SpeedOverlap = None,
+    torque_overlap: TorqueOverlap = None,
+    speed_setpoint: SpeedSetpoint = None,
+    bandwidth: Bandwidth = None,
+    inertia: Inertia = None,
+    equilibrium_wake: EquilibriumWake = False,
+) -> None:
+    """Declare what a design for a wind turbine may be asked for."""
+
 
 _OF_COHERENT = ("overlap", "bandwidth", "inertia", "equilibrium_wake")
 _OF_PAPER = ("speed_overlap", "torque_overlap")
@@ -114,7 +136,7 @@ def design_settings(
     ------
     ModelError : an option that makes no sense for the law or the turbine; names the option.
     """
-    from takagi.certificates.turbine_design import DesignSettings
+    from takagi.certificates.turbine_scale import default_settings
     from takagi.lmi.turbine.effort import EffortSettings
 
     given = {
@@ -131,13 +153,14 @@ def design_settings(
         if isinstance(value, float | int) and not isinstance(value, bool)
     }
     setpoint = None if speed_setpoint is None else _setpoint(speed_setpoint, turbine)
-    asked = DesignSettings(
+    asked = replace(
+        default_settings(turbine),
         law=law,
         speed_setpoint=setpoint,
         **{name: value for name, value in numbers.items() if name != "bandwidth"},  # type: ignore[arg-type]
     )
     _check_law(law, given)
-    effort = EffortSettings()
+    effort = asked.effort or EffortSettings()
     if bandwidth is not None:
         effort = replace(effort, bandwidth=bandwidth)
     covered = uncertainty_asked(inertia, equilibrium_wake)

@@ -14,7 +14,7 @@ from takagi.cli.progress import Tell
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import TurbineDesign
 
-__all__ = ["Unprovable", "answered", "design_asked"]
+__all__ = ["Unprovable", "answered", "asked_for", "design_asked"]
 
 Value = TypeVar("Value")
 
@@ -77,7 +77,7 @@ def answered(
     try:
         return work(noted)
     except ModelError as error:
-        return Unprovable(_reason(step, str(error), _given(options)))
+        return Unprovable(_reason(step, str(error), asked_for(options)))
 
 
 def _reason(step: str, words: str, given: str) -> str:
@@ -87,11 +87,16 @@ def _reason(step: str, words: str, given: str) -> str:
     return f"{place}{words}{relax}"
 
 
-def _given(options: Mapping[str, object]) -> str:
+def asked_for(options: Mapping[str, object]) -> str:
+    """Return the options that are not left at their default, as they would be typed."""
     shown = []
     for name, value in options.items():
-        if value is None or value is False or (name, value) == ("law", "coherent"):
+        if value is None or value is False or value == [] or (name, value) == ("law", "coherent"):
+            continue
+        option = "--" + name.replace("_", "-")
+        if isinstance(value, list):
+            shown += [f"{option} {one}" for one in value]
             continue
         words = [] if value is True else value if isinstance(value, tuple) else [value]
-        shown.append(" ".join(["--" + name.replace("_", "-"), *map(str, words)]))
+        shown.append(" ".join([option, *map(str, words)]))
     return ", ".join(shown)

@@ -24,8 +24,8 @@ def list_models(
 ) -> int:
     """List the built-in models: wind turbines, then plants.
 
-    The other verbs take the name of a turbine as MODEL, or the path of a TOML file of your own.
-    Plants are read from Python, by takagi.models.load_model.
+    The other verbs take such a name as MODEL, or the path of a TOML file of your own; from Python
+    both are read by takagi.models.load_model.
     """
     from takagi.models.library import built_in_kinds, built_in_models
 

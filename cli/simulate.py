@@ -1,16 +1,18 @@
-"""`takagi simulate`: laws side by side in the same winds, on the nonlinear plant."""
+"""`takagi simulate`: laws on the nonlinear plant, of a turbine side by side in the same winds."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
 from takagi.cli.command import run_command
 from takagi.cli.design_options import Model
 from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.model_kind import defaults_of, model_kind, refuse_options
+from takagi.cli.plant_options import plant_options
 from takagi.cli.progress import Tell, progress
 
 if TYPE_CHECKING:
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
 
 __all__ = ["run", "simulate"]
 
+Groups: TypeAlias = tuple[Callable[..., None], ...]
+
 # The whole as one bar: making the laws takes about as long as simulating them.
 _MAKING, _SIMULATING = 0.45, 0.95
 _DESIGN_STEPS = 7
@@ -27,7 +31,54 @@ _DESIGN_STEPS = 7
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""
-    return run_command("simulate", simulate, arguments)
+    groups = (turbine_simulation, plant_simulation, plant_options)
+    return run_command("simulate", simulate, arguments, groups=groups)
+
+
+def turbine_simulation(
+    law: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="Turbines: coherent, paper, paper-two-integrators or baseline; may be repeated. "
+            "Without it: coherent, paper and baseline.",
+        ),
+    ] = None,
+    scenario: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME", help="Turbines: paper (three turbulent winds), step, gust or ramp."
+        ),
+    ] = "paper",
+    wake: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="Turbines: equilibrium, or dynamic: the wake needs time to follow pitch.",
+        ),
+    ] = "equilibrium",
+    seed: Annotated[
+        int | None, typer.Option(help="Turbines: of the turbulence; 0 or more. Scenario paper.")
+    ] = None,
+) -> None:
+    """Declare what a simulation of a wind turbine may be asked for."""
+
+
+def plant_simulation(
+    gains: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Plants: a gain file; without it, gains are designed."),
+    ] = None,
+    start: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="STATE=VALUE,...",
+            help="Plants: where a run starts, such as angle=20deg,rate=0.5; other states at rest. "
+            "May be repeated; without it: the corners of the box, drawn in to the proved set.",
+        ),
+    ] = None,
+) -> None:
+    """Declare what a simulation of a plant may be asked for."""
 
 
 def simulate(
@@ -36,41 +87,60 @@ def simulate(
         Path | None,
         typer.Option("--out", "-o", metavar="DIR", help="The folder for tables and figures."),
     ] = None,
-    law: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help="coherent, paper, paper-two-integrators or baseline; may be repeated. Without it: "
-            "coherent, paper and baseline.",
-        ),
-    ] = None,
-    scenario: Annotated[
-        str,
-        typer.Option(metavar="NAME", help="paper (three turbulent winds), step, gust or ramp."),
-    ] = "paper",
-    wake: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME", help="equilibrium, or dynamic: the wake needs time to follow pitch."
-        ),
-    ] = "equilibrium",
-    seed: Annotated[
-        int | None, typer.Option(help="Of the turbulence; 0 or more. Scenario paper.")
-    ] = None,
+    *,
     duration: Annotated[
         float | None,
-        typer.Option(help="Of every wind [s]; 60 (paper), 120 (step), 90 (gust) or 180 (ramp)."),
+        typer.Option(
+            help="Of every run [s]; turbines 60 (paper), 120 (step), 90 (gust) or 180 (ramp), "
+            "plants some time constants."
+        ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+    **options: Any,
 ) -> int:
-    """Simulate laws side by side: the project's, the published one, the reference's own.
+    """Simulate laws on the nonlinear plant. A simulation proves nothing.
 
-    The plant is nonlinear, with a pitch drive and its limits, a torque rate limit and the tower's
-    fore-aft mode; the wind observer is in the loop. Prints a table; with --out also leaves
-    summary.md, simulation.csv, simulation.json, figures/ and series/ in DIR: all of them, or none.
+    A wind turbine: the project's law, the published one and the reference's own side by side, with
+    a pitch drive and its limits, a torque rate limit and the tower's fore-aft mode; the wind
+    observer is in the loop. Another plant: its own equations under its law by rules, from corners
+    of its box or from --start, disturbances at rest.
 
-    Exit status: 0 every loop ran to its end; 1 one diverged; 2 misuse.
+    Prints a table; with --out also leaves tables, figures/ and simulation.json in DIR: all of them,
+    or none.
+
+    Exit status: 0 every loop ran to its end; 1 one diverged, or there are no gains; 2 misuse.
     """
+    kind = model_kind(model)
+    own: Groups = (turbine_simulation,)
+    other: Groups = (plant_simulation, plant_options)
+    if kind == "plant":
+        own, other = other, own
+    refuse_options(model, kind, *_of_groups(options, other))
+    asked, _ = _of_groups(options, own)
+    if kind == "plant":
+        from takagi.cli.plant_simulate import simulate_plant
+
+        return simulate_plant(model, out, asked, duration=duration, as_json=as_json)
+    return _turbine(model, out, duration=duration, as_json=as_json, **asked)
+
+
+def _of_groups(options: Mapping[str, Any], groups: Groups) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return (what was given, the defaults) of the options of some groups."""
+    defaults = {name: value for group in groups for name, value in defaults_of(group).items()}
+    return {name: options[name] for name in defaults}, defaults
+
+
+def _turbine(
+    model: str,
+    out: Path | None,
+    *,
+    law: Sequence[str] | None,
+    scenario: str,
+    wake: str,
+    seed: int | None,
+    duration: float | None,
+    as_json: bool,
+) -> int:
     if out is not None:
         from takagi.cli.output_place import require_folder_place
 

@@ -36,7 +36,7 @@ VERBS = (
     Verb(
         "simulate",
         "takagi.cli.simulate",
-        "Simulate laws side by side in turbulent wind, steps, gusts or a ramp",
+        "Simulate laws on the nonlinear plant: a turbine's side by side in winds, another's alone",
         "simulate nrel5mw --out build/simulation",
     ),
 )

@@ -1,4 +1,4 @@
-"""Write docs/conditions.md and docs/published.md: python docs/make_pages.py
+"""Write the pages that are made from the code, and their figures: python docs/make_pages.py
 
 --check         write nothing; status 1 where a page is not what this would write
 --tex FILE      write the formulas as a LaTeX document, to be looked at
@@ -10,22 +10,30 @@ import argparse
 import sys
 from pathlib import Path
 
-from catalogue import page, published
+from catalogue import page, pendulum, published
 from catalogue.sheet import sheet
 
 HERE = Path(__file__).parent
-PAGES = {"conditions.md": page.page, "published.md": published.page}
+PAGES = {
+    "conditions.md": page.page,
+    "published.md": published.page,
+    "pendulum.md": pendulum.page,
+}
 
 
 def main() -> int:
     """Write or compare; return the exit status."""
-    parser = argparse.ArgumentParser(description="Write docs/conditions.md and docs/published.md.")
+    parser = argparse.ArgumentParser(description="Write the pages made from the code.")
     parser.add_argument("--check", action="store_true", help="compare only")
     parser.add_argument("--tex", type=Path, help="write the formulas as a LaTeX document")
     arguments = parser.parse_args()
     if arguments.tex:
         arguments.tex.write_text(sheet(page.page()), encoding="utf-8")
         return 0
+    if not arguments.check:
+        # Not compared: letters are drawn as outlines, which differ between versions of a font.
+        for name, svg in pendulum.figures().items():
+            (HERE / "figures" / name).write_text(svg, encoding="utf-8")
     stale = 0
     for name, made in PAGES.items():
         path, text = HERE / name, made()

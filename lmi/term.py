@@ -185,6 +185,12 @@ class Condition:
         names = [unknown.name for unknown in self.unknowns]
         if len(set(names)) != len(names):
             raise ModelError(f"condition {self.name}: unknowns {names}; names must differ")
+        titles = [lmi.name for lmi in self.lmis]
+        if len(set(titles)) != len(titles):
+            raise ModelError(
+                f"condition {self.name}: LMIs {titles}; names must differ, for multipliers and "
+                "diagnoses speak of an LMI by its name"
+            )
         for lmi in self.lmis:
             for term in lmi.terms:
                 if term.unknown not in self.unknowns:

@@ -4,6 +4,7 @@
     plant/                  Plant: equations, variables with units and ranges; plant files
     sector/                 sector_model: symbolic sector nonlinearity, bounds by ball arithmetic
     surface, enclosure/     spline surfaces and rigorous ranges in exact arithmetic
+    reduction/              fewer rules with a proved error; a box cut into cells
     turbine/                wind turbines: data, aerodynamics, trim, regional models, observer
     loading, library        models from files and built-in ones by name
 
@@ -21,7 +22,9 @@ if TYPE_CHECKING:
     from takagi.models.embedding.feedback import Feedback, blended_feedback, product_memberships
     from takagi.models.embedding.secant import Region, secant_embedding
     from takagi.models.embedding.secant_family import SecantEmbedding
+    from takagi.models.enclosure.domain import Cell, Domain
     from takagi.models.enclosure.interval import Interval
+    from takagi.models.enclosure.sampled import sampled_bounds
     from takagi.models.errors import ModelError
     from takagi.models.library import built_in_models
     from takagi.models.loading import load_model
@@ -29,7 +32,16 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Output, Parameter, Plant, Variable
     from takagi.models.plant.table_function import table_function
     from takagi.models.premise import Premise
+    from takagi.models.reduction.box_refinement import refine
+    from takagi.models.reduction.cell_models import CellModels, ModelCell
+    from takagi.models.reduction.error_bound import ErrorBound
+    from takagi.models.reduction.norm_block import NormBlock
+    from takagi.models.reduction.reduced_model import MergedModel, ReducedModel
+    from takagi.models.reduction.rule_tensor import mode_spectrum
+    from takagi.models.reduction.tensor_reduction import reduce_rules
+    from takagi.models.reduction.vertex_merging import merge_vertices
     from takagi.models.sector.model import sector_model
+    from takagi.models.sector.rule_counting import RuleCount, rule_count
     from takagi.models.surface import Surface
     from takagi.models.ts_model import Matrices, TSModel
     from takagi.models.turbine.data import Turbine
@@ -37,21 +49,28 @@ if TYPE_CHECKING:
     from takagi.models.turbine.loader import nrel5mw
     from takagi.models.turbine.partial_load import partial_load_model
     from takagi.models.turbine.wind_observer import WindObserver, wind_observer_model
-    from takagi.models.vertex_merging import MergedModel, merge_vertices
 
 __all__ = [
+    "Cell",
+    "CellModels",
     "Curve",
     "Derivation",
+    "Domain",
+    "ErrorBound",
     "Feedback",
     "Interval",
     "Matrices",
     "MergedModel",
+    "ModelCell",
     "ModelError",
+    "NormBlock",
     "Output",
     "Parameter",
     "Plant",
     "Premise",
+    "ReducedModel",
     "Region",
+    "RuleCount",
     "SecantEmbedding",
     "Step",
     "Surface",
@@ -65,10 +84,15 @@ __all__ = [
     "interpolate_curve",
     "load_model",
     "merge_vertices",
+    "mode_spectrum",
     "nrel5mw",
     "partial_load_model",
     "plant_file_schema",
     "product_memberships",
+    "reduce_rules",
+    "refine",
+    "rule_count",
+    "sampled_bounds",
     "secant_embedding",
     "sector_model",
     "table_function",
@@ -76,18 +100,26 @@ __all__ = [
 ]
 
 _HOME = {
+    "Cell": "enclosure.domain",
+    "CellModels": "reduction.cell_models",
     "Curve": "curve",
     "Derivation": "derivation",
+    "Domain": "enclosure.domain",
+    "ErrorBound": "reduction.error_bound",
     "Feedback": "embedding.feedback",
     "Interval": "enclosure.interval",
     "Matrices": "ts_model",
-    "MergedModel": "vertex_merging",
+    "MergedModel": "reduction.reduced_model",
+    "ModelCell": "reduction.cell_models",
     "ModelError": "errors",
+    "NormBlock": "reduction.norm_block",
     "Output": "plant.plant",
     "Parameter": "plant.plant",
     "Plant": "plant.plant",
     "Premise": "premise",
+    "ReducedModel": "reduction.reduced_model",
     "Region": "embedding.secant",
+    "RuleCount": "sector.rule_counting",
     "SecantEmbedding": "embedding.secant_family",
     "Step": "derivation",
     "Surface": "surface",
@@ -100,11 +132,16 @@ _HOME = {
     "full_load_model": "turbine.full_load",
     "interpolate_curve": "curve",
     "load_model": "loading",
-    "merge_vertices": "vertex_merging",
+    "merge_vertices": "reduction.vertex_merging",
+    "mode_spectrum": "reduction.rule_tensor",
     "nrel5mw": "turbine.loader",
     "partial_load_model": "turbine.partial_load",
     "plant_file_schema": "plant.entries",
     "product_memberships": "embedding.feedback",
+    "reduce_rules": "reduction.tensor_reduction",
+    "refine": "reduction.box_refinement",
+    "rule_count": "sector.rule_counting",
+    "sampled_bounds": "enclosure.sampled",
     "secant_embedding": "embedding.secant",
     "sector_model": "sector.model",
     "table_function": "plant.table_function",

@@ -10,10 +10,14 @@ from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 from takagi.models.errors import ModelError
 
-__all__ = ["SIDES", "Ends", "Found", "Look", "search"]
+__all__ = ["SIDES", "Ends", "Found", "Look", "NoBound", "search"]
 
 Ends: TypeAlias = tuple[Any, Any]  # two exact numbers of one ordered type, smaller first
 Place = TypeVar("Place")
+
+
+class NoBound(ModelError):
+    """No finite bound was found near some point: a pole, or what no enclosure tells from one."""
 
 
 class Look(NamedTuple):
@@ -69,7 +73,8 @@ def search(
 
     Raises
     ------
-    ModelError : ``look`` cannot tell even on small boxes (a pole), or nothing is attained.
+    NoBound : ``look`` cannot tell even on small boxes (a pole).
+    ModelError : nothing is attained.
 
     Source: Moore, Kearfott, Cloud (2009), Introduction to Interval Analysis, ch. 11.
     """
@@ -184,12 +189,13 @@ class _Tree(Generic[Place]):
         boxes = len(self.looks) - len(self.halves)
         return Found(outer, self.attained, boxes, tuple(self._text(i, outer) for i in range(roots)))
 
-    def _no_bound(self, index: int) -> ModelError:
+    def _no_bound(self, index: int) -> NoBound:
         place = self.places[index]
         where = "" if place is None else self.tell(place)
-        return ModelError(
+        return NoBound(
             f"no finite bound near {where}: the function seems to have a pole there; shrink "
-            "the box, or give the bounds yourself"
+            "the box, make what is singular inside another function a premise of its own, or give "
+            "the bounds yourself"
         )
 
     def _text(self, root: int, outer: Ends) -> str:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from takagi.models.sector.symbolic_form import SymbolicForm
 
 __all__ = ["Derivation", "Step"]
 
@@ -29,11 +33,13 @@ class Derivation:
     """The steps from the plant's equations to the vertex matrices, in order.
 
     ``exactness`` says how it was checked that the factored form is the plant; empty when nothing
-    is said.
+    is said.  ``form`` has the plant, its factored form and its premises in symbols, where the model
+    was derived from symbols.
     """
 
     steps: tuple[Step, ...]
     exactness: str = ""
+    form: SymbolicForm | None = field(default=None, repr=False, compare=False)
 
     @property
     def latex(self) -> str:

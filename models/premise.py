@@ -6,13 +6,17 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.models.enclosure.interval import Interval, Number, exact
 from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    from takagi.models.enclosure.domain import Domain
+    from takagi.models.enclosure.evidence import Evidence
 
 __all__ = ["Premise", "round_outward"]
 
@@ -31,11 +35,17 @@ class Premise:
     name : an identifier, unique in its model, e.g. ``"a"``.
     lower, upper : exact ends.  Strings, ints, Fractions and floats are read exactly, a float as
         the shortest decimal that prints it.
-    unit : e.g. ``"1/s"``; ``"-"`` for a pure number.
+    unit : e.g. ``"1/s"``; ``"-"`` for a pure number, ``"SI"`` for coherent SI units that nobody
+        worked out.
     latex : symbol for formulas; empty takes the name.
     evidence : why z cannot leave [lower, upper], e.g. ``"Bernstein hull over 52 wind cells"``.
     evaluate : the value of z at an operating point, called with keyword arguments that the maker
         of the model documents; None when nobody needs it at run time.
+    proof : what ``replay`` recomputes the bounds from; None where only ``evidence`` tells.
+    sampled : the bounds rest on samples, so nothing is proved with them.  A premise whose evidence
+        says "sampled" is taken so even if nobody says it here: derived premises keep their words.
+    domain : where the bounds hold, if that is less than the model's box (a band, a union of
+        cells); None for the whole box.
 
     Raises
     ------
@@ -49,6 +59,9 @@ class Premise:
     latex: str
     evidence: str
     evaluate: Callable[..., float] | None
+    proof: Evidence | None
+    sampled: bool
+    domain: Domain | None
 
     def __init__(
         self,
@@ -60,6 +73,9 @@ class Premise:
         latex: str = "",
         evidence: str = "given by the user",
         evaluate: Callable[..., float] | None = None,
+        proof: Evidence | None = None,
+        sampled: bool = False,
+        domain: Domain | None = None,
     ) -> None:
         if not name.strip():
             raise ModelError("a premise has an empty name; name it, e.g. 'z1'")
@@ -69,8 +85,9 @@ class Premise:
                 f"premise {name}: lower bound {float(first):.9g} exceeds upper bound "
                 f"{float(last):.9g}; give the smaller one first"
             )
-        fields = (name, first, last, unit, latex or name, evidence, evaluate)
-        for field, value in zip(self.__slots__, fields, strict=True):
+        doubtful = sampled or "sampled" in evidence
+        fields = (name, first, last, unit, latex or name, evidence, evaluate, proof, doubtful)
+        for field, value in zip(self.__slots__, (*fields, domain), strict=True):
             object.__setattr__(self, field, value)
 
     @property
@@ -82,6 +99,22 @@ class Premise:
     def bounds(self) -> Interval:
         """[lower, upper] as an interval."""
         return Interval(self.lower, self.upper)
+
+    def replay(self) -> Interval:
+        """Return the range that the proof's boxes give, which lies in [lower, upper].
+
+        Raises
+        ------
+        ModelError : no proof is kept, or it does not prove these bounds.
+        """
+        if self.proof is None:
+            raise ModelError(
+                f"premise {self.name} keeps no proof to replay; its bounds are {self.evidence}"
+            )
+        try:
+            return self.proof.claiming(self.bounds).replay()
+        except ModelError as error:
+            raise ModelError(f"premise {self.name}: {error}") from error
 
     def weights(self, value: ArrayLike, *, clip: bool = False) -> Array:
         """Return (w_1, w_2) stacked on the first axis, or (1,) for a constant premise.

@@ -21,6 +21,9 @@ from takagi.models.vertex_arrays import check_unique
 from takagi.models.vertex_matrices import check_corners, stored_matrices
 from takagi.models.vertex_product import VertexProduct
 
+if TYPE_CHECKING:
+    from takagi.models.enclosure.domain import Domain
+
 __all__ = ["Matrices", "Premise", "TSModel"]
 
 Array: TypeAlias = NDArray[np.float64]
@@ -152,6 +155,16 @@ class TSModel:
             Matrices(*matrices)
             for matrices in zip(self.A, self.B, self.C, self.D, self.E, strict=True)
         )
+
+    @property
+    def sampled(self) -> tuple[str, ...]:
+        """Names of premises whose bounds rest on samples: with them nothing is proved."""
+        return tuple(premise.name for premise in self.premises if premise.sampled)
+
+    @property
+    def domain(self) -> Domain | None:
+        """Where the model equals its plant, if that is less than its box; None for the box."""
+        return next((p.domain for p in self.premises if p.domain is not None), None)
 
     @property
     def derivation_latex(self) -> str:

@@ -34,6 +34,9 @@ COHERENT_UNITS = {
     "overlap": "rad/s^2",
     "proportional": "1/s",
     "integral_rate": "1/s",
+    "inertia_feedforward": "rad/s per m/s",
+    "feedforward_limit": "rad/s^2",
+    "pitch_lead": "s",
     "rated_torque": "N m, high-speed shaft",
     "effort_torque": "N m s^2/rad",
     "pitch_min": "rad",
@@ -129,7 +132,11 @@ def _schedule(design: TurbineDesign) -> dict[str, str]:
         }
     return {
         "variables": "schedule wind v_s = low-passed wind estimate, v_s' = (v_hat - v_s) / tau_f",
-        "interpolation": "linear between nodes; integral_rate constant between two nodes",
+        "interpolation": "linear between nodes; integral_rate, inertia_feedforward and "
+        "feedforward_limit constant between two nodes",
+        "feedforward": "torque gives up effort_torque (f v_s' held within +-g) more, and stays "
+        "within 0 and rated; pitch leads by pitch_lead v_s' d/dv_s [psi(U) / b] at fixed e - x, "
+        "and stays at or above pitch_min",
         "outside": "the wind is held at the first or last node",
     }
 

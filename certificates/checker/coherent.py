@@ -6,9 +6,10 @@ disturbance lie in the hull of the corners of
 
     A = [ a - G           S          G     ]      d = ( w,  f w + z, 0 )
         [ f (a - G + nu)  f S - T    f G   ]      w = kappa (r + g wind_error) + o wind_rate
-        [ -nu             0          0     ]      z = l wind_rate        (each of both signs)
+        [ -nu             0          0     ]      (w and z each of both signs)
 
-whose eleven coefficients are enclosed here from the tables of the law and the plant's surface, and
+with T - (b'/b) v_s' in the place of T while v_s moves.  Its eleven coefficients are enclosed here
+from the tables of the law and the plant's surface (``coherent_loop``, ``coherent_moving``), and
 compared with those the certificate states.  Then, exactly, at every corner
 
     -[[A'P + PA + alpha P, P d], [d'P, -alpha]] > 0    so  {V <= 1} is invariant, V = xi' P xi,
@@ -18,6 +19,8 @@ compared with those the certificate states.  Then, exactly, at every corner
 and P > h h' / peak^2 bounds each state on {V <= 1}, which must lie inside the enclosed box.  The
 secants between two points of the set lie in the same ranges as those from the trim, which is why
 decay is to the equilibrium xi* = (0, 0, x*) that the tables' residual leaves.
+
+v_s' is the rate that the law itself feeds forward: its schedule wind is the output of its filter.
 
 Not promised: anything outside {V <= 1}; pitch that starts below its lower limit; a wake with
 states of its own (pitch effectiveness is a static map, the same at all times where decay is
@@ -77,8 +80,13 @@ def check_coherent(claim: Any, model: Any, gains: Any, where: str) -> Claim:
     if not is_positive_definite(settling.P):
         failures.append("the matrix of the common decay rate is not positive definite")
     for k, cell in enumerate(cells):
-        loop = Loop(plant, law, box, uncertainty, k)
-        reason = _cell_failure(loop, cell, P, settling, f"{where}.cells[{k}]")
+        place = f"{where}.cells[{k}]"
+        rate = number(cell, "wind_rate", place)
+        if rate < 0:
+            failures.append(f"wind {_span(*law.wind[k : k + 2])} m/s: a negative wind rate")
+            continue
+        loop = Loop(plant, law, box, uncertainty, k, rate)
+        reason = _cell_failure(loop, cell, P, settling, place)
         if reason:
             failures.append(f"wind {_span(*law.wind[k : k + 2])} m/s: {reason}")
     if failures:
@@ -125,7 +133,7 @@ def _cell_failure(loop: Loop, cell: Any, P: Rows, settling: Settling, where: str
         raise CertificateError(f"{where}.integral_rate: differs from the law's")
     stated = {name: numbers(cell, name, where, 2) for name in RANGES}
     sizes = {name: number(cell, name, where) for name in BOUNDS}
-    error, rate = number(cell, "wind_error", where), number(cell, "wind_rate", where)
+    error, rate = number(cell, "wind_error", where), loop.moving.rate
     alpha, decay = number(cell, "multiplier", where), number(cell, "decay_rate", where)
     try:
         if wrong := loop.range_failure(stated):
@@ -136,7 +144,7 @@ def _cell_failure(loop: Loop, cell: Any, P: Rows, settling: Settling, where: str
         return str(reason)
     if limit := loop.limits_failure():
         return limit
-    if not (0 <= error <= loop.box.wind_share * law.wind[k] and rate >= 0):
+    if not 0 <= error <= loop.box.wind_share * law.wind[k]:
         return "the wind class is outside the enclosed one"
     if alpha <= 0 or decay < 0:
         return "multiplier or decay rate has the wrong sign"

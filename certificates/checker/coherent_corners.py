@@ -16,12 +16,19 @@ __all__ = ["BOUNDS", "RANGES", "Corners"]
 
 UNIT = 10**7
 RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
-BOUNDS = ("residual", "wind_gain", "inertia_gain", "reference_slope", "lag_slope")
+BOUNDS = (
+    "residual",
+    "wind_gain",
+    "inertia_gain",
+    "effectiveness_slope",
+    "reference_slope",
+    "lag_disturbance",
+)
 Integers = list[list[int]]
 
 
 class Corners:
-    """One cell's family: ranges of five coefficients, sizes of five more, and the integral rate."""
+    """One cell's family: ranges of five coefficients, sizes of six more, and the integral rate."""
 
     def __init__(
         self,
@@ -57,13 +64,14 @@ class Corners:
         scale = lcm(*(entry.denominator for row in P for entry in row))
         whole = [[int(entry * scale) for entry in row] for row in P]
         w, z = self._disturbance(error, rate)
-        for a_, g_, s_, f_, t_ in product(*self.ends):
-            H = _lyapunov(_matrix(a_, g_, s_, f_, t_, self.nu), whole)
+        for corner in product(*self.ends):
+            H = _lyapunov(_matrix(corner, self.nu), whole)
             if not positive_definite_integers(_shifted(H, whole, 2 * rho)):
                 return "the decay inequality fails at a corner"
-            base = _shifted(H, whole, a)
-            for sign in (1, -1):
-                d = (w * UNIT, f_ * w + sign * z * UNIT)
+        for corner in product(*self._moving_ends(rate)):
+            base = _shifted(_lyapunov(_matrix(corner, self.nu), whole), whole, a)
+            for sign in (1, -1) if z else (1,):
+                d = (w * UNIT, corner[3] * w + sign * z * UNIT)
                 Pd = [row[0] * d[0] + row[1] * d[1] for row in whole]
                 if not positive_definite_integers(_bordered(base, Pd, a * UNIT * scale)):
                     return "the invariance inequality fails at a corner"
@@ -74,8 +82,8 @@ class Corners:
         rho = _scaled(decay, "settling.decay_rate")
         scale = lcm(*(entry.denominator for row in R for entry in row))
         whole = [[int(entry * scale) for entry in row] for row in R]
-        for a_, g_, s_, f_, t_ in product(*self.ends):
-            H = _lyapunov(_matrix(a_, g_, s_, f_, t_, self.nu), whole)
+        for corner in product(*self.ends):
+            H = _lyapunov(_matrix(corner, self.nu), whole)
             if not positive_definite_integers(_shifted(H, whole, 2 * rho)):
                 return False
         return True
@@ -84,7 +92,13 @@ class Corners:
         """Return bounds of |w_e| and |w_zeta| over 10^7, rounded up."""
         size = self.sizes
         w = _up(size["inertia_gain"] * (size["residual"] + size["wind_gain"] * error))
-        return w + _up(size["reference_slope"] * rate), _up(size["lag_slope"] * rate)
+        return w + _up(size["reference_slope"] * rate), _up(size["lag_disturbance"])
+
+    def _moving_ends(self, rate: Fraction) -> list[list[int]]:
+        """Return the ends with T - (b'/b) v_s', both signs of v_s', in the place of T."""
+        turning = _up(self.sizes["effectiveness_slope"] * rate)
+        lag = self.ends[4]
+        return [*self.ends[:4], sorted({lag[0] - turning, lag[-1] + turning})]
 
     def _equilibrium_inside(self, P: list[list[Fraction]]) -> bool:
         """Return whether V < 1 where v is constant: e = zeta = 0 and |x| <= kappa r / Gamma."""
@@ -93,8 +107,9 @@ class Corners:
         return low_gain > 0 and P[2][2] * r * r < low_gain**2
 
 
-def _matrix(a: int, g: int, s: int, f: int, t: int, nu: int) -> tuple[tuple[int, ...], ...]:
-    """Return the corner's matrix over 10^14."""
+def _matrix(corner: tuple[int, ...], nu: int) -> tuple[tuple[int, ...], ...]:
+    """Return the matrix over 10^14 of a corner (a, G, S, f, T)."""
+    a, g, s, f, t = corner
     return (
         ((a - g) * UNIT, s * UNIT, g * UNIT),
         (f * (a - g + nu), f * s - t * UNIT, f * g),

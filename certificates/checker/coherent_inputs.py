@@ -68,7 +68,10 @@ class Plant:
 
 @dataclass(frozen=True)
 class Law:
-    """The law's tables, one entry per wind node; ``nu`` one per interval between them."""
+    """The law's tables, one entry per wind node; per interval ``nu`` and the torque's feed-forward.
+
+    ``inertia`` f and ``inertia_limit`` g: f v_s' held within +-g;  ``lead`` tau_lead of the pitch.
+    """
 
     wind: list[Fraction]
     speed: list[Fraction]
@@ -77,6 +80,9 @@ class Law:
     limit: list[Fraction]
     gamma: list[Fraction]
     nu: list[Fraction]
+    inertia: list[Fraction]
+    inertia_limit: list[Fraction]
+    lead: Fraction
     overlap: Fraction
     rated_torque: Fraction
     effort_torque: Fraction
@@ -86,7 +92,11 @@ class Law:
 
     @classmethod
     def read(cls, gains: Any) -> Law:
-        """Return the law; refuses winds that do not increase and gains that are not positive."""
+        """Return the law.
+
+        Refused are winds that do not increase, gains that are not positive, and a feed-forward of
+        the schedule wind's rate by a law that has no filter, so that it cannot know the rate.
+        """
         wind = numbers(gains, "wind", "gains")
         increasing(wind, "gains.wind")
         count = len(wind)
@@ -100,6 +110,9 @@ class Law:
             limit=numbers(gains, "effectiveness_limit", "gains", count),
             gamma=numbers(gains, "proportional", "gains", count),
             nu=numbers(gains, "integral_rate", "gains", count - 1),
+            inertia=numbers(gains, "inertia_feedforward", "gains", count - 1),
+            inertia_limit=numbers(gains, "feedforward_limit", "gains", count - 1),
+            lead=number(gains, "pitch_lead", "gains"),
             overlap=number(gains, "overlap", "gains"),
             rated_torque=number(gains, "rated_torque", "gains"),
             effort_torque=number(gains, "effort_torque", "gains"),
@@ -111,6 +124,13 @@ class Law:
         if min(*positive, *law.speed, *law.effectiveness, *law.gamma, *law.nu) <= 0:
             raise CertificateError(
                 "gains: winds, speeds, gains, effectiveness and limits must be positive"
+            )
+        if min(law.lead, *law.inertia_limit) < 0:
+            raise CertificateError("gains: pitch_lead and feedforward_limit must not be negative")
+        acts = law.lead > 0 or any(law.inertia)
+        if acts and number(gains, "wind_filter", "gains") <= 0:
+            raise CertificateError(
+                "gains.wind_filter: must be positive where the wind's rate is fed forward"
             )
         return law
 

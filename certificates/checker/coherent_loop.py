@@ -9,7 +9,8 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from takagi.certificates.checker.coherent_inputs import Box, Law, Plant, Uncertainty
-from takagi.certificates.checker.coherent_residual import psi, residual, share, slope
+from takagi.certificates.checker.coherent_moving import Moving
+from takagi.certificates.checker.coherent_residual import psi, residual, share
 from takagi.certificates.checker.fixed import (
     BITS,
     ONE,
@@ -33,9 +34,17 @@ Range = tuple[Fraction, Fraction]
 
 
 class Loop:
-    """One cell: schedule winds from node k to node k + 1."""
+    """One cell: schedule winds from node k to node k + 1 that move at up to ``rate``."""
 
-    def __init__(self, plant: Plant, law: Law, box: Box, uncertainty: Uncertainty, k: int) -> None:
+    def __init__(
+        self,
+        plant: Plant,
+        law: Law,
+        box: Box,
+        uncertainty: Uncertainty,
+        k: int,
+        rate: Fraction,
+    ) -> None:
         self.plant, self.law, self.box, self.k = plant, law, box, k
         self.frozen, self.kappa = uncertainty.frozen_wake, uncertainty.kappa
         self.wind = enclose(law.wind[k], law.wind[k + 1])
@@ -49,6 +58,7 @@ class Loop:
         owed = max(self._psi(self.low) - box.effort_lag, Fraction(0))
         self.owed = enclose(owed, self._psi(self.high) + box.effort_lag)
         self.pitch = add(div(self.owed, self.b), point(law.pitch_min))
+        self.moving = Moving(plant, law, box, self.kappa, (self.low, self.high), k, rate)
 
     def range_failure(self, stated: dict[str, list[Fraction]]) -> str:
         """Return the name of a coefficient that leaves its stated range, or nothing."""
@@ -62,8 +72,13 @@ class Loop:
 
     def size_failure(self, stated: dict[str, Fraction]) -> str:
         """Return the name of a coefficient that exceeds its stated size, or nothing."""
-        reference = abs(slope(self.law.speed, self.law.wind, self.k))
-        for name, size in (("inertia_gain", self.kappa[1]), ("reference_slope", reference)):
+        moving = self.moving
+        for name, size in (
+            ("inertia_gain", self.kappa[1]),
+            ("effectiveness_slope", moving.effectiveness_slope()),
+            ("reference_slope", moving.reference_slope()),
+            ("lag_disturbance", moving.lag_disturbance()),
+        ):
             if size > stated[name]:
                 return name
         for name, found in self._magnitudes():
@@ -73,10 +88,13 @@ class Loop:
 
     def limits_failure(self) -> str:
         """Return why the set may demand what the actuators cannot deliver, or nothing."""
-        if self.law.rated_torque < self.law.effort_torque * self._psi(-self.low):
+        if self.moving.least_torque() < 0:
             return "negative torque may be demanded"
-        if self.pitch[1] > self.law.pitch_max * ONE:
+        most = self.law.pitch_max
+        if self.pitch[1] > most * ONE or self.moving.largest_pitch() > most:
             return "pitch beyond its limit may be demanded"
+        if self.moving.lag_rates() is None:
+            return "the pitch lead exceeds the pitch rate limit"
         return ""
 
     def _psi(self, s: Fraction) -> Fraction:
@@ -103,14 +121,10 @@ class Loop:
         """Return the coefficients that need no enclosure."""
         gammas = self.law.gamma[self.k : self.k + 2]
         low, high = self._share(self.low, self.high)
-        # Largest demanded pitch rate |zeta| / (b tau); beyond the limit the drive is a sector.
-        least = min(self.law.effectiveness[self.k : self.k + 2])
-        demanded = self.box.effort_lag / (least * self.plant.lag)
-        fastest = 1 / self.plant.lag
-        slowest = fastest * min(Fraction(1), self.plant.rate_limit / demanded)
+        # A lead beyond the rate limit is refused by limits_failure; here it leaves no secant.
         return {
             "share_gain": (low * min(gammas), high * max(gammas)),
-            "lag_rate": (slowest, fastest),
+            "lag_rate": self.moving.lag_rates() or (-1 / self.plant.lag, 1 / self.plant.lag),
         }
 
     def _enclosed_ranges(self) -> dict[str, Q]:
@@ -129,17 +143,6 @@ class Loop:
         """Yield the coefficients that enter by their size, over 2^96."""
         yield "residual", residual(self.plant, self.law, self.k)
         yield "wind_gain", magnitude(self._wind_gain())
-        yield "lag_slope", magnitude(self._lag_slope())
-
-    def _lag_slope(self) -> Q:
-        """Return F (q*' + gamma' (e - x)) - b' (beta - beta_min)."""
-        q1, gamma1, b1 = (
-            point(slope(column, self.law.wind, self.k))
-            for column in (self.law.effort, self.law.gamma, self.law.effectiveness)
-        )
-        signal = enclose(-self.box.speed_signal, self.box.speed_signal)
-        forward = mul(enclose(*self._share(self.low, self.high)), add(mul(signal, gamma1), q1))
-        return sub(forward, mul(self.owed, div(b1, self.b)))
 
     def _wind_gain(self) -> Q:
         """Return dT_r/dv / J = c v (2 c_Q - lambda c_Q,lambda)."""

@@ -10,14 +10,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from math import lcm
 
-__all__ = [
-    "is_positive_definite",
-    "is_positive_semidefinite",
-    "is_symmetric",
-    "positive_definite_integers",
-    "positive_semidefinite_integers",
-    "to_integers",
-]
+__all__ = ["is_positive_definite", "is_positive_semidefinite", "is_symmetric"]
+__all__ += ["positive_definite_integers", "positive_semidefinite_integers", "to_integers"]
 
 Rows = Sequence[Sequence[int]]
 
@@ -58,11 +52,8 @@ def to_integers(matrix: Sequence[Sequence[Fraction]]) -> list[list[int]]:
 def is_symmetric(matrix: Sequence[Sequence[Fraction | int]]) -> bool:
     """Return whether a matrix is square, not empty, and equal to its transpose."""
     size = len(matrix)
-    return (
-        size > 0
-        and all(len(row) == size for row in matrix)
-        and all(matrix[i][j] == matrix[j][i] for i in range(size) for j in range(i))
-    )
+    square = size > 0 and all(len(row) == size for row in matrix)
+    return square and all(matrix[i][j] == matrix[j][i] for i in range(size) for j in range(i))
 
 
 def is_positive_definite(matrix: Sequence[Sequence[Fraction]]) -> bool:

@@ -17,29 +17,35 @@ One gain for all rules, or one B and one D with g = h, makes the loop affine: it
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
 from typing import Any
 
-from takagi.certificates.checker.matrices import LARGEST, Matrix, mean, read_stack
-from takagi.certificates.checker.reader import canonical, increasing, member, number, numbers
+from takagi.certificates.checker import reader
+from takagi.certificates.checker.matrices import Matrix, mean, read_stack
 from takagi.certificates.checker.refusal import CertificateError
 
-__all__ = ["Blend", "Family", "read_family"]
+__all__ = ["Blend", "Family", "read_family", "weights_of"]
 
 Stack = tuple[Matrix, ...]
 Pairs = tuple[tuple[int, int], ...]
 SHAPES = {"A": "nn", "B": "nm", "C": "pn", "D": "pm", "E": "nq"}
-MOST_PAIRS, MOST_WORK = 1 << 21, 10**9
+# Exact elimination takes time like the fourth power of the order: some minutes at most.
+MOST_PAIRS, MOST_WORK = 1 << 21, 4 * 10**9
 
 
 @dataclass(frozen=True)
 class Family:
     """Vertices and gains; a stack of one matrix stands for all rules, an empty one for nothing.
 
-    ``box`` : per state, its range in the coordinates of x, or None; ``other_box`` : the names of
-    box variables that are not states.  ``corners`` : c_ik per rule, where weights are products.
+    x and u are deviations from where the loop rests; of a ``plant`` that is the law's trim, which
+    the claim ``sector-embedding`` compares, of a model of matrices alone it is what they are about.
+
+    ``box`` : per state, its range in the coordinates of x, or None; ``other_box`` : the ranges of
+    box variables that are not states.  ``corners`` : c_ik per rule, where weights are products;
+    ``weights`` : see ``weights_of``.  ``scheduled_by`` : the variables that the premises depend
+    on, or None where the model does not say.
     """
 
     A: Stack
@@ -50,10 +56,13 @@ class Family:
     K: Stack = ()
     sample_time: Fraction | None = None
     states: tuple[str, ...] = ()
+    inputs: tuple[str, ...] = ()
+    disturbances: tuple[str, ...] = ()
     box: tuple[tuple[Fraction, Fraction] | None, ...] = ()
     other_box: Mapping[str, tuple[Fraction, Fraction]] | None = None
     corners: tuple[tuple[int, ...], ...] | None = None
-    premises: str = ""
+    weights: str = ""
+    scheduled_by: tuple[str, ...] | None = None
     shared_weights: bool = True
 
     @property
@@ -74,29 +83,28 @@ class Family:
     def about(self) -> str:
         """What a proof for every blend is about, in words."""
         if not self.K:
-            return f"every blend of the {self.rules} vertices"
-        if not self.shared_weights:
-            return f"every blend of {self.rules} rules and every blend of {len(self.K)} gains"
-        return f"every blend of {self.rules} rules with their gains"
+            return f"every blend of the {self.rules} vertices" if self.rules > 1 else "the loop"
+        law = "with their gains" if self.shared_weights else f"and any of {len(self.K)} gains"
+        return f"every blend of {self.rules} rules {law}"
 
     def groups(self) -> list[tuple[str, Pairs]]:
         """Return the pairs (vertex, gain) whose products of weights are equal, with a name."""
-        r, s = self.rules, len(self.K)
-        one_input = len(self.B) <= 1 and len(self.D) <= 1
-        if s <= 1 or (one_input and self.shared_weights):
-            return [(f"rule {i + 1}", ((i, i),)) for i in range(r)]
-        if r * s > MOST_PAIRS:
+        r, s, c = self.rules, len(self.K), self.corners
+        if r * max(s, 1) > MOST_PAIRS:
             raise CertificateError(f"{r} vertices and {s} gains: at most {MOST_PAIRS} pairs")
+        affine = s <= 1 or (len(self.B) <= 1 and len(self.D) <= 1 and self.shared_weights)
         found: dict[object, list[tuple[int, int]]] = {}
-        for i, j in product(range(r), range(s)):
+        for i, j in zip(range(r), range(r), strict=True) if affine else product(range(r), range(s)):
             key: object = (i, j)
-            if self.shared_weights:
-                rows = [(i,), (j,)] if self.corners is None else [self.corners[i], self.corners[j]]
-                key = tuple(tuple(sorted(both)) for both in zip(*rows, strict=True))
+            if self.shared_weights and not affine:
+                first, second = (c[i], c[j]) if c else ((i,), (j,))
+                key = tuple(tuple(sorted(both)) for both in zip(first, second, strict=True))
             found.setdefault(key, []).append((i, j))
-        if len(found) * self.order**3 > MOST_WORK:
+        if len(found) * self.order**4 > MOST_WORK:
             raise CertificateError(f"{len(found)} inequalities of order {self.order}: too many")
-        return [(f"rules {p[0][0] + 1} and {p[0][1] + 1}", tuple(p)) for p in found.values()]
+        names = {(i, j): f"rules {i + 1} and {j + 1}" if i != j else f"rule {i + 1}"
+                 for (i, j), *_ in found.values()}  # fmt: skip
+        return [(names[pairs[0]], tuple(pairs)) for pairs in found.values()]
 
     def blends(self) -> list[Blend]:
         """Return the groups of ``groups``; their matrices are made when they are asked for."""
@@ -149,7 +157,7 @@ def read_family(model: Any, gains: Any, where: str = "model") -> Family:
     ------
     CertificateError : a kind that is not known, shapes that do not fit, gains of another model.
     """
-    kind = member(model, "kind", where)
+    kind = reader.member(model, "kind", where)
     if kind == "takagi-sugeno":
         plain = _vertices(model, where)
     elif kind == "plant":
@@ -159,3 +167,103 @@ def read_family(model: Any, gains: Any, where: str = "model") -> Family:
     else:
         raise CertificateError(f"{where}.kind: {kind!a} has no vertices for this claim")
     return plain if gains is None else _closed_by(plain, gains, "gains")
+
+
+def _vertices(model: Any, where: str) -> Family:
+    """Return the model of kind ``takagi-sugeno``; see ``Family`` for what may be left out."""
+    stacks: dict[str, Any] = {
+        x: read_stack(model, x, where) for x in SHAPES if x == "A" or x in model
+    }
+    axes = [pair for x in stacks for pair in zip(SHAPES[x], stacks[x][0].shape, strict=True)]
+    sizes, counts = dict(axes), {len(stack) for stack in stacks.values()} | {1}
+    if any(sizes[axis] != size for axis, size in axes) or len(counts) > 2:
+        raise CertificateError(f"{where}: {', '.join(stacks)} do not fit together")
+    states = reader.names(model, "state_names", where, sizes["n"])
+    box, other = _box(model, states, where)
+    corners = _corners(model, where, max(counts))
+    found: dict[str, Any] = {x: _single(M) if x in "BD" else M for x, M in stacks.items()}
+    return Family(
+        **found,
+        sample_time=_sample_time(model, where),
+        states=states,
+        inputs=_names(model, "input_names", sizes.get("m", 0), where),
+        disturbances=_names(model, "disturbance_names", sizes.get("q", 0), where),
+        box=box,
+        other_box=other,
+        corners=corners,
+        weights=weights_of(model.get("premises"), corners),
+    )
+
+
+def _names(model: Any, key: str, count: int, where: str) -> tuple[str, ...]:
+    return reader.names(model, key, where, count) if count and key in model else ()
+
+
+def _single(stack: Stack) -> Stack:
+    """Return one matrix in the place of equal ones."""
+    return stack[:1] if all(one == stack[0] for one in stack) else stack
+
+
+def _sample_time(owner: Any, where: str) -> Fraction | None:
+    stated = reader.member(owner, "sample_time", where)
+    step = None if stated is None else reader.number(owner, "sample_time", where)
+    if step is not None and step <= 0:
+        raise CertificateError(f"{where}.sample_time: a positive number is needed")
+    return step
+
+
+def _box(
+    model: Any, states: tuple[str, ...], where: str
+) -> tuple[tuple[tuple[Fraction, Fraction] | None, ...], dict[str, tuple[Fraction, Fraction]]]:
+    sides = model.get("box", {})
+    if not isinstance(sides, dict):
+        raise CertificateError(f"{where}.box: an object of ranges is needed")
+    found = {}
+    for name in sides:
+        ends = reader.numbers(sides, name, f"{where}.box", 2)
+        reader.increasing(ends, f"{where}.box.{name!a}")
+        found[name] = (ends[0], ends[1])
+    return tuple(found.pop(name, None) for name in states), found
+
+
+def _corners(model: Any, where: str, rules: int) -> tuple[tuple[int, ...], ...] | None:
+    """Return the corners of every rule, or None where weights are not said to be products."""
+    if "rules" not in model:
+        return None
+    rows = reader.matrix(model, "rules", where)
+    found = tuple(tuple(map(int, row)) for row in rows)
+    if any(corner not in (0, 1) for row in rows for corner in row) or not (
+        len(set(found)) == len(found) == rules
+    ):
+        raise CertificateError(f"{where}.rules: {rules} different rows of 0 and 1 are needed")
+    return found
+
+
+def weights_of(premises: Any, corners: tuple[tuple[int, ...], ...] | None) -> str:
+    """Return what weights are made of, as one text to compare: two laws with the same are equal.
+
+    Numbers are compared as written, so that equal weights may be taken for different ones, never
+    the other way round.
+    """
+    if not premises and not corners:
+        return ""
+    if not isinstance(premises or [], list):
+        raise CertificateError("premises: a list is needed")
+    needed, rows = ("name", "lower", "upper"), [list(map(str, row)) for row in corners or ()]
+    said = [[*(reader.member(p, key, "premises") for key in needed), p.get("expression")]
+            for p in premises or []]  # fmt: skip
+    return reader.canonical([said, rows])
+
+
+def _closed_by(plain: Family, gains: Any, where: str) -> Family:
+    K = _single(read_stack(gains, "K", where))
+    needed = (plain.B[0].shape[1] if plain.B else 0, plain.order)
+    if K[0].shape != needed:
+        raise CertificateError(f"{where}.K: {needed[0]} by {needed[1]} is needed, not {K[0].shape}")
+    if _sample_time(gains, where) != plain.sample_time:
+        raise CertificateError(f"{where}.sample_time is not the model's")
+    if reader.names(gains, "state_names", where, plain.order) != plain.states:
+        raise CertificateError(f"{where}.state_names are not the model's, in its order")
+    corners = _corners(gains, where, len(K) if len(K) > 1 else plain.rules) or plain.corners
+    shared = weights_of(gains.get("premises"), corners) == plain.weights
+    return replace(plain, K=K, shared_weights=shared and len(K) in (1, plain.rules))

@@ -9,12 +9,7 @@ from math import gcd, lcm
 from operator import mul
 from typing import Any
 
-from takagi.certificates.checker.definite import (
-    is_symmetric,
-    positive_definite_integers,
-    positive_semidefinite_integers,
-    to_integers,
-)
+from takagi.certificates.checker import definite
 from takagi.certificates.checker.reader import matrix, member
 from takagi.certificates.checker.refusal import CertificateError, Refused
 
@@ -35,7 +30,7 @@ class Matrix:
     def of(cls, rows: Sequence[Sequence[Fraction]]) -> Matrix:
         """Return a matrix of fractions."""
         below = lcm(*(entry.denominator for row in rows for entry in row))
-        return cls(to_integers(rows), below)
+        return cls(definite.to_integers(rows), below)
 
     @classmethod
     def identity(cls, size: int) -> Matrix:
@@ -96,29 +91,29 @@ class Matrix:
     def reduced(self) -> Matrix:
         """Return the same matrix without a factor that rows and denominator have in common."""
         common = gcd(self.below, *(entry for row in self.rows for entry in row))
-        return Matrix([[entry // common for entry in row] for row in self.rows], self.below // common)
+        return Matrix(
+            [[entry // common for entry in row] for row in self.rows], self.below // common
+        )
 
     @property
     def is_symmetric(self) -> bool:
-        return is_symmetric(self.rows)
+        return definite.is_symmetric(self.rows)
 
     @property
     def is_positive_definite(self) -> bool:
         """Whether the matrix is symmetric and x'Mx > 0 for every x but 0."""
-        return self.is_symmetric and positive_definite_integers(self.reduced().rows)
+        return self.is_symmetric and definite.positive_definite_integers(self.reduced().rows)
 
     @property
     def is_positive_semidefinite(self) -> bool:
         """Whether the matrix is symmetric and x'Mx >= 0 for every x."""
-        return self.is_symmetric and positive_semidefinite_integers(self.reduced().rows)
+        reduced = self.reduced().rows
+        return self.is_symmetric and definite.positive_semidefinite_integers(reduced)
 
 
 def mean(parts: Sequence[Matrix]) -> Matrix:
     """Return the arithmetic mean of one or more matrices."""
-    total = parts[0]
-    for part in parts[1:]:
-        total = total + part
-    return total if len(parts) == 1 else Fraction(1, len(parts)) * total
+    return Fraction(1, len(parts)) * sum(parts[1:], parts[0])
 
 
 def read_matrix(owner: Any, key: str, where: str, shape: tuple[int, int] | None = None) -> Matrix:

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.fixed import ONE, point
+from takagi.certificates.checker.frozen_wake import scaled_slopes
 from takagi.certificates.checker.reader import matrix, member, number, numbers
 from takagi.certificates.checker.refusal import CertificateError, Refused
 from takagi.certificates.checker.spline import Spline
@@ -78,9 +79,13 @@ def compare_turbine(model: Any, gains: Any, path: Path) -> None:
     _same(constant, density * PI * radius**3 / 2, "torque_constant", path)
     rated = _figure(file, "generator", "rated_torque", path)
     _same(number(gains, "rated_torque", "gains"), rated, "rated_torque", path)
-    _compare_surface(model, file, path)
+    spline = _compare_surface(model, file, path)
     if isinstance(gains, dict) and "effectiveness_limit" in gains:
-        _compare_limit(model, gains, file, path)
+        winds = _column(file, "wind", path)
+        slopes = _wake_slopes(model, rated, spline, file, path)
+        if len(winds) != len(slopes):
+            raise CertificateError(f"{path}: frozen_wake columns of different length")
+        _compare_limit(model, gains, winds, slopes, path)
 
 
 def _toml(path: Path) -> dict[str, Any]:
@@ -119,7 +124,7 @@ def _same(stated: Fraction, found: Fraction, what: str, path: Path) -> None:
         )
 
 
-def _compare_surface(model: Any, file: dict[str, Any], path: Path) -> None:
+def _compare_surface(model: Any, file: dict[str, Any], path: Path) -> Spline:
     """Compare lambda c_Q of the certificate's spline with every entry of the c_P table."""
     surface, where = member(model, "torque_surface", "model"), "model.torque_surface"
     spline = Spline(
@@ -144,6 +149,7 @@ def _compare_surface(model: Any, file: dict[str, Any], path: Path) -> None:
                 f"{float(pitch):.6g} rad is {float(power):.9g} there, "
                 f"{float(Fraction(low, ONE) * ratio):.9g} in the certificate"
             )
+    return spline
 
 
 def _held(value: Fraction, breaks: list[Fraction]) -> Fraction:
@@ -174,8 +180,25 @@ def _entries(path: Path) -> Iterator[tuple[Fraction, Fraction, Fraction]]:
         raise CertificateError(f"{path}: not a coefficient table: {error}") from error
 
 
-def _compare_limit(model: Any, gains: Any, file: dict[str, Any], path: Path) -> None:
-    """Compare the law's limit of pitch effectiveness with the published frozen-wake column.
+def _wake_slopes(
+    model: Any, rated: Fraction, spline: Spline, file: dict[str, Any], path: Path
+) -> list[Fraction]:
+    """Return the frozen wake's dP/dbeta [W/rad], published or by the factor that is stated."""
+    section = file.get("frozen_wake")
+    if not isinstance(section, dict) or "factor" not in section:
+        return _column(file, "power_sensitivity", path)
+    if "power_sensitivity" in section:
+        raise CertificateError(f"{path}: frozen_wake states a factor beside published columns")
+    stated = _column(file, "wind", path), _column(file, "factor", path)
+    if len(stated[0]) != len(stated[1]):
+        raise CertificateError(f"{path}: frozen_wake columns of different length")
+    return scaled_slopes(model, rated, spline, stated, path)
+
+
+def _compare_limit(
+    model: Any, gains: Any, winds: list[Fraction], slopes: list[Fraction], path: Path
+) -> None:
+    """Compare the law's limit of pitch effectiveness with the file's frozen wake.
 
     -dP/dbeta / (omega_rated J), linear between its winds; below the first it falls with v^2.
     """
@@ -183,9 +206,6 @@ def _compare_limit(model: Any, gains: Any, file: dict[str, Any], path: Path) -> 
     inertia = number(model, "rotor_inertia", "model")
     inertia += gear**2 * number(model, "generator_inertia", "model")
     scale = number(model, "rated_rotor_speed", "model") * inertia
-    winds, slopes = (_column(file, name, path) for name in ("wind", "power_sensitivity"))
-    if len(winds) != len(slopes):
-        raise CertificateError(f"{path}: frozen_wake columns of different length")
     wind = numbers(gains, "wind", "gains")
     for v, stated in zip(wind, numbers(gains, "effectiveness_limit", "gains"), strict=True):
         share = min(Fraction(1), v / winds[0]) ** 2

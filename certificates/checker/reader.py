@@ -16,8 +16,8 @@ from typing import Any, NoReturn
 
 from takagi.certificates.checker.refusal import CertificateError
 
-__all__ = ["Number", "canonical", "digest", "integer", "matrix", "member", "number", "numbers"]
-__all__ += ["read_json", "read_text", "text"]
+__all__ = ["Number", "canonical", "digest", "integer", "matrix", "member", "names", "number"]
+__all__ += ["numbers", "read_json", "read_text", "text"]
 
 LARGEST_FILE = 16_000_000
 DEEPEST = 40
@@ -138,6 +138,16 @@ def text(owner: Any, key: str, where: str) -> str:
     if not isinstance(value, str) or isinstance(value, Number) or not value.isprintable():
         raise CertificateError(f"{where}.{key}: one line of printable text is needed")
     return value
+
+
+def names(owner: Any, key: str, where: str, count: int) -> tuple[str, ...]:
+    """Return so many different names, each one line of text."""
+    values = member(owner, key, where)
+    listed = values if isinstance(values, list) else []
+    found = tuple(text({key: value}, key, where) for value in listed)
+    if len(found) != count or len(set(found)) != count:
+        raise CertificateError(f"{where}.{key}: {count} different names are needed")
+    return found
 
 
 def number(owner: Any, key: str, where: str) -> Fraction:

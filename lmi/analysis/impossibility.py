@@ -1,9 +1,10 @@
 r"""When no common P exists: multipliers that say so.
 
-    find 0 <= Z_i <= I with  sum_i (A_i Z_i + Z_i A_i' + 2 alpha Z_i) >= t I,  t > 0.
+    continuous   find 0 <= Z_i <= I with  sum_i (A_i Z_i + Z_i A_i' + 2 alpha Z_i) >= t I,  t > 0,
+    discrete     find 0 <= Z_i <= I with  sum_i (A_i Z_i A_i' - e^(-2 alpha T) Z_i) >= t I,  t > 0.
 
-For any P > 0 with A_i'P + PA_i + 2 alpha P < 0 the trace of P times the sum would be negative by
-the one and positive by the other.
+For any P > 0 with A_i'P + PA_i + 2 alpha P < 0, or A_i'P A_i < e^(-2 alpha T) P, the trace of P
+times the sum would be negative by the one and positive by the other.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3 (theorems of alternatives).
 """
@@ -22,13 +23,16 @@ __all__ = ["impossibility_condition", "impossibility_multipliers"]
 Floats = NDArray[np.float64]
 
 
-def impossibility_condition(A: Floats, *, decay_rate: float = 0.0) -> Condition:
+def impossibility_condition(
+    A: Floats, *, decay_rate: float = 0.0, sample_time: float | None = None
+) -> Condition:
     """Pose the alternative to a common quadratic function; Z_i <= I fixes the scale.
 
     Parameters
     ----------
     A : (N, n, n).
     decay_rate : alpha [1/s].
+    sample_time : T in s of x+ = A x; None for x' = A x.
     """
     count, n = A.shape[:2]
     Z = Unknown("Z", n, n, symmetric=True, count=count)
@@ -50,21 +54,10 @@ def impossibility_condition(A: Floats, *, decay_rate: float = 0.0) -> Condition:
         count=count,
         weight=0.0,
     )
-    shifted = A + decay_rate * np.eye(n)
     alternative = LMI(
         name="alternative",
         blocks=(n,),
-        terms=(
-            Term(
-                unknown=Z,
-                left=shifted,
-                right=one,
-                plus_transpose=True,
-                items=np.zeros(count, dtype=np.intp),
-                members=every,
-                latex=("A_{i}", ""),
-            ),
-        ),
+        terms=_sum(A, Z, decay_rate, sample_time),
     )
     return Condition(
         name="no common quadratic function",
@@ -74,7 +67,42 @@ def impossibility_condition(A: Floats, *, decay_rate: float = 0.0) -> Condition:
     )
 
 
-def impossibility_multipliers(A: ArrayLike, *, decay_rate: float = 0.0) -> Floats | None:
+def _sum(A: Floats, Z: Unknown, rate: float, step: float | None) -> tuple[Term, ...]:
+    count, n = A.shape[:2]
+    one, every, first = np.eye(n)[None], np.arange(count), np.zeros(count, dtype=np.intp)
+    if step is None:
+        shifted = A + rate * np.eye(n)
+        moved = Term(
+            unknown=Z,
+            left=shifted,
+            right=one,
+            plus_transpose=True,
+            items=first,
+            members=every,
+            latex=("A_{i}", ""),
+        )
+        return (moved,)
+    ahead = A.transpose(0, 2, 1)
+    kept = -np.exp(-2.0 * rate * step) * one
+    return (
+        Term(
+            unknown=Z,
+            left=A,
+            right=ahead,
+            items=first,
+            members=every,
+            latex=("A_{i}", r"A_{i}^\top"),
+        ),
+        Term(unknown=Z, left=kept, right=one, items=first, members=every, latex=(r"-\rho^2", "")),
+    )
+
+
+def impossibility_multipliers(
+    A: ArrayLike, *, decay_rate: float = 0.0, sample_time: float | None = None
+) -> Floats | None:
     """Return (N, n, n) multipliers Z_i in floating point, or None when none were found."""
-    outcome = decide(impossibility_condition(vertex_stack(A), decay_rate=decay_rate))
+    condition = impossibility_condition(
+        vertex_stack(A), decay_rate=decay_rate, sample_time=sample_time
+    )
+    outcome = decide(condition)
     return outcome.values["Z"] if outcome.status == "candidate" else None

@@ -22,9 +22,14 @@ def state_box_of(
 
     Raises
     ------
-    ModelError : shapes, numbers, a box of the model that 0 is not inside, or that holds an input
-        beyond which the model says nothing and which no limit keeps.
+    ModelError : shapes, numbers, a model whose domain is no box, a box of the model that 0 is not
+        inside, or that holds an input beyond which the model says nothing and which no limit keeps.
     """
+    if getattr(model, "domain", None) is not None:
+        raise ModelError(
+            "the model equals its plant on a band or a union of cells only, and no box inside it "
+            "is known; derive the model on a box (sector_model without domain)"
+        )
     limits = limits_of(n, 1, input_limit=None, initial_box=None, state_box=given, gain_bound=None)
     own = np.full(n, np.inf)
     inputs = tuple(getattr(model, "inputs", ()))

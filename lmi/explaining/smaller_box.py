@@ -69,6 +69,8 @@ def with_narrower_premise(model: TSModel, number: int, share: Fraction) -> TSMod
         latex=premise.latex,
         evidence=f"{float(share):.4g} of {premise.evidence}",
         evaluate=premise.evaluate,
+        sampled=premise.sampled,
+        domain=premise.domain,
     )
     premises = (*model.premises[:number], narrow, *model.premises[number + 1 :])
     t = float(share)

@@ -12,6 +12,7 @@ __all__ = ["balanced_inputs", "balanced_states", "motion", "nearest_power", "sta
 
 
 SWEEPS = 40
+FARTHEST = 2.0**200
 
 
 def nearest_power(values: Array) -> Array:
@@ -40,6 +41,8 @@ def balanced_states(A: Array) -> Array:
             row = float(np.linalg.norm(M[k] * s)) / s[k]
             if row or column:
                 s[k] *= np.sqrt(row / column) if row and column else _alone(row, column, time)
+                # A chain of entries that are nearly zero has no balance: it runs away.
+                s[k] = min(max(s[k], 1.0 / FARTHEST), FARTHEST)
         if np.allclose(s, before, rtol=1e-6):
             break
     # Relative to the first state, so that the rounding is the same in all units.

@@ -52,7 +52,7 @@ class EffortSettings:
 
     bandwidth: float = 0.6
     partial_bandwidth: float = 0.3
-    speed_error: float = 0.04
+    speed_error: float = 0.03
     torque_share: float = 0.6
     integral_share: float = 0.3
     inertia: tuple[float, float] = (0.9, 1.1)

@@ -7,8 +7,9 @@ side, balls           boxes as balls
 tape                  expressions compiled to a list of ball operations
 ball_form             derivative and Taylor forms of an expression
 table_balls           splines as operations on balls
-domain                boxes, bands around a curve, unions of cells
+domain                boxes, bands around a curve, unions of cells;  cell_root: one in a search
 evidence              trees of boxes that prove a range, and their replay
+evidence_file         evidence as JSON data;  expression_text: expressions as plant files write them
 sampled               bounds from samples, which prove nothing
 
 A bound from this room, sampled ones apart, holds for every point of the domain, not for the
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from takagi.models.enclosure.bernstein import ExactSpline, exact_bounds, exact_value
     from takagi.models.enclosure.domain import Cell, Domain
     from takagi.models.enclosure.evidence import Evidence, replay
+    from takagi.models.enclosure.evidence_file import evidence_data, evidence_of_data
     from takagi.models.enclosure.interval import Interval, exact
     from takagi.models.enclosure.sampled import SampledBounds, sampled_bounds
 
@@ -34,6 +36,8 @@ __all__ = [
     "ExactSpline",
     "Interval",
     "SampledBounds",
+    "evidence_data",
+    "evidence_of_data",
     "exact",
     "exact_bounds",
     "exact_value",
@@ -48,6 +52,8 @@ _HOME = {
     "ExactSpline": "bernstein",
     "Interval": "interval",
     "SampledBounds": "sampled",
+    "evidence_data": "evidence_file",
+    "evidence_of_data": "evidence_file",
     "exact": "interval",
     "exact_bounds": "bernstein",
     "exact_value": "bernstein",

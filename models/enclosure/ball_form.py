@@ -67,6 +67,7 @@ class BallForm:
         self._gradient: tuple[BallForm | None, ...] | None = None
         self._poles: tuple[int, ...] | None = None
         self._taylor: dict[int, BallForm | None] = {}
+        self._has_pole: dict[int, bool] = {}
 
     # ------------------------------------------------------------------ looks
 
@@ -262,22 +263,25 @@ class BallForm:
     def _removed(self, index: int, order: int, needed: bool) -> BallForm | None:
         """Return the form of d^k N/dx^k / k! for N = f x^k, after proving N^(i)(0) = 0, i < k.
 
-        None where 0 is a pole indeed; ModelError if that is ``needed``.
+        None where 0 is a pole indeed (ModelError if the form is ``needed``), and where a table in
+        N has no k-th derivative: then nothing is known of f at 0.
         """
         if index not in self._taylor:
             import sympy as sp
 
             x = self.symbols[index]
             numerator = sp.expand(sp.together(self.expression * x**order).cancel())
-            vanishes = all(is_zero(numerator.diff(x, lower).subs(x, 0)) for lower in range(order))
-            taylor = derivative(numerator, x, order) if vanishes else None
+            lower = [derivative(numerator, x, k) for k in range(order)]
+            vanishes = all(n is None or is_zero(n.subs(x, 0)) for n in lower)
+            known = vanishes and None not in lower
+            taylor = derivative(numerator, x, order) if known else None
             if taylor is not None:
                 taylor = taylor / sp.factorial(order)
             self._taylor[index] = self._form(taylor)
-        found = self._taylor[index]
-        if found is None and needed:
+            self._has_pole[index] = not vanishes
+        if self._has_pole[index] and needed:
             raise ModelError(
                 f"{self.expression} has a pole at {self.symbols[index]} = 0, which the box "
                 "contains; take 0 out of the box, or choose another premise"
             )
-        return found
+        return self._taylor[index]

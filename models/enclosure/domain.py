@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import TYPE_CHECKING, TypeAlias
 
 from takagi.models.enclosure.interval import Interval
@@ -12,7 +13,9 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Cell", "Domain", "DomainLike", "as_domain"]
+__all__ = ["Cell", "Domain", "DomainLike", "as_domain", "value_of"]
+
+DIGITS = 12  # decimals of a range that is rounded outward
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,6 +105,7 @@ class Domain:
         sides, places = dict(box), {}
         for symbol, (lower, upper) in between.items():
             low, high = sp.sympify(lower), sp.sympify(upper)
+            # No symbol of an expression may be taken for it, whatever its name.
             share = sp.Dummy(f"share_{symbol}", real=True)
             sides[share] = Interval.of(0, 1)
             places[symbol] = low + share * (high - low)
@@ -112,6 +116,44 @@ class Domain:
     def __or__(self, other: Domain) -> Domain:
         """Return the union of both."""
         return Domain((*self.cells, *other.cells))
+
+    @property
+    def rectangle(self) -> Mapping[sp.Symbol, Interval] | None:
+        """The box that the domain is; None for a band or several cells."""
+        first, *more = self.cells
+        return None if more or first.places else first.box
+
+    def within(self, box: Mapping[sp.Symbol, Interval]) -> Domain:
+        """Return the points whose variables that no cell speaks of lie in the box."""
+        return Domain(
+            tuple(
+                Cell({**{s: r for s, r in box.items() if s not in cell.places}, **cell.box}, places)
+                for cell in self.cells
+                for places in [cell.places]
+            )
+        )
+
+    def moved(self, places: Mapping[sp.Symbol, tuple[sp.Symbol, sp.Expr]]) -> Domain:
+        """Return the domain in other variables: x -> (d, r) writes x = r + d.
+
+        A range is moved outward where r is no rational number.
+        """
+        return Domain(tuple(_moved(cell, places) for cell in self.cells))
+
+    def sides(self, symbols: Iterable[sp.Symbol]) -> dict[sp.Symbol, Interval]:
+        """Return a range of each symbol that every cell bounds: the smallest box, or little more.
+
+        Raises
+        ------
+        ModelError : a place that has no finite range.
+        """
+        found = {}
+        for symbol in symbols:
+            parts = [_side(cell, symbol) for cell in self.cells]
+            known = [part for part in parts if part is not None]
+            if len(known) == len(parts):
+                found[symbol] = Interval(min(k.lower for k in known), max(k.upper for k in known))
+        return found
 
 
 DomainLike: TypeAlias = "Domain | Mapping[sp.Symbol, Interval]"
@@ -131,3 +173,43 @@ def _check_order(symbol: sp.Symbol, width: sp.Expr, box: Mapping[sp.Symbol, Inte
             f"the band of {symbol}: upper minus lower is {width} in {found.outer}, which is not "
             "provably >= 0; swap the edges where they cross, or cut the box there"
         )
+
+
+def _moved(cell: Cell, places: Mapping[sp.Symbol, tuple[sp.Symbol, sp.Expr]]) -> Cell:
+    taken = {deviation for s, (deviation, _) in places.items() if deviation != s}
+    clash = sorted(str(symbol) for symbol in cell.box if symbol in taken)
+    if clash:
+        raise ModelError(
+            f"a coordinate of the domain is called {', '.join(clash)}, as the deviation of a "
+            "variable from its rest is; rename the coordinate"
+        )
+    written = {s: rest + deviation for s, (deviation, rest) in places.items()}
+    box = {}
+    for symbol, side in cell.box.items():
+        deviation, rest = places.get(symbol, (symbol, None))
+        box[deviation] = side if rest is None else side - value_of(rest)
+    found = {}
+    for symbol, place in cell.places.items():
+        deviation, rest = places.get(symbol, (symbol, 0))
+        found[deviation] = place.subs(written, simultaneous=True) - rest
+    return Cell(box, found)
+
+
+def value_of(number: sp.Expr) -> Interval:
+    """Return the number as an interval; one point if it is rational."""
+    from takagi.models.sector.ball import expression_range
+
+    if number.is_Rational:
+        exactly = Fraction(int(number.p), int(number.q))
+        return Interval(exactly, exactly)
+    return expression_range(number, {}).outer.outward(DIGITS)
+
+
+def _side(cell: Cell, symbol: sp.Symbol) -> Interval | None:
+    from takagi.models.sector.ball import expression_range
+
+    if symbol in cell.box:
+        return cell.box[symbol]
+    if symbol not in cell.places:
+        return None
+    return expression_range(cell.places[symbol], cell.box).outer.outward(DIGITS)

@@ -7,13 +7,13 @@ A tree is text in preorder.  A digit or capital letter is the number of the side
     s   with slopes: monotone variables at their ends, mean-value form in the others
     b   Bernstein coefficients, exact
 
-Replaying needs no search: one enclosure for each leaf.
+Replaying needs no search: one enclosure for each leaf.  ``evidence_file`` writes it as JSON.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeVar
 
 from takagi.models.box_search import SIDES, Ends
@@ -23,30 +23,59 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.enclosure.domain import DomainLike
+    from takagi.models.enclosure.domain import Domain, DomainLike
 
-__all__ = ["LONGEST", "Evidence", "replay"]
+__all__ = ["LONGEST", "Evidence", "leaves_of", "replay"]
 
 Place = TypeVar("Place")
 LONGEST = 100_000  # characters of all trees together that a reader accepts
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
-    """That a function's values lie in ``bounds``.
+    """That the values of an expression over a domain lie in ``bounds``.
 
     Attributes
     ----------
     bounds : the claim, with rational ends.
+    expression, domain : what the claim is about.
     symbols : names of the sides in the order in which the trees number them, for each cell.
     trees : one for each cell of the domain.
     precision : bits of the ball arithmetic; Bernstein leaves are exact.
     """
 
     bounds: Interval
+    expression: sp.Expr = field(repr=False)
+    domain: Domain = field(repr=False)
     symbols: tuple[tuple[str, ...], ...]
     trees: tuple[str, ...]
     precision: int
+
+    def replay(self) -> Interval:
+        """Return the hull of the enclosures on the leaves; it lies inside ``bounds``.
+
+        Raises
+        ------
+        ModelError : a leaf that leaves the bounds or has none (a wrong or foreign evidence), a
+            tree that is not well formed or too long, other cells or symbols than the domain's.
+        """
+        from takagi.models.sector.ball import replayed_ends
+
+        if sum(map(len, self.trees)) > LONGEST:
+            raise ModelError(
+                f"evidence of {sum(map(len, self.trees))} characters; at most {LONGEST} are read"
+            )
+        found = Interval(*replayed_ends(self))
+        if not self.bounds.contains(found):
+            raise ModelError(
+                f"the bounds {self.bounds} of {self.expression} are not proved by their evidence: "
+                f"its boxes give {found}; bound the expression again"
+            )
+        return found
+
+    def claiming(self, bounds: Interval) -> Evidence:
+        """Return the same trees as evidence of other bounds; whether they hold ``replay`` tells."""
+        return replace(self, bounds=bounds)
 
     @property
     def boxes(self) -> int:
@@ -66,31 +95,15 @@ class Evidence:
 
 
 def replay(evidence: Evidence, expression: sp.Expr, domain: DomainLike) -> Interval:
-    """Return the hull of the enclosures on the evidence's leaves, which lies inside its bounds.
-
-    Parameters
-    ----------
-    expression, domain : what the evidence is about.
+    """Return what the evidence gives for that expression over that domain.
 
     Raises
     ------
-    ModelError : a leaf that leaves the bounds or has none (a wrong or foreign evidence), a tree
-        that is not well formed or too long, or another number of cells or symbols.
+    ModelError : as ``Evidence.replay``.
     """
-    from takagi.models.sector.ball import replayed_ends
+    from takagi.models.enclosure.domain import as_domain
 
-    if sum(map(len, evidence.trees)) > LONGEST:
-        raise ModelError(
-            f"evidence of {sum(map(len, evidence.trees))} characters; at most {LONGEST} are read"
-        )
-    lower, upper = replayed_ends(evidence, expression, domain)
-    found = Interval(lower, upper)
-    if not evidence.bounds.contains(found):
-        raise ModelError(
-            f"the bounds {evidence.bounds} of {expression} are not proved by their evidence: its "
-            f"boxes give {found}; bound the expression again"
-        )
-    return found
+    return replace(evidence, expression=expression, domain=as_domain(domain)).replay()
 
 
 def leaves_of(

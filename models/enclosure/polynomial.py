@@ -65,6 +65,7 @@ def polynomial_box(
 ) -> PolynomialBox | None:
     """Return the expression on the box; None when it is not a quotient of polynomials, or large."""
     import sympy as sp
+    from sympy.polys.polyerrors import BasePolynomialError
 
     if not symbols or not expression.is_rational_function(*symbols):
         return None
@@ -72,8 +73,8 @@ def polynomial_box(
         return None
     try:
         parts = [sp.Poly(part, *symbols, domain="QQ") for part in _fraction(expression)]
-    except sp.PolynomialError:
-        return None  # coefficients such as pi are not rational
+    except BasePolynomialError:
+        return None  # coefficients such as pi or 1/(2 + sin(1))^9 are not rational
     above, below = (dict(part.terms()) for part in parts)
     degrees = [max(m[k] for m in (*above, *below)) for k in range(len(symbols))]
     if prod(degree + 1 for degree in degrees) > MOST_COEFFICIENTS:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from takagi.models.enclosure.domain import as_domain
 from takagi.models.enclosure.interval import Interval, exact
@@ -12,10 +16,12 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.enclosure.domain import DomainLike
+    from takagi.models.enclosure.domain import Cell, Domain, DomainLike
     from takagi.models.enclosure.interval import Number
 
-__all__ = ["SampledBounds", "sampled_bounds"]
+__all__ = ["SampledBounds", "moved_into", "sampled_bounds"]
+
+Array: TypeAlias = NDArray[np.float64]
 
 
 class SampledBounds(NamedTuple):
@@ -55,7 +61,6 @@ def sampled_bounds(
     ModelError : fewer than two points, a negative margin, a symbol without range, or a value that
         is not a finite number.
     """
-    import numpy as np
     import sympy as sp
 
     share = exact(margin)
@@ -72,11 +77,7 @@ def sampled_bounds(
         missing = ", ".join(str(s) for s in symbols if s not in cell.box)
         if missing:
             raise ModelError(f"{expression} depends on {missing}, which has no range; give one")
-        shares = chance.random((points, len(symbols)))
-        at_ends = chance.random(shares.shape) < 0.5
-        shares = np.where(at_ends, np.round(shares), shares)
-        ends = np.array([cell.box[s].outward_floats() for s in symbols]).reshape(-1, 2)
-        places = ends[:, 0] + (ends[:, 1] - ends[:, 0]) * shares
+        places = _drawn(cell, symbols, points, chance)
         value = sp.lambdify(symbols, written, modules=["scipy", "numpy"])
         with np.errstate(all="ignore"):
             found = np.broadcast_to(np.asarray(value(*places.T), dtype=np.float64), (points,))
@@ -95,3 +96,39 @@ def sampled_bounds(
         Interval(first - wider, last + wider),
         f"sampled at {total} random points (seed {seed}), which is no proof",
     )
+
+
+def moved_into(
+    domain: Domain, symbols: Sequence[sp.Symbol], points: Array, chance: np.random.Generator
+) -> Array:
+    """Return points, (k, number of symbols), with the domain's variables moved into its cells.
+
+    Columns of symbols that a cell does not speak of stay as they are.
+    """
+    import sympy as sp
+
+    found = points.copy()
+    turns = np.arange(len(points)) % len(domain.cells)
+    for number, cell in enumerate(domain.cells):
+        rows = np.flatnonzero(turns == number)
+        own = list(cell.box)
+        drawn = _drawn(cell, own, len(rows), chance)
+        for column, symbol in enumerate(symbols):
+            if symbol in cell.box:
+                found[rows, column] = drawn[:, own.index(symbol)]
+            elif symbol in cell.places:
+                place = sp.lambdify(own, cell.places[symbol], modules=["scipy", "numpy"])
+                found[rows, column] = place(*drawn.T)
+    return found
+
+
+def _drawn(
+    cell: Cell, symbols: Sequence[sp.Symbol], points: int, chance: np.random.Generator
+) -> Array:
+    """Return random points of the cell's box, (points, number of symbols)."""
+    shares = chance.random((points, len(symbols)))
+    at_ends = chance.random(shares.shape) < 0.5
+    # Extremes are more often at the ends than inside.
+    shares = np.where(at_ends, np.round(shares), shares)
+    ends = np.array([cell.box[s].outward_floats() for s in symbols]).reshape(-1, 2)
+    return np.asarray(ends[:, 0] + (ends[:, 1] - ends[:, 0]) * shares)

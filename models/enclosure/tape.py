@@ -16,11 +16,15 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["UNARY", "Ball", "Tape", "tape_of"]
+__all__ = ["UNARY", "Ball", "Tape", "UnknownFunction", "tape_of"]
 
 Ball: TypeAlias = Any  # flint.arb carries no type annotations
 UNARY = "sin cos tan exp log sqrt asin acos atan sinh cosh tanh asinh acosh atanh sinc erf".split()
 ONE, TWO, TABLE = range(3)  # kinds of operations: one operand, two, any number into a table
+
+
+class UnknownFunction(ModelError):
+    """A function has no ball arithmetic: its range cannot be enclosed, only given or sampled."""
 
 
 class Step(NamedTuple):
@@ -212,10 +216,10 @@ class _Maker:
             "sqrt": _root,
         }
         if name not in UNARY and name not in special:
-            raise ModelError(
+            raise UnknownFunction(
                 f"{expression}: no ball arithmetic for {name}; known are {', '.join(UNARY)}, "
                 "Abs, sign, Max, Min, tables, powers, and + - * /; give the premise's bounds "
-                "yourself"
+                "yourself, or sample them, which proves nothing (sampled_bounds)"
             )
         unary: Callable[..., Ball] = special[name] if name in special else getattr(arb, name)
         return self.step(unary, self.place(expression.args[0]))

@@ -1,6 +1,7 @@
 """Controller laws as values: the protocol that they share, and one law a file.
 
 law                          Law, Measurement, Command
+pdc                          one gain a rule: u = u* - sum h_i K_i (x - x*), for any plant
 coherent, effort, schedule   one effort shared by torque and pitch, its ramp, its tables
 paper, coupling_filter, ramps, regional_schedule    the published law and its parts
 paper_equilibrium, paper_rest, paper_one_integrator, paper_two_integrators,
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from takagi.models.law.coupling_filter import CouplingFilter
     from takagi.models.law.law import Command, Law, Measurement
     from takagi.models.law.paper import PaperLaw, PaperRule, paper_law
+    from takagi.models.law.pdc import PdcLaw
     from takagi.models.law.schedule import EffortSchedule, effort_schedule
 
 __all__ = [
@@ -29,6 +31,7 @@ __all__ = [
     "Measurement",
     "PaperLaw",
     "PaperRule",
+    "PdcLaw",
     "effort_schedule",
     "paper_law",
 ]
@@ -44,6 +47,7 @@ _HOME = {
     "Measurement": "law",
     "PaperLaw": "paper",
     "PaperRule": "paper",
+    "PdcLaw": "pdc",
     "effort_schedule": "schedule",
     "paper_law": "paper",
 }

@@ -4,14 +4,22 @@ With e = omega - omega*(v_f) and the states x [rad/s] and v_f [m/s],
 
     u  = gamma(v_f) (e - x)                    PI action, read as effort [rad/s^2]
     U  = q*(v_f) + u                           demanded effort
-    T  = T_rated - (J / n_g) psi(-U)           torque delivers up to rated ...
-    beta_ref = beta_min + psi(U) / b(v_f)      ... and pitch whatever lies beyond
+    T  = T_rated - (J / n_g) (psi(-U) + a_f)   torque delivers up to rated ...
+    beta_ref = beta_min + psi(U) / b(v_f) + beta_f      ... and pitch whatever lies beyond
     x'   = -nu(v_f) e
     v_f' = (v_hat - v_f) / tau_f               low-pass on the wind estimate
 
-which is the proportional and integral gain pair (gamma_e, gamma_I) = (gamma, gamma nu) with the
-integrator measured as a speed.  The coupling weights are f1 = psi'(U) and f2 = 1 - psi'(U), a
-convex sum: some actuator always acts, and the loop gain is the same everywhere.
+with the feed-forward of v_f', which the law knows (``feedforward``),
+
+    a_f    = f v_f' held within +-g            effort that the moving reference speed takes
+    beta_f = tau_lead v_f' d/dv_f [psi(U) / b] at fixed e - x
+           = tau_lead v_f' (psi'(U) (q*' + gamma' (e - x)) - psi(U) b' / b) / b,
+
+torque held within [0, T_rated] and pitch within its limits.  It is the proportional and integral
+gain pair (gamma_e, gamma_I) = (gamma, gamma nu) with the integrator measured as a speed.  The
+coupling weights are f1 = psi'(U) and f2 = 1 - psi'(U), a convex sum: some actuator always acts, and
+the loop gain is the same everywhere.  The feed-forward enters neither U nor a state, so a jump of
+the wind estimate moves neither.
 
 Scaling the integrator by nu(v) makes a slow loop (little torque in reserve at low wind) the
 time-scaled image of a fast one, which is what lets one quadratic function serve all winds.
@@ -27,6 +35,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.models.errors import ModelError
 from takagi.models.law.effort import effort_ramp, effort_ramp_slope
+from takagi.models.law.feedforward import Feedforward, known_rate_feedforward, no_feedforward
 from takagi.models.law.law import Command, Measurement
 from takagi.models.law.schedule import EffortSchedule
 from takagi.models.turbine.data import Turbine
@@ -69,16 +78,18 @@ class CoherentLaw:
 
     Attributes
     ----------
-    schedule, gains : the emitted tables.
+    schedule, gains, feedforward : the emitted tables.
     rated_torque : T_rated [N m], high-speed shaft.
     effort_torque : J / n_g, torque per unit of effort [N m s^2/rad].
     pitch_min, pitch_max : [rad].
-    wind_filter : tau_f [s]; 0 passes the estimate through.
+    wind_filter : tau_f [s]; 0 passes the estimate through, whose rate is then unknown: nothing
+        may be fed forward.
     integral_limit : the integrator is held at |x| = this [rad/s]; a certified set lies inside.
     """
 
     schedule: EffortSchedule
     gains: EffortGains
+    feedforward: Feedforward
     rated_torque: float
     effort_torque: float
     pitch_min: float
@@ -88,6 +99,19 @@ class CoherentLaw:
     name: str = "coherent"
     state_names: tuple[str, ...] = ("speed integral [rad/s]", "schedule wind [m/s]")
 
+    def __post_init__(self) -> None:
+        intervals = len(self.schedule.wind) - 1
+        if len(self.feedforward.inertia) != intervals:
+            raise ModelError(
+                f"{len(self.feedforward.inertia)} feed-forwards for {intervals} intervals between "
+                "wind nodes; one each"
+            )
+        if self.wind_filter <= 0 and self.feedforward.acts:
+            raise ModelError(
+                f"wind filter {self.wind_filter:.4g} s: without a filter the schedule wind's rate "
+                "is unknown; give a positive time constant, or no feed-forward"
+            )
+
     @classmethod
     def of(
         cls,
@@ -95,17 +119,30 @@ class CoherentLaw:
         schedule: EffortSchedule,
         gains: EffortGains,
         *,
+        feedforward: Feedforward | None = None,
         wind_filter: float = 5.0,
         integral_limit: float = 0.1,
     ) -> CoherentLaw:
-        """Return the law with the turbine's limits; raises ModelError where the sizes differ."""
+        """Return the law with the turbine's limits.
+
+        Parameters
+        ----------
+        feedforward : None takes ``known_rate_feedforward``, or nothing without a wind filter.
+
+        Raises
+        ------
+        ModelError : sizes that differ.
+        """
         if len(gains.proportional) != len(schedule.wind):
             raise ModelError(
                 f"{len(gains.proportional)} gains for {len(schedule.wind)} wind nodes; one each"
             )
+        if feedforward is None and wind_filter <= 0:
+            feedforward = no_feedforward(schedule)
         return cls(
             schedule,
             gains,
+            feedforward or known_rate_feedforward(turbine, schedule),
             turbine.rated_torque,
             turbine.inertia / turbine.gear_ratio,
             turbine.pitch_min,
@@ -122,14 +159,23 @@ class CoherentLaw:
         """Return torque [N m, high-speed shaft] and pitch reference [rad]."""
         x, wind = float(np.asarray(state)[0]), self._schedule_wind(state, measurement)
         k, share = self._place(wind)
-        table = self.schedule
-        error = measurement.rotor_speed - _between(table.rotor_speed, k, share)
+        table, ahead = self.schedule, self.feedforward
+        signal = measurement.rotor_speed - _between(table.rotor_speed, k, share) - x
         effort = _between(table.trim_effort, k, share)
-        effort += _between(self.gains.proportional, k, share) * (error - x)
-        overlap = table.overlap
-        torque = self.rated_torque - self.effort_torque * _ramp(-effort, overlap)
-        pitch = self.pitch_min + _ramp(effort, overlap) / _between(table.effectiveness, k, share)
-        return Command(max(torque, 0.0), min(pitch, self.pitch_max))
+        effort += _between(self.gains.proportional, k, share) * signal
+        rate = self._wind_rate(wind, measurement)
+        limit = float(ahead.effort_limit[k])
+        taken = min(max(float(ahead.inertia[k]) * rate, -limit), limit)
+        reserve = _ramp(-effort, table.overlap) + taken
+        torque = self.rated_torque - self.effort_torque * reserve
+        shed = _ramp(effort, table.overlap) + ahead.pitch_lead * rate * self._shed_slope(
+            k, share, signal, effort
+        )
+        pitch = self.pitch_min + shed / _between(table.effectiveness, k, share)
+        return Command(
+            min(max(torque, 0.0), self.rated_torque),
+            min(max(pitch, self.pitch_min), self.pitch_max),
+        )
 
     def state_rate(self, state: ArrayLike, measurement: Measurement) -> Array:
         """Return (x', v_f'); the integrator is held at its limit."""
@@ -140,10 +186,7 @@ class CoherentLaw:
         rate = -float(self.gains.integral_rate[k]) * error
         if abs(x) >= self.integral_limit and rate * x > 0:
             rate = 0.0
-        if self.wind_filter <= 0:
-            return np.array([rate, 0.0])
-        held = self._inside(measurement.wind_estimate)
-        return np.array([rate, (held - float(np.asarray(state)[1])) / self.wind_filter])
+        return np.array([rate, self._wind_rate(wind, measurement)])
 
     def pitch_share(self, wind: float) -> float:
         """Return f1 = psi'(q*(v)), the share of pitch in the loop at the trim."""
@@ -160,6 +203,23 @@ class CoherentLaw:
         if self.wind_filter <= 0:
             return self._inside(measurement.wind_estimate)
         return float(np.asarray(state)[1])
+
+    def _wind_rate(self, wind: float, measurement: Measurement) -> float:
+        """Return v_f' [m/s^2]; 0 without a filter."""
+        if self.wind_filter <= 0:
+            return 0.0
+        return (self._inside(measurement.wind_estimate) - wind) / self.wind_filter
+
+    def _shed_slope(self, k: int, share: float, signal: float, effort: float) -> float:
+        """Return b d/dv_f [psi(U) / b] at fixed e - x [rad/s^2 per m/s]."""
+        table, gains = self.schedule, self.gains.proportional
+        width = float(table.wind[k + 1] - table.wind[k])
+        moved = float(table.trim_effort[k + 1] - table.trim_effort[k])
+        moved += float(gains[k + 1] - gains[k]) * signal
+        bent = float(table.effectiveness[k + 1] - table.effectiveness[k])
+        bent /= _between(table.effectiveness, k, share)
+        slope = _ramp_slope(effort, table.overlap)
+        return (slope * moved - _ramp(effort, table.overlap) * bent) / width
 
     def _inside(self, wind: float) -> float:
         nodes = self.schedule.wind
@@ -180,3 +240,8 @@ def _ramp(effort: float, overlap: float) -> float:
     if effort <= -overlap:
         return 0.0
     return effort if effort >= overlap else float(effort_ramp(effort, overlap))
+
+
+def _ramp_slope(effort: float, overlap: float) -> float:
+    """Return psi' for one float."""
+    return min(max((effort + overlap) / (2 * overlap), 0.0), 1.0)

@@ -23,7 +23,8 @@ def check_coverage(plant: Plant) -> None:
     """Raise ModelError unless each argument of each table provably stays inside it on the box.
 
     The range of an argument is enclosed rigorously; one that only touches the edge of its table
-    may be refused, because its enclosure is wider by a millionth of its width.
+    may be refused, because its enclosure is wider by a millionth of its width.  In f(g(x)) the
+    argument of g is looked at first: a range of g(x) means something only inside g.
     """
     import sympy as sp
 
@@ -32,7 +33,8 @@ def check_coverage(plant: Plant) -> None:
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     seen: set[Any] = set()
     for place, expression in _expressions(plant):
-        for call in sorted(expression.atoms(TableFunction), key=str):
+        calls = expression.atoms(TableFunction)
+        for call in sorted(calls, key=lambda c: (len(c.atoms(TableFunction)), str(c))):
             if call in seen:
                 continue
             seen.add(call)

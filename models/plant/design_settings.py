@@ -28,9 +28,10 @@ class PlantSettings:
     rest : ``"given"`` takes the rest values of the plant, ``"solve inputs"`` solves for those of
         the inputs.
     decay_rate : alpha [1/s] with V' <= -2 alpha V; ``"max"`` for nine tenths of the largest, which
-        needs bounded gains; None for a moderate one, whose gains are at most a few times those of
-        the least effort.
-    relaxation : of the double sum, as ``takagi.lmi.pdc`` names it.
+        needs bounded gains; None for a moderate one, the last that is not bought by more than
+        doubled commands (``takagi.certificates.plant_gains``).
+    relaxation : of the double sum, as ``takagi.lmi.pdc`` names it; None takes all pairs of rules,
+        and richer ones where these have no gains.
     input_limit : input -> largest deviation from its rest; one that is not named takes the range
         of the input, if it has one.
     initial : state -> half-width of the box of initial deviations that the limits shall cover.
@@ -47,7 +48,7 @@ class PlantSettings:
     choice: Choice = "fewest-rules"
     rest: Rest = "given"
     decay_rate: float | Literal["max"] | None = None
-    relaxation: str = "auto"
+    relaxation: str | None = None
     input_limit: Mapping[str, float] = field(default_factory=dict)
     initial: Mapping[str, float] = field(default_factory=dict)
     gain_bound: float | None = None
@@ -73,7 +74,7 @@ class PlantSettings:
             return
         if isinstance(rate, str) or isinstance(rate, bool) or not math.isfinite(rate) or rate < 0:
             raise ModelError(
-                f"decay_rate = {rate!r} was given; a number >= 0 in 1/s is needed, or \"max\""
+                f'decay_rate = {rate!r} was given; a number >= 0 in 1/s is needed, or "max"'
             )
 
     def require_names(self, *, states: tuple[str, ...], inputs: tuple[str, ...]) -> None:

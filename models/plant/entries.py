@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
-__all__ = ["PlantEntry", "TableEntry", "VariableEntry", "plant_file_schema"]
+__all__ = ["DesignEntry", "PlantEntry", "TableEntry", "VariableEntry", "plant_file_schema"]
 
 MAX_EXPONENT = 100
 
@@ -34,6 +34,21 @@ Expression = Annotated[
 ]
 UnitText = Annotated[
     str, Field(max_length=60, description='e.g. "rad/s", "N m", "W/(m^2 K)"; "-" for a number')
+]
+
+
+def _rate(value: object) -> object:
+    if value is None or value == "max":
+        return value
+    if isinstance(value, str):
+        raise ValueError('a number in 1/s without quotes, or "max", is needed')
+    return _decimal(value)
+
+
+Rate = Annotated[
+    Decimal | Literal["max"] | None,
+    BeforeValidator(_rate),
+    WithJsonSchema({"anyOf": [{"type": "number", "minimum": 0}, {"const": "max"}]}),
 ]
 
 
@@ -89,6 +104,39 @@ class TableEntry(_Entry):
     source: Text = ""
 
 
+class DesignEntry(_Entry):
+    """What is asked of a design; every field may be left out."""
+
+    choice: Annotated[
+        Literal["fewest-rules", "least-conservative"], Field(description="how premises are chosen")
+    ] = "fewest-rules"
+    rest: Annotated[
+        Literal["given", "solve inputs"],
+        Field(description="whether the inputs' rest values are given, or solved for"),
+    ] = "given"
+    decay_rate: Annotated[
+        Rate, Field(description='in 1/s; "max" needs bounded gains; without it, a moderate one')
+    ] = None
+    relaxation: Annotated[
+        Text | None, Field(description='of the double sum, e.g. "tanaka-wang", or "auto"')
+    ] = None
+    input_limit: Annotated[
+        dict[Name, Figure],
+        Field(description="input -> largest deviation from rest, in the input's unit"),
+    ] = {}
+    initial: Annotated[
+        dict[Name, Figure],
+        Field(description="state -> half-width of the box of initial states, in the state's unit"),
+    ] = {}
+    gain_bound: Annotated[
+        Figure | None, Field(description="on the spectral norm of every gain, SI")
+    ] = None
+    damping: Annotated[
+        Figure | None, Field(description="least damping ratio of the poles, below 1")
+    ] = None
+    fastest: Annotated[Figure | None, Field(description="largest size of the poles, in 1/s")] = None
+
+
 class PlantEntry(_Entry):
     """A plant: M(x) x' = f(x, u, w), y = g(x, u, w)."""
 
@@ -105,6 +153,13 @@ class PlantEntry(_Entry):
     states: Annotated[dict[Name, VariableEntry], Field(min_length=1)]
     inputs: dict[Name, VariableEntry] = {}
     disturbances: dict[Name, VariableEntry] = {}
+    scheduling: Annotated[
+        dict[Name, VariableEntry],
+        Field(
+            description="signals from outside that stand in coefficients alone, as w in w*x; each "
+            "needs a range"
+        ),
+    ] = {}
     parameters: dict[Name, ParameterEntry] = {}
     tables: dict[Name, TableEntry] = {}
     equations: Annotated[dict[Name, Expression], Field(description="state -> its derivative")]
@@ -116,6 +171,9 @@ class PlantEntry(_Entry):
     premises: Annotated[
         dict[Name, Expression], Field(description="premise -> expression; empty leaves the choice")
     ] = {}
+    design: Annotated[
+        DesignEntry, Field(description="what `takagi design` is asked for, unless told otherwise")
+    ] = DesignEntry()
 
 
 def plant_file_schema() -> dict[str, Any]:

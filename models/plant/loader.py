@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
@@ -17,13 +18,16 @@ from takagi.models.plant.units import Unit, parse_unit
 
 if TYPE_CHECKING:
     import sympy as sp
+    from pydantic import BaseModel
 
     from takagi.models.plant.entries import PlantEntry, VariableEntry
     from takagi.models.plant.expression import Scope
 
-__all__ = ["load_plant", "plant_files"]
+__all__ = ["load_plant", "plant_files", "read_entry"]
 
 Found = TypeVar("Found")
+# Those whose names share one space.
+SECTIONS = ("states", "inputs", "disturbances", "scheduling", "parameters", "tables", "premises")
 
 
 def load_plant(name_or_path: str | Path) -> Plant:
@@ -39,9 +43,7 @@ def load_plant(name_or_path: str | Path) -> Plant:
         an expression or unit that cannot be read, units that do not fit, a table that does not
         cover the box.
     """
-    document = read_document(resolve_model(name_or_path), parse_float=Decimal)
-    reader = _Reader(document, _entry(document))
-    return reader.plant()
+    return _Reader(*read_entry(name_or_path)).plant()
 
 
 def plant_files(name_or_path: str | Path) -> list[Path]:
@@ -53,20 +55,25 @@ def plant_files(name_or_path: str | Path) -> list[Path]:
     """
     from takagi.models.plant.table_entry import table_path
 
-    document = read_document(resolve_model(name_or_path), parse_float=Decimal)
-    entry = _entry(document)
+    document, entry = read_entry(name_or_path)
     tables = [table_path(document, name, table.file) for name, table in entry.tables.items()]
     return [document.path, *dict.fromkeys(tables)]
 
 
-def _entry(document: Document) -> PlantEntry:
-    """Return the file's content, its shape checked."""
+def read_entry(name_or_path: str | Path) -> tuple[Document, PlantEntry]:
+    """Return the file of a built-in name or path, and its content with the shape checked.
+
+    Raises
+    ------
+    ModelError : as ``load_plant`` does for the name, the file, and the shape of its fields.
+    """
     from pydantic import ValidationError
 
     from takagi.models.plant.entries import PlantEntry
 
+    document = read_document(resolve_model(name_or_path), parse_float=Decimal)
     try:
-        return PlantEntry.model_validate(document.data)
+        return document, PlantEntry.model_validate(document.data)
     except ValidationError as error:
         # One error alone, a misspelt name first: the others are often its consequences.
         first = min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
@@ -80,7 +87,9 @@ def _told(kind: str, message: str, place: str) -> str:
     section, _, key = place.rpartition(".")
     if kind == "extra_forbidden":
         inner = (e.VariableEntry, e.ParameterEntry, e.OutputEntry, e.TableEntry)
-        found = (e.PlantEntry,) if not section else inner
+        known: dict[str, tuple[type[BaseModel], ...]]
+        known = {"": (e.PlantEntry,), "design": (e.DesignEntry,)}
+        found = known.get(section, inner)
         fields = {name: None for entry in found for name in entry.model_fields}
         return f"is not known{did_you_mean(key, fields)}; correct its name, or remove it"
     if kind == "missing":
@@ -104,7 +113,10 @@ class _Reader:
         self.check_names()
         states = self.variables("states", entry.states)
         inputs = self.variables("inputs", entry.inputs)
-        disturbances = self.variables("disturbances", entry.disturbances)
+        disturbances = (
+            *self.variables("disturbances", entry.disturbances),
+            *self.scheduling(),
+        )
         parameters = tuple(self.parameter(name) for name in entry.parameters)
         scope = self.scope((*states, *inputs, *disturbances), parameters)
         self.check_rows("equations", entry.equations, needed=True)
@@ -155,7 +167,7 @@ class _Reader:
 
         entry = self.entry
         seen: dict[str, str] = {}
-        for section in ("states", "inputs", "disturbances", "parameters", "tables", "premises"):
+        for section in SECTIONS:
             for name in getattr(entry, section):
                 place = f"{section}.{name}"
                 if name in RESERVED:
@@ -168,6 +180,16 @@ class _Reader:
 
     def variables(self, section: str, given: Mapping[str, VariableEntry]) -> tuple[Variable, ...]:
         return tuple(self.variable(f"{section}.{name}", name, v) for name, v in given.items())
+
+    def scheduling(self) -> tuple[Variable, ...]:
+        for name, given in self.entry.scheduling.items():
+            if given.range is None:
+                raise self.document.error(
+                    f"scheduling.{name}",
+                    f"{name} has no range; vertices are made from it: add range = [low, high]",
+                )
+        found = self.variables("scheduling", self.entry.scheduling)
+        return tuple(replace(variable, schedules=True) for variable in found)
 
     def variable(self, place: str, name: str, given: VariableEntry) -> Variable:
         unit = self.unit(f"{place}.unit", given.unit)

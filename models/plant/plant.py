@@ -28,6 +28,8 @@ class Variable:
     range : where the model shall hold; None for a variable that no premise may depend on.
     rest : its value at the operating point that the model is written around.
     description : in words, e.g. ``"angle from upright"``.
+    schedules : of a disturbance: it stands in coefficients alone, so that A, B, C and D may depend
+        on it and its column of E is 0.  It needs a range.
     """
 
     symbol: sp.Symbol
@@ -35,6 +37,7 @@ class Variable:
     range: Interval | None = None
     rest: Fraction = Fraction(0)
     description: str = ""
+    schedules: bool = False
 
     @property
     def name(self) -> str:
@@ -88,7 +91,8 @@ class Plant:
     Raises
     ------
     ModelError : as many rows as states are needed, every symbol must be known, each name may be
-        used once, a rest value lies in its range, units fit if they are to be checked.
+        used once, a rest value lies in its range, a variable that schedules is a disturbance with
+        a range, units fit if they are to be checked.
     """
 
     equations: tuple[sp.Expr, ...]
@@ -126,6 +130,7 @@ class Plant:
                     f"plant {self.name!r}: {variable.label} rests at {float(variable.rest):.9g}, "
                     f"outside its range {variable.range}; widen the range or move the rest"
                 )
+        self._check_scheduling()
         object.__setattr__(self, "premises", MappingProxyType(dict(self.premises)))
         if self.mass is not None:
             object.__setattr__(self, "mass", self.mass.as_immutable())
@@ -149,6 +154,20 @@ class Plant:
     def values(self) -> dict[sp.Symbol, Fraction]:
         """Return symbol -> value of the parameters."""
         return {parameter.symbol: parameter.value for parameter in self.parameters}
+
+    def _check_scheduling(self) -> None:
+        for variable in (*self.states, *self.inputs):
+            if variable.schedules:
+                raise ModelError(
+                    f"plant {self.name!r}: {variable.label} schedules, but it is a state or an "
+                    "input; only a signal from outside can, so put it among the disturbances"
+                )
+        for variable in self.disturbances:
+            if variable.schedules and variable.range is None:
+                raise ModelError(
+                    f"plant {self.name!r}: {variable.label} schedules and has no range; the "
+                    "vertices of the model are made from it, so give one"
+                )
 
     def _check_units(self) -> None:
         if self.units not in ("checked", "unchecked"):

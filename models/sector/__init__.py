@@ -4,7 +4,10 @@ model         sector_model, the front door
 problem       plants in deviations from rest;  rest, mass: the rest checked or solved, M(x) x' = f
 terms, form   ways to write f(x, u, w) as A(x) x + B(x) u + E(x) w, and to choose premises
 choice        fewest rules or the smallest hull (hull_width);  linear_span: exact elimination
-bounding      premises with proved ranges, and how many rules they make
+posing        from the arguments to a problem and its factored form
+bounding      premises with proved ranges; with given or sampled ones;  premise_units
+rule_counting how many rules there would be, and which premises make them
+domain_steps  a band or a union of cells in LaTeX
 factor        one factored form without a search
 assemble      derivation and model from entries in premise symbols
 exactness     whether the factored form is the plant: symbolically, or at points
@@ -22,24 +25,29 @@ if TYPE_CHECKING:
     from takagi.models.sector.ball import expression_range, expression_value
     from takagi.models.sector.factor import factor
     from takagi.models.sector.model import sector_model
+    from takagi.models.sector.rule_counting import RuleCount, rule_count
 
 __all__ = [
     "Factored",
     "Equations",
+    "RuleCount",
     "assemble",
     "expression_range",
     "expression_value",
     "factor",
+    "rule_count",
     "sector_model",
 ]
 
 _HOME = {
     "Factored": "assemble",
     "Equations": "assemble",
+    "RuleCount": "rule_counting",
     "assemble": "assemble",
     "expression_range": "ball",
     "expression_value": "ball",
     "factor": "factor",
+    "rule_count": "rule_counting",
     "sector_model": "model",
 }
 

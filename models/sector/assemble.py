@@ -18,6 +18,8 @@ from takagi.models.ts_model import TSModel
 if TYPE_CHECKING:
     import sympy as sp
 
+    from takagi.models.sector.symbolic_form import SymbolicForm
+
 __all__ = ["Factored", "Equations", "assemble"]
 
 LETTERS = ("A", "B", "C", "D", "E")
@@ -27,7 +29,8 @@ LETTERS = ("A", "B", "C", "D", "E")
 class Equations:
     """xdot = f(x, u, w), y = outputs(x, u), in symbols; ``units`` by symbol.
 
-    With ``sample_time`` T in s, x(t + T) stands in the place of xdot.
+    With ``sample_time`` T in s, x(t + T) stands in the place of xdot.  ``scheduling`` are the
+    disturbances that stand in coefficients alone: no term goes to their columns of E.
     """
 
     f: tuple[sp.Expr, ...]
@@ -37,6 +40,7 @@ class Equations:
     outputs: tuple[sp.Expr, ...]
     units: Mapping[sp.Symbol, str]
     sample_time: float | None = None
+    scheduling: tuple[sp.Symbol, ...] = ()
 
     def named(self, symbols: Sequence[sp.Symbol]) -> tuple[str, ...]:
         """Return ``"x1 [rad]"``, ... for the symbols."""
@@ -82,6 +86,7 @@ def assemble(
     names: Mapping[str, Sequence[str]] | None = None,
     box: Mapping[str, tuple[Number, Number]],
     sides: Mapping[sp.Symbol, Interval] | None = None,
+    form: SymbolicForm | None = None,
     tell_rules: bool = False,
     name: str,
     source: str,
@@ -94,6 +99,7 @@ def assemble(
     steps : put between the plant and its factored form in the derivation.
     names : states, inputs, outputs, disturbances; None names them by symbol and unit.
     sides : range of each variable, for the check of exactness at points.
+    form : kept in the derivation.
     tell_rules : end the derivation with weights, rules and vertices.
 
     Raises
@@ -115,7 +121,7 @@ def assemble(
         "outputs": tuple(f"y{k} [-]" for k in range(1, len(plant.outputs) + 1)),
         "disturbances": plant.named(plant.disturbances),
     }
-    derivation = _derivation(plant, factored, premises, steps, shown)
+    derivation = replace(_derivation(plant, factored, premises, steps, shown), form=form)
     if tell_rules:
         told = rule_steps(premises, products, discrete=plant.sample_time is not None)
         derivation = replace(derivation, steps=(*derivation.steps, *told))
@@ -174,7 +180,9 @@ def _derivation(
         steps.append(Step("Constants, in SI units.", r",\quad ".join(values)))
     expressions = factored.premises.values()
     steps += [_premise_step(p, e) for p, e in zip(premises, expressions, strict=True)]
-    return Derivation(tuple(steps), exactness=shown.words)
+    sampled = [premise.name for premise in premises if premise.sampled]
+    doubt = f"; bounds of {', '.join(sampled)} sampled, which is no proof" if sampled else ""
+    return Derivation(tuple(steps), exactness=shown.words + doubt)
 
 
 def _premise_step(premise: Premise, expression: sp.Expr) -> Step:

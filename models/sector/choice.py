@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import islice, product
 from math import prod
 from typing import TYPE_CHECKING, Literal, TypeAlias
@@ -13,6 +14,7 @@ from takagi.models.sector.form import Form, Place, forms_of
 from takagi.models.sector.hull_width import HullWidth
 from takagi.models.sector.problem import Problem
 from takagi.models.sector.terms import Option, RowTerm, Sum, row_terms
+from takagi.models.sector.wanted_quotients import with_quotients, without_quotients
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -49,7 +51,13 @@ def chosen_form(problem: Problem, choice: Choice) -> Factored:
         raise ModelError(f"choice {choice!r} was given; {' or '.join(map(repr, CHOICES))} is known")
     plant = problem.equations
     wanted = list(problem.wanted.values())
-    forms = [f for some in _assignments(plant, problem) for f in forms_of(some, wanted)]
+    rows, quotients = with_quotients(plant.f, problem.wanted, plant.states)
+    known = [s if s in quotients else e for s, e in problem.wanted.items()]
+    forms = [
+        without_quotients(form, quotients)
+        for some in _assignments(replace(plant, f=rows), problem)
+        for form in forms_of(some, known)
+    ]
     complete = [f for f in forms if set(wanted) <= set(f.premises)]
     if not complete:
         _refuse_wanted(problem, forms)
@@ -65,7 +73,7 @@ def _best(forms: Sequence[Form], problem: Problem, choice: Choice) -> Form:
     if len(compared) == 1 or few > MOST_PREMISES:
         return compared[0]
     plant = problem.equations
-    width = HullWidth(problem.box, _columns(plant), _rows(plant), _places(plant))
+    width = HullWidth(problem.box, _columns(plant), _rows(plant), _places(plant), problem.domain)
     measured = [form for form in compared if len(form.premises) <= MOST_PREMISES]
     # The width is rounded, so that equal hulls are told apart by their number of premises.
     return min(measured, key=lambda form: (float(f"{width(form):.6g}"), len(form.premises)))

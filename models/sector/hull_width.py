@@ -9,10 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.models.enclosure.interval import Interval
+from takagi.models.enclosure.sampled import moved_into
 from takagi.models.sector.form import Form, Place
 
 if TYPE_CHECKING:
     import sympy as sp
+
+    from takagi.models.enclosure.domain import Domain
 
 __all__ = ["HullWidth"]
 
@@ -38,6 +41,7 @@ class HullWidth:
         columns: Mapping[str, Sequence[sp.Symbol]],
         rows: Mapping[str, Sequence[sp.Expr]],
         shape: Sequence[Place],
+        domain: Domain | None = None,
     ) -> None:
         chance = np.random.default_rng(20)
         self.columns = columns
@@ -56,6 +60,8 @@ class HullWidth:
         # Half of the coordinates at their ends: extremes are more often there than inside.
         shares[SAMPLES // 2 :] = np.round(shares[SAMPLES // 2 :])
         self.points = low + (high - low) * shares
+        if domain is not None:
+            self.points = moved_into(domain, self.symbols, self.points, chance)
         self.ranges: dict[sp.Expr, tuple[float, float] | None] = {}
         self.scale = {letter: [self._size(row) for row in some] for letter, some in rows.items()}
         self.number = {place: index for index, place in enumerate(shape)}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from takagi.models.derivation import Step
+from takagi.models.enclosure.domain import Domain
 from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
 from takagi.models.plant.plant import Plant
@@ -18,19 +19,24 @@ LARGEST_BLOCK = 5  # rows that hang together; the adjugate of a full 6 x 6 has 7
 
 
 def explicit(
-    mass: sp.Matrix, f: tuple[sp.Expr, ...], plant: Plant
+    mass: sp.Matrix, f: tuple[sp.Expr, ...], plant: Plant, domain: Domain | None = None
 ) -> tuple[tuple[sp.Expr, ...], tuple[Step, ...]]:
     """Return (M^-1 f, steps of the derivation); the denominators det are kept in one piece.
 
     Rows that M does not couple are solved apart, so that each has the smallest determinant.
 
+    Parameters
+    ----------
+    domain : where det M must have no zero, in the plant's variables; None for the plant's box.
+
     Raises
     ------
-    ModelError : det M contains 0 on the box or cannot be bounded, M depends on an input or a
+    ModelError : det M contains 0 on the domain or cannot be bounded, M depends on an input or a
         disturbance, or more rows are coupled than can be solved in symbols.
     """
     import sympy as sp
 
+    over = Domain.of_box(plant.box) if domain is None else domain
     strange = mass.free_symbols - {v.symbol for v in plant.states}
     if strange:
         names = ", ".join(sorted(map(str, strange)))
@@ -49,12 +55,12 @@ def explicit(
                 f"to {LARGEST_BLOCK} are solved in symbols, solve the others by hand"
             )
         det = sp.factor_terms(sp.trigsimp(sp.expand(part.det(method="berkowitz"))))
-        bounds = _bounded_away(det, plant, labels)
+        bounds = _bounded_away(det, plant, labels, over)
         solved = part.adjugate() * sp.Matrix([f[k] for k in block])
         for place, k in enumerate(block):
             rows[k] = sp.expand(solved[place]) / det
         if bounds is not None:
-            words = f"Determinant of the mass matrix in {labels}: no zero on the box, bounds by "
+            words = f"Determinant of the mass matrix in {labels}: no zero, bounds by "
             steps.append(Step(words + "ball arithmetic.", _line(det, bounds)))
     return tuple(rows), tuple(steps)
 
@@ -71,7 +77,7 @@ def _blocks(mass: sp.Matrix) -> list[list[int]]:
     return [[k for k in range(size) if group[k] == g] for g in sorted(set(group))]
 
 
-def _bounded_away(det: sp.Expr, plant: Plant, labels: str) -> Interval | None:
+def _bounded_away(det: sp.Expr, plant: Plant, labels: str, domain: Domain) -> Interval | None:
     """Return proved bounds of det without 0; None for a number."""
     from fractions import Fraction
 
@@ -86,14 +92,14 @@ def _bounded_away(det: sp.Expr, plant: Plant, labels: str) -> Interval | None:
             )
         return None
     try:
-        found = expression_range(det, plant.box, tolerance=Fraction(1, 10**4))
+        found = expression_range(det, domain, tolerance=Fraction(1, 10**4))
     except ModelError as error:
         raise ModelError(
             f"plant {plant.name!r}: the determinant of the mass matrix in the rows of {labels}, "
             f"{det}, cannot be bounded: {error}"
         ) from error
     if found.outer.contains(0):
-        where = _zero(det, plant)
+        where = _zero(det, plant) if domain.rectangle is not None else ""
         raise ModelError(
             f"plant {plant.name!r}: the mass matrix may be singular: its determinant in the rows "
             f"of {labels}, {det}, has the range {found.outer} on the box{where}; {cure}"

@@ -2,35 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, overload
 
-from takagi.models.enclosure.interval import Interval, Number, exact
-from takagi.models.errors import ModelError
+from takagi.models.enclosure.interval import Number, exact
 from takagi.models.plant.plant import Plant
-from takagi.models.premise import Premise
-from takagi.models.sector.assemble import LETTERS, Equations, Factored, assemble
-from takagi.models.sector.bounding import bounded_premise, check_rule_count
-from takagi.models.sector.problem import (
-    Problem,
-    box_in_fractions,
-    cleaned,
-    problem_of_plant,
-    rational,
-)
+from takagi.models.sector.assemble import assemble
+from takagi.models.sector.bounding import Asked, Given, counted_premises
+from takagi.models.sector.domain_steps import domain_steps
+from takagi.models.sector.posing import posed
+from takagi.models.sector.problem import box_in_fractions
+from takagi.models.sector.symbolic_form import SymbolicForm
 from takagi.models.ts_model import TSModel
 
 if TYPE_CHECKING:
     import sympy as sp
 
+    from takagi.models.enclosure.domain import Domain
     from takagi.models.sector.choice import Choice
     from takagi.models.sector.rest import Rest
 
 __all__ = ["sector_model"]
 
 MOST_RULES = 1024
-ROUGH = Fraction(1, 50)  # excess of bounds that only rank premises
 
 
 @overload
@@ -38,9 +32,11 @@ def sector_model(
     f: Plant,
     *,
     rest: Rest = "given",
+    domain: Domain | None = None,
     choice: Choice = "fewest-rules",
     premises: Mapping[sp.Symbol, sp.Expr] | None = None,
-    bounds: Mapping[sp.Symbol, tuple[Number, Number]] | None = None,
+    bounds: Mapping[sp.Symbol, Given] | None = None,
+    sampled_bounds: Collection[sp.Symbol] = (),
     tolerance: Number | None = None,
     most_rules: int = MOST_RULES,
 ) -> TSModel: ...
@@ -52,14 +48,16 @@ def sector_model(
     states: Sequence[sp.Symbol],
     inputs: Sequence[sp.Symbol] = (),
     *,
-    box: Mapping[sp.Symbol, tuple[Number, Number]],
+    box: Mapping[sp.Symbol, tuple[Number, Number]] | None = None,
+    domain: Domain | None = None,
     disturbances: Sequence[sp.Symbol] = (),
     outputs: Sequence[sp.Expr] = (),
     parameters: Mapping[sp.Symbol, Number] | None = None,
     matrices: Mapping[str, Sequence[Sequence[sp.Expr]]] | None = None,
     choice: Choice | None = None,
     premises: Mapping[sp.Symbol, sp.Expr] | None = None,
-    bounds: Mapping[sp.Symbol, tuple[Number, Number]] | None = None,
+    bounds: Mapping[sp.Symbol, Given] | None = None,
+    sampled_bounds: Collection[sp.Symbol] = (),
     units: Mapping[sp.Symbol, str] | None = None,
     tolerance: Number | None = None,
     most_rules: int = MOST_RULES,
@@ -75,13 +73,15 @@ def sector_model(
     *,
     rest: Rest = "given",
     box: Mapping[sp.Symbol, tuple[Number, Number]] | None = None,
+    domain: Domain | None = None,
     disturbances: Sequence[sp.Symbol] = (),
     outputs: Sequence[sp.Expr] = (),
     parameters: Mapping[sp.Symbol, Number] | None = None,
     matrices: Mapping[str, Sequence[Sequence[sp.Expr]]] | None = None,
     choice: Choice | None = None,
     premises: Mapping[sp.Symbol, sp.Expr] | None = None,
-    bounds: Mapping[sp.Symbol, tuple[Number, Number]] | None = None,
+    bounds: Mapping[sp.Symbol, Given] | None = None,
+    sampled_bounds: Collection[sp.Symbol] = (),
     units: Mapping[sp.Symbol, str] | None = None,
     tolerance: Number | None = None,
     most_rules: int = MOST_RULES,
@@ -104,6 +104,9 @@ def sector_model(
     rest : of a plant: ``"given"`` refuses rest values at which a row does not vanish exactly;
         ``"solve inputs"`` takes those of states and disturbances and solves for the inputs.
     box : a range for every variable that a premise depends on.
+    domain : a band around a trim curve or a union of cells, in the variables of f; those that it
+        does not speak of keep their ranges.  The model then equals f on the domain, not on the
+        whole box: ``model.domain`` keeps it, and ``model.box`` is only drawn around it.
     outputs : p expressions in x and u.
     parameters : values put in first.
     matrices : ``{"A": ..., "B": ..., "E": ...}`` (and "C", "D" with outputs) factored by hand,
@@ -112,13 +115,17 @@ def sector_model(
         ``"fewest-rules"`` and ``"least-conservative"`` compare several.
     premises : symbol -> expression in states, inputs and disturbances; looked for in the entries
         before others are chosen.
-    bounds : exact bounds of some premises, e.g. (0, 1); a bound that an attained value contradicts
-        is refused, and the evidence says that the bound was given.
+    bounds : exact bounds of some premises, e.g. (0, 1), or what ``enclosure.sampled_bounds`` found.
+        A bound that an attained value contradicts is refused; the evidence says that it was given,
+        and by how much it misses a proof, if it does.
+    sampled_bounds : premises that are bounded by 10 000 samples, widened by a hundredth of their
+        width, and NOT PROVED; for functions that cannot be enclosed.  ``model.sampled`` names
+        them, and ``certify`` refuses the model.
     units : by symbol, also for premises.
     tolerance : excess of a bound, as a share of the premise's range; None takes 1e-3 for a plant
         and 1e-6 for expressions.
     most_rules : more are refused, with the premises ranked by what they cost, before any vertex
-        is computed.
+        is computed; ``rule_count`` tells their number.
 
     Returns
     -------
@@ -135,141 +142,35 @@ def sector_model(
     """
     if tolerance is None:
         tolerance = "1e-3" if isinstance(f, Plant) else "1e-6"
-    if isinstance(f, Plant):
-        _check_only_plant(
-            states, inputs, box, disturbances, outputs, parameters, matrices, units, name, source
-        )
-        problem = problem_of_plant(f, premises, rest)
-        factored = _factored(problem, None, {}, choice or "fewest-rules")
-    else:
-        values = {symbol: rational(value) for symbol, value in (parameters or {}).items()}
-        if box is None:
-            raise ModelError("no box was given; give a range for every variable that matters")
-        equations = Equations(
-            f=cleaned(f, values),
-            states=tuple(states),
-            inputs=tuple(inputs),
-            disturbances=tuple(disturbances),
-            outputs=cleaned(outputs, values),
-            units=dict(units or {}),
-        )
-        if len(equations.f) != len(equations.states):
-            raise ModelError(
-                f"f has {len(equations.f)} rows, but there are {len(equations.states)} states; "
-                "give one each"
-            )
-        wanted = dict(zip(premises or {}, cleaned((premises or {}).values(), values), strict=True))
-        sides = {symbol: Interval.of(*ends) for symbol, ends in box.items()}
-        problem = Problem(equations, sides, wanted, name=name, source=source)
-        factored = _factored(problem, matrices, values, choice)
-    return _built(problem, factored, bounds or {}, exact(tolerance), most_rules)
-
-
-def _check_only_plant(*others: object) -> None:
-    if any(bool(other) for other in others):
-        raise ModelError(
-            "a Plant was given together with states, inputs, box, parameters, matrices or the "
-            "like; the plant carries these itself, leave them out"
-        )
-
-
-def _built(
-    problem: Problem,
-    factored: Factored,
-    bounds: Mapping[sp.Symbol, tuple[Number, Number]],
-    tolerance: Fraction,
-    most_rules: int,
-) -> TSModel:
-    unknown = sorted(str(symbol) for symbol in bounds if symbol not in factored.premises)
-    if unknown:
-        known = ", ".join(map(str, factored.premises)) or "none"
-        raise ModelError(f"bounds of {', '.join(unknown)} were given; the premises are {known}")
-
-    def members_within(share: Fraction) -> list[Premise]:
-        return [
-            bounded_premise(symbol, expression, problem, bounds.get(symbol), share)
-            for symbol, expression in factored.premises.items()
-        ]
-
-    if 2 ** len(factored.premises) > most_rules:
-        # Rough bounds tell which premises are constant and rank the others.
-        check_rule_count(members_within(max(tolerance, ROUGH)), most_rules)
-    members = members_within(tolerance)
-    check_rule_count(members, most_rules)
+    problem, factored = posed(
+        f,
+        states,
+        inputs,
+        rest=rest,
+        box=box,
+        domain=domain,
+        disturbances=disturbances,
+        outputs=outputs,
+        parameters=parameters,
+        matrices=matrices,
+        choice=choice,
+        premises=premises,
+        units=units,
+        name=name,
+        source=source,
+    )
+    asked = Asked(bounds or {}, frozenset(sampled_bounds), exact(tolerance))
+    members = counted_premises(problem, factored, asked, most_rules)
     return assemble(
         problem.equations,
         factored,
         members,
-        steps=problem.steps,
+        steps=(*problem.steps, *domain_steps(problem.domain)),
         names=problem.names,
         box=box_in_fractions(problem),
         sides=problem.box,
+        form=SymbolicForm(f if isinstance(f, Plant) else None, problem, factored),
         tell_rules=True,
         name=problem.name,
         source=problem.source,
     )
-
-
-def _factored(
-    problem: Problem,
-    matrices: Mapping[str, Sequence[Sequence[sp.Expr]]] | None,
-    values: Mapping[sp.Symbol, sp.Rational],
-    choice: Choice | None,
-) -> Factored:
-    import sympy as sp
-
-    plant, premises = problem.equations, dict(problem.wanted)
-    if matrices is None and choice is not None:
-        from takagi.models.sector.choice import chosen_form
-
-        return chosen_form(problem, choice)
-    if matrices is None:
-        from takagi.models.sector.factor import factor
-
-        return _with_premises(factor(plant), premises)
-    unknown = set(matrices) - set(LETTERS)
-    if unknown or "A" not in matrices:
-        raise ModelError(
-            f"matrices {', '.join(sorted(matrices)) or 'none'} were given; A is needed, and of "
-            "B, C, D, E those that are not zero"
-        )
-    found = {}
-    for letter, shape in _shapes(plant).items():
-        matrix = sp.Matrix(matrices[letter]) if letter in matrices else sp.zeros(*shape)
-        if matrix.shape != shape:
-            raise ModelError(f"{letter} has shape {matrix.shape}; {shape} is needed")
-        found[letter] = sp.Matrix(*shape, cleaned(list(matrix), values))
-    return Factored(found, premises)
-
-
-def _shapes(plant: Equations) -> dict[str, tuple[int, int]]:
-    n, m, p = len(plant.states), len(plant.inputs), len(plant.outputs)
-    return {"A": (n, n), "B": (n, m), "C": (p, n), "D": (p, m), "E": (n, len(plant.disturbances))}
-
-
-def _with_premises(matrices: Mapping[str, sp.Matrix], wanted: dict[sp.Symbol, sp.Expr]) -> Factored:
-    """Replace the wanted expressions, then make every entry that is still nonlinear a premise."""
-    import sympy as sp
-
-    symbols: dict[sp.Expr, sp.Symbol] = {}
-    taken = {symbol.name for symbol in wanted}
-    fresh = (s for s in sp.numbered_symbols("z", start=1) if s.name not in taken)
-
-    def entry(expression: sp.Expr) -> sp.Expr:
-        written = expression.subs({e: s for s, e in wanted.items()})
-        if not written.free_symbols - set(wanted):
-            return written
-        simplified = sp.simplify(expression)
-        if simplified not in symbols:
-            symbols[simplified] = next(fresh)
-        return symbols[simplified]
-
-    found = {letter: matrix.applyfunc(entry) for letter, matrix in matrices.items()}
-    used = {s for matrix in found.values() for s in matrix.free_symbols}
-    unused = [str(symbol) for symbol in wanted if symbol not in used]
-    if unused:
-        raise ModelError(
-            f"premise {', '.join(unused)} was not found in the factored entries; give the "
-            "matrices factored by hand"
-        )
-    return Factored(found, {**wanted, **{symbol: e for e, symbol in symbols.items()}})

@@ -8,16 +8,18 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from takagi.models.derivation import Step
+from takagi.models.enclosure.domain import Domain
 from takagi.models.enclosure.interval import Interval, Number, exact
 from takagi.models.errors import ModelError
 from takagi.models.plant.plant import Plant, Variable
 from takagi.models.sector.assemble import Equations
+from takagi.models.sector.premise_units import units_of
 from takagi.models.sector.rest import RESTS, Rest, check_rest, inputs_at_rest
 
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Problem", "box_in_fractions", "cleaned", "problem_of_plant", "rational"]
+__all__ = ["Problem", "box_in_fractions", "cleaned", "over_box", "problem_of_plant", "rational"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,22 +29,35 @@ class Problem:
     Attributes
     ----------
     box : range of each variable that a premise may depend on, in deviations.
+    domain : where bounds shall hold if that is less than the box (a band, a union of cells), in
+        deviations; None for the box.
     wanted : premises fixed by the user.
     names : states, inputs, outputs, disturbances; None names them by symbol and unit.
     steps : how the equations came from the plant's, for the derivation.
+    rest : the plant's variables at rest, which its deviations are taken from.
     """
 
     equations: Equations
     box: Mapping[sp.Symbol, Interval]
+    domain: Domain | None = None
     wanted: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
     names: Mapping[str, Sequence[str]] | None = None
     steps: tuple[Step, ...] = ()
+    rest: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
     name: str = ""
     source: str = ""
 
+    @property
+    def where(self) -> Domain:
+        """Where bounds shall hold."""
+        return Domain.of_box(self.box) if self.domain is None else self.domain
+
 
 def problem_of_plant(
-    plant: Plant, premises: Mapping[sp.Symbol, sp.Expr] | None, how: Rest = "given"
+    plant: Plant,
+    premises: Mapping[sp.Symbol, sp.Expr] | None,
+    how: Rest = "given",
+    domain: Domain | None = None,
 ) -> Problem:
     """Return the plant with its parameters' values, explicit in x', in deviations from its rest.
 
@@ -53,11 +68,13 @@ def problem_of_plant(
     premises : in the plant's own variables; None takes those of the plant.
     how : ``"given"`` takes the rest values of the plant; ``"solve inputs"`` those of states and
         disturbances, and solves for the inputs.
+    domain : in the plant's own variables; those that it does not speak of keep their ranges.
 
     Raises
     ------
     ModelError : the plant does not rest at its rest values, an output depends on more than
-        states and inputs, or the mass matrix may be singular on the box.
+        states and inputs, the mass matrix may be singular on the domain, or the domain speaks of
+        symbols that are no variables.
     """
     import sympy as sp
 
@@ -66,13 +83,14 @@ def problem_of_plant(
     seen = cleaned((y.expression for y in plant.outputs), values)
     given = plant.premises if premises is None else premises
     wanted = dict(zip(given, cleaned(given.values(), values), strict=True))
+    over = over_box(domain, plant.box, [v.symbol for v in plant.variables])
     if plant.mass is None:
         steps: tuple[Step, ...] = ()
     else:
         from takagi.models.sector.mass import explicit
 
         mass = sp.Matrix(*plant.mass.shape, cleaned(list(plant.mass), values))
-        f, steps = explicit(mass, f, plant)
+        f, steps = explicit(mass, f, plant, over)
     if how not in RESTS:
         raise ModelError(f"rest={how!r} was given; {' or '.join(map(repr, RESTS))} is known")
     rest: dict[sp.Symbol, sp.Expr] = {v.symbol: rational(v.rest) for v in plant.variables}
@@ -84,6 +102,7 @@ def problem_of_plant(
     deviation = _deviation_symbols(plant, rest, wanted)
     moved = {s: rest[s] + deviation[s] for s in rest}
     offsets = [y.subs(rest) for y in seen]
+    over = over.moved({s: (deviation[s], rest[s]) for s in rest})
     equations = Equations(
         f=tuple(row.subs(moved, simultaneous=True) for row in f),
         states=tuple(deviation[v.symbol] for v in plant.states),
@@ -93,12 +112,14 @@ def problem_of_plant(
             y.subs(moved, simultaneous=True) - offset
             for y, offset in zip(seen, offsets, strict=True)
         ),
-        units={deviation[v.symbol]: v.unit for v in plant.variables},
+        units={deviation[v.symbol]: v.unit for v in plant.variables} | units_of(plant, given),
         sample_time=plant.sample_time,
+        scheduling=tuple(deviation[v.symbol] for v in plant.disturbances if v.schedules),
     )
     return Problem(
         equations,
-        box={deviation[v.symbol]: v.range - v.rest for v in plant.variables if v.range is not None},
+        box=over.sides(deviation.values()),
+        domain=over if over.rectangle is None else None,
         wanted={s: e.subs(moved, simultaneous=True) for s, e in wanted.items()},
         names={
             "states": equations.named(equations.states),
@@ -110,6 +131,7 @@ def problem_of_plant(
             "disturbances": equations.named(equations.disturbances),
         },
         steps=(*steps, *_rest_steps(rest, deviation)),
+        rest=rest,
         name=plant.name,
         source=plant.source,
     )
@@ -157,11 +179,29 @@ def _deviation_symbols(
     return {v.symbol: symbol(v) for v in plant.variables}
 
 
-def _bounds(value: sp.Expr) -> Interval:
-    """Return the number as an interval; one point if it is rational."""
-    from takagi.models.sector.ball import expression_range
+def over_box(
+    domain: Domain | None, box: Mapping[sp.Symbol, Interval], variables: Sequence[sp.Symbol]
+) -> Domain:
+    """Return the domain, with the box for the variables that it does not speak of.
 
-    return expression_range(value, {}).outer
+    Raises
+    ------
+    ModelError : a symbol of the domain that is neither a variable nor used by a place.
+    """
+    if domain is None:
+        return Domain.of_box(box)
+    for cell in domain.cells:
+        used = {s for place in cell.places.values() for s in place.free_symbols}
+        strange = [s for s in cell.box if s not in variables and s not in used]
+        strange += [s for s in cell.places if s not in variables]
+        if strange:
+            twin = next((v for v in variables if v.name == strange[0].name), None)
+            raise ModelError(
+                f"the domain speaks of {', '.join(sorted(map(str, strange)))}; the variables are "
+                + ", ".join(map(str, variables))
+                + ("" if twin is None else " (symbols declared otherwise are others: real=True?)")
+            )
+    return domain.within(box)
 
 
 def _rest_steps(

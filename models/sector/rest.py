@@ -64,7 +64,7 @@ def check_rest(
             "no input makes it vanish; give rest values of the states at which one does"
             if how == "solve inputs"
             else "give rest values at which every row vanishes exactly, or let rest='solve inputs' "
-            "find the inputs that hold the states there"
+            "(on the command line --solve-rest) find the inputs that hold the states there"
         )
         raise ModelError(
             f"plant {plant.name!r}, equation of {variable.name}: at rest ({where}) {what} is "

@@ -67,8 +67,9 @@ def row_terms(
 ) -> list[RowTerm]:
     """Return the terms of all rows with their options.
 
-    A term with an input goes to the input.  A term linear in a disturbance goes to it.  Any other
-    goes to a state that it has as a factor, or with which it vanishes (a removable singularity).
+    A term with an input goes to the input.  A term linear in a disturbance goes to it, unless that
+    schedules.  Any other goes to a state that it has as a factor, or with which it vanishes (a
+    removable singularity).
     Terms of one row that vanish only together, such as cos(x) - 1, are telescoped,
     R(x, y) = [R(x, y) - R(x, 0)] + [R(x, 0) - R(0, 0)], one difference for each variable.
 
@@ -147,13 +148,14 @@ def _options(
                     "B and E factored by hand"
                 )
             return [divided(symbol)]
-    for symbol in plant.disturbances:
+    disturbing = [s for s in plant.disturbances if s not in plant.scheduling]
+    for symbol in disturbing:
         if atom.has(symbol) and not (atom / symbol).has(symbol):
             return [divided(symbol)]
     powers = atom.as_powers_dict()
     factors = [s for s in reversed(plant.states) if _whole(powers.get(s, 0))]
     vanishing = [s for s in plant.states if s not in factors and _vanishes(atom, s, box)]
-    squares = [s for s in plant.disturbances if _whole(powers.get(s, 0))]
+    squares = [s for s in disturbing if _whole(powers.get(s, 0))]
     return [divided(symbol) for symbol in [*factors, *vanishing] or squares]
 
 
@@ -179,7 +181,8 @@ def _telescoped(rest: sp.Expr, plant: Equations, row: int) -> tuple[tuple[Option
     """Return the rest as differences along one variable each, in both orders of the variables."""
     import sympy as sp
 
-    variables = [s for s in (*plant.states, *plant.disturbances) if s in rest.free_symbols]
+    signals = (s for s in plant.disturbances if s not in plant.scheduling)
+    variables = [s for s in (*plant.states, *signals) if s in rest.free_symbols]
     origin = rest.subs(dict.fromkeys(variables, 0))
     if not variables or (origin != 0 and sp.simplify(origin) != 0):
         raise ModelError(

@@ -11,8 +11,9 @@ Both work on the filtered generator speed w_f, w_f' = c (n_g omega - w_f):
 
     beta_ref = G (K_P (w_f - w_ref) + K_I x),    x' = w_f - w_ref,    G = 1 / (1 + beta / beta_K)
 
-with x held so that the integral part alone stays inside the pitch range.  Nothing joins the two
-loops: near rated wind each goes its own way, which is what the other laws are compared with.
+with pitch >= 1 deg counted from the smallest pitch, and x held so that the integral part alone
+stays inside the pitch range.  Nothing joins the two loops: near rated wind each goes its own way,
+which is what the other laws are compared with.
 
 Where it differs from the published source: the schedule G and the 1 deg rule read the measured
 pitch, not the previous command; the rate limits are the plant's; everything runs at the
@@ -38,7 +39,8 @@ from takagi.models.turbine.trim import trim
 __all__ = ["BaselineLaw"]
 
 Array = NDArray[np.float64]
-# Pitch from which torque is that of region 3 whatever the speed: OpenFAST 5-MW controller source.
+# Pitch above its smallest from which torque is that of region 3 whatever the speed: OpenFAST 5-MW
+# controller source, whose smallest pitch is 0.
 REGION_3_PITCH = radians(1.0)
 MODES = ("constant-power", "constant-torque")
 
@@ -105,7 +107,7 @@ class BaselineLaw:
         constant = figures.optimal_torque_constant
         w_15, w_2 = figures.region_15_speed, figures.region_2_speed
         w_25, w_3 = figures.region_25_speed, figures.region_3_speed
-        if speed >= w_3 or pitch >= REGION_3_PITCH:
+        if speed >= w_3 or pitch >= turbine.pitch_min + REGION_3_PITCH:
             return self._region_3(speed)
         if speed >= w_25:
             start = constant * w_25**2

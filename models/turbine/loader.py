@@ -2,84 +2,71 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from dataclasses import replace
 from functools import lru_cache
-from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 from takagi.models.document import Document, read_document
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.library import resolve_model
 from takagi.models.surface import Surface, interpolate
 from takagi.models.turbine.data import Baseline, Figure, FrozenWake, Turbine
+from takagi.models.turbine.fields import Field, figure_at, read_figure, text_at
+from takagi.models.turbine.frozen_wake import WAKE, read_frozen_wake
 from takagi.models.turbine.tables import CoefficientTable, read_coefficient_table
-from takagi.models.turbine.units import accepted_units, to_si
 
 __all__ = ["load_turbine", "model_files", "nrel5mw"]
 
 
-class _Field(NamedTuple):
-    """Where a figure is in the file, which attribute it fills, and the range accepted in SI.
-
-    The ranges are wide: they are there to catch a wrong unit, not an unusual turbine.
-    """
-
-    path: str
-    attribute: str
-    unit: str
-    low: float
-    high: float
-
-
 _FIELDS = (
-    _Field("rotor.radius", "rotor_radius", "m", 0.1, 500),
-    _Field("rotor.hub_height", "hub_height", "m", 0.1, 1000),
-    _Field("rotor.inertia", "rotor_inertia", "kg m^2", 1e-3, 1e12),
-    _Field("rotor.rated_speed", "rated_rotor_speed", "rad/s", 1e-2, 1e3),
-    _Field("rotor.air_density", "air_density", "kg/m^3", 0.1, 10),
-    _Field("drivetrain.gear_ratio", "gear_ratio", "-", 1, 1000),
-    _Field("drivetrain.shaft_stiffness", "shaft_stiffness", "N m/rad", 1, 1e15),
-    _Field("drivetrain.shaft_damping", "shaft_damping", "N m s/rad", 0, 1e15),
-    _Field("generator.inertia", "generator_inertia", "kg m^2", 0, 1e12),
-    _Field("generator.efficiency", "generator_efficiency", "-", 0.1, 1),
-    _Field("generator.minimum_speed", "minimum_generator_speed", "rad/s", 1e-3, 1e4),
-    _Field("generator.rated_torque", "rated_torque", "N m", 1e-2, 1e9),
-    _Field("generator.maximum_torque", "maximum_torque", "N m", 1e-2, 1e9),
-    _Field("generator.torque_rate_limit", "torque_rate_limit", "N m/s", 1e-2, 1e12),
-    _Field("generator.speed_filter", "speed_filter", "rad/s", 1e-3, 1e4),
-    _Field("pitch.minimum", "pitch_min", "rad", -1, 1),
-    _Field("pitch.maximum", "pitch_max", "rad", 0, 2),
-    _Field("pitch.rate_limit", "pitch_rate_limit", "rad/s", 1e-3, 10),
-    _Field("pitch.time_constant", "pitch_time_constant", "s", 1e-3, 10),
-    _Field("pitch.drive_frequency", "pitch_drive_frequency", "rad/s", 0.1, 1e3),
-    _Field("pitch.drive_damping", "pitch_drive_damping", "-", 0.01, 10),
-    _Field("tower.mass", "tower_mass", "kg", 1e-3, 1e9),
-    _Field("tower.damping", "tower_damping", "N s/m", 0, 1e12),
-    _Field("tower.stiffness", "tower_stiffness", "N/m", 1e-3, 1e12),
-    _Field("operation.cut_in", "cut_in", "m/s", 0.1, 20),
-    _Field("operation.cut_out", "cut_out", "m/s", 1, 60),
+    Field("rotor.radius", "rotor_radius", "m", 0.1, 500),
+    Field("rotor.hub_height", "hub_height", "m", 0.1, 1000),
+    Field("rotor.inertia", "rotor_inertia", "kg m^2", 1e-3, 1e12),
+    Field("rotor.rated_speed", "rated_rotor_speed", "rad/s", 1e-2, 1e3),
+    Field("rotor.air_density", "air_density", "kg/m^3", 0.1, 10),
+    Field("drivetrain.gear_ratio", "gear_ratio", "-", 1, 1000),
+    Field("drivetrain.shaft_stiffness", "shaft_stiffness", "N m/rad", 1, 1e15),
+    Field("drivetrain.shaft_damping", "shaft_damping", "N m s/rad", 0, 1e15),
+    Field("generator.inertia", "generator_inertia", "kg m^2", 0, 1e12),
+    Field("generator.efficiency", "generator_efficiency", "-", 0.1, 1),
+    Field("generator.minimum_speed", "minimum_generator_speed", "rad/s", 1e-3, 1e4),
+    Field("generator.rated_torque", "rated_torque", "N m", 1e-2, 1e9),
+    Field("generator.maximum_torque", "maximum_torque", "N m", 1e-2, 1e9),
+    Field("generator.torque_rate_limit", "torque_rate_limit", "N m/s", 1e-2, 1e12),
+    Field("generator.speed_filter", "speed_filter", "rad/s", 1e-3, 1e4),
+    Field("pitch.minimum", "pitch_min", "rad", -1, 1),
+    Field("pitch.maximum", "pitch_max", "rad", 0, 2),
+    Field("pitch.rate_limit", "pitch_rate_limit", "rad/s", 1e-3, 10),
+    Field("pitch.time_constant", "pitch_time_constant", "s", 1e-3, 10),
+    Field("pitch.drive_frequency", "pitch_drive_frequency", "rad/s", 0.1, 1e3),
+    Field("pitch.drive_damping", "pitch_drive_damping", "-", 0.01, 10),
+    Field("tower.mass", "tower_mass", "kg", 1e-3, 1e9),
+    Field("tower.damping", "tower_damping", "N s/m", 0, 1e12),
+    Field("tower.stiffness", "tower_stiffness", "N/m", 1e-3, 1e12),
+    Field("operation.cut_in", "cut_in", "m/s", 0.1, 20),
+    Field("operation.cut_out", "cut_out", "m/s", 1, 60),
 )
 _BASELINE = (
-    _Field("baseline.proportional_gain", "proportional_gain", "s", 0, 1e3),
-    _Field("baseline.integral_gain", "integral_gain", "-", 0, 1e3),
-    _Field("baseline.schedule_pitch", "schedule_pitch", "rad", 1e-3, 2),
-    _Field("baseline.optimal_torque_constant", "optimal_torque_constant", "N m s^2/rad^2", 0, 1e9),
-    _Field("baseline.region_15_speed", "region_15_speed", "rad/s", 1e-3, 1e4),
-    _Field("baseline.region_2_speed", "region_2_speed", "rad/s", 1e-3, 1e4),
-    _Field("baseline.region_25_speed", "region_25_speed", "rad/s", 1e-3, 1e4),
-    _Field("baseline.region_3_speed", "region_3_speed", "rad/s", 1e-3, 1e4),
-)
-_WAKE = (
-    _Field("frozen_wake.wind", "wind", "m/s", 0.1, 60),
-    _Field("frozen_wake.pitch", "pitch", "rad", -1, 2),
-    _Field("frozen_wake.power_sensitivity", "power_sensitivity", "W/rad", -1e12, 0),
+    Field("baseline.proportional_gain", "proportional_gain", "s", 0, 1e3),
+    Field("baseline.integral_gain", "integral_gain", "-", 0, 1e3),
+    Field("baseline.schedule_pitch", "schedule_pitch", "rad", 1e-3, 2),
+    Field("baseline.optimal_torque_constant", "optimal_torque_constant", "N m s^2/rad^2", 0, 1e9),
+    Field("baseline.region_15_speed", "region_15_speed", "rad/s", 1e-3, 1e4),
+    Field("baseline.region_2_speed", "region_2_speed", "rad/s", 1e-3, 1e4),
+    Field("baseline.region_25_speed", "region_25_speed", "rad/s", 1e-3, 1e4),
+    Field("baseline.region_3_speed", "region_3_speed", "rad/s", 1e-3, 1e4),
 )
 _TOP = ("format", "kind", "name", "description")
 _FREE_SECTION = "reference"
 _TABLES = ("power", "thrust")
-_OTHER = ("frozen_wake.source", "coefficients.power", "coefficients.thrust")
+_OTHER = (
+    "frozen_wake.source",
+    *(spec.path for spec in WAKE),
+    "coefficients.power",
+    "coefficients.thrust",
+)
 # attribute pairs of which the first must be the smaller, with the fields to name
 _ORDERED = (
     ("pitch_min", "pitch_max", "pitch.minimum", "pitch.maximum"),
@@ -104,22 +91,24 @@ def load_turbine(path_or_name: str | Path) -> Turbine:
     _check_kind(document)
     _check_known(document)
     figures: dict[str, Figure] = {}
-    values = {f.attribute: _figure(document, f, figures) for f in _FIELDS}
+    values = {f.attribute: figure_at(document, f, figures) for f in _FIELDS}
     values["minimum_rotor_speed"] = values.pop("minimum_generator_speed") / values["gear_ratio"]
     _check_order(document, values)
-    baseline = Baseline(**{f.attribute: _figure(document, f, figures) for f in _BASELINE})
+    baseline = Baseline(**{f.attribute: figure_at(document, f, figures) for f in _BASELINE})
     _check_baseline(document, baseline)
     for key in document.data.get(_FREE_SECTION, {}):
         path = f"{_FREE_SECTION}.{key}"
-        figures[path] = _read_figure(document, path)
+        figures[path] = read_figure(document, path)
     parts: dict[str, Any] = {**values, **_surfaces(document, values["pitch_min"])}
-    return Turbine(
-        name=_text(document, "name"),
+    turbine = Turbine(
+        name=text_at(document, "name"),
         baseline=baseline,
-        frozen_wake=_frozen_wake(document),
+        frozen_wake=FrozenWake((), (), (), ""),
         figures=MappingProxyType(figures),
         **parts,
     )
+    # A factor on the table's own slope is known only when there is a turbine to trim.
+    return replace(turbine, frozen_wake=read_frozen_wake(document, turbine))
 
 
 def model_files(path_or_name: str | Path) -> list[Path]:
@@ -130,7 +119,7 @@ def model_files(path_or_name: str | Path) -> list[Path]:
     ModelError : as ``load_turbine`` does for the name, the file, or a table that is not named.
     """
     document = read_document(resolve_model(path_or_name))
-    names = [_text(document, f"coefficients.{key}") for key in _TABLES]
+    names = [text_at(document, f"coefficients.{key}") for key in _TABLES]
     return [document.path, *(document.path.parent / name for name in names)]
 
 
@@ -155,7 +144,7 @@ def _check_kind(document: Document) -> None:
 
 def _check_known(document: Document) -> None:
     """Refuse fields that nobody reads: they are misspelt more often than superfluous."""
-    known = [f.path for f in (*_FIELDS, *_BASELINE, *_WAKE)] + list(_OTHER)
+    known = [f.path for f in (*_FIELDS, *_BASELINE)] + list(_OTHER)
     sections = list(dict.fromkeys(path.partition(".")[0] for path in known)) + [_FREE_SECTION]
     for section, content in document.data.items():
         if section in _TOP:
@@ -176,66 +165,6 @@ def _check_known(document: Document) -> None:
                 )
 
 
-def _entry(document: Document, path: str, example: str) -> Any:
-    section, _, key = path.rpartition(".")
-    content = document.data.get(section, {}) if section else document.data
-    if key not in content:
-        raise document.error(path, f"is missing; add {key} = {example} under [{section}]")
-    return content[key]
-
-
-def _text(document: Document, path: str) -> str:
-    value = _entry(document, path, '"..."')
-    if not isinstance(value, str) or not value.strip():
-        raise document.error(path, f"{value!r} was given; text in quotes is needed")
-    return value
-
-
-def _table(document: Document, path: str, keys: Iterable[str], example: str) -> dict[str, Any]:
-    """Return the inline table at a path, with exactly these keys."""
-    entry = _entry(document, path, example)
-    if not isinstance(entry, dict) or set(entry) != set(keys):
-        raise document.error(path, f"{entry!r} was given; expected {example}")
-    for key in keys:
-        if key in ("unit", "source") and not (isinstance(entry[key], str) and entry[key].strip()):
-            raise document.error(path, f"{key} is {entry[key]!r}; text in quotes is needed")
-    return entry
-
-
-def _read_figure(document: Document, path: str, unit: str = "m") -> Figure:
-    example = f'{{ value = <number>, unit = "{unit}", source = "<where from>" }}'
-    entry = _table(document, path, ("value", "unit", "source"), example)
-    return Figure(_number(document, path, entry["value"]), entry["unit"], entry["source"])
-
-
-def _number(document: Document, path: str, value: object) -> float:
-    # bool is an int in Python, not in a turbine file
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
-        raise document.error(path, f"value {value!r} was given; a finite number is needed")
-    return float(value)
-
-
-def _figure(document: Document, spec: _Field, figures: dict[str, Figure]) -> float:
-    """Return a figure in SI and file it under its path."""
-    figure = _read_figure(document, spec.path, accepted_units(spec.unit)[0])
-    figures[spec.path] = figure
-    return _in_range(document, spec, figure.value, figure.unit)
-
-
-def _in_range(document: Document, spec: _Field, value: float, unit: str) -> float:
-    try:
-        converted = to_si(value, unit, spec.unit)
-    except ModelError as error:
-        raise document.error(spec.path, str(error)) from error
-    if not spec.low <= converted <= spec.high:
-        raise document.error(
-            spec.path,
-            f"{value:.9g} {unit} = {converted:.9g} {spec.unit} was given; expected "
-            f"{spec.low:.9g} to {spec.high:.9g} {spec.unit}; check value and unit",
-        )
-    return converted
-
-
 def _check_order(document: Document, values: dict[str, float]) -> None:
     for first, second, first_path, second_path in _ORDERED:
         if not values[first] < values[second]:
@@ -253,34 +182,12 @@ def _check_baseline(document: Document, baseline: Baseline) -> None:
             raise document.error(f"baseline.{second}", f"must exceed {first}; sort the regions")
 
 
-def _frozen_wake(document: Document) -> FrozenWake:
-    columns = {}
-    for spec in _WAKE:
-        example = f'{{ unit = "{accepted_units(spec.unit)[0]}", values = [<numbers>] }}'
-        entry = _table(document, spec.path, ("unit", "values"), example)
-        if not isinstance(entry["values"], list) or len(entry["values"]) < 2:
-            raise document.error(spec.path, "values must be a list of at least 2 numbers")
-        numbers = [_number(document, spec.path, value) for value in entry["values"]]
-        columns[spec.attribute] = tuple(
-            _in_range(document, spec, number, entry["unit"]) for number in numbers
-        )
-    wind = columns["wind"]
-    if any(after <= before for before, after in zip(wind, wind[1:], strict=False)):
-        raise document.error("frozen_wake.wind", "must increase; sort the table by wind")
-    for name, column in columns.items():
-        if len(column) != len(wind):
-            raise document.error(
-                f"frozen_wake.{name}", f"has {len(column)} values, but wind has {len(wind)}"
-            )
-    return FrozenWake(**columns, source=_text(document, "frozen_wake.source"))
-
-
 def _surfaces(document: Document, pitch_min: float) -> dict[str, Surface]:
     """Return the surfaces c_P, c_T and c_Q from the tables beside the file."""
     tables: dict[str, CoefficientTable] = {}
     for key in _TABLES:
         path = f"coefficients.{key}"
-        name = _text(document, path)
+        name = text_at(document, path)
         try:
             tables[key] = read_coefficient_table(document.path.parent / name)
         except ModelError as error:

@@ -112,7 +112,11 @@ def operating_band(
     winds = np.clip(winds, turbine.cut_in, turbine.cut_out)
     points = [trim(turbine, float(v), speed_setpoint=speed_setpoint) for v in winds]
     speeds = np.round([point.rotor_speed for point in points], NODE_DECIMALS)
-    pitches = np.round([point.pitch for point in points], NODE_DECIMALS)
+    # The smallest pitch stays as it is: rounded up it would not be the smallest.
+    smallest = turbine.pitch_min
+    pitches = np.array(
+        [p.pitch if p.pitch == smallest else round(p.pitch, NODE_DECIMALS) for p in points]
+    )
     for array in (winds, speeds, pitches):
         array.flags.writeable = False
     band = OperatingBand(turbine, winds, speeds, pitches, *widths.values())

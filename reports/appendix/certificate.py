@@ -13,7 +13,14 @@ from takagi.reports.appendix.tex import Tex, decimal, escape, fixed, interval, m
 __all__ = ["certificate_context"]
 
 _RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
-_SIZES = ("integral_rate", "residual", "wind_gain", "reference_slope", "lag_slope")
+_SIZES = (
+    "integral_rate",
+    "residual",
+    "wind_gain",
+    "effectiveness_slope",
+    "reference_slope",
+    "lag_disturbance",
+)
 _CLAIMED = ("multiplier", "wind_error", "wind_rate", "decay_rate")
 _PEAKS = {
     "speed_error": r"|e| \le",

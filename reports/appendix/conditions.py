@@ -115,8 +115,7 @@ def _invariance(candidate: CoherentCandidate) -> Condition:
 
     corners = [loop_vertices(cell) for cell in candidate.cells]
     d = [
-        v.residual + candidate.wind_error[k] * v.per_wind_error
-        + candidate.wind_rate[k] * v.per_wind_rate
+        v.fixed + candidate.wind_error[k] * v.per_wind_error
         for k, v in enumerate(corners)
     ]  # fmt: skip
     box = candidate.box

@@ -21,6 +21,7 @@ def law_context(design: TurbineDesign) -> dict[str, Any]:
         "coherent": True,
         "overlap": scientific(law.schedule.overlap),
         "wind_filter": fixed(law.wind_filter, 1),
+        "pitch_lead": fixed(law.feedforward.pitch_lead, 3),
         "integral_limit": scientific(law.integral_limit),
         "effort_torque": scientific(law.effort_torque, 8),
         "rated_torque": scientific(law.rated_torque, 8),
@@ -47,4 +48,6 @@ def _row(design: TurbineDesign, law: CoherentLaw, k: int) -> list[Tex]:
         fixed(table.effectiveness_limit[k], 4),
         Tex(fixed(gains.proportional[k], 5) + (r"\rlap{$^\dagger$}" if limited else "")),
         NONE if last else fixed(gains.integral_rate[k], 6),
+        NONE if last else fixed(law.feedforward.inertia[k], 4),
+        NONE if last else fixed(law.feedforward.effort_limit[k], 4),
     ]

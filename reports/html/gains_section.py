@@ -45,14 +45,22 @@ def _coherent(design: TurbineDesign, law: CoherentLaw) -> dict[str, Any]:
         "limited": "" if not winds.size else f"{winds.min():g} to {winds.max():g} m/s",
         "overlap": significant(float(law.schedule.overlap)),
         "wind_filter": significant(law.wind_filter),
+        "pitch_lead": significant(law.feedforward.pitch_lead),
         "integral_limit": significant(law.integral_limit),
     }
 
 
 def _table(law: CoherentLaw) -> Table:
     table, gains = law.schedule, law.gains
-    # nu belongs to the interval that begins at the node; the last node begins none.
-    rates = [*map(float, gains.integral_rate), float("nan")]
+    # nu, f and g belong to the interval that begins at the node; the last node begins none.
+    rates, inertia, limit = (
+        [*map(float, column), float("nan")]
+        for column in (
+            gains.integral_rate,
+            law.feedforward.inertia,
+            law.feedforward.effort_limit,
+        )
+    )
     columns = (
         table.wind,
         table.rotor_speed,
@@ -60,6 +68,8 @@ def _table(law: CoherentLaw) -> Table:
         table.effectiveness,
         gains.proportional,
         rates,
+        inertia,
+        limit,
     )
     return Table(
         "The emitted tables of the law",
@@ -70,14 +80,16 @@ def _table(law: CoherentLaw) -> Table:
             ("b", "rad/s² per rad"),
             ("γ", "1/s"),
             ("ν", "1/s"),
+            ("f", "rad/s per m/s"),
+            ("g", "rad/s²"),
         ),
         tuple(
             tuple(
                 fixed(float(value), digits)
-                for value, digits in zip(row, (4, 6, 6, 6, 5, 6), strict=True)
+                for value, digits in zip(row, (4, 6, 6, 6, 5, 6, 4, 4), strict=True)
             )
             for row in zip(*columns, strict=True)
         ),
         folded=f"All {len(table.wind)} nodes as a table",
-        note="ν holds from its node to the next; the other columns are linear between nodes.",
+        note="ν, f and g hold from their node to the next; the others are linear between nodes.",
     )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from takagi.reports.html.text import Section, Table, fixed
 
 if TYPE_CHECKING:
+    from takagi.certificates.plant_design import PlantDesign
     from takagi.certificates.turbine_design import TurbineDesign
 
 __all__ = ["check_section", "provenance_section"]
@@ -18,7 +19,7 @@ def check_section(design: TurbineDesign) -> Section:
     return Section("check", "How to check it", {"verdict": design.checked.verdict.name})
 
 
-def provenance_section(design: TurbineDesign, *, timings: bool) -> Section:
+def provenance_section(design: TurbineDesign | PlantDesign, *, timings: bool) -> Section:
     """Return versions, hashes, configuration and, where wanted, how long each step took."""
     recorded = design.document["provenance"]
     files = design.document["model"].get("files_sha256", {})

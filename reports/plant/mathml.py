@@ -13,21 +13,24 @@ import re
 from html import escape
 
 from takagi.models.errors import ModelError
+from takagi.reports.html.text import powers
 from takagi.reports.plant.mathml_signs import ACCENTS, FUNCTIONS, LETTERS, SIGNS, SPACES, WORDS
 
 __all__ = ["mathml"]
 
 TOKEN = re.compile(r"\\[A-Za-z]+\*?|\\.|\d+(?:\.\d+)?|\s+|.", re.DOTALL)
+# What makes the brackets around it grow.
+TALL = ("<mfrac", "<mtable", "<munder", "<msqrt", "<mroot")
 FENCES = {r"\{": "{", r"\}": "}", r"\|": "‖", "|": "|", ".": ""}
-# Environment -> attributes of its table, and the fences around it.
+# Environment -> the fences around its table.
 TABLES = {
-    "pmatrix": ("", "(", ")"),
-    "bmatrix": ("", "[", "]"),
-    "matrix": ("", "", ""),
-    "array": ("", "", ""),
-    "gathered": ("", "", ""),
-    "aligned": (' columnalign="right left"', "", ""),
-    "cases": (' columnalign="left left"', "{", ""),
+    "pmatrix": ("(", ")"),
+    "bmatrix": ("[", "]"),
+    "matrix": ("", ""),
+    "array": ("", ""),
+    "gathered": ("", ""),
+    "aligned": ("", ""),
+    "cases": ("{", ""),
 }
 
 
@@ -46,8 +49,8 @@ def mathml(latex: str, *, block: bool = True) -> str:
     """
     reader = _Reader(latex)
     body = reader.row(frozenset())
-    if reader.place < len(reader.tokens):
-        raise reader.error(f"{reader.tokens[reader.place]} closes nothing")
+    if reader.peek():
+        raise reader.error(f"{reader.peek()} closes nothing")
     display = ' display="block"' if block else ""
     note = f'<annotation encoding="application/x-tex">{escape(latex)}</annotation>'
     return f"<math{display}><semantics>{body}{note}</semantics></math>"
@@ -58,25 +61,30 @@ class _Reader:
 
     def __init__(self, latex: str) -> None:
         self.latex = latex
-        self.tokens = [token for token in TOKEN.findall(latex) if not token.isspace()]
+        self.tokens = TOKEN.findall(latex)
         self.place = 0
 
     def error(self, words: str) -> ModelError:
         return ModelError(f"formula {self.latex!r}: {words}; it cannot be set as MathML")
 
     def peek(self) -> str:
+        while self.place < len(self.tokens) and self.tokens[self.place].isspace():
+            self.place += 1
         return self.tokens[self.place] if self.place < len(self.tokens) else ""
 
     def take(self) -> str:
-        if self.place >= len(self.tokens):
+        token = self.peek()
+        if not token:
             raise self.error("it ends where more is needed")
         self.place += 1
-        return self.tokens[self.place - 1]
+        return token
 
     def row(self, ends: frozenset[str]) -> str:
         """Return all up to one of ``ends`` (not taken), ``}``, ``\\right`` or the end."""
         parts: list[str] = []
         while (token := self.peek()) and token not in ends and token not in ("}", r"\right"):
+            if token in FUNCTIONS and parts and not parts[-1].endswith(("</mo>", "</mspace>")):
+                parts.append('<mspace width="0.167em"></mspace>')
             parts.append(self.scripted())
         whole = "".join(parts)
         return whole if len(parts) == 1 else f"<mrow>{whole}</mrow>"
@@ -116,7 +124,7 @@ class _Reader:
             return f"<mn>{token}</mn>"
         if token[0] != "\\" and token not in "_^&":
             return _letter_or_sign(token)
-        if token == r"\frac":
+        if token in (r"\frac", r"\dfrac"):
             return f"<mfrac>{self.argument()}{self.argument()}</mfrac>"
         if token == r"\sqrt":
             return self.root()
@@ -156,7 +164,8 @@ class _Reader:
         if self.peek() != r"\right":
             raise self.error(rf"\left{opening} has no \right")
         self.take()
-        return f"<mrow>{_fence(opening)}{inside}{_fence(self.take())}</mrow>"
+        tall = any(tag in inside for tag in TALL)
+        return f"<mrow>{_fence(opening, tall)}{inside}{_fence(self.take(), tall)}</mrow>"
 
     def words(self) -> str:
         """Return the letters of a group as they stand, for text and upright names."""
@@ -165,13 +174,13 @@ class _Reader:
         start = self.place
         while self.take() != "}":
             pass
-        return escape("".join(self.tokens[start : self.place - 1]).replace("\\", ""))
+        return escape(powers("".join(self.tokens[start : self.place - 1]).replace("\\", "")))
 
     def table(self) -> str:
         name = self.words()
         if name not in TABLES:
             raise self.error(f"the environment {name} is not read")
-        style, opening, closing = TABLES[name]
+        opening, closing = TABLES[name]
         columns = self.words() if name == "array" else ""
         rows: list[list[str]] = [[]]
         ruled: set[int] = set()
@@ -186,18 +195,25 @@ class _Reader:
                 raise self.error(f"{name} is not ended")
             if self.peek() != r"\end" and self.take() == r"\\":
                 rows.append([])
+                self.skip_distance()
         self.take()
         self.words()
         body = "".join(_row(row, columns, k in ruled) for k, row in enumerate(rows) if row)
-        table = f"<mtable{style}>{body}</mtable>"
+        table = f'<mtable class="{name}">{body}</mtable>'
         if not opening and not closing:
             return table
-        return f"<mrow>{_fence(opening)}{table}{_fence(closing)}</mrow>"
+        return f"<mrow>{_fence(opening, True)}{table}{_fence(closing, True)}</mrow>"
+
+    def skip_distance(self) -> None:
+        """Pass over the ``[4pt]`` that may follow the end of a row."""
+        if self.peek() == "[":
+            while self.take() != "]":
+                pass
 
 
 def _row(cells: list[str], columns: str, ruled: bool) -> str:
     """Return a row; ``columns`` is TeX's, with a bar where a line stands before a column."""
-    bars = {columns[: k + 1].replace("|", "").__len__() for k, c in enumerate(columns) if c == "|"}
+    bars = {len(columns[:k].replace("|", "")) for k, c in enumerate(columns) if c == "|"}
     shown = []
     for number, cell in enumerate(cells):
         names = [name for name, on in (("ruled", ruled), ("bar", number in bars)) if on]
@@ -214,9 +230,11 @@ def _scripts(base: str, below: str, above: str, names: tuple[str, str, str]) -> 
     return f"<{name}>{base.removesuffix(applied)}{below}{above}</{name}>{after}"
 
 
-def _fence(token: str) -> str:
+def _fence(token: str, tall: bool) -> str:
     sign = FENCES.get(token, token)
-    return f'<mo fence="true" stretchy="true">{escape(sign)}</mo>' if sign else ""
+    tight = 'lspace="0" rspace="0"'
+    stretchy = "true" if tall else "false"
+    return f'<mo stretchy="{stretchy}" {tight}>{escape(sign)}</mo>' if sign else ""
 
 
 def _letter_or_sign(token: str) -> str:

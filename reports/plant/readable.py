@@ -15,11 +15,18 @@ __all__ = ["readable", "shortens"]
 LONGEST = 9
 SHOWN = 6
 
-WORDS_INSIDE = re.compile(
-    r"(\\(?:begin|end|operatorname|mathrm|mathit|text)\*?\{[^{}]*\}(?:\{[c|lr]+\})?)"
+# Words and commands that stay, or a name.
+WORD = re.compile(
+    r"\\(?:begin|end|operatorname|mathrm|mathit|text)\*?\{[^{}]*\}(?:\{[c|lr]+\})?"
+    r"|\\[^A-Za-z]|\\[A-Za-z]+|(?P<name>[A-Za-z]{2,})"
 )
-NAME = re.compile(r"(?<![\\A-Za-z])([A-Za-z]{2,})")
-COMMAND = re.compile(r"\\[A-Za-z]+")
+# The space of a product beside a name.
+BEFORE = re.compile(r"((?<![\\A-Za-z])[A-Za-z0-9]|[})\]]) (?=\\mathit)")
+AFTER = re.compile(
+    r"(\\mathit\{\w+\}(?:[_^]\{[^{}]*\})*) "
+    r"(?=[A-Za-z0-9(]|\\(?!(?:leq?|geq?|q?quad|right|end|hline|cdot|in)\b)[A-Za-z])"
+)
+EXPONENT = re.compile(r"(?<=\d)e([+-]\d+)")
 LEADING = re.compile(r"(\d+)\s*(?:\\cdot\s*)?(.*)", re.DOTALL)
 
 
@@ -27,9 +34,10 @@ def readable(latex: str) -> str:
     r"""Return the LaTeX with ``\mathit{...}`` around names, and long fractions as decimals.
 
     A coefficient with more than nine digits is rounded to six significant ones: the formula is
-    then for reading, the certificate has the exact one.
+    then for reading, the certificate has the exact one.  Fractions are set at full size, and rows
+    of matrices with fractions further apart.
     """
-    return _named(_shortened(latex))
+    return _displayed(_named(EXPONENT.sub(_power, _shortened(latex))))
 
 
 def shortens(latex: str) -> bool:
@@ -38,9 +46,19 @@ def shortens(latex: str) -> bool:
 
 
 def _named(latex: str) -> str:
-    parts = WORDS_INSIDE.split(latex)
-    parts[::2] = [NAME.sub(r"\\mathit{\1}", part) for part in parts[::2]]
-    return "".join(parts)
+    named = WORD.sub(lambda word: rf"\mathit{{{word['name']}}}" if word["name"] else word[0], latex)
+    # Two names side by side would read as one.
+    return BEFORE.sub(r"\1\, ", AFTER.sub(r"\1\, ", named))
+
+
+def _power(exponent: re.Match[str]) -> str:
+    return rf" \cdot 10^{{{int(exponent[1])}}}"
+
+
+def _displayed(latex: str) -> str:
+    if r"\frac" not in latex:
+        return latex
+    return latex.replace(r"\frac", r"\dfrac").replace("\\\\", r"\\[4pt]")
 
 
 def _shortened(latex: str) -> str:

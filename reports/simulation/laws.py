@@ -77,9 +77,10 @@ def chosen_laws(
     if asked_for == ("baseline",):
         return ChosenLaws({"baseline": BaselineLaw(turbine)}, None)
     # Imported here: the reference's own controller needs no solver.
-    from takagi.certificates.turbine_design import DesignSettings, design_turbine
+    from takagi.certificates.turbine_design import design_turbine
+    from takagi.certificates.turbine_scale import default_settings
 
-    asked = replace(settings or DesignSettings(), law="coherent")
+    asked = replace(settings or default_settings(turbine), law="coherent")
     design = design_turbine(turbine, asked, files=files, tell=tell)
     laws = {name: _law(name, design) for name in asked_for}
     return ChosenLaws(laws, design.observer.observer)

@@ -18,6 +18,7 @@ from takagi.models.law.schedule import effort_schedule
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
 
+PER_INTERVAL = {"integral_rate", "inertia_feedforward", "feedforward_limit"}
 # Nodes kept in the short certificate: where the effort passes from torque to pitch.
 SHORT_FROM, SHORT_CELLS = 11.2, 6
 
@@ -62,7 +63,7 @@ def short_document(built: Built) -> dict[str, Any]:
     first = next(k for k, v in enumerate(gains["wind"]) if v >= SHORT_FROM)
     for name, column in gains.items():
         if isinstance(column, list):
-            nodes = SHORT_CELLS + (name != "integral_rate")
+            nodes = SHORT_CELLS + (name not in PER_INTERVAL)
             gains[name] = column[first : first + nodes]
     claim["cells"] = claim["cells"][first : first + SHORT_CELLS]
     return resealed(document)

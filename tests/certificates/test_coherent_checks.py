@@ -16,7 +16,9 @@ from takagi.certificates.checker.coherent_loop import Loop
 from takagi.certificates.checker.coherent_residual import residual
 from takagi.certificates.checker.fixed import ONE
 from takagi.certificates.checker.reader import read_text
+from takagi.certificates.checker.refusal import CertificateError
 from takagi.lmi.analysis.invariant_ellipsoid import largest_scale
+from takagi.models.embedding.coherent import CellLoop
 from takagi.models.embedding.vertices import loop_vertices
 from takagi.models.law.effort import effort_ramp
 from takagi.models.turbine.aerodynamics import rotor_torque
@@ -39,6 +41,15 @@ def parts(document: dict[str, Any]) -> tuple[Plant, Law, Box, Uncertainty]:
     )
 
 
+def loop(document: dict[str, Any], k: int, rate: str | None = None, **changes: Any) -> Loop:
+    """Return what the checker makes of one cell, with parts of the law or the box changed."""
+    plant, law, box, uncertainty = parts(document)
+    stated = document["claims"][0]["cells"][k]["wind_rate"] if rate is None else rate
+    law = replace(law, **{name: changes[name] for name in changes if hasattr(law, name)})
+    box = replace(box, **{name: changes[name] for name in changes if hasattr(box, name)})
+    return Loop(plant, law, box, uncertainty, k, Fraction(str(stated)))
+
+
 def decided(cell: dict[str, Any], P: Any, error: float, rate: float, alpha: float) -> str:
     """Return what the corners of one stated cell say about a wind class, with decay 0."""
     exact = {name: [Fraction(str(v)) for v in cell[name]] for name in RANGES}
@@ -49,27 +60,50 @@ def decided(cell: dict[str, Any], P: Any, error: float, rate: float, alpha: floa
     return corners.failure(matrix, e, r, a, Fraction(0))
 
 
-@pytest.mark.parametrize("binding", [0, 1])
-def test_both_signs_of_the_lag_disturbance_are_checked(built: Any, binding: int) -> None:
-    """A wind rate that one sign of w_zeta allows and the other does not is refused."""
-    P, cells = built.candidate.P, built.candidate.cells
-    found = 0
-    for k, cell in enumerate(cells):
+@pytest.mark.parametrize(("binding", "coupling"), [(0, 0.0), (1, -500.0)])
+def test_both_signs_of_the_lag_disturbance_are_checked(
+    built: Any, binding: int, coupling: float
+) -> None:
+    """A wind error that one sign of w_zeta allows and the other does not is refused.
+
+    The lead leaves next to nothing of w_zeta, so a larger one is stated; which sign is the worse
+    one depends on how P couples speed and lag.
+    """
+    P, found = built.candidate.P.copy(), 0
+    P[0, 1] = P[1, 0] = coupling
+    for k, given in enumerate(built.candidate.cells):
+        cell = replace(given, lag_disturbance=Fraction("0.001"))
         v = loop_vertices(cell)
         scales = [
-            largest_scale(P, v.A[s::2], v.residual[s::2], v.per_wind_rate[s::2], limit=50)
+            largest_scale(P, v.A[s::2], v.fixed[s::2], v.per_wind_error[s::2], limit=50)
             for s in (0, 1)
         ]
         (tight, _), (loose, alpha) = scales[binding], scales[1 - binding]
         if tight == 0 or loose < 1.02 * tight:
             continue
         found += 1
-        stated = built.document["claims"][0]["cells"][k]
-        rate = (tight + loose) / 2
-        assert "invariance" in decided(stated, P.tolist(), 0.0, rate, alpha)
+        stated = built.document["claims"][0]["cells"][k] | {"lag_disturbance": 0.001}
+        error, rate = (tight + loose) / 2, stated["wind_rate"]
+        assert "invariance" in decided(stated, P.tolist(), error, rate, alpha)
         if found == 3:
             break
     assert found
+
+
+def test_the_moving_schedule_widens_the_lag(built: Any) -> None:
+    """|b'/b| v_s' is taken from T's lower end: what rests is allowed, what moves is refused."""
+    P, cells = built.candidate.P.tolist(), built.document["claims"][0]["cells"]
+    found = 0
+    for cell in cells:
+        slope = {"effectiveness_slope": 1.05 * cell["lag_rate"][0], "wind_rate": 1.0}
+        slope["effectiveness_slope"] = round(slope["effectiveness_slope"], 7)
+        # The rate counts in the matrix alone: no disturbance by it.
+        quiet = cell | slope | {"reference_slope": 0.0, "lag_disturbance": 0.0}
+        half = 0.5 * cell["wind_error"]
+        if decided(quiet, P, half, 0.0, cell["multiplier"]) == "":
+            found += 1
+            assert "invariance" in decided(quiet, P, half, 1.0, cell["multiplier"])
+    assert found > 60
 
 
 def test_an_equilibrium_outside_the_set_is_refused(built: Any) -> None:
@@ -105,18 +139,67 @@ def test_the_residual_bound_covers_the_torque_that_the_tables_leave(built: Any) 
 
 def test_a_set_that_may_demand_negative_torque_is_refused(built: Any) -> None:
     """A wider speed signal reaches below zero torque where little is in reserve: at low wind."""
-    plant, law, box, uncertainty = parts(built.document)
-    wide = replace(box, speed_signal=2 * box.speed_signal)
+    box = parts(built.document)[2]
+    wide = 2 * box.speed_signal
 
-    assert not Loop(plant, law, box, uncertainty, 0).limits_failure()
-    assert "negative torque" in Loop(plant, law, wide, uncertainty, 0).limits_failure()
+    assert not loop(built.document, 0).limits_failure()
+    assert "negative torque" in loop(built.document, 0, speed_signal=wide).limits_failure()
+
+
+def test_a_feedforward_that_may_demand_negative_torque_is_refused(built: Any) -> None:
+    """More torque given up to a moving schedule than the trim has: at the limit g, not beyond."""
+    law = parts(built.document)[1]
+    most = [10 * g for g in law.inertia_limit]
+
+    assert not loop(built.document, 0, "100").limits_failure()
+    failed = loop(built.document, 0, "100", inertia_limit=most).limits_failure()
+    assert "negative torque" in failed
+    assert not loop(built.document, 0, "0.001", inertia_limit=most).limits_failure()
 
 
 def test_a_set_that_may_demand_too_much_pitch_is_refused(built: Any) -> None:
     """The pitch band of the last cell against a limit just inside it."""
-    plant, law, box, uncertainty = parts(built.document)
-    last = len(law.wind) - 2
-    low = replace(law, pitch_max=Fraction("0.4"))
+    last, low = len(built.law.schedule.wind) - 2, Fraction("0.4")
 
-    assert not Loop(plant, law, box, uncertainty, last).limits_failure()
-    assert "pitch" in Loop(plant, low, box, uncertainty, last).limits_failure()
+    assert not loop(built.document, last).limits_failure()
+    assert "pitch" in loop(built.document, last, pitch_max=low).limits_failure()
+
+
+def test_a_lead_that_asks_for_too_much_pitch_is_refused(built: Any) -> None:
+    """The command in the last cell, not the pitch itself, against the limit; and its rate."""
+    last = len(built.law.schedule.wind) - 2
+    reached = loop(built.document, last).moving.largest_pitch()
+    asked = loop(built.document, last, "0").moving.largest_pitch()
+    band = Fraction(loop(built.document, last).pitch[1], ONE)
+    assert asked < reached
+
+    at_the_band = max(band, asked)
+    far = loop(built.document, last, "6", pitch_max=at_the_band)
+    assert far.moving.largest_pitch() > at_the_band
+    assert "pitch beyond its limit" in far.limits_failure()
+    assert "rate limit" in loop(built.document, last, "40", pitch_max=Fraction(9)).limits_failure()
+
+
+def test_a_law_without_a_filter_does_not_know_its_winds_rate(short: Any) -> None:
+    """What is fed forward is the filter's own rate: without one such a law is refused."""
+    law = short["gains"] | {"wind_filter": 0.0}
+    with pytest.raises(CertificateError, match="wind_filter"):
+        Law.read(as_read({"gains": law})["gains"])
+    none = [0.0] * len(law["inertia_feedforward"])
+    silent = law | {"inertia_feedforward": none, "pitch_lead": 0.0}
+    assert Law.read(as_read({"gains": silent})["gains"]).lead == 0
+
+
+def test_checker_and_embedding_agree_on_a_moving_schedule(built: Any) -> None:
+    """Two derivations of the same bounds, at the class's rates and at others."""
+    turbine, law, candidate = built.turbine, built.law, built.candidate
+    for k in range(0, len(law.schedule.wind) - 1, 3):
+        cell = CellLoop(turbine, law, candidate.box, candidate.uncertainty, k)
+        for rate in ("0", "0.05", "0.3"):
+            ours, theirs = cell.enclosed(rate), loop(built.document, k, rate).moving
+            for name in ("reference_slope", "lag_disturbance", "effectiveness_slope"):
+                stated, found = getattr(ours, name), getattr(theirs, name)()
+                assert found <= stated <= found + Fraction("3e-7"), (k, rate, name)
+            slowest, fastest = theirs.lag_rates() or (0, 0)
+            assert ours.lag_rate.lower <= slowest <= ours.lag_rate.lower + Fraction("2e-7")
+            assert ours.lag_rate.upper == fastest

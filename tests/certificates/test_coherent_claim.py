@@ -128,7 +128,9 @@ def test_a_larger_class_is_not_proved(k: int, short: Document, reseal: Reseal) -
     """Every cell's wind class is close to what its inequality bears, and a smaller one holds."""
     cell = short["claims"][0]["cells"][k]
     error, rate = cell["wind_error"], cell["wind_rate"]
-    cell["wind_error"], cell["wind_rate"] = 1.05 * error, 1.05 * rate
+    cell["wind_error"] = 1.05 * error
+    assert outcome(short, reseal) == "UNDECIDED"
+    cell["wind_error"], cell["wind_rate"] = error, 1.05 * rate
     assert outcome(short, reseal) == "UNDECIDED"
     cell["wind_error"], cell["wind_rate"] = 0.5 * error, 0.5 * rate
     assert outcome(short, reseal) == "PROVED"
@@ -203,6 +205,11 @@ def false_claims() -> dict[str, Callable[[Document], None]]:
         "other inertia": at("model", "rotor_inertia", to=lambda j: 1.02 * j),
         "other gear": at("model", "gear_ratio", to=lambda n: 1.02 * n),
         "faster pitch": at("model", "pitch_time_constant", to=lambda t: 0.9 * t),
+        "longer pitch lead": at("gains", "pitch_lead", to=lambda t: 1.1 * t),
+        "shorter pitch lead": at("gains", "pitch_lead", to=lambda t: 0.9 * t),
+        "no pitch lead": at("gains", "pitch_lead", to=lambda t: 0),
+        "negative feed-forward": at("gains", "inertia_feedforward", to=lambda f: [-0.1] * len(f)),
+        "a feed-forward too many": at("gains", "inertia_feedforward", to=lambda f: [0.1] * len(f)),
         "pitch rate limit": at("model", "pitch_rate_limit", to=lambda r: 0.05 * r),
     }
 

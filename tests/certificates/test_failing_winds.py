@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from takagi.certificates.failing_winds import failing_winds
-from takagi.models.embedding.coherent import LoopCell
+from takagi.models.embedding.loop_cell import LoopCell
 from takagi.models.enclosure.interval import Interval
 
 
@@ -20,6 +20,7 @@ def cell(
     none = Fraction(0)
     return LoopCell(
         wind=Interval.of(low, low + 0.5),
+        wind_rate=none,
         stiffness=Interval.of("-0.05"),
         loop_gain=Interval.of(*loop_gain),
         lag_gain=Interval.of("0.2"),
@@ -29,8 +30,9 @@ def cell(
         residual=none,
         wind_gain=none,
         inertia_gain=Fraction(1),
+        effectiveness_slope=none,
         reference_slope=none,
-        lag_slope=none,
+        lag_disturbance=none,
         speed=Interval.of("1.2"),
         torque=Interval.of("40000"),
         pitch=Interval.of("0"),

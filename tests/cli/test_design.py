@@ -58,7 +58,7 @@ def test_the_summary_quotes_the_certificate(
     main(["design", "nrel5mw", "--out", str(tmp_path), "--json"])
     printed = json.loads(capsys.readouterr().out)
     stated = finished.checked.claims[0].text
-    shown = [float(text) for text in re.findall(r"-?[0-9]+\.[0-9]+(?:e-?[0-9]+)?", stated)]
+    shown = [float(text) for text in re.findall(r"-?[0-9]+(?:\.[0-9]+)?(?:e-?[0-9]+)?", stated)]
 
     assert printed["verdict"] == "PROVED" and printed["wind"] == [3.0, 25.0]
     numbers = [*printed["wind_error"], *printed["wind_rate"], 100 * printed["overspeed"]]

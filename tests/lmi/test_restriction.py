@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from takagi.lmi import common_lyapunov_condition
 from takagi.lmi.evaluate import lmi_value
 from takagi.lmi.restriction import restricted
 from takagi.lmi.term import LMI, Constant, Term, Unknown
+from takagi.models.errors import ModelError
 
 COUNT = 7
 
@@ -81,3 +83,10 @@ def test_a_restriction_of_a_restriction_keeps_the_first_names() -> None:
     twice = restricted(restricted(lmi, np.array([6, 1, 4])), np.array([2]))
 
     assert twice.label(0) == "mixed 5 of 7"
+
+
+def test_two_lmis_of_one_name_are_refused() -> None:
+    """Multipliers are kept by the LMI's name: two of one name would hide each other's."""
+    condition = common_lyapunov_condition(-np.eye(2)[None])
+    with pytest.raises(ModelError, match="names must differ, for multipliers"):
+        condition.with_lmis(condition.lmis[0])

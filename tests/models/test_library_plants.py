@@ -58,11 +58,10 @@ def quarter_car(x: Floats, u: Floats, w: Floats) -> list[float]:
 def between(
     first: list[list[float]], second: list[list[float]]
 ) -> Callable[[Floats, Floats, Floats], Floats]:
-    """Return x' = ((1 - s) first + s second) x with s = sin(phase / 2)^2."""
+    """Return x' = ((1 - w) first + w second) x."""
 
     def field(x: Floats, u: Floats, w: Floats) -> Floats:
-        share = np.sin(w[0] / 2) ** 2
-        blended: Floats = ((1 - share) * np.array(first) + share * np.array(second)) @ x
+        blended: Floats = ((1 - w[0]) * np.array(first) + w[0] * np.array(second)) @ x
         return blended
 
     return field
@@ -196,6 +195,16 @@ def test_bounds_hold_all_samples_and_little_more(name: str) -> None:
         assert low - hair <= values.min() and values.max() <= high + hair
         assert high - low - np.ptp(values) <= 0.01 * (high - low)
         assert premise.evidence.startswith(("ball arithmetic", "Bernstein form"))
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_the_bounds_are_proved_again_from_their_evidence(name: str) -> None:
+    """Without a search: the range that the kept boxes give lies inside, less than 0.3 % short."""
+    for premise in model_of(name).premises:
+        again = premise.replay()
+
+        assert premise.bounds.contains(again)
+        assert premise.bounds.width - again.width <= premise.bounds.width * 3 / 1000
 
 
 @pytest.mark.parametrize("name", FIELDS)

@@ -17,15 +17,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.models.embedding.coherent import LoopBox, LoopCell, Uncertainty, coherent_cells
+from takagi.models.embedding.coherent import coherent_cells
 from takagi.models.embedding.jet import Jet
+from takagi.models.embedding.loop_cell import LoopBox, LoopCell, Uncertainty
 from takagi.models.embedding.vertices import loop_vertices
 from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
 from takagi.models.law.coherent import CoherentLaw, EffortGains
 from takagi.models.law.effort import effort_ramp, effort_ramp_slope
-from takagi.models.law.law import Measurement
-from takagi.models.law.schedule import effort_schedule
+from takagi.models.law.feedforward import Feedforward, known_rate_feedforward
+from takagi.models.law.law import Command, Measurement
+from takagi.models.law.schedule import EffortSchedule, effort_schedule
 from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
@@ -36,7 +38,11 @@ BOX = LoopBox(Fraction("0.045"), Fraction("0.015"), Fraction("0.04"), Fraction("
 WIDE = Uncertainty(Interval.of("0.9", "1.1"), frozen_wake=True)
 # A lag that asks for several times the pitch rate limit.
 FAST = LoopBox(Fraction("0.045"), Fraction("0.04"), Fraction("0.04"), Fraction("0.03"))
+# Of the differences along the vector field.  Exactly, the loop lies in its family.
 ROUNDING = 2e-8
+# Wind rates [m/s^2] that reach every limit of the feed-forward: g, rated torque, the lower pitch
+# limit and the pitch drive's rate.
+RATES_OVER = ((3.0, 10.6, 11.5, 12.5, 13.0, 25.0), (0.1, 0.2, 0.3, 1.0, 1.5, 2.0))
 
 
 @dataclass(frozen=True)
@@ -63,16 +69,28 @@ def turbine() -> Turbine:
 def law(turbine: Turbine) -> CoherentLaw:
     """Return the law with plain gains: as much as torque in reserve allows."""
     schedule = effort_schedule(turbine)
+    gamma, nu = plain_gains(turbine, schedule)
+    return CoherentLaw.of(turbine, schedule, EffortGains(gamma, nu))
+
+
+def plain_gains(turbine: Turbine, schedule: EffortSchedule) -> tuple[Floats, Floats]:
     full = turbine.gear_ratio * turbine.rated_torque / turbine.inertia
     reserve = full - effort_ramp(-schedule.trim_effort, schedule.overlap)
     gamma = np.asarray(np.round(np.minimum(0.5, 0.6 * reserve / 0.04), 5), dtype=np.float64)
     nu = np.asarray(np.round(0.05 * np.minimum(gamma[:-1], gamma[1:]), 6), dtype=np.float64)
-    return CoherentLaw.of(turbine, schedule, EffortGains(gamma, nu))
+    return gamma, nu
+
+
+def rates_of(law: CoherentLaw) -> list[float]:
+    """Return the wind rate of each cell."""
+    nodes = law.schedule.wind
+    middle = (nodes[1:] + nodes[:-1]) / 2
+    return [round(float(rate), 3) for rate in np.interp(middle, *RATES_OVER)]
 
 
 @pytest.fixture(scope="module")
 def cells(turbine: Turbine, law: CoherentLaw) -> list[LoopCell]:
-    return list(coherent_cells(turbine, law, BOX, WIDE))
+    return list(coherent_cells(turbine, law, BOX, WIDE, rates_of(law)))
 
 
 def column(law: CoherentLaw, name: str, wind: float) -> float:
@@ -89,6 +107,7 @@ def points(
     def draw() -> float:
         return float(rng.choice([-1.0, 1.0]) if rng.random() < 0.5 else rng.uniform(-1, 1))
 
+    rates, held = rates_of(law), law.schedule.wind[[0, -1]]
     e_max, zeta_max, y_max, share = (float(getattr(box, f.name)) for f in fields(box))
     found = 0
     while found < count:
@@ -102,7 +121,10 @@ def points(
         found += 1
         kappa = 1 / (1 + 0.1 * draw())
         wind = v + share * float(low) * draw()
-        yield Point(k, e, zeta, e - y, v, 0.5 * draw(), wind, kappa, 0.5 + 0.5 * draw())
+        # The law holds the estimate inside its table, and with it the rate.
+        seen = np.clip(v + law.wind_filter * rates[k] * draw(), *held)
+        rate = float(seen - v) / (law.wind_filter or 1.0)
+        yield Point(k, e, zeta, e - y, v, rate, wind, kappa, 0.5 + 0.5 * draw())
 
 
 def wake_torque(turbine: Turbine, law: CoherentLaw, p: Point, pitch: float) -> float:
@@ -129,16 +151,22 @@ def physical(law: CoherentLaw, p: Point) -> tuple[float, float, float]:
 
 
 def lag(law: CoherentLaw, omega: float, beta: float, x: float, v: float) -> float:
-    """Return zeta = b (beta_ref - beta), with the law's own command."""
+    """Return zeta = b (beta_ref - beta), with the law's own command in a wind that rests."""
     command = law.command([x, v], Measurement(omega, beta, v))
     return column(law, "effectiveness", v) * (command.pitch - beta)
+
+
+def commanded(law: CoherentLaw, p: Point, omega: float, beta: float) -> Command:
+    """Return the law's command while its schedule wind moves."""
+    seen = p.schedule_wind + law.wind_filter * p.schedule_rate
+    return law.command([p.x, p.schedule_wind], Measurement(omega, beta, seen))
 
 
 def derivative(turbine: Turbine, law: CoherentLaw, p: Point) -> tuple[float, float, float]:
     """Return (e', zeta', x') of the nonlinear loop, e' and zeta' by differences along the field."""
     omega, beta, _ = physical(law, p)
     v = p.schedule_wind
-    command = law.command([p.x, v], Measurement(omega, beta, v))
+    command = commanded(law, p, omega, beta)
     torque = float(rotor_torque(turbine, omega, beta, p.wind)) + wake_torque(turbine, law, p, beta)
     speed = p.kappa / turbine.inertia * (torque - turbine.gear_ratio * command.torque)
     limit = turbine.pitch_rate_limit
@@ -169,7 +197,7 @@ def distance(cell: LoopCell, p: Point, rates: tuple[float, float, float]) -> flo
     """Return how far a derivative is outside {A xi + d}; exact, for e' enters zeta' as it is.
 
     e' = a e - G (e - x) + S zeta + w_e: independent coefficients, an interval.  Given e',
-    zeta' = f (e' + nu e) - T zeta + w_zeta: an interval again.
+    zeta' = f (e' + nu e) - (T - (b'/b) v_s') zeta + w_zeta: an interval again.
     """
     e_rate, zeta_rate, x_rate = rates
     w = float(cell.inertia_gain) * (
@@ -178,9 +206,9 @@ def distance(cell: LoopCell, p: Point, rates: tuple[float, float, float]) -> flo
     speed = spread(p.e, cell.stiffness) + spread(p.x - p.e, cell.loop_gain)
     speed = speed + spread(p.zeta, cell.lag_gain) + w * np.array([-1, 1])
     nu = float(cell.integral_rate.lower)
-    z = float(cell.lag_slope) * abs(p.schedule_rate)
+    turning = float(cell.effectiveness_slope) * abs(p.schedule_rate * p.zeta)
     owed = spread(e_rate + nu * p.e, cell.share_gain) + spread(-p.zeta, cell.lag_rate)
-    owed = owed + z * np.array([-1, 1])
+    owed = owed + (turning + float(cell.lag_disturbance)) * np.array([-1, 1])
     return max(outside(e_rate, speed), outside(zeta_rate, owed), abs(x_rate + nu * p.e))
 
 
@@ -261,12 +289,77 @@ def test_every_mean_value_lies_in_its_range(
 
 def test_the_rate_limit_is_a_sector(turbine: Turbine, law: CoherentLaw) -> None:
     """With a lag box so large that the drive saturates the loop still lies in its family."""
-    cells = list(coherent_cells(turbine, law, FAST, WIDE))
+    cells = list(coherent_cells(turbine, law, FAST, WIDE, rates_of(law)))
     found = campaign(turbine, law, cells, FAST, 500, seed=3)
 
     assert max(d for _, d in found) < ROUNDING
     assert max(float(cell.pitch_rate) for cell in cells) > 4 * turbine.pitch_rate_limit
     assert min(cell.lag_rate.lower / cell.lag_rate.upper for cell in cells) < 0.3
+
+
+def left_over(turbine: Turbine, law: CoherentLaw, p: Point) -> tuple[float, float]:
+    """Return what the feed-forward leaves of a moving schedule: in speed, and in effort owed.
+
+    From the law's own commands, with and without the rate: omega*' v_s' less what torque takes of
+    it, and v_s' times the slope of psi(U) / b (by differences, e - x held) less what pitch does.
+    """
+    omega, beta, _ = physical(law, p)
+    v, rate = p.schedule_wind, p.schedule_rate
+    still = law.command([p.x, v], Measurement(omega, beta, v))
+    moved = commanded(law, p, omega, beta)
+    taken = turbine.gear_ratio * (still.torque - moved.torque) / turbine.inertia
+    table, k = law.schedule, p.k
+    slope = float((np.diff(table.rotor_speed) / np.diff(table.wind))[k])
+
+    def asked(wind: float) -> float:
+        speed = column(law, "rotor_speed", wind) + p.e
+        return law.command([p.x, wind], Measurement(speed, beta, wind)).pitch
+
+    h = 1e-6
+    bent = column(law, "effectiveness", v) * (asked(v + h) - asked(v - h)) / (2 * h)
+    pitched = column(law, "effectiveness", v) * (moved.pitch - still.pitch)
+    return slope * rate - p.kappa * taken, bent * rate - pitched / turbine.pitch_time_constant
+
+
+def leads(turbine: Turbine, law: CoherentLaw, lead: float, inertia: float) -> CoherentLaw:
+    """Return the law with another pitch lead [s] and share of the torque's feed-forward."""
+    ahead = known_rate_feedforward(turbine, law.schedule, inertia_share=inertia)
+    return replace(law, feedforward=Feedforward(ahead.inertia, ahead.effort_limit, lead))
+
+
+@pytest.mark.parametrize(("lead", "inertia"), [(0.2, 1.0), (0.1, 0.5), (0.0, 0.0), (0.3, 0.0)])
+def test_what_the_feedforward_leaves_is_bounded(
+    lead: float, inertia: float, turbine: Turbine, law: CoherentLaw
+) -> None:
+    """Both remainders from the law's commands, inside their bounds and close to them somewhere."""
+    other = leads(turbine, law, lead, inertia)
+    cells = list(coherent_cells(turbine, other, BOX, WIDE, rates_of(law)))
+    speed, owed = [], []
+    for p in points(other, BOX, 3000, seed=7):
+        nodes = other.schedule.wind[p.k : p.k + 2]
+        if min(abs(nodes - p.schedule_wind)) < 1e-5:
+            continue
+        left, lag_left = left_over(turbine, other, p)
+        cell = cells[p.k]
+        bound = float(cell.reference_slope * cell.wind_rate)
+        assert abs(left) <= bound + 1e-12
+        assert abs(lag_left) <= float(cell.lag_disturbance) + ROUNDING
+        speed.append(abs(left) / bound if bound else 0.0)
+        owed.append(abs(lag_left) / float(cell.lag_disturbance) if cell.lag_disturbance else 0.0)
+    assert max(speed) > 0.9 and max(owed) > 0.5
+
+
+@pytest.mark.parametrize(("lead", "inertia"), [(0.1, 0.5), (0.0, 0.0), (0.3, 1.0)])
+def test_another_feedforward_has_its_own_family(
+    lead: float, inertia: float, turbine: Turbine, law: CoherentLaw, cells: list[LoopCell]
+) -> None:
+    """The loop lies in the family of its own law, and not in that of the law it was before."""
+    other = leads(turbine, law, lead, inertia)
+    own = list(coherent_cells(turbine, other, BOX, WIDE, rates_of(law)))
+    found = [(p, derivative(turbine, other, p)) for p in points(other, BOX, 1000, seed=8)]
+
+    assert max(distance(own[p.k], p, rates) for p, rates in found) < ROUNDING
+    assert max(distance(cells[p.k], p, rates) for p, rates in found) > 100 * ROUNDING
 
 
 SHRUNK = (
@@ -276,8 +369,8 @@ SHRUNK = (
     "share_gain",
     "lag_rate",
     "wind_gain",
+    "effectiveness_slope",
     "reference_slope",
-    "lag_slope",
 )
 
 
@@ -319,7 +412,7 @@ def test_a_family_with_less_uncertainty_is_left(
     sampled: list[tuple[Point, tuple[float, float, float]]],
 ) -> None:
     """A frozen wake or another inertia is not inside the family that leaves it out."""
-    narrow = list(coherent_cells(turbine, law, BOX, smaller))
+    narrow = list(coherent_cells(turbine, law, BOX, smaller, rates_of(law)))
 
     assert max(distance(narrow[p.k], p, rates) for p, rates in sampled) > 100 * ROUNDING
 
@@ -328,21 +421,40 @@ def test_corners_span_the_family(cells: list[LoopCell]) -> None:
     """Random coefficients give a loop that is a convex blend of the corners: weights by product."""
     rng = np.random.default_rng(5)
     names = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
-    cell = next(c for c in cells if all(getattr(c, n).width > 0 for n in names))
+    cell = next(
+        c for c in cells if all(getattr(c, n).width > 0 for n in names) and c.lag_disturbance
+    )
     corners, nu = loop_vertices(cell), float(cell.integral_rate.lower)
-    for _ in range(20):
-        shares = rng.uniform(size=5)
-        a, g, s, f, t = (
-            ends(getattr(cell, n)) @ [1 - t, t] for n, t in zip(names, shares, strict=True)
-        )
-        expected = [[a - g, s, g], [f * (a - g + nu), f * s - t, f * g], [-nu, 0, 0]]
-        weights = np.ones(1)
-        for share in [*shares, 0.5]:
-            weights = np.outer(weights, [1 - share, share]).ravel()
-        assert np.tensordot(weights, corners.A, 1) == pytest.approx(np.array(expected))
-        rate = float(cell.reference_slope)
-        blended = weights @ corners.per_wind_rate
-        assert blended == pytest.approx([rate, f * rate, 0.0], abs=1e-12)
+    rate = float(cell.wind_rate)
+    steady = float(cell.inertia_gain * cell.residual) + float(cell.reference_slope) * rate
+    turning = float(cell.effectiveness_slope) * rate
+    for moving in (0.0, 1.0):
+        for _ in range(20):
+            shares = rng.uniform(size=5)
+            a, g, s, f, t = (
+                (ends(getattr(cell, n)) + wider * np.array([-1, 1])) @ [1 - t, t]
+                for n, t, wider in zip(names, shares, [0, 0, 0, 0, moving * turning], strict=True)
+            )
+            expected = [[a - g, s, g], [f * (a - g + nu), f * s - t, f * g], [-nu, 0, 0]]
+            weights = np.ones(1)
+            for share in [*shares, 0.5] if moving else shares:
+                weights = np.outer(weights, [1 - share, share]).ravel()
+            found = corners.A if moving else corners.at_rest
+            assert np.tensordot(weights, found, 1) == pytest.approx(np.array(expected))
+            if moving:
+                assert weights @ corners.fixed == pytest.approx([steady, f * steady, 0], abs=1e-12)
+    signs = corners.fixed[:, 1] - corners.A[:, 1, 2] / corners.A[:, 0, 2] * steady
+    assert np.abs(signs) == pytest.approx(float(cell.lag_disturbance))
+
+
+def test_a_schedule_that_moves_too_fast_is_misuse(turbine: Turbine, law: CoherentLaw) -> None:
+    """40 m/s^2 asks for more than the pitch rate limit by itself; so many rates as cells."""
+    fast = [40.0 for _ in rates_of(law)]
+
+    with pytest.raises(ModelError, match="wind cell .* pitch rate .* lower the wind rate"):
+        list(coherent_cells(turbine, law, BOX, WIDE, fast))
+    with pytest.raises(ModelError, match="wind rates for"):
+        list(coherent_cells(turbine, law, BOX, WIDE, fast[1:]))
 
 
 def test_residual_between_nodes_is_inside_its_bound(
@@ -394,5 +506,5 @@ def test_a_box_beyond_actuators_or_tables_is_misuse(
 ) -> None:
     """The message names the wind cell and what to reduce."""
     with pytest.raises(ModelError, match="wind cell") as raised:
-        list(coherent_cells(turbine, law, box, WIDE))
+        list(coherent_cells(turbine, law, box, WIDE, rates_of(law)))
     assert words in str(raised.value)

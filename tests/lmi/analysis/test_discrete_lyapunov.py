@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.certificates import certify
+from takagi.certificates import Verdict, certify
 from takagi.lmi import (
     common_lyapunov,
     common_lyapunov_condition,
@@ -259,7 +259,11 @@ def test_the_builder_writes_the_formula_it_poses() -> None:
     assert r"\rho^2 P" in text
 
 
-def test_certificates_of_discrete_time_are_refused() -> None:
-    """A certificate speaks of x' = A x; x+ = A x must not be read as that."""
-    with pytest.raises(ModelError, match="continuous time"):
-        certify(TSModel(book_pair(), sample_time=0.5))
+def test_certificates_of_discrete_time_are_about_it() -> None:
+    """x+ = A x must not be read as x' = A x: the one pair is proved, the other disproved."""
+    proved = certify(TSModel(book_pair(), sample_time=0.5))
+    none = certify(TSModel(rolmip_pair(), sample_time=0.5))
+
+    assert proved.verdict is Verdict.PROVED
+    assert proved.document["model"]["sample_time"] == 0.5
+    assert none.verdict is Verdict.DISPROVED

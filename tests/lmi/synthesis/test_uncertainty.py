@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -143,7 +145,7 @@ def test_discrete_time_from_both_sides() -> None:
             loop = closed_loop(model.A, model.B, Q, M, weight=1.0, discrete=True)
             block = NormBounded([[1.0]], [[0.0]], [[size]])
             robust, sigma = with_uncertainty(loop, Q, M, block, discrete=True)
-            return (robust,), sigma, ()
+            return (replace(robust, name="uncertain rule"),), sigma, ()
 
         K, _, _, _ = placed(model, more, decay_rate=0.0)
         assert (K is not None) == found

@@ -278,7 +278,7 @@ def test_inputs_that_hold_the_states_are_solved_for() -> None:
     wanted = -np.sin(0.75) + np.sin(0.5)
     assert (now.A @ [0.25, 0.0])[1] == pytest.approx(wanted, rel=1e-12)
     assert model.inputs == ("delta_u [-]",)
-    with pytest.raises(ModelError, match="let rest='solve inputs' find"):
+    with pytest.raises(ModelError, match="let rest='solve inputs'"):
         sector_model(arm)
     with pytest.raises(ModelError, match="no input makes it vanish"):
         sector_model(plant(P + 1, U, states=states), rest="solve inputs")

@@ -7,8 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from takagi.models import ModelError, Premise, TSModel
-from takagi.models.vertex_merging import merge_vertices
+from takagi.models import MergedModel, ModelError, Premise, TSModel, merge_vertices
 
 
 def model() -> TSModel:
@@ -22,7 +21,8 @@ def test_error_is_the_exact_distance() -> None:
     """The entries differ by 0.03 and 0.04, so the distance is 0.05 to the digit."""
     merged = merge_vertices(model(), "0.05")
 
-    assert merged.error == Fraction(1, 20)
+    assert isinstance(merged, MergedModel)
+    assert merged.error.size == Fraction(1, 20)
     assert merged.model.A.shape == (2, 2, 2)
 
 
@@ -43,18 +43,22 @@ def test_error_holds_for_random_memberships_and_a_smaller_one_does_not() -> None
     norms = np.linalg.norm(gaps, axis=(1, 2))
 
     assert np.allclose(share.sum(axis=1), 1)
-    assert norms.max() <= float(merged.error) + 1e-12
-    assert norms.max() > 0.999 * float(merged.error)
-    D, E, F = merged.norm_bounded()
-    drives = np.linalg.norm(np.linalg.solve(D, gaps) @ np.linalg.inv(np.hstack((E, F))), 2, (1, 2))
-    assert drives.max() <= 1 + 1e-9
+    assert norms.max() <= float(merged.error.size) + 1e-12
+    assert norms.max() > 0.999 * float(merged.error.size)
+    (block,) = merged.error.blocks("whole")
+    allowed = np.linalg.pinv(block.D) @ gaps @ np.linalg.pinv(np.hstack((block.E, block.F)))
+    assert np.linalg.norm(allowed, 2, (1, 2)).max() <= 1 + 1e-9
 
 
 def test_nothing_nearer_than_the_tolerance_is_left_alone() -> None:
     merged = merge_vertices(model(), "0.049")
 
-    assert merged.error == 0
+    assert merged.error.size == 0
     assert np.array_equal(merged.shares, np.eye(4))
+
+
+def test_the_merged_model_says_in_its_source_that_it_is_one() -> None:
+    assert "2 rules in the place of 4" in merge_vertices(model(), "0.05").model.source
 
 
 def test_a_negative_tolerance_is_refused() -> None:

@@ -1,0 +1,143 @@
+"""Counts false verdicts on problems whose truth is decided by other means, exactly.
+
+    python benchmarks/soundness.py [--count N] [--seed N] [--print-only]
+
+Loops (``known_loops``) are put to ``certify``, which has to find its own evidence.  Claims with
+closed forms (``known_claims``, ``known_sets``) are thrown straight at the checker, with the best
+evidence and with wrong ones.  Most lie on their threshold or a hair beside it.  UNDECIDED is never
+false; how often it is said, of what is true with evidence that fits, is part of the table.
+
+The tables go to docs/benchmarks.md.  The exit status is 1 when a verdict is false.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from collections import Counter
+from collections.abc import Callable
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np  # noqa: E402  the threads are counted when numpy is loaded
+from known_claims import CLAIMS  # noqa: E402
+from known_loops import LOOPS, Problem, Random  # noqa: E402
+from known_sets import SETS  # noqa: E402
+from measure import PAGE, placed, table  # noqa: E402
+from modes import Known, as_read  # noqa: E402
+
+from takagi.certificates import CertificateError, Verdict, certify  # noqa: E402
+from takagi.certificates.checker.claim_kinds import KINDS  # noqa: E402
+from takagi.certificates.checker.family import read_family  # noqa: E402
+from takagi.models import TSModel  # noqa: E402
+
+Counts = Counter[str]
+FALSE = ("false proved", "false disproved")
+
+
+def main() -> int:
+    """Run the campaign, print the tables, and write them into the page."""
+    reader = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    reader.add_argument("--count", type=int, default=40_000, help="verdicts in all")
+    reader.add_argument("--seed", type=int, default=1)
+    reader.add_argument("--print-only", action="store_true", help="leave the page as it is")
+    asked = reader.parse_args()
+    rng = np.random.default_rng(asked.seed)
+    half = asked.count // 2
+    searched = {
+        name: timed(family_of_loops, family, rng, -(-half // len(LOOPS)))
+        for name, family in LOOPS.items()
+    }
+    direct = CLAIMS | SETS
+    thrown = {
+        name: timed(family_of_claims, family, rng, -(-half // len(direct)))
+        for name, family in direct.items()
+    }
+    tables = {"soundness": searched_table(searched), "soundness of claims": thrown_table(thrown)}
+    page = PAGE.read_text(encoding="utf-8")
+    for name, text in tables.items():
+        print(f"{text}\n")
+        page = page if asked.print_only else placed(page, name, text)
+    if not asked.print_only:
+        PAGE.write_text(page, encoding="utf-8")
+    seen = [*searched.values(), *thrown.values()]
+    wrong = sum(counts[key] for counts in seen for key in FALSE)
+    print(f"{sum(counts['number'] for counts in seen)} verdicts, {wrong} false")
+    return int(wrong > 0)
+
+
+def timed(
+    run: Callable[..., Counts], family: Callable[[Random], object], rng: Random, count: int
+) -> Counts:
+    start = time.perf_counter()
+    counts = run(family, rng, count)
+    counts["seconds"] = round(time.perf_counter() - start)
+    return counts
+
+
+def family_of_loops(family: Callable[[Random], Problem], rng: Random, count: int) -> Counts:
+    """Return the counts of one family that is put to ``certify``."""
+    seen: Counts = Counter()
+    for _ in range(count):
+        problem = family(rng)
+        model = TSModel(problem.A, problem.B, sample_time=problem.step)
+        verdict = certify(model, problem.K, decay_rate=problem.rate).verdict
+        _count(seen, verdict, problem.truth)
+    return seen
+
+
+def family_of_claims(family: Callable[[Random], list[Known]], rng: Random, count: int) -> Counts:
+    """Return the counts of one family that is thrown at the checker."""
+    seen: Counts = Counter()
+    while seen["number"] < count:
+        for known in family(rng):
+            verdict = said_of(known)
+            _count(seen, verdict, known.truth)
+            seen["fitting"] += known.truth and known.fits
+            seen["fitting proved"] += known.truth and known.fits and verdict is Verdict.PROVED
+    return seen
+
+
+def said_of(known: Known) -> Verdict:
+    """Return the checker's verdict; UNDECIDED where it refuses, which is not false either."""
+    family = read_family(as_read(known.model), as_read(known.gains))
+    try:
+        return KINDS[known.claim["kind"]](as_read(known.claim), family, "claim").verdict
+    except CertificateError:
+        return Verdict.UNDECIDED
+
+
+def _count(seen: Counts, verdict: Verdict, truth: bool) -> None:
+    seen["number"] += 1
+    seen["true"] += truth
+    seen[verdict.name] += 1
+    seen["false proved"] += verdict is Verdict.PROVED and not truth
+    seen["false disproved"] += verdict is Verdict.DISPROVED and truth
+
+
+def searched_table(seen: dict[str, Counts]) -> str:
+    keys = ("number", "true", "PROVED", "DISPROVED", "UNDECIDED")
+    heads = ("problems", "number", "true", "proved", "disproved", "undecided")
+    return _table(seen, heads, keys)
+
+
+def thrown_table(seen: dict[str, Counts]) -> str:
+    keys = ("number", "true", "fitting", "fitting proved", "PROVED", "DISPROVED")
+    heads = ("claims", "number", "true", "with evidence that fits", "of these proved")
+    return _table(seen, (*heads, "proved in all", "disproved"), keys)
+
+
+def _table(seen: dict[str, Counts], heads: tuple[str, ...], keys: tuple[str, ...]) -> str:
+    rows = [
+        (name, *(str(counts[key]) for key in (*keys, *FALSE)), f"{counts['seconds']} s")
+        for name, counts in seen.items()
+    ]
+    total = [str(sum(counts[key] for counts in seen.values())) for key in (*keys, *FALSE)]
+    spent = sum(counts["seconds"] for counts in seen.values())
+    rows.append(("all", *total, f"{spent} s"))
+    return table((*heads, *FALSE, "time"), rows)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

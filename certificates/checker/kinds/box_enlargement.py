@@ -1,0 +1,84 @@
+r"""``box-enlargement``: the claim ``decay`` where the premises' ranges are theta times as wide.
+
+Weights that are products, h_i = prod_k w_k,c_ik with w_k1 = (z_k - lower_k)/(upper_k - lower_k),
+make the loop affine in each premise z_k by itself.  With every range enlarged about its middle by
+theta its vertices are
+
+    A_i(theta) = sum_j prod_k s(c_ik, c_jk) A_j,   s = (1 + theta)/2 for equal corners, else
+                                                   (1 - theta)/2,
+
+and B_i(theta) likewise; for weights that are not said to be products, A_i(theta) = A_0 + theta
+(A_i - A_0) about the mean A_0 of all vertices.  ``decay`` is then shown for every A_i(theta) -
+B_i(theta) K_j, the law ``independent``: any blend of the gains, whatever premises do, so also the
+law that holds its weights at the edge of its own ranges.  Every smaller theta >= 0 lies in the
+hull, and is shown by it.
+
+Evidence: ``P``, ``decay_rate``, ``enlargement`` theta.
+
+Not claimed: that the plant is affine in its premises beyond its box as the model is within; of a
+sector model the matrices are, and the ranges of the premises are what grows, not those of the
+states.
+
+Source: derived here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from math import prod
+from typing import Any
+
+from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kinds.decay import check_decay
+from takagi.certificates.checker.matrices import Matrix, mean
+from takagi.certificates.checker.reader import number, text
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.checker.shown import at_least
+
+__all__ = ["check_box_enlargement", "enlarged"]
+
+Stack = tuple[Matrix, ...]
+
+
+def check_box_enlargement(claim: Any, family: Family, where: str) -> Claim:
+    """Return PROVED when ``decay`` is for the enlarged vertices, else UNDECIDED."""
+    name = text(claim, "name", where)
+    theta = number(claim, "enlargement", where)
+    if theta < 0:
+        return Claim(name, Verdict.UNDECIDED, "the enlargement is negative")
+    wider = replace(
+        family,
+        A=enlarged(family.A, family, theta),
+        B=enlarged(family.B, family, theta),
+        corners=None,
+        shared_weights=False,
+    )
+    found = check_decay(claim, wider, where)
+    if found.verdict is not Verdict.PROVED:
+        return found
+    what = "vertices moved from their mean" if family.corners is None else "premises' ranges"
+    return Claim(name, found.verdict, f"{what} times {at_least(theta, 6)}: {found.text}")
+
+
+def enlarged(stack: Stack, family: Family, theta: Fraction) -> Stack:
+    """Return the vertices of the module's formula."""
+    if len(stack) <= 1:
+        return stack
+    if family.corners is None:
+        middle = mean(stack)
+        return tuple((middle + theta * (one - middle)).reduced() for one in stack)
+    corners = family.corners
+    sizes = [len(set(column)) for column in zip(*corners, strict=True)]
+    if prod(sizes) != len(corners):
+        raise CertificateError("the rules leave out a combination of corners")
+    near, far = (1 + theta) / 2, (1 - theta) / 2
+    values = dict(zip(corners, stack, strict=True))
+    for k, size in enumerate(sizes):
+        if size == 2:
+            values = {
+                c: (near * values[c] + far * values[(*c[:k], 1 - c[k], *c[k + 1 :])]).reduced()
+                for c in corners
+            }
+    return tuple(values[c] for c in corners)

@@ -1,0 +1,119 @@
+r"""Whether an ellipsoid {x'Px <= c} lies where the model says something about its plant.
+
+    |a x| <= b on the ellipsoid   exactly when   c a P^-1 a' <= b^2:   [[P, a'], [a, b^2 / c]] >= 0
+
+for P > 0, by Schur.  The box of a model gives ranges to states, which the ellipsoid is to keep; to
+inputs, which u = -K_j x is to keep for every gain, or u = 0 without gains; to disturbances, which
+are bounded by the claim or taken for granted; and to other signals that the premises depend on,
+which are taken for granted, and the verdict names them.
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.2.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.matrices import Matrix
+
+__all__ = [
+    "beyond_range",
+    "bounded_inputs",
+    "granted",
+    "outside_of",
+    "reaches_at_most",
+    "row_of",
+    "while_valid",
+]
+
+Range = tuple[Fraction, Fraction]
+
+
+def reaches_at_most(P: Matrix, level: Fraction, row: Matrix, limit: Fraction) -> bool:
+    """Return whether |row x| <= limit wherever x'Px <= level, for P > 0 and level > 0."""
+    if limit < 0:
+        return False
+    corner = Matrix.of([[limit**2 / level]])
+    return Matrix.blocks([[P, row.T], [row, corner]]).is_positive_semidefinite
+
+
+def row_of(matrix: Matrix, k: int) -> Matrix:
+    """Return row k as a matrix of one row."""
+    return Matrix([list(matrix.rows[k])], matrix.below)
+
+
+def outside_of(family: Family, P: Matrix, level: Fraction, added: Sequence[Fraction] = ()) -> str:
+    """Return which side of the box {x'Px <= level} may cross; empty when it crosses none.
+
+    Parameters
+    ----------
+    added : bounds on what is added to each input from outside, (m,); () for nothing.
+    """
+    one = Matrix.identity(family.order)
+    for k, side in enumerate(family.box):
+        if side is not None and not reaches_at_most(P, level, row_of(one, k), _half(side)):
+            return f"the ellipsoid may leave the range of {family.states[k]} in the model's box"
+    for k, side in bounded_inputs(family).items():
+        room = _half(side) - (added[k] if added else 0)
+        if room < 0:
+            return f"what is added to {family.inputs[k]} may leave its range in the model's box"
+        for j, gain in enumerate(family.K):
+            if not reaches_at_most(P, level, row_of(gain, k), room):
+                return (
+                    f"gain {j + 1} may take {family.inputs[k]} out of its range in the model's box"
+                )
+    return ""
+
+
+def bounded_inputs(family: Family) -> dict[int, Range]:
+    """Return the ranges of the inputs that the box bounds, by the input's place."""
+    return {
+        family.inputs.index(name): side
+        for name, side in (family.other_box or {}).items()
+        if name in family.inputs
+    }
+
+
+def beyond_range(family: Family, bounds: Sequence[Fraction]) -> str:
+    """Return which disturbance |w_k| <= bounds_k may leave its range in the box; empty for none.
+
+    One that only schedules, without a column of E that is not zero, is left to ``granted``.
+    """
+    pushing = _pushing(family)
+    for name, side in (family.other_box or {}).items():
+        if name in pushing and bounds[family.disturbances.index(name)] > _half(side):
+            return f"{name} is bounded less tightly than in the model's box"
+    return ""
+
+
+def granted(family: Family, *, disturbances_too: bool = True) -> str:
+    """Return in words which ranges of the box nothing shows to be kept; empty for none."""
+    known = set(family.inputs) | (set() if disturbances_too else _pushing(family))
+    names = [name for name in family.other_box or {} if name not in known]
+    return f", while {', '.join(names)} {_stay(len(names))} in the model's box" if names else ""
+
+
+def _pushing(family: Family) -> set[str]:
+    """Return the disturbances that move the state by themselves."""
+    return {
+        name
+        for k, name in enumerate(family.disturbances)
+        if any(row[k] for E in family.E for row in E.rows)
+    }
+
+
+def while_valid(family: Family) -> str:
+    """Return in words that the model is its plant on a box alone; empty where there is no box."""
+    bounded = any(side is not None for side in family.box) or family.other_box
+    return "; of its plant, as long as that stays in the model's box" if bounded else ""
+
+
+def _half(side: Range) -> Fraction:
+    """Return the largest b with [-b, b] in the range; negative where 0 is outside."""
+    return min(-side[0], side[1])
+
+
+def _stay(count: int) -> str:
+    return "stays" if count == 1 else "stay"

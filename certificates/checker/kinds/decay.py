@@ -1,0 +1,67 @@
+r"""``decay``: V = x'Px decays along every blend of the loop, with one P > 0 for all.
+
+    continuous   -(P G + G'P + 2 alpha P) > 0     then V(t) <= e^(-2 alpha t) V(0)
+    discrete     rho^2 P - G'P G > 0              then V(k) <= e^(-2 alpha T k) V(0)
+
+for the closed loop G of every blend, with a rational rho^2 <= e^(-2 alpha T) in discrete time.
+alpha = 0 [1/s] is stability alone: V falls strictly.
+
+Evidence: ``P``, ``decay_rate``.
+
+Why blends suffice: the first is affine in G.  The second is, by Schur, [[rho^2 P, G'P], [PG, P]] >
+0, which is affine in G as well.
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1; Tanaka and Wang (2001), chapter 3,
+recalled.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kinds.exponential import exp_below
+from takagi.certificates.checker.matrices import Matrix, read_matrix
+from takagi.certificates.checker.reader import number, text
+from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.checker.shown import at_least
+
+__all__ = ["check_decay", "decrease", "decrease_factor"]
+
+
+def check_decay(claim: Any, family: Family, where: str) -> Claim:
+    """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
+    name = text(claim, "name", where)
+    alpha = number(claim, "decay_rate", where)
+    P = read_matrix(claim, "P", where, (family.order, family.order))
+    if alpha < 0:
+        return Claim(name, Verdict.UNDECIDED, "the decay rate is negative")
+    if not P.is_positive_definite:
+        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
+    factor = decrease_factor(family, alpha)
+    blends = family.blends()
+    for blend in blends:
+        if not decrease(family, P, blend.A, factor).is_positive_definite:
+            return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
+    rate = f"decays as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"
+    return Claim(
+        name,
+        Verdict.PROVED,
+        f"V = x'Px {rate} along {family.about} (inequalities: {len(blends)})",
+    )
+
+
+def decrease_factor(family: Family, alpha: Fraction) -> Fraction:
+    """Return 2 alpha in continuous time, rho^2 <= e^(-2 alpha T) in discrete time."""
+    if family.sample_time is None:
+        return 2 * alpha
+    return exp_below(2 * alpha * family.sample_time) if alpha else Fraction(1)
+
+
+def decrease(family: Family, P: Matrix, G: Matrix, factor: Fraction) -> Matrix:
+    """Return the module's left side, to be positive definite."""
+    PG = P @ G
+    if family.is_discrete:
+        return factor * P - G.T @ PG
+    return -(PG + PG.T + factor * P)

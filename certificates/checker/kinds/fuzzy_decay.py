@@ -1,0 +1,239 @@
+r"""``fuzzy-decay``: V = x'P(w)x decays, with P a polynomial in the weights.
+
+w are the weights of the premises where rules are products of them, else those of the rules.  With
+the closed loop G(w), and every monomial of these polynomials, raised by ``polya``, of the sign
+that is asked for:
+
+    P(w) > 0
+    continuous   -(P(w) G(w) + G(w)'P(w) + 2 alpha P(w) + sum_kc v_kc dP/dw_kc) > 0
+                 at every corner v of the speeds |v_kc| <= rate_kc, sum_c v_kc = 0
+    discrete     [ rho^2 P(w)   G(w)'P_b ]
+                 [ P_b G(w)     P_b      ] > 0     for every P_b
+
+with rho^2 <= e^(-2 alpha T).  In discrete time the weights may jump as they like: P at the next
+sample is a convex combination of the P_b, the Bernstein coefficients of P.  In continuous time
+they keep to the rates [1/s], which is taken for granted; a rate that is null is no bound, and P
+then must not depend on that weight.
+
+Evidence: ``decay_rate``, ``degrees`` of P in each simplex, ``P`` [{powers, matrix}] with its
+Bernstein coefficients, P(w) = sum_b multinomial_b w^b P_b, ``rates`` (continuous time), ``polya``.
+
+Source: Tanaka, Hori and Wang (2003), IEEE Trans. Systems, Man and Cybernetics B 33(4); Oliveira
+and Peres (2007), IEEE Trans. Automatic Control 52(7); Daafouz and Bernussou (2001), Systems and
+Control Letters 43; recalled.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import product
+from math import factorial
+from typing import Any
+
+from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kinds.decay import decrease_factor
+from takagi.certificates.checker.kinds.simplex_polynomial import Exponent, Polynomial, exponents
+from takagi.certificates.checker.matrices import Matrix, read_matrix
+from takagi.certificates.checker.reader import integer, member, number, numbers, text
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.checker.shown import at_least, at_most
+
+__all__ = ["check_fuzzy_decay"]
+
+Speeds = tuple[tuple[Fraction, ...], ...]
+HIGHEST, MOST_CORNERS, MOST_WORK = 8, 4096, 10**8
+
+
+def check_fuzzy_decay(claim: Any, family: Family, where: str) -> Claim:
+    """Return PROVED when every monomial has its sign, else UNDECIDED with the first that fails."""
+    name = text(claim, "name", where)
+    alpha = number(claim, "decay_rate", where)
+    if alpha < 0:
+        return Claim(name, Verdict.UNDECIDED, "the decay rate is negative")
+    polya = _small(claim, "polya", where)
+    P, coefficients = _scheduled(claim, family, where)
+    raise_by = [polya] * len(P.sizes)
+    fault = P.raised(raise_by).failing()
+    if fault:
+        return Claim(name, Verdict.UNDECIDED, f"P is not shown to be positive: {fault}")
+    G, factor = _loop(family, where), decrease_factor(family, alpha)
+    degrees = [d + e + polya for d, e in zip(P.degrees, G.degrees, strict=True)]
+    terms = len(exponents(P.sizes, degrees)) * family.order**3
+    if family.is_discrete:
+        _bounded(terms * 8 * len(coefficients), where)
+        conditions = [(_next(P, G, b, factor), "at the next sample") for b in coefficients]
+        moving = "however the weights move"
+    else:
+        rates = _rates(claim, P, where)
+        still = P @ G
+        fixed = still + still.T + P.scaled(factor)
+        corners = _corners(rates, where)
+        _bounded(terms * len(corners), where)
+        conditions = [(-(fixed + P.derivative(v)), "at a corner of the rates") for v in corners]
+        moving = "while the weights keep to their rates: " + _in_words(rates)
+    for condition, place in conditions:
+        fault = condition.raised(raise_by).failing()
+        if fault:
+            return Claim(name, Verdict.UNDECIDED, f"the inequality {place} fails at {fault}")
+    rate = f"decays as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"
+    return Claim(name, Verdict.PROVED, f"V = x'P(h)x {rate} along {family.about}, {moving}")
+
+
+def _next(P: Polynomial, G: Polynomial, b: Matrix, factor: Fraction) -> Polynomial:
+    """Return the module's Schur complement for one P_b."""
+    degrees = tuple(map(max, P.degrees, G.degrees))
+    now, loop = P.to(degrees), G.to(degrees)
+    zero = 0 * b
+    found: dict[Exponent, Matrix] = {}
+    one = Polynomial(P.sizes, (0,) * len(P.sizes), {_flat(P.sizes): b}).to(degrees)
+    for a in exponents(P.sizes, degrees):
+        Pa = factor * now.terms[a] if a in now.terms else zero
+        PG = b @ loop.terms[a] if a in loop.terms else zero
+        found[a] = Matrix.blocks([[Pa, PG.T], [PG, one.terms[a]]])
+    return Polynomial(P.sizes, degrees, found)
+
+
+def _flat(sizes: tuple[int, ...]) -> Exponent:
+    return tuple((0,) * size for size in sizes)
+
+
+def _sizes(family: Family) -> tuple[int, ...]:
+    """Return the corners of each simplex: of every premise, or of the rules alone."""
+    if family.corners is None:
+        return (family.rules,)
+    sizes = tuple(max(column) + 1 for column in zip(*family.corners, strict=True))
+    if len(exponents(sizes, (1,) * len(sizes))) != family.rules:
+        raise CertificateError("the rules leave out a combination of corners")
+    return sizes
+
+
+def _loop(family: Family, where: str) -> Polynomial:
+    """Return G(w) = A(w) - B(w) K(w)."""
+    A = _stack(family, family.A)
+    if not family.K:
+        return A
+    if not family.shared_weights:
+        raise CertificateError(f"{where}: a law with weights of its own has no P(h) for both")
+    return A + -(_stack(family, family.B) @ _stack(family, family.K))
+
+
+def _stack(family: Family, stack: tuple[Matrix, ...]) -> Polynomial:
+    """Return sum_i h_i X_i as a polynomial; of degree 0 where all rules share one."""
+    sizes = _sizes(family)
+    if len(stack) == 1:
+        return Polynomial(sizes, (0,) * len(sizes), {_flat(sizes): stack[0]})
+    rows = family.corners or tuple((i,) for i in range(len(stack)))
+    terms = {
+        tuple(_unit(size, corner) for size, corner in zip(sizes, row, strict=True)): X
+        for row, X in zip(rows, stack, strict=True)
+    }
+    return Polynomial(sizes, (1,) * len(sizes), terms)
+
+
+def _unit(size: int, corner: int) -> tuple[int, ...]:
+    return tuple(int(c == corner) for c in range(size))
+
+
+def _scheduled(claim: Any, family: Family, where: str) -> tuple[Polynomial, list[Matrix]]:
+    """Return P(w), and its Bernstein coefficients."""
+    sizes, n = _sizes(family), family.order
+    given = numbers(claim, "degrees", where, len(sizes))
+    if any(d.denominator != 1 or not 0 <= d <= HIGHEST for d in given):
+        raise CertificateError(f"{where}.degrees: whole numbers from 0 to {HIGHEST} are needed")
+    degrees = tuple(map(int, given))
+    listed = member(claim, "P", where)
+    needed = exponents(sizes, degrees)
+    if not isinstance(listed, list) or len(listed) != len(needed):
+        raise CertificateError(f"{where}.P: {len(needed)} entries are needed")
+    terms: dict[Exponent, Matrix] = {}
+    coefficients = []
+    for i, entry in enumerate(listed):
+        place = f"{where}.P[{i}]"
+        powers = member(entry, "powers", place)
+        if not isinstance(powers, list) or len(powers) != len(sizes):
+            raise CertificateError(f"{place}.powers: one row for each simplex is needed")
+        rows = [numbers({"powers": row}, "powers", place, s)
+                for row, s in zip(powers, sizes, strict=True)]  # fmt: skip
+        a = tuple(tuple(int(v) for v in row) for row in rows)
+        exact = all(v == w for r, s in zip(rows, a, strict=True) for v, w in zip(r, s, strict=True))
+        if not exact or a not in needed or a in terms:
+            raise CertificateError(f"{place}.powers: every exponent of the degrees once is needed")
+        coefficients.append(read_matrix(entry, "matrix", place, (n, n)))
+        terms[a] = _multinomial(a) * coefficients[-1]
+    return Polynomial(sizes, degrees, terms), coefficients
+
+
+def _multinomial(a: Exponent) -> int:
+    found = 1
+    for row in a:
+        found *= factorial(sum(row))
+        for power in row:
+            found //= factorial(power)
+    return found
+
+
+def _rates(claim: Any, P: Polynomial, where: str) -> list[list[Fraction] | None]:
+    listed = member(claim, "rates", where)
+    if not isinstance(listed, list) or len(listed) != len(P.sizes):
+        raise CertificateError(f"{where}.rates: one row for each simplex is needed")
+    found: list[list[Fraction] | None] = []
+    for row, size, degree in zip(listed, P.sizes, P.degrees, strict=True):
+        if row is None:
+            if degree:
+                raise CertificateError(f"{where}.rates: P depends on weights without a bound")
+            found.append(None)
+            continue
+        bounds = numbers({"rates": row}, "rates", where, size)
+        if min(bounds) < 0:
+            raise CertificateError(f"{where}.rates: bounds >= 0 are needed")
+        found.append(bounds)
+    return found
+
+
+def _corners(rates: list[list[Fraction] | None], where: str) -> list[Speeds]:
+    """Return the corners of all speeds; where P does not depend on w_k there is none to be seen."""
+    parts = [[()] if bounds is None else _simplex_corners(bounds, where) for bounds in rates]
+    count = 1
+    for part in parts:
+        count *= len(part)
+    if count > MOST_CORNERS:
+        raise CertificateError(f"{where}.rates: {count} corners; at most {MOST_CORNERS}")
+    return list(product(*parts))
+
+
+def _simplex_corners(bounds: list[Fraction], where: str) -> list[tuple[Fraction, ...]]:
+    """Return the corners of |v_c| <= bound_c, sum_c v_c = 0: all but one speed are at a bound."""
+    size = len(bounds)
+    if size << max(size - 1, 0) > 8 * MOST_CORNERS:
+        raise CertificateError(f"{where}.rates: a simplex of {size} corners is too large")
+    found = set()
+    for free in range(size):
+        others = [bounds[c] for c in range(size) if c != free]
+        for signs in product((-1, 1), repeat=size - 1):
+            speeds = [s * b for s, b in zip(signs, others, strict=True)]
+            last = -sum(speeds, Fraction(0))
+            if abs(last) <= bounds[free]:
+                found.add((*speeds[:free], last, *speeds[free:]))
+    return sorted(found)
+
+
+def _bounded(work: int, where: str) -> None:
+    if work > MOST_WORK:
+        raise CertificateError(f"{where}: too many rules, corners of rates, or too high degrees")
+
+
+def _small(claim: Any, key: str, where: str) -> int:
+    value = integer(claim, key, where)
+    if not 0 <= value <= HIGHEST:
+        raise CertificateError(f"{where}.{key}: 0 to {HIGHEST} is needed")
+    return value
+
+
+def _in_words(rates: list[list[Fraction] | None]) -> str:
+    return (
+        "; ".join(
+            "any" if row is None else ", ".join(at_most(bound, 6) for bound in row) for row in rates
+        )
+        + " 1/s"
+    )

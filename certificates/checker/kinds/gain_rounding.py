@@ -1,0 +1,117 @@
+r"""``gain-rounding``: the claim ``decay`` for all gains near those that are emitted.
+
+Every K_j may be replaced by K_j + D_j, |D_j,kl| <= delta_j,kl = absolute_kl + relative |K_j,kl|,
+all at once, even while the loop runs.  With b_ik = P B_i e_k, any tau_k > 0, and
+
+    S_j,k = (sum_l delta_j,kl) diag_l(delta_j,kl) >= d_j,k d_j,k',   d_j,k' row k of D_j,
+
+-He(P B_i D_j) <= sum_k (tau_k b_ik b_ik' + S_j,k / tau_k).  So, with means over the pairs (i, j) of
+every blend, it is enough that
+
+    continuous   -(P G + G'P + 2 alpha P) - mean sum_k (tau_k b_ik b_ik' + S_j,k / tau_k) > 0
+    discrete     [ rho^2 P - mean sum_k S_j,k / tau_k      G'P                           ]
+                 [ P G                                     P - mean sum_k tau_k b_ik b_ik' ]  > 0.
+
+S bounds because (d'x)^2 <= (sum |d_l| |x_l|)^2 <= (sum delta_l) (sum delta_l x_l^2), by Cauchy and
+Schwarz.
+
+Evidence: ``P``, ``decay_rate``, ``absolute`` (inputs by states), ``relative``, ``tau`` (inputs).
+
+Source: derived here; the first bound is Young's inequality.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.family import Blend, Family
+from takagi.certificates.checker.kinds.decay import decrease_factor
+from takagi.certificates.checker.matrices import Matrix, mean, read_matrix
+from takagi.certificates.checker.reader import number, numbers, text
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.checker.shown import at_least
+
+__all__ = ["check_gain_rounding"]
+
+
+def check_gain_rounding(claim: Any, family: Family, where: str) -> Claim:
+    """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
+    name = text(claim, "name", where)
+    if not family.K:
+        raise CertificateError(f"{where}: there are no gains that could be rounded")
+    m, n = family.K[0].shape
+    alpha, relative = (number(claim, key, where) for key in ("decay_rate", "relative"))
+    P, absolute = (
+        read_matrix(claim, key, where, shape)
+        for key, shape in (("P", (n, n)), ("absolute", (m, n)))
+    )
+    tau = numbers(claim, "tau", where, m)
+    if alpha < 0 or relative < 0 or min(tau) <= 0 or _least(absolute) < 0:
+        return Claim(name, Verdict.UNDECIDED, "rate and steps must be >= 0, and every tau > 0")
+    if not P.is_positive_definite:
+        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
+    factor = decrease_factor(family, alpha)
+    effects = [_effect(P @ B, tau) for B in family.B]
+    steps = [_step(absolute, relative, K, tau) for K in family.K]
+    for blend in family.blends():
+        effect, step = _means(blend, effects, steps)
+        if not _left_side(family, P, blend.A, factor, effect, step).is_positive_definite:
+            return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
+    rate = f"decays as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"
+    room = [f"{at_least(100 * relative, 6)} % of themselves"] if relative else []
+    room += ["the stated absolute steps"] if any(map(any, absolute.rows)) else []
+    words = " and ".join(room) or "nothing"
+    return Claim(
+        name,
+        Verdict.PROVED,
+        f"V = x'Px {rate} along {family.about}, with all gains off by up to {words}",
+    )
+
+
+def _left_side(
+    family: Family, P: Matrix, G: Matrix, factor: Fraction, effect: Matrix, step: Matrix
+) -> Matrix:
+    PG = P @ G
+    if family.is_discrete:
+        return Matrix.blocks([[factor * P - step, PG.T], [PG, P - effect]])
+    return -(PG + PG.T + factor * P + effect + step)
+
+
+def _means(blend: Blend, effects: list[Matrix], steps: list[Matrix]) -> tuple[Matrix, Matrix]:
+    """Return the means over the pairs; in an affine loop one of both is the same in all rules.
+
+    There the gain of rule i moves alone, and stands in the pair (i, i).
+    """
+    found_effects = [effects[i if len(effects) > 1 else 0] for i, _ in blend.pairs]
+    found_steps = [steps[j if len(steps) > 1 else 0] for _, j in blend.pairs]
+    return mean(found_effects), mean(found_steps)
+
+
+def _effect(PB: Matrix, tau: Sequence[Fraction]) -> Matrix:
+    """Return sum_k tau_k b_k b_k', b_k the columns."""
+    weights = Matrix.of([[t if i == k else Fraction(0) for k in range(len(tau))]
+                         for i, t in enumerate(tau)])  # fmt: skip
+    return PB @ weights @ PB.T
+
+
+def _step(absolute: Matrix, relative: Fraction, K: Matrix, tau: Sequence[Fraction]) -> Matrix:
+    """Return sum_k S_k / tau_k."""
+    m, n = K.shape
+    delta = [
+        [absolute[k, l] + relative * abs(K[k, l]) for l in range(n)]  # noqa: E741
+        for k in range(m)
+    ]
+    diagonal = [
+        sum((sum(row, Fraction(0)) * row[i] / t for row, t in zip(delta, tau, strict=True)),
+            Fraction(0))
+        for i in range(n)
+    ]  # fmt: skip
+    return Matrix.of([[d if i == j else Fraction(0) for j in range(n)]
+                      for i, d in enumerate(diagonal)])  # fmt: skip
+
+
+def _least(matrix: Matrix) -> int:
+    return min(min(row) for row in matrix.rows)

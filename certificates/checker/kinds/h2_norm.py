@@ -1,0 +1,69 @@
+r"""``h2-norm``: the mean of E|y|^2 over time is at most nu = norm^2 for unit white noise w.
+
+With V = x'Px, P > 0 and F of V' (or V(x+) - V) = -x'Fx, for every blend
+
+    F - C'C > 0,      tr(B'PB) <= nu      (tr(B'PB + D'D) <= nu in discrete time),
+
+and in continuous time D = 0: white noise must not reach the output directly.  Both are convex in
+the blend, so they hold along the loop: E V' <= nu - E|y|^2, for weights that may depend on the
+state and on time, not on noise still to come.  The energies of y after an impulse in each w_k at
+one instant, from rest, sum to at most nu.
+
+Not bounded: E|y|^2 at one instant.  Noise is not bounded, so it drives a plant out of any box some
+time; of a plant the claim holds as long as its state stays in the model's box.
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1 (output energy).
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kinds.box_of_validity import while_valid
+from takagi.certificates.checker.kinds.disturbed_path import (
+    paths,
+    quadratic_change,
+    shown_path,
+)
+from takagi.certificates.checker.matrices import Matrix, read_matrix
+from takagi.certificates.checker.reader import number, text
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.checker.shown import at_most
+
+__all__ = ["check_h2_norm"]
+
+
+def check_h2_norm(claim: Any, family: Family, where: str) -> Claim:
+    """Return the verdict on a claim with ``P``, ``norm`` and what ``disturbed_path`` reads."""
+    name = text(claim, "name", where)
+    norm, n = number(claim, "norm", where), family.order
+    P = read_matrix(claim, "P", where, (n, n))
+    if norm <= 0:
+        raise CertificateError(f"{where}.norm: a positive number is needed")
+    if not P.is_positive_definite:
+        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
+    for path in paths(claim, family, where):
+        F, _, _ = quadratic_change(path.A, path.B, P, discrete=family.is_discrete)
+        if not (F - path.C.T @ path.C).is_positive_definite:
+            return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {path.label}")
+        through = _trace(path.through.T @ path.through)
+        if through and not family.is_discrete:
+            return Claim(
+                name, Verdict.UNDECIDED, f"white noise reaches the output directly at {path.label}"
+            )
+        if _trace(path.B.T @ P @ path.B) + through > norm**2:
+            return Claim(name, Verdict.UNDECIDED, f"the variance exceeds norm^2 at {path.label}")
+    noise = "unit covariance in each sample" if family.is_discrete else "unit intensity"
+    return Claim(
+        name,
+        Verdict.PROVED,
+        f"the mean over time of E|y|^2 is at most {at_most(norm, 6)}^2 for white noise of {noise}, "
+        f"along {family.about} ({shown_path(claim)}){while_valid(family)}",
+    )
+
+
+def _trace(matrix: Matrix) -> Fraction:
+    return sum((matrix[k, k] for k in range(len(matrix.rows))), Fraction(0))

@@ -1,0 +1,70 @@
+r"""``input-limits``: |u_k| <= ubar_k, and |u_k'| or |u_k(x+) - u_k(x)|, along every solution from a
+set that none leaves.
+
+On an invariant set {x'Px <= c} of ``invariant_set``, for u = -sum_j g_j K_j x, every gain j and
+every input k,
+
+    [[P, k_j'], [k_j, ubar_k^2 / c]] >= 0,     k_j row k of K_j,     so |k_j x| <= ubar_k,
+
+and by convexity the blend keeps the limit.  With ``rate_limits``, ``input_rate`` has the rows.
+
+Evidence: that of ``invariant_set``; ``input_limits``, (m,); ``rate_limits`` with what
+``input_rate`` reads, where rates are claimed.
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.2.3.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kinds.box_of_validity import reaches_at_most, row_of
+from takagi.certificates.checker.kinds.input_rate import why_rate_fails
+from takagi.certificates.checker.kinds.invariant_set import InvariantSet, read_invariant_set
+from takagi.certificates.checker.reader import numbers, text
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.checker.shown import at_most
+
+__all__ = ["check_input_limits"]
+
+
+def check_input_limits(claim: Any, family: Family, where: str) -> Claim:
+    """Return the verdict on a claim with the module's evidence."""
+    name = text(claim, "name", where)
+    if not family.K:
+        raise CertificateError(f"{where}: limits are about u = -Kx, but there are no gains")
+    limits = numbers(claim, "input_limits", where, family.K[0].shape[0])
+    held = read_invariant_set(claim, family, where)
+    why = held.why_not(family)
+    if why:
+        return Claim(name, Verdict.UNDECIDED, why)
+    for j, gain in enumerate(family.K):
+        for k, limit in enumerate(limits):
+            if not reaches_at_most(held.P, held.level, row_of(gain, k), limit):
+                return Claim(
+                    name, Verdict.UNDECIDED, f"gain {j + 1} may exceed the limit of input {k + 1}"
+                )
+    rate, why = _rate(claim, family, held, where)
+    if why:
+        return Claim(name, Verdict.UNDECIDED, why)
+    shown = ", ".join(at_most(limit, 6) for limit in limits)
+    return Claim(
+        name,
+        Verdict.PROVED,
+        f"|u_k| <= {shown} for u = -Kx, from anywhere in {{x'Px <= {held.shown_level}}}{rate}, "
+        f"along {family.about}; the set is invariant{held.where_valid(family)}; "
+        f"{held.words(family)}",
+    )
+
+
+def _rate(claim: Any, family: Family, held: InvariantSet, where: str) -> tuple[str, str]:
+    """Return (what is shown of the rates, why it fails); both empty where none is claimed."""
+    if "rate_limits" not in claim:
+        return "", ""
+    limits = numbers(claim, "rate_limits", where, family.K[0].shape[0])
+    assumed, why = why_rate_fails(claim, family, held, limits, where)
+    shown = ", ".join(at_most(limit, 6) for limit in limits)
+    move = "|u_k(x+) - u_k(x)|" if family.is_discrete else "|u_k'|"
+    return f" and {move} <= {shown}{assumed}", why

@@ -1,0 +1,144 @@
+r"""How fast u = -sum_j h_j K_j x moves on an invariant set {x'Px <= c}, input by input.
+
+Continuous time, with G_il = A_i - B_i K_l and the disturbance v = E_i w:
+
+    u' = - sum_jil h_j h_i h_l K_j G_il x  -  sum_j h_j' K_j x  -  sum_ji h_j h_i K_j E_i w.
+
+    motion        the first sum is a blend of the means of K_j G_il over the orders of (j, i, l);
+                  each of its rows reaches at most ``motion_k`` on the set
+    memberships   with |h_j'| <= phi_j (``membership_rates``, taken for granted) and sum_j h_j' = 0
+                  the second is sum_j d_j K_j x at a corner d of those rates; at most
+                  ``memberships_k``
+    disturbance   the third is at most max_ji sum_l |K_j E_i|_kl b_l on |w_l| <= b_l, computed
+
+and the three together are at most ``rate_limits``_k.  One gain for all rules: the first sum is a
+blend of K G_i, the second is zero.  Discrete time, where memberships may jump to any h+:
+
+    u(x+) - u(x) = - sum_lij h+_l h_i h_j (K_l G_ij - K_j) x  -  sum_li h+_l h_i K_l E_i w.
+
+Evidence: ``rate_shares`` = {"motion": (m,), "memberships": (m,)}, the second where gains differ in
+continuous time, with ``membership_rates`` (r,).  More than 24 rules with gains that differ, or 10
+where memberships move, are not claimed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from itertools import combinations_with_replacement, permutations, product
+from typing import Any
+
+from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kinds.box_of_validity import reaches_at_most, row_of
+from takagi.certificates.checker.kinds.invariant_set import InvariantSet
+from takagi.certificates.checker.matrices import Matrix, mean
+from takagi.certificates.checker.reader import member, numbers
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.shown import at_least
+
+__all__ = ["membership_corners", "motion_rows", "why_rate_fails"]
+
+MOST_RULES, MOST_MOVING = 24, 10
+
+
+def why_rate_fails(
+    claim: Any, family: Family, held: InvariantSet, limits: Sequence[Fraction], where: str
+) -> tuple[str, str]:
+    """Return (what was taken for granted, why the limits are not shown to be kept).
+
+    Raises
+    ------
+    CertificateError : evidence that is missing or does not fit, too many rules.
+    """
+    m = len(limits)
+    shares = member(claim, "rate_shares", where)
+    motion = numbers(shares, "motion", f"{where}.rate_shares", m)
+    for row in motion_rows(family, where):
+        for k in range(m):
+            if not reaches_at_most(held.P, held.level, row_of(row, k), motion[k]):
+                return "", f"input {k + 1} may move faster than its share with the state"
+    total = [a + b for a, b in zip(motion, _pushed(family, held, m), strict=True)]
+    assumed = ""
+    if len(family.K) > 1 and not family.is_discrete:
+        moving = numbers(shares, "memberships", f"{where}.rate_shares", m)
+        phi = numbers(claim, "membership_rates", where, len(family.K))
+        total = [a + b for a, b in zip(total, moving, strict=True)]
+        for corner in membership_corners(phi, where):
+            row = _combined(corner, family.K)
+            for k in range(m):
+                if not reaches_at_most(held.P, held.level, row_of(row, k), moving[k]):
+                    return "", f"input {k + 1} may move faster than its share with memberships"
+        shown = ", ".join(at_least(value, 6) for value in phi)
+        assumed = f" for memberships with |h_j'| <= {shown}"
+    for k in range(m):
+        if total[k] > limits[k]:
+            return "", f"the shares of input {k + 1} exceed its limit of rate"
+    return assumed, ""
+
+
+def motion_rows(family: Family, where: str) -> Iterator[Matrix]:
+    """Yield the matrices whose rows, times x, blend into u' or u(x+) - u(x) of a standing h."""
+    r = family.rules
+    if len(family.K) == 1:
+        for blend in family.blends():
+            one = Matrix.identity(family.order)
+            yield family.K[0] @ (blend.A - one if family.is_discrete else blend.A)
+        return
+    if r > MOST_RULES:
+        raise CertificateError(f"{where}: rates of more than {MOST_RULES} rules are not claimed")
+    if family.is_discrete:
+        for gain in family.K:
+            for blend in family.blends():
+                yield gain @ blend.A - blend.K
+        return
+    if not family.shared_weights:
+        raise CertificateError(f"{where}: rates of a law with weights of its own are not claimed")
+    loops = [[_at(family.A, i) - _at(family.B, i) @ K for K in family.K] for i in range(r)]
+    for chosen in combinations_with_replacement(range(r), 3):
+        orders = sorted(set(permutations(chosen)))
+        yield mean([family.K[j] @ loops[i][k] for j, i, k in orders])
+
+
+def _at(stack: tuple[Matrix, ...], i: int) -> Matrix:
+    return stack[i if len(stack) > 1 else 0]
+
+
+def _pushed(family: Family, held: InvariantSet, m: int) -> list[Fraction]:
+    """Return (m,): max_ji sum_l |K_j E_i|_kl b_l."""
+    bounds = held.each_bound
+    most = [Fraction(0)] * m
+    for gain, entering in product(family.K, held.E):
+        effect = gain @ entering
+        for k in range(m):
+            size = sum((abs(effect[k, i]) * b for i, b in enumerate(bounds)), Fraction(0))
+            most[k] = max(most[k], size)
+    return most
+
+
+def membership_corners(phi: Sequence[Fraction], where: str) -> Iterator[list[Fraction]]:
+    """Yield the corners of {d : |d_j| <= phi_j, sum_j d_j = 0}: all but one at a bound.
+
+    Raises
+    ------
+    CertificateError : a negative rate, or more than ten.
+    """
+    if len(phi) > MOST_MOVING:
+        raise CertificateError(
+            f"{where}: at most {MOST_MOVING} memberships whose rates are bounded"
+        )
+    if any(rate < 0 for rate in phi):
+        raise CertificateError(f"{where}.membership_rates: they are not negative")
+    for free in range(len(phi)):
+        others = [rate for j, rate in enumerate(phi) if j != free]
+        for signs in product((1, -1), repeat=len(others)):
+            rest = [sign * rate for sign, rate in zip(signs, others, strict=True)]
+            last = -sum(rest, Fraction(0))
+            if abs(last) <= phi[free]:
+                yield [*rest[:free], last, *rest[free:]]
+
+
+def _combined(weights: Sequence[Fraction], stack: Sequence[Matrix]) -> Matrix:
+    total = weights[0] * stack[0]
+    for weight, part in zip(weights[1:], stack[1:], strict=True):
+        total = total + weight * part
+    return total

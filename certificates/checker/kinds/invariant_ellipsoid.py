@@ -1,0 +1,36 @@
+r"""``invariant-ellipsoid``: {x'Px <= c} lies in the model's box, and no solution leaves it.
+
+So the model is its plant along every solution that starts inside.  Without disturbance it is a
+region of attraction: each of them tends to 0.  ``invariant_set`` has the inequalities and the
+evidence, ``box_of_validity`` those about the box: states, and inputs by u = -K_j x.
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 5.2 and 6.1.3.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kinds.ellipsoid_size import shown_size
+from takagi.certificates.checker.kinds.invariant_set import read_invariant_set
+from takagi.certificates.checker.reader import text
+from takagi.certificates.checker.result import Claim, Verdict
+
+__all__ = ["check_invariant_ellipsoid"]
+
+
+def check_invariant_ellipsoid(claim: Any, family: Family, where: str) -> Claim:
+    """Return the verdict on a claim with the evidence of ``invariant_set``."""
+    name = text(claim, "name", where)
+    held = read_invariant_set(claim, family, where)
+    why = held.why_not(family)
+    if why:
+        return Claim(name, Verdict.UNDECIDED, why)
+    return Claim(
+        name,
+        Verdict.PROVED,
+        f"{{x'Px <= {held.shown_level}}} is invariant{held.where_valid(family)}, along "
+        f"{family.about}; {held.words(family)}"
+        f"{shown_size(held.P, held.level, family.states)}",
+    )

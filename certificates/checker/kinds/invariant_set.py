@@ -1,0 +1,177 @@
+r"""An ellipsoid {x'Px <= c} that no solution of the loop leaves, with and without disturbance.
+
+With V = x'Px, P > 0, level c > 0 and a multiplier s > 0 (1/s; at most 1, per sample, in discrete
+time), F, G, H of V' (or V(x+) - V) = -x'Fx + 2 x'Gv + H for the disturbance v = E w, for every
+blend:
+
+    no disturbance       F - s P >= 0
+    |w_k| <= b_k         [ F - s P   -G      ]
+    at each corner w     [ .         s c - H ]  >= 0
+    |w|_2 <= b           [ F - s P   -b G           ]
+                         [ .         s c I - b^2 H  ]  >= 0
+
+Each gives V' <= s (c - V), or V(x+) - V <= s (c - V) (c = 0 without disturbance): V never rises
+above c once it is below, and where it is above, V - c decays as e^(-s t), or (1 - s)^k.  The left
+sides are concave in (A, E w), so corners and blends suffice, however fast weights and w move.
+
+Where the set touches the box, V' <= 0 on its whole boundary still keeps every solution inside
+(Nagumo), for a plant whose solutions are unique.
+
+Evidence: ``P``, ``level``, ``multiplier``; with a disturbance ``disturbance`` ("disturbances": E,
+or "inputs": added to u) and ``disturbance_bounds`` (b_k) or ``disturbance_norm`` (b).
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.1.3 (S-procedure); Abedor, Nagpal,
+Poolla (1996).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import product
+from typing import Any
+
+from takagi.certificates.checker.family import MOST_WORK, Family
+from takagi.certificates.checker.kinds.box_of_validity import beyond_range, granted, outside_of
+from takagi.certificates.checker.kinds.disturbed_path import (
+    entrance,
+    quadratic_change,
+    scaled_identity,
+)
+from takagi.certificates.checker.matrices import Matrix, read_matrix
+from takagi.certificates.checker.reader import number, numbers
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.shown import at_least, at_most
+
+__all__ = ["InvariantSet", "read_invariant_set"]
+
+MOST_DISTURBANCES = 10
+
+
+@dataclass(frozen=True)
+class InvariantSet:
+    """What the claim says of the set; nothing is checked before ``why_not``.
+
+    ``bounds`` : on |w_k|, one a disturbance, or on |w|_2 where ``is_ball``; None for w = 0.
+    ``E`` : the matrices by which w comes in.
+    """
+
+    P: Matrix
+    level: Fraction
+    multiplier: Fraction
+    way: str = ""
+    E: tuple[Matrix, ...] = ()
+    bounds: tuple[Fraction, ...] | None = None
+    is_ball: bool = False
+
+    def why_not(self, family: Family) -> str:
+        """Return why the set is not shown to be invariant and inside the box; empty if it is."""
+        if not self.P.is_positive_definite:
+            return "P is not symmetric positive definite"
+        for label, whole in self._inequalities(family):
+            if not whole.is_positive_semidefinite:
+                return f"the inequality of invariance fails at {label}"
+        bounds = self.each_bound
+        idle = (Fraction(0),) * len(family.disturbances)
+        beyond = beyond_range(family, bounds if self.way == "disturbances" else idle)
+        if beyond:
+            return beyond
+        return outside_of(family, self.P, self.level, bounds if self.way == "inputs" else ())
+
+    @property
+    def each_bound(self) -> tuple[Fraction, ...]:
+        """Bounds on |w_k|; () without disturbance."""
+        if self.bounds is None:
+            return ()
+        return self.bounds * self.E[0].shape[1] if self.is_ball else self.bounds
+
+    def _inequalities(self, family: Family) -> Iterator[tuple[str, Matrix]]:
+        entering = replace(family, E=self.E) if self.E else family
+        blends = entering.blends()
+        corners = 1 if self.bounds is None or self.is_ball else 1 << (len(self.bounds) - 1)
+        if len(blends) * corners * family.order**3 > MOST_WORK:
+            raise CertificateError(f"{len(blends)} blends and {corners} corners: too many")
+        for blend in blends:
+            if self.bounds is None:
+                idle = Matrix([[0]] * family.order)
+                F, _, _ = quadratic_change(blend.A, idle, self.P, discrete=family.is_discrete)
+                yield blend.label, F - self.multiplier * self.P
+                continue
+            for W in self._corners():
+                F, G, H = quadratic_change(
+                    blend.A, blend.E @ W, self.P, discrete=family.is_discrete
+                )
+                rest = scaled_identity(W.shape[1], self.multiplier * self.level) - H
+                yield (
+                    blend.label,
+                    Matrix.blocks([[F - self.multiplier * self.P, -G], [-G.T, rest]]),
+                )
+
+    def _corners(self) -> Iterator[Matrix]:
+        """Yield b I of a ball, or the corners of the box as columns; opposite ones are alike."""
+        assert self.bounds is not None
+        if self.is_ball:
+            yield scaled_identity(self.E[0].shape[1], self.bounds[0])
+            return
+        for signs in product((1, -1), repeat=len(self.bounds) - 1):
+            yield Matrix.of([[s * b] for s, b in zip((1, *signs), self.bounds, strict=True)])
+
+    def words(self, family: Family) -> str:
+        """Return what was shown, in words."""
+        unit = "(1 - {})^k" if family.is_discrete else "exp(-{} t)"
+        speed = unit.format(at_least(self.multiplier, 6))
+        if self.bounds is None:
+            undisturbed = " without disturbance" if family.E else ""
+            return f"from inside V = x'Px falls as {speed}{undisturbed}"
+        what = "the model's disturbance" if self.way == "disturbances" else "w added to u"
+        shown = [at_least(b, 6) for b in self.bounds]
+        size = f"|w|_2 <= {shown[0]}" if self.is_ball else f"|w_k| <= {', '.join(shown)}"
+        return f"for {what} with {size}; from outside V - level falls as {speed}"
+
+    def where_valid(self, family: Family) -> str:
+        """Return in words where the set lies, and what is taken for granted."""
+        inside = any(side is not None for side in family.box) or family.other_box
+        held = granted(family, disturbances_too=False)
+        return f" and lies in the model's box{held}" if inside else ""
+
+    @property
+    def shown_level(self) -> str:
+        """The level, rounded up."""
+        return at_most(self.level, 6)
+
+
+def read_invariant_set(claim: Any, family: Family, where: str) -> InvariantSet:
+    """Return the claim's set.
+
+    Raises
+    ------
+    CertificateError : shapes, numbers that are not positive, a disturbance the model has not.
+    """
+    n = family.order
+    P = read_matrix(claim, "P", where, (n, n))
+    level, multiplier = (_positive(claim, key, where) for key in ("level", "multiplier"))
+    if family.is_discrete and multiplier > 1:
+        raise CertificateError(f"{where}.multiplier: at most 1 in discrete time")
+    if "disturbance" not in claim:
+        return InvariantSet(P, level, multiplier)
+    way, E = entrance(claim, family, where)
+    ball = "disturbance_norm" in claim
+    if ball:
+        bounds = [number(claim, "disturbance_norm", where)]
+    else:
+        bounds = numbers(claim, "disturbance_bounds", where, E[0].shape[1])
+    if any(bound < 0 for bound in bounds):
+        raise CertificateError(f"{where}: bounds on the disturbance are not negative")
+    if len(bounds) > MOST_DISTURBANCES:
+        raise CertificateError(
+            f"{where}.disturbance_bounds: at most {MOST_DISTURBANCES}, whose corners are checked"
+        )
+    return InvariantSet(P, level, multiplier, way, E, tuple(bounds), ball)
+
+
+def _positive(claim: Any, key: str, where: str) -> Fraction:
+    value = number(claim, key, where)
+    if value <= 0:
+        raise CertificateError(f"{where}.{key}: a positive number is needed")
+    return value

@@ -1,0 +1,82 @@
+r"""``l2-gain``: the energy of y is at most gamma^2 times that of w, from rest, along every blend.
+
+With V = x'Px, P > 0, gamma > 0, F, G, H of V' (or V(x+) - V) = -x'Fx + 2 x'Gw + w'Hw, for every
+blend
+
+    [ F - C'C / gamma    -G - C'D / gamma             ]
+    [ .                  gamma I - H - D'D / gamma    ]  > 0,
+
+that is V' < gamma |w|^2 - |y|^2 / gamma for (x, w) != 0.  The left-hand side is concave in
+(A, B, C, D), so it holds along the loop however fast the weights move; summed over time,
+|y|_2 <= gamma |w|_2 from x(0) = 0, and V(x(t)) <= gamma |w|_2^2.
+
+With ``energy_bound`` W besides: {V <= gamma W^2} lies where the model holds, so for |w|_2 <= W the
+state never leaves it.  Without it the claim is about the vertices, and about a plant as long as its
+state stays in the model's box.
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2 (bounded real lemma).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kinds.box_of_validity import (
+    bounded_inputs,
+    granted,
+    outside_of,
+    while_valid,
+)
+from takagi.certificates.checker.kinds.disturbed_path import (
+    paths,
+    quadratic_change,
+    scaled_identity,
+    shown_path,
+)
+from takagi.certificates.checker.matrices import Matrix, read_matrix
+from takagi.certificates.checker.reader import number, text
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.checker.shown import at_least, at_most
+
+__all__ = ["check_l2_gain"]
+
+
+def check_l2_gain(claim: Any, family: Family, where: str) -> Claim:
+    """Return the verdict on a claim with ``P``, ``gain`` and what ``disturbed_path`` reads."""
+    name = text(claim, "name", where)
+    gain, n = number(claim, "gain", where), family.order
+    P = read_matrix(claim, "P", where, (n, n))
+    if gain <= 0:
+        raise CertificateError(f"{where}.gain: a positive number is needed")
+    if not P.is_positive_definite:
+        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
+    for path in paths(claim, family, where):
+        F, G, H = quadratic_change(path.A, path.B, P, discrete=family.is_discrete)
+        C, D = path.C, path.through
+        side = -(G + 1 / gain * (C.T @ D))
+        corner = scaled_identity(D.shape[1], gain) - H - 1 / gain * (D.T @ D)
+        whole = Matrix.blocks([[F - 1 / gain * (C.T @ C), side], [side.T, corner]])
+        if not whole.is_positive_definite:
+            return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {path.label}")
+    validity = while_valid(family)
+    if "energy_bound" in claim:
+        bound = number(claim, "energy_bound", where)
+        if bound <= 0:
+            raise CertificateError(f"{where}.energy_bound: a positive number is needed")
+        if claim["disturbance"] == "inputs" and bounded_inputs(family):
+            return Claim(name, Verdict.UNDECIDED, "no bound of energy keeps an input in its range")
+        why = outside_of(family, P, gain * bound**2)
+        if why:
+            return Claim(name, Verdict.UNDECIDED, why)
+        validity = (
+            f"; for w of energy at most {at_least(bound, 6)}^2 no state leaves the model's box"
+            f"{granted(family)}"
+        )
+    return Claim(
+        name,
+        Verdict.PROVED,
+        f"the energy of y is at most {at_most(gain, 6)}^2 times that of w, from rest, along "
+        f"{family.about} ({shown_path(claim)}){validity}",
+    )

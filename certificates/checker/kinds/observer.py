@@ -1,0 +1,192 @@
+r"""``observer``: the error e = x - xhat of an observer decays, with one P > 0 for all blends.
+
+The observer xhat' = sum_i h_i (A_i xhat + B_i u + L_i (y - yhat)) (xhat+ in discrete time) knows
+the weights h of the plant: its premises are measured.  Where the model says what they depend on,
+each of these has to be an input, or a state that is an output by itself; else it is taken for
+granted.  Then what the input does cancels, and
+
+    e' = sum_ij h_i h_j (A_i - L_j C_i) e.
+
+With ``secants`` S_k the plant has a part f(x) besides that is not measured, the observer has
+f(xhat), and f(x) - f(xhat) = S e with S in the hull of the S_k, which is taken for granted:
+
+    e' = sum_i h_i sum_k g_k (A_i + S_k - L C_i) e,     one L, for g is not known.
+
+The inequalities are those of ``decay`` for these matrices.
+
+``observed-feedback``: the loop with u = -sum_j h_j K_j xhat, z = (x, e):
+
+    z' = sum_ij h_i h_j [ A_i - B_i K_j   B_i K_j       ] z,
+                        [ 0               A_i - L_j C_i ]
+
+and V = z'Pz decays, P of order 2n, as in ``decay``.
+
+Evidence: ``L``, one or r matrices (n, p); ``P``; ``decay_rate`` [1/s]; ``secants``.
+
+Source: Tanaka and Wang (2001), chapter 4; secants by the mean value theorem.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+from takagi.certificates.checker.family import MOST_WORK, Family, Pairs
+from takagi.certificates.checker.kinds.box_of_validity import while_valid
+from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
+from takagi.certificates.checker.kinds.disturbed_path import zero
+from takagi.certificates.checker.matrices import Matrix, mean, read_matrix, read_stack
+from takagi.certificates.checker.reader import number, text
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.checker.shown import at_least
+
+__all__ = [
+    "check_observed_feedback",
+    "check_observer",
+    "error_loops",
+    "joint_loops",
+    "secant_loops",
+]
+
+Stack = tuple[Matrix, ...]
+
+
+def check_observer(claim: Any, family: Family, where: str) -> Claim:
+    """Return the verdict on a claim of kind ``observer``."""
+    if "secants" in claim:
+        loops, assumed = secant_loops(claim, family, where), "secants of f in the stated hull"
+    else:
+        loops, assumed = error_loops(claim, family, where), "premises that the observer measures"
+    what = "the error x - xhat of the observer"
+    return _verdict(claim, family, family.order, loops, f"{what}, for {assumed},", where)
+
+
+def check_observed_feedback(claim: Any, family: Family, where: str) -> Claim:
+    """Return the verdict on a claim of kind ``observed-feedback``."""
+    what = "the loop with u = -K xhat, for premises that the observer measures,"
+    loops = joint_loops(claim, family, where)
+    return _verdict(claim, family, 2 * family.order, loops, what, where)
+
+
+def _verdict(
+    claim: Any,
+    family: Family,
+    order: int,
+    loops: Iterator[tuple[str, Matrix]],
+    what: str,
+    where: str,
+) -> Claim:
+    name, alpha = text(claim, "name", where), number(claim, "decay_rate", where)
+    P = read_matrix(claim, "P", where, (order, order))
+    if alpha < 0:
+        return Claim(name, Verdict.UNDECIDED, "the decay rate is negative")
+    hidden = _hidden_premises(family)
+    if hidden:
+        return Claim(name, Verdict.UNDECIDED, f"premises depend on {hidden}, which is not measured")
+    if not P.is_positive_definite:
+        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
+    factor = decrease_factor(family, alpha)
+    for label, G in loops:
+        if not decrease(family, P, G, factor).is_positive_definite:
+            return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {label}")
+    rate = f"decays as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"
+    return Claim(
+        name,
+        Verdict.PROVED,
+        f"V of {what} {rate} along every blend of {family.rules} rules{while_valid(family)}",
+    )
+
+
+def _hidden_premises(family: Family) -> str:
+    """Return what premises depend on that no output shows by itself; empty if all is measured."""
+    for name in family.scheduled_by or ():
+        if name in family.inputs:
+            continue
+        k = family.states.index(name) if name in family.states else -1
+        if len(family.C) != 1 or k not in map(_only, family.C[0].rows):
+            return name
+    return ""
+
+
+def _only(row: list[int]) -> int | None:
+    """Return where the only entry that is not zero stands; None for none or several."""
+    places = [j for j, entry in enumerate(row) if entry]
+    return places[0] if len(places) == 1 else None
+
+
+def _gains(claim: Any, family: Family, where: str) -> Stack:
+    """Return L, and check that it fits what is measured."""
+    if not family.C:
+        raise CertificateError(f"{where}: the model has no output to observe from")
+    L = read_stack(claim, "L", where)
+    needed = (family.order, family.C[0].shape[0])
+    if L[0].shape != needed or len(L) not in (1, family.rules):
+        raise CertificateError(
+            f"{where}.L: {needed[0]} by {needed[1]} is needed, one or {family.rules} of them"
+        )
+    return L
+
+
+def secant_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, Matrix]]:
+    """Yield A_i + S_k - L C_i."""
+    L = _gains(claim, family, where)
+    if family.scheduled_by is not None:
+        raise CertificateError(f"{where}.secants: this model is a whole plant, with no f besides")
+    secants, n = read_stack(claim, "secants", where), family.order
+    if len(L) != 1 or secants[0].shape != (n, n):
+        raise CertificateError(f"{where}: one L and secants of {n} by {n} are needed")
+    if family.rules * len(secants) * n**3 > MOST_WORK:
+        raise CertificateError(f"{family.rules} rules and {len(secants)} secants: too many")
+    for i in range(family.rules):
+        error = _at(family.A, i) - L[0] @ _at(family.C, i)
+        for k, secant in enumerate(secants):
+            yield f"rule {i + 1} and secant {k + 1}", error + secant
+
+
+def error_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, Matrix]]:
+    """Yield the mean of A_i - L_j C_i over each group of pairs with equal weights."""
+    L = _gains(claim, family, where)
+    for label, pairs in _groups(family, [L], [family.C]):
+        yield label, mean([_error(family, L, i, j) for i, j in pairs])
+
+
+def joint_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, Matrix]]:
+    """Yield the mean of the matrix of z = (x, e) over each group of pairs with equal weights."""
+    L = _gains(claim, family, where)
+    if not family.K or not family.shared_weights:
+        raise CertificateError(f"{where}: gains with the weights of the model are needed")
+    rest = zero(family.order, family.order)
+    for label, pairs in _groups(family, [L, family.K], [family.C, family.B]):
+        push = mean([_at(family.B, i) @ _at(family.K, j) for i, j in pairs])
+        loop = mean([_at(family.A, i) for i, _ in pairs]) - push
+        error = mean([_error(family, L, i, j) for i, j in pairs])
+        yield label, Matrix.blocks([[loop, push], [rest, error]])
+
+
+def _groups(family: Family, gains: list[Stack], entrances: list[Stack]) -> list[tuple[str, Pairs]]:
+    """Return the pairs of rules whose products of weights are equal, with h in both places.
+
+    Where no gain differs from rule to rule, or nothing that a gain stands beside, the loop is
+    affine in h: each rule with itself suffices.
+    """
+    r = family.rules
+    if all(len(stack) == 1 for stack in gains) or all(len(stack) == 1 for stack in entrances):
+        return [(f"rule {i + 1}", ((i, i),)) for i in range(r)]
+    every = replace(
+        family, A=_full(family.A, r), B=_full(family.C, r), K=_full(gains[0], r), C=(), D=(), E=()
+    )
+    return replace(every, shared_weights=True).groups()
+
+
+def _error(family: Family, L: Stack, i: int, j: int) -> Matrix:
+    return _at(family.A, i) - _at(L, j) @ _at(family.C, i)
+
+
+def _full(stack: Stack, count: int) -> Stack:
+    return stack if len(stack) == count else stack * count
+
+
+def _at(stack: Stack, i: int) -> Matrix:
+    return stack[i if len(stack) > 1 else 0]

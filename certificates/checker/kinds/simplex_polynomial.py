@@ -1,0 +1,132 @@
+r"""Matrix polynomials in weights: homogeneous in each of several simplexes, by their monomials.
+
+    X(w) = sum_a w^a X_a,    w^a = prod_k prod_c w_kc^(a_kc),   sum_c a_kc = degree_k for every k,
+
+with w_kc >= 0 and sum_c w_kc = 1.  Multiplying by sum_c w_kc = 1 raises a degree and changes
+nothing else.  No monomial is negative and at every w one is positive, so X(w) > 0 everywhere when
+X_a > 0 for every exponent a (and none is left out): the converse holds in the limit of high
+degrees.
+
+Source: Polya's theorem, as in Scherer (2005), Math. Programming 107, recalled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import combinations_with_replacement, product
+from math import comb, prod
+
+from takagi.certificates.checker.matrices import Matrix
+from takagi.certificates.checker.refusal import Refused
+
+__all__ = ["Exponent", "Polynomial", "exponents"]
+
+Exponent = tuple[tuple[int, ...], ...]
+MOST_TERMS, MOST_PRODUCTS = 20_000, 1_000_000
+
+
+def exponents(sizes: Sequence[int], degrees: Sequence[int]) -> list[Exponent]:
+    """Return every exponent a of these degrees."""
+    count = prod(comb(s + d - 1, d) for s, d in zip(sizes, degrees, strict=True))
+    if count > MOST_TERMS:
+        raise Refused(f"a polynomial of {count} terms; at most {MOST_TERMS} are checked")
+    parts = [
+        [tuple(chosen.count(c) for c in range(size))
+         for chosen in combinations_with_replacement(range(size), degree)]
+        for size, degree in zip(sizes, degrees, strict=True)
+    ]  # fmt: skip
+    return list(product(*parts))
+
+
+@dataclass(frozen=True)
+class Polynomial:
+    """``terms`` a -> X_a; those that are left out are zero."""
+
+    sizes: tuple[int, ...]
+    degrees: tuple[int, ...]
+    terms: Mapping[Exponent, Matrix]
+
+    def __add__(self, other: Polynomial) -> Polynomial:
+        """Return the sum, in the larger of the degrees."""
+        degrees = tuple(map(max, self.degrees, other.degrees))
+        total = dict(self.to(degrees).terms)
+        for a, X in other.to(degrees).terms.items():
+            total[a] = (total[a] + X).reduced() if a in total else X
+        return Polynomial(self.sizes, degrees, total)
+
+    def __neg__(self) -> Polynomial:
+        return Polynomial(self.sizes, self.degrees, {a: -X for a, X in self.terms.items()})
+
+    def __matmul__(self, other: Polynomial) -> Polynomial:
+        if len(self.terms) * len(other.terms) > MOST_PRODUCTS:
+            raise Refused(f"a product of {len(self.terms)} by {len(other.terms)} terms")
+        found: dict[Exponent, Matrix] = {}
+        for (a, X), (b, Y) in product(self.terms.items(), other.terms.items()):
+            place = _sum(a, b)
+            Z = X @ Y
+            found[place] = (found[place] + Z).reduced() if place in found else Z.reduced()
+        degrees = tuple(d + e for d, e in zip(self.degrees, other.degrees, strict=True))
+        return Polynomial(self.sizes, degrees, found)
+
+    @property
+    def T(self) -> Polynomial:
+        return Polynomial(self.sizes, self.degrees, {a: X.T for a, X in self.terms.items()})
+
+    def scaled(self, factor: Fraction | int) -> Polynomial:
+        """Return a number times the polynomial."""
+        return Polynomial(self.sizes, self.degrees, {a: factor * X for a, X in self.terms.items()})
+
+    def raised(self, by: Sequence[int]) -> Polynomial:
+        """Return the same polynomial, multiplied by (sum_c w_kc)^by_k = 1."""
+        found: dict[Exponent, Matrix] = dict(self.terms)
+        for k, times in enumerate(by):
+            for _ in range(times):
+                found = self._raised_once(found, k)
+        degrees = tuple(d + e for d, e in zip(self.degrees, by, strict=True))
+        return Polynomial(self.sizes, degrees, found)
+
+    def _raised_once(self, terms: dict[Exponent, Matrix], k: int) -> dict[Exponent, Matrix]:
+        found: dict[Exponent, Matrix] = {}
+        for a, X in terms.items():
+            for c in range(self.sizes[k]):
+                row = (*a[k][:c], a[k][c] + 1, *a[k][c + 1 :])
+                place = (*a[:k], row, *a[k + 1 :])
+                found[place] = (found[place] + X).reduced() if place in found else X
+        return found
+
+    def to(self, degrees: Sequence[int]) -> Polynomial:
+        """Return the same polynomial in no smaller degrees."""
+        return self.raised([d - e for d, e in zip(degrees, self.degrees, strict=True)])
+
+    def derivative(self, speeds: Sequence[Sequence[Fraction]]) -> Polynomial:
+        """Return sum_kc speeds_kc dX/dw_kc, in the degrees of X."""
+        n = next(iter(self.terms.values())).shape[0]
+        nothing = 0 * Matrix.identity(n)
+        total = Polynomial(self.sizes, self.degrees, dict.fromkeys(self.terms, nothing))
+        for k, degree in enumerate(self.degrees):
+            if degree == 0:
+                continue
+            lower = tuple(d - (j == k) for j, d in enumerate(self.degrees))
+            slopes: dict[Exponent, Matrix] = {}
+            for a, X in self.terms.items():
+                for c, power in enumerate(a[k]):
+                    if power:
+                        row = (*a[k][:c], power - 1, *a[k][c + 1 :])
+                        place = (*a[:k], row, *a[k + 1 :])
+                        part = power * speeds[k][c] * X
+                        slopes[place] = slopes[place] + part if place in slopes else part
+            total = total + Polynomial(self.sizes, lower, slopes)
+        return total
+
+    def failing(self) -> str:
+        """Return the first term that is not positive definite, in words; empty when all are."""
+        for a in exponents(self.sizes, self.degrees):
+            if a not in self.terms or not self.terms[a].is_positive_definite:
+                return "weights to the powers " + ", ".join(str(list(row)) for row in a)
+        return ""
+
+
+def _sum(a: Exponent, b: Exponent) -> Exponent:
+    return tuple(tuple(x + y for x, y in zip(p, q, strict=True)) for p, q in zip(a, b, strict=True))

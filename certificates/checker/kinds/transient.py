@@ -1,0 +1,84 @@
+r"""``transient``: how far the state overshoots, and after how long it has settled.
+
+With V = x'Px falling as in ``decay`` at the rate alpha, weights S = diag(scales) > 0 and a number
+p > 0,
+
+    P - p S^-2 >= 0,      kappa^2 p S^-2 - P >= 0
+
+give |S^-1 x(t)| <= kappa e^(-alpha t) |S^-1 x(0)|: the overshoot is at most kappa - 1, in the
+states over their scales.  With a share e of the start and a time t_s in s (in discrete time a whole
+number of samples),
+
+    kappa e^(-alpha t_s) <= e:     the state has settled to that share after t_s.
+
+alpha and P are those of the discrete claim through rho^2 <= e^(-2 alpha T), so the same bound holds
+at every sample.
+
+Evidence: ``P``, ``decay_rate`` > 0, ``scales`` (n,), ``lower`` = p, ``overshoot`` = kappa,
+``settled_share`` = e, ``settling_time`` = t_s.
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1 (condition number of P).
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kinds.box_of_validity import while_valid
+from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
+from takagi.certificates.checker.kinds.exponential import exp_above
+from takagi.certificates.checker.matrices import Matrix, read_matrix
+from takagi.certificates.checker.reader import number, numbers, text
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.checker.shown import at_least, at_most
+
+__all__ = ["check_transient"]
+
+
+def check_transient(claim: Any, family: Family, where: str) -> Claim:
+    """Return the verdict on a claim with the module's evidence."""
+    name, n = text(claim, "name", where), family.order
+    P = read_matrix(claim, "P", where, (n, n))
+    scales = numbers(claim, "scales", where, n)
+    keys = ("decay_rate", "lower", "overshoot", "settled_share", "settling_time")
+    alpha, lower, kappa, share, time = (number(claim, key, where) for key in keys)
+    if min(alpha, lower, kappa, share, time, *scales) <= 0:
+        raise CertificateError(f"{where}: {', '.join(keys)} and scales are positive numbers")
+    if family.sample_time is not None and (time / family.sample_time).denominator != 1:
+        raise CertificateError(f"{where}.settling_time: a whole number of samples is needed")
+    if not P.is_positive_definite:
+        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
+    why = _why_not(family, P, scales, lower, kappa)
+    if why:
+        return Claim(name, Verdict.UNDECIDED, why)
+    factor = decrease_factor(family, alpha)
+    for blend in family.blends():
+        if not decrease(family, P, blend.A, factor).is_positive_definite:
+            return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
+    if kappa * exp_above(alpha * time) > share:
+        return Claim(name, Verdict.UNDECIDED, "the state may not have settled by then")
+    units = "" if set(scales) == {Fraction(1)} else " in the states over their scales"
+    return Claim(
+        name,
+        Verdict.PROVED,
+        f"|x(t)| <= {at_most(kappa, 6)} exp(-{at_least(alpha, 6)} t) |x(0)|{units}, so at most "
+        f"{at_most(share, 6)} |x(0)| after {at_most(time, 6)} s, along {family.about}"
+        f"{while_valid(family)}",
+    )
+
+
+def _why_not(
+    family: Family, P: Matrix, scales: list[Fraction], lower: Fraction, kappa: Fraction
+) -> str:
+    weight = Matrix.of(
+        [[1 / s**2 if i == j else Fraction(0) for j in range(family.order)]
+         for i, s in enumerate(scales)]
+    )  # fmt: skip
+    if not (P - lower * weight).is_positive_semidefinite:
+        return "P is not above p S^-2"
+    if not (kappa**2 * lower * weight - P).is_positive_semidefinite:
+        return "P is not below kappa^2 p S^-2"
+    return ""

@@ -1,0 +1,169 @@
+"""Nodes over boxes: every part is enclosed once, in the order of the graph."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from typing import TypeAlias
+
+from takagi.certificates.checker.plant import decimal_interval as d
+from takagi.certificates.checker.plant.decimal_interval import ONE, Pair
+from takagi.certificates.checker.plant.elementary import function_of, pi_interval
+from takagi.certificates.checker.plant.exact_interval import Ends, exact_operation
+from takagi.certificates.checker.plant.graph import Graph, Node
+from takagi.certificates.checker.plant.table import Table
+from takagi.certificates.checker.refusal import Refused
+
+__all__ = ["Box", "Evaluator", "TooLong"]
+
+Box: TypeAlias = Mapping[str, Pair]
+
+
+MOST_WORK = 8_000_000  # parts of nodes in all, functions and roots counted as 30
+SLOW = 30
+
+
+class TooLong(Refused):
+    """More was asked than a sound certificate needs."""
+
+
+class Evaluator:
+    """Encloses nodes of a graph over boxes.
+
+    Raises
+    ------
+    TooLong : after so much work that no certificate of a plant needs.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        tables: Mapping[str, Table],
+        sides: Mapping[str, Ends] | None = None,
+    ) -> None:
+        self.graph, self.tables = graph, tables
+        # Ends of the whole box that are no decimals, by what they were rounded to.
+        self._ends = {
+            (name, place, d.enclose(*side)[place]): side[place]
+            for name, side in (sides or {}).items()
+            for place in (0, 1)
+        }
+        self._orders: dict[tuple[int, ...], list[int]] = {}
+        self._costs: dict[tuple[int, ...], int] = {}
+        self._constants: dict[int, Pair] = {}
+        self.work = 0
+
+    def values(self, roots: tuple[int, ...], box: Box) -> list[Pair | None]:
+        """Return a bracket of each node over the box; None where a part has none."""
+        order = self._orders.get(roots)
+        if order is None:
+            order = self._orders[roots] = self.graph.below(roots)
+            slow = sum(self.graph[n].op in ("call", "power", "table") for n in order)
+            self._costs[roots] = len(order) + SLOW * slow
+        self.work += self._costs[roots]
+        if self.work > MOST_WORK:
+            raise TooLong("bounds that take too long to prove")
+        found: dict[int, Pair | None] = {}
+        for number in order:
+            node = self.graph[number]
+            parts = [found[part] for part in node.parts]
+            try:
+                found[number] = self._one(number, node, parts, box)
+            except Refused:
+                found[number] = None
+        return [found[root] for root in roots]
+
+    def value(self, root: int, box: Box) -> Pair | None:
+        return self.values((root,), box)[0]
+
+    def exact_ends(self, root: int, box: Box) -> tuple[Fraction, Fraction] | None:
+        """Return a bracket whose ends are not rounded but where functions are evaluated.
+
+        For a bound that is attained, at a number that is no decimal: 1/(2 + cos(x)) >= 1/3.
+        """
+        found: dict[int, Ends | None] = {}
+        for number in self.graph.below([root]):
+            node = self.graph[number]
+            parts = [found[part] for part in node.parts]
+            known = [part for part in parts if part is not None]
+            found[number] = None
+            if len(known) < len(parts):
+                continue
+            if node.op == "variable":
+                found[number] = self._side(node.name, box)
+            elif node.op in ("call", "pi", "sign", "table") or (
+                node.op == "power" and node.value.denominator > 1
+            ):
+                rounded = [d.enclose(*part) for part in known]
+                pair = self._guarded(number, node, rounded, box)
+                found[number] = None if pair is None else _ends(pair)
+            else:
+                found[number] = exact_operation(node, known)
+        self.work += SLOW * len(found)
+        return found[root]
+
+    def _side(self, name: str, box: Box) -> Ends | None:
+        """Return the side of a box; an end of the whole box is not rounded."""
+        if name not in box:
+            return None
+        first, last = box[name]
+        low = self._ends.get((name, 0, first), Fraction(first, ONE))
+        high = self._ends.get((name, 1, last), Fraction(last, ONE))
+        if first < last:
+            return low, high
+        # A face of the box: the one end that it is.
+        end = low if (name, 0, first) in self._ends else high
+        return end, end
+
+    def _guarded(self, number: int, node: Node, parts: list[Pair], box: Box) -> Pair | None:
+        try:
+            return self._one(number, node, parts, box)
+        except Refused:
+            return None
+
+    def _one(self, number: int, node: Node, parts: Iterable[Pair | None], box: Box) -> Pair | None:
+        op = node.op
+        if op == "const":
+            if number not in self._constants:
+                self._constants[number] = d.exact(node.value)
+            return self._constants[number]
+        if op == "variable":
+            return box.get(node.name)
+        if op == "pi":
+            return pi_interval()
+        known = [part for part in parts if part is not None]
+        if len(known) < len(node.parts):
+            return None
+        if op == "add":
+            return d.add(known[0], known[1])
+        if op == "multiply":
+            return self._product(node, known)
+        if op == "divide":
+            return d.divide(known[0], known[1])
+        if op == "power":
+            return _power(node, known[0])
+        if op == "call":
+            return function_of(node.name)(known[0])
+        if op == "table":
+            return self.tables[node.name].bounds(known, node.orders)
+        low, high = known[0]
+        return (ONE if low > 0 else -ONE), (-ONE if high < 0 else ONE)
+
+    def _product(self, node: Node, parts: list[Pair]) -> Pair:
+        """Return a product; a constant is multiplied exactly and rounded once."""
+        factor = self.graph.value(node.parts[0])
+        if factor is None:
+            return d.multiply(parts[0], parts[1])
+        ends = [end * factor.numerator for end in parts[1]]
+        low, high = min(ends), max(ends)
+        return low // factor.denominator, -(-high // factor.denominator)
+
+
+def _ends(pair: Pair) -> Ends:
+    return Fraction(pair[0], ONE), Fraction(pair[1], ONE)
+
+
+def _power(node: Node, a: Pair) -> Pair:
+    top, bottom = abs(node.value.numerator), node.value.denominator
+    found = d.power(a if bottom == 1 else d.root(a, bottom), top)
+    return found if node.value > 0 else d.divide((ONE, ONE), found)

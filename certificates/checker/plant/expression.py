@@ -1,0 +1,189 @@
+"""Text -> node, by a strict grammar; nothing in the text is ever executed.
+
+    sum      product (("+" | "-") product)*
+    product  signed (("*" | "/") signed)*
+    signed   ("+" | "-")* power
+    power    atom (("^" | "**") signed)?          -x^2 is -(x^2), 2^3^2 is 2^(3^2)
+    atom     number | name | name "(" sum ("," sum)* ")" | "(" sum ")"
+
+Numbers are exact decimals; exponents are made of constants.  Length, depth, digits and powers are
+bounded, so that no text takes long.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from takagi.certificates.checker.plant.graph import FUNCTIONS, Graph
+from takagi.certificates.checker.refusal import CertificateError, Refused
+
+__all__ = ["NAME", "Scope", "read_expression"]
+
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,79}", re.ASCII)
+TOKEN = re.compile(
+    r"[ \t\n]*(?:((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
+    r"|([A-Za-z_][A-Za-z0-9_]*)|(\*\*|[-+*/^(),]))",
+    re.ASCII,
+)
+LONGEST, DEEPEST = 20_000, 60
+MOST_DIGITS, MOST_EXPONENT = 400, 100
+MOST_DEGREE = 256  # of products and powers, if they were multiplied out
+
+
+@dataclass(frozen=True)
+class Scope:
+    """What names mean: a node each; and how many arguments a table takes."""
+
+    names: Mapping[str, int]
+    tables: Mapping[str, int] = field(default_factory=dict)
+
+
+def read_expression(written: object, graph: Graph, scope: Scope, where: str) -> int:
+    """Return the node that a text stands for.
+
+    Raises
+    ------
+    CertificateError : no text, a sign, name or function that is not known, a bracket that is
+        missing, an exponent that is not constant, or a text that is too long, deep or large.
+    """
+    if not isinstance(written, str) or len(written) > LONGEST:
+        raise CertificateError(f"{where}: an expression of up to {LONGEST} characters is needed")
+    try:
+        return _Reader(_tokens(written), graph, scope).whole()
+    except Refused as error:
+        raise CertificateError(f"{where}: {error} (in {written[:60]!a})") from error
+
+
+def _tokens(written: str) -> list[tuple[str, str]]:
+    found, position, end = [], 0, len(written.rstrip(" \t\n"))
+    while position < end:
+        match = TOKEN.match(written, position)
+        if match is None:
+            raise Refused(f"{written[position : position + 10]!a} stands in no expression")
+        kind = ("number", "name", "sign")[(match.lastindex or 0) - 1]
+        found.append((kind, match.group(match.lastindex or 0)))
+        position = match.end()
+    return [*found, ("end", "")]
+
+
+def _decimal(written: str) -> Fraction:
+    mantissa, _, exponent = written.lower().partition("e")
+    if len(mantissa) > MOST_DIGITS or len(exponent) > 4 or abs(int(exponent or 0)) > MOST_EXPONENT:
+        raise Refused(f"the number {written[:30]!a} has too many digits")
+    return Fraction(written)
+
+
+class _Reader:
+    """One pass over one text; every part is (node, degree)."""
+
+    def __init__(self, tokens: list[tuple[str, str]], graph: Graph, scope: Scope) -> None:
+        self.tokens, self.graph, self.scope = tokens, graph, scope
+        self.position = self.depth = 0
+
+    @property
+    def sign(self) -> str:
+        kind, written = self.tokens[self.position]
+        return written if kind == "sign" else ""
+
+    def next(self) -> tuple[str, str]:
+        token = self.tokens[self.position]
+        self.position += token[0] != "end"
+        return token
+
+    def expect(self, sign: str) -> None:
+        found = self.next()
+        if found != ("sign", sign):
+            raise Refused(f"{found[1] or 'the end'!a} stands where {sign!a} is needed")
+
+    def whole(self) -> int:
+        found, _ = self.sum()
+        if self.tokens[self.position][0] != "end":
+            raise Refused(f"{self.tokens[self.position][1]!a} is not expected")
+        return found
+
+    def sum(self) -> tuple[int, int]:
+        self.depth += 1
+        if self.depth > DEEPEST:
+            raise Refused(f"more than {DEEPEST} brackets or signs inside one another")
+        found, degree = self.product()
+        while self.sign in ("+", "-"):
+            sign = self.next()[1]
+            right, other = self.product()
+            work = self.graph.add if sign == "+" else self.graph.subtract
+            found, degree = work(found, right), max(degree, other)
+        self.depth -= 1
+        return found, degree
+
+    def product(self) -> tuple[int, int]:
+        found, degree = self.signed()
+        while self.sign in ("*", "/"):
+            sign = self.next()[1]
+            right, other = self.signed()
+            work = self.graph.multiply if sign == "*" else self.graph.divide
+            found, degree = work(found, right), _bounded(degree + other)
+        return found, degree
+
+    def signed(self) -> tuple[int, int]:
+        minus = False
+        while self.sign in ("+", "-"):
+            minus ^= self.next()[1] == "-"
+        found, degree = self.power()
+        return (self.graph.negative(found) if minus else found), degree
+
+    def power(self) -> tuple[int, int]:
+        base, degree = self.atom()
+        if self.sign not in ("^", "**"):
+            return base, degree
+        self.next()
+        self.depth += 1
+        if self.depth > DEEPEST:
+            raise Refused(f"more than {DEEPEST} powers inside one another")
+        exponent = self.graph.value(self.signed()[0])
+        self.depth -= 1
+        if exponent is None:
+            raise Refused("an exponent that is not a number")
+        found = self.graph.power(base, exponent)
+        return found, _bounded(degree * max(1, -int(-abs(exponent) // 1)))
+
+    def atom(self) -> tuple[int, int]:
+        kind, written = self.next()
+        if kind == "number":
+            return self.graph.constant(_decimal(written)), 0
+        if kind == "name" and self.sign == "(":
+            return self.called(written), 1
+        if kind == "name":
+            if written in self.scope.names:
+                return self.scope.names[written], 1
+            if written == "pi":
+                return self.graph.pi(), 1
+            raise Refused(f"the name {written[:40]!a} is not known")
+        if (kind, written) == ("sign", "("):
+            found = self.sum()
+            self.expect(")")
+            return found
+        raise Refused(f"{written or 'the end'!a} stands where a number or name is needed")
+
+    def called(self, name: str) -> int:
+        self.expect("(")
+        parts = [self.sum()[0]]
+        while self.sign == ",":
+            self.next()
+            parts.append(self.sum()[0])
+        self.expect(")")
+        wanted = self.scope.tables.get(name, 1 if name in FUNCTIONS else 0)
+        if not wanted:
+            raise Refused(f"the function {name[:40]!a} is not known")
+        if len(parts) != wanted:
+            raise Refused(f"{name} takes {wanted} argument(s), not {len(parts)}")
+        if name in self.scope.tables:
+            return self.graph.table(name, tuple(parts), (0,) * wanted)
+        return self.graph.call(name, parts[0])
+
+
+def _bounded(degree: int) -> int:
+    if degree > MOST_DEGREE:
+        raise Refused(f"products and powers of a degree above {MOST_DEGREE}")
+    return degree

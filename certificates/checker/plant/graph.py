@@ -1,0 +1,175 @@
+"""Expressions as nodes of one graph: a node is a number, and its parts have smaller numbers.
+
+    const c | pi | variable name | add a b | multiply a b | divide a b | power a (p/q)
+    call name a        the elementary functions
+    table name a [b]   a spline, or with ``orders`` a partial derivative of it
+    sign a             the slope of |a|, which only derivatives contain
+
+Equal nodes are one node, so that evaluating the graph in the order of its numbers does all work
+once.  Constants are folded exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import NamedTuple
+
+from takagi.certificates.checker.refusal import Refused
+
+__all__ = ["FUNCTIONS", "Graph", "Node", "largest_bits"]
+
+FUNCTIONS = frozenset(
+    "sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log sqrt abs erf".split()
+)
+MOST_NODES = 50_000
+MOST_BITS = 20_000  # of numerator and denominator of a constant
+MOST_POWER = 64
+
+
+class Node(NamedTuple):
+    """``name`` of a variable, function or table; ``value`` of a constant or exponent."""
+
+    op: str
+    parts: tuple[int, ...] = ()
+    name: str = ""
+    value: Fraction = Fraction(0)
+    orders: tuple[int, ...] = ()
+
+
+def largest_bits(value: Fraction) -> int:
+    """Return the bits of the larger of numerator and denominator."""
+    return max(value.numerator.bit_length(), value.denominator.bit_length())
+
+
+class Graph:
+    """Nodes that are made once; numbers, not nodes, are handed around.
+
+    Raises
+    ------
+    Refused : a division by the constant 0, a number or a graph that is too large.
+    """
+
+    def __init__(self) -> None:
+        self.nodes: list[Node] = []
+        self._numbers: dict[Node, int] = {}
+
+    def __getitem__(self, number: int) -> Node:
+        return self.nodes[number]
+
+    def _number(self, node: Node) -> int:
+        found = self._numbers.get(node)
+        if found is None:
+            if len(self.nodes) >= MOST_NODES:
+                raise Refused(f"expressions of more than {MOST_NODES} parts")
+            found = self._numbers[node] = len(self.nodes)
+            self.nodes.append(node)
+        return found
+
+    def constant(self, value: Fraction | int) -> int:
+        exact = Fraction(value)
+        if largest_bits(exact) > MOST_BITS:
+            raise Refused(f"a number of more than {MOST_BITS} bits")
+        return self._number(Node("const", value=exact))
+
+    def value(self, number: int) -> Fraction | None:
+        """Return the value of a constant; None for any other node."""
+        node = self.nodes[number]
+        return node.value if node.op == "const" else None
+
+    def pi(self) -> int:
+        return self._number(Node("pi"))
+
+    def variable(self, name: str) -> int:
+        return self._number(Node("variable", name=name))
+
+    def add(self, a: int, b: int) -> int:
+        x, y = self.value(a), self.value(b)
+        if x is not None and y is not None:
+            return self.constant(x + y)
+        if x == 0:
+            return b
+        if y == 0:
+            return a
+        return self._number(Node("add", (a, b)))
+
+    def subtract(self, a: int, b: int) -> int:
+        return self.add(a, self.negative(b))
+
+    def negative(self, a: int) -> int:
+        return self.multiply(self.constant(-1), a)
+
+    def total(self, parts: Iterable[int]) -> int:
+        found = self.constant(0)
+        for part in parts:
+            found = self.add(found, part)
+        return found
+
+    def multiply(self, a: int, b: int) -> int:
+        x, y = self.value(a), self.value(b)
+        if x is not None and y is not None:
+            return self.constant(x * y)
+        if x == 0 or y == 0:
+            return self.constant(0)
+        if x == 1:
+            return b
+        if y == 1:
+            return a
+        return self.power(a, 2) if a == b else self._number(Node("multiply", (a, b)))
+
+    def divide(self, a: int, b: int) -> int:
+        x, y = self.value(a), self.value(b)
+        if y == 0:
+            raise Refused("a division by zero")
+        if y is not None:
+            return self.multiply(a, self.constant(1 / y))
+        if x == 0:
+            return a
+        return self._number(Node("divide", (a, b)))
+
+    def power(self, a: int, exponent: Fraction | int) -> int:
+        """Return a^(p/q); a whole power of a constant is folded."""
+        p, x = Fraction(exponent), self.value(a)
+        if largest_bits(p) > MOST_BITS or max(abs(p.numerator), p.denominator) > MOST_POWER:
+            raise Refused(f"the exponent {str(p)[:40]}; at most {MOST_POWER}, above and below")
+        if x == 0 and p <= 0:
+            raise Refused("zero to a power that is not positive")
+        if p == 0:
+            return self.constant(1)
+        if p == 1:
+            return a
+        if x in (0, 1):
+            return a
+        if x is not None and p.denominator == 1:
+            if largest_bits(x) * abs(p) > MOST_BITS:
+                raise Refused(f"a number of more than {MOST_BITS} bits")
+            return self.constant(x ** int(p))
+        return self._number(Node("power", (a,), value=p))
+
+    def call(self, name: str, a: int) -> int:
+        """Return an elementary function; sqrt is the power 1/2."""
+        if name == "sqrt":
+            return self.power(a, Fraction(1, 2))
+        return self._number(Node("call", (a,), name=name))
+
+    def sign(self, a: int) -> int:
+        return self._number(Node("sign", (a,)))
+
+    def table(self, name: str, parts: tuple[int, ...], orders: tuple[int, ...]) -> int:
+        return self._number(Node("table", parts, name=name, orders=orders))
+
+    def below(self, roots: Iterable[int]) -> list[int]:
+        """Return the nodes that the roots are made of, parts before wholes."""
+        seen: set[int] = set()
+        left = list(roots)
+        while left:
+            number = left.pop()
+            if number not in seen:
+                seen.add(number)
+                left.extend(self.nodes[number].parts)
+        return sorted(seen)
+
+    def variables(self, root: int) -> set[str]:
+        """Return the names of the variables in a node."""
+        found = (self.nodes[number] for number in self.below([root]))
+        return {node.name for node in found if node.op == "variable"}

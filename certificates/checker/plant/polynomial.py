@@ -1,0 +1,228 @@
+"""Polynomials with rational coefficients over numbered atoms, and their quotients.
+
+A monomial is a sorted tuple of (atom, power > 0); a polynomial maps monomials to coefficients that
+are not 0.  An atom t may have a rule t^k = q with a polynomial q in atoms of smaller numbers, e.g.
+s^2 = 1 - c^2; products are reduced by the rules, so that for atoms without further relations a
+polynomial is zero as a function exactly if it is the empty one here.  In a quotient the factors of
+the denominator are kept apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import NamedTuple, TypeAlias
+
+from takagi.certificates.checker.plant.graph import largest_bits
+from takagi.certificates.checker.refusal import Refused
+
+__all__ = ["Monomial", "Polynomial", "Quotient", "Ring"]
+
+Monomial: TypeAlias = tuple[tuple[int, int], ...]
+Polynomial: TypeAlias = dict[Monomial, Fraction]
+
+MOST_TERMS = 20_000
+MOST_PRODUCTS = 100_000  # of terms, in the life of a ring
+MOST_BITS = 40_000  # of a coefficient
+MOST_POWER = 300
+
+
+class Quotient(NamedTuple):
+    """``top`` over the product of factors f^k; ``bottom`` holds (number of f, k)."""
+
+    top: Polynomial
+    bottom: tuple[tuple[int, int], ...] = ()
+
+
+class Ring:
+    """Rules of atoms, factors of denominators, and the work done so far."""
+
+    def __init__(self, work: int = 0) -> None:
+        self.rules: dict[int, tuple[int, Polynomial]] = {}
+        self.factors: list[Polynomial] = []
+        self._numbers: dict[frozenset[tuple[Monomial, Fraction]], int] = {}
+        self.work = work
+
+    # ------------------------------------------------------------------ polynomials
+
+    def plus(self, a: Polynomial, b: Polynomial) -> Polynomial:
+        found = dict(a)
+        for monomial, c in b.items():
+            total = found.get(monomial, Fraction(0)) + c
+            if total:
+                found[monomial] = total
+            else:
+                del found[monomial]
+        return found
+
+    def scaled(self, a: Polynomial, factor: Fraction) -> Polynomial:
+        return {monomial: c * factor for monomial, c in a.items()} if factor else {}
+
+    def times(self, a: Polynomial, b: Polynomial) -> Polynomial:
+        """Return the product, reduced by the rules."""
+        self.work += len(a) * len(b)
+        if self.work > MOST_PRODUCTS:
+            raise Refused("an identity that takes too long to multiply out")
+        found: Polynomial = {}
+        for p, c in a.items():
+            for q, d in b.items():
+                monomial = _joined(p, q)
+                found[monomial] = found.get(monomial, Fraction(0)) + c * d
+        found = {monomial: c for monomial, c in found.items() if c}
+        if len(found) > MOST_TERMS or any(largest_bits(c) > MOST_BITS for c in found.values()):
+            raise Refused("an identity with too many or too large terms")
+        return self.reduced(found)
+
+    def reduced(self, a: Polynomial) -> Polynomial:
+        """Return the polynomial with no atom to a power for which there is a rule."""
+        found: Polynomial = {}
+        left = a
+        while left:
+            again: Polynomial = {}
+            for monomial, c in left.items():
+                place = next(
+                    (
+                        k
+                        for k, (atom, power) in enumerate(monomial)
+                        if atom in self.rules and power >= self.rules[atom][0]
+                    ),
+                    None,
+                )
+                if place is None:
+                    found[monomial] = found.get(monomial, Fraction(0)) + c
+                else:
+                    again = self.plus(again, self._once(monomial, place, c))
+            left = again
+        return {monomial: c for monomial, c in found.items() if c}
+
+    def _once(self, monomial: Monomial, place: int, c: Fraction) -> Polynomial:
+        """Return c times the monomial with its factor at ``place`` replaced by the rule."""
+        atom, power = monomial[place]
+        period, replacement = self.rules[atom]
+        times, rest = divmod(power, period)
+        kept = monomial[:place] + (((atom, rest),) if rest else ()) + monomial[place + 1 :]
+        found: Polynomial = {kept: c}
+        for _ in range(times):
+            self.work += len(found) * len(replacement)
+            if self.work > MOST_PRODUCTS:
+                raise Refused("an identity that takes too long to multiply out")
+            product: Polynomial = {}
+            for p, x in found.items():
+                for q, y in replacement.items():
+                    joined = _joined(p, q)
+                    product[joined] = product.get(joined, Fraction(0)) + x * y
+            found = {m: x for m, x in product.items() if x}
+        return found
+
+    # ------------------------------------------------------------------ quotients
+
+    def constant(self, value: Fraction | int) -> Quotient:
+        return Quotient({(): Fraction(value)} if value else {})
+
+    def atom(self, number: int) -> Quotient:
+        return Quotient({((number, 1),): Fraction(1)})
+
+    def add(self, a: Quotient, b: Quotient) -> Quotient:
+        """Return a + b over the least common multiple of the denominators' factors."""
+        first, second = dict(a.bottom), dict(b.bottom)
+        common = {f: max(first.get(f, 0), second.get(f, 0)) for f in first | second}
+        tops = [
+            self._raised(part.top, {f: k - own.get(f, 0) for f, k in common.items()})
+            for part, own in ((a, first), (b, second))
+        ]
+        return self._cancelled(self.plus(*tops), common)
+
+    def _raised(self, top: Polynomial, missing: Mapping[int, int]) -> Polynomial:
+        for factor, power in missing.items():
+            for _ in range(power):
+                top = self.times(top, self.factors[factor])
+        return top
+
+    def multiply(self, a: Quotient, b: Quotient) -> Quotient:
+        bottom = dict(a.bottom)
+        for factor, power in b.bottom:
+            bottom[factor] = bottom.get(factor, 0) + power
+        return self._cancelled(self.times(a.top, b.top), bottom)
+
+    def inverse(self, a: Quotient) -> Quotient:
+        """Return 1 / a.
+
+        Raises
+        ------
+        Refused : a is zero as a polynomial.
+        """
+        if not a.top:
+            raise Refused("a division by what is zero everywhere")
+        content = _content(a.top)
+        rest = {_without(monomial, content): c for monomial, c in a.top.items()}
+        leading = rest[max(rest)]
+        bottom = {self._factor({((atom, 1),): Fraction(1)}): power for atom, power in content}
+        if len(rest) > 1:
+            bottom[self._factor(self.scaled(rest, 1 / leading))] = 1
+        top = self._raised({(): 1 / leading}, dict(a.bottom))
+        return self._cancelled(top, bottom)
+
+    def power(self, a: Quotient, exponent: int) -> Quotient:
+        """Return a^exponent for any whole exponent."""
+        if abs(exponent) > MOST_POWER:
+            raise Refused(f"a power above {MOST_POWER}")
+        base = self.inverse(a) if exponent < 0 else a
+        found = self.constant(1)
+        for _ in range(abs(exponent)):
+            found = self.multiply(found, base)
+        return found
+
+    def equal(self, a: Quotient, b: Quotient) -> bool:
+        """Return whether a - b has the numerator 0; False may mean that no rule shows it."""
+        return not self.add(a, Quotient(self.scaled(b.top, Fraction(-1)), b.bottom)).top
+
+    def _factor(self, a: Polynomial) -> int:
+        key = frozenset(a.items())
+        if key not in self._numbers:
+            self._numbers[key] = len(self.factors)
+            self.factors.append(a)
+        return self._numbers[key]
+
+    def _cancelled(self, top: Polynomial, bottom: Mapping[int, int]) -> Quotient:
+        """Return the quotient without single atoms that all terms of the top have in common."""
+        if not top:
+            return Quotient({})
+        left = dict(bottom)
+        content = dict(_content(top)) if left else {}
+        for factor in list(left):
+            monomials = list(self.factors[factor])
+            if len(monomials) == 1 and len(monomials[0]) == 1:
+                atom = monomials[0][0][0]
+                common = min(content.get(atom, 0), left[factor])
+                if common:
+                    top = {_without(m, ((atom, common),)): c for m, c in top.items()}
+                    left[factor] -= common
+        return Quotient(top, tuple(sorted((f, k) for f, k in left.items() if k)))
+
+
+def _joined(p: Monomial, q: Monomial) -> Monomial:
+    if not p or not q:
+        return p or q
+    powers = dict(p)
+    for atom, power in q:
+        powers[atom] = powers.get(atom, 0) + power
+        if powers[atom] > MOST_POWER:
+            raise Refused(f"a power above {MOST_POWER}")
+    return tuple(sorted(powers.items()))
+
+
+def _content(a: Polynomial) -> Monomial:
+    """Return the greatest monomial that divides every term."""
+    monomials = iter(a)
+    common = dict(next(monomials))
+    for monomial in monomials:
+        powers = dict(monomial)
+        common = {x: min(k, powers[x]) for x, k in common.items() if x in powers}
+    return tuple(sorted(common.items()))
+
+
+def _without(monomial: Monomial, factor: Monomial) -> Monomial:
+    powers = dict(monomial)
+    for atom, power in factor:
+        powers[atom] -= power
+    return tuple((atom, power) for atom, power in sorted(powers.items()) if power)

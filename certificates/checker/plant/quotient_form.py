@@ -1,0 +1,192 @@
+r"""N / (x^k y^l ...) with its limits where x or y vanishes, and its slopes.
+
+A variable whose range contains 0 may stand in a denominator.  Where N and its first k - 1
+derivatives by x vanish at x = 0 (shown by exact algebra), Taylor's formula
+
+    N / x^k = k \int_0^1 (1 - s)^{k-1} T(s x) ds,    T = (d/dx)^k N / k!,
+
+continues the quotient to x = 0.  The weights add up to one, so that the quotient lies in the range
+of T over the hull of x and 0; its slope in x is the mean of s T'(s x), within T' / (k + 1).
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import factorial
+
+from takagi.certificates.checker.plant.decimal_interval import Pair, hull
+from takagi.certificates.checker.plant.derivative import derivative, substituted
+from takagi.certificates.checker.plant.evaluate import Box, Evaluator
+from takagi.certificates.checker.plant.graph import Graph
+from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.refusal import Refused
+
+__all__ = ["Form", "parted"]
+
+Poles = dict[str, int]
+
+
+def parted(graph: Graph, root: int, vanishing: frozenset[str]) -> tuple[int, Poles]:
+    """Return (N, powers) with node = N / product of powers of variables that may vanish.
+
+    The node itself and no powers, where no such variable stands in an outer denominator.
+    """
+    found: dict[int, tuple[int, Poles]] = {}
+    for number in graph.below([root]):
+        node, tops = graph[number], [found[part] for part in graph[number].parts]
+        whole = node.op == "power" and node.value.denominator == 1
+        if node.op == "add":
+            first, second = tops[0][1], tops[1][1]
+            common = {v: max(first.get(v, 0), second.get(v, 0)) for v in first | second}
+            parts = [
+                _times(graph, top, {v: k - poles.get(v, 0) for v, k in common.items()})
+                for top, poles in tops
+            ]
+            found[number] = graph.add(*parts), common
+        elif node.op == "multiply":
+            found[number] = graph.multiply(tops[0][0], tops[1][0]), _joined(tops[0][1], tops[1][1])
+        elif node.op == "divide" or (whole and node.value < 0):
+            below = tops[-1]
+            if node.op == "power":
+                below = _raised(graph, below, int(-node.value))
+                above: tuple[int, Poles] = (graph.constant(1), {})
+            else:
+                above = tops[0]
+            rest, powers = _factored(graph, below[0], vanishing)
+            top = _times(graph, graph.divide(above[0], rest), below[1])
+            found[number] = top, _joined(above[1], powers)
+        elif whole:
+            found[number] = _raised(graph, tops[0], int(node.value))
+        else:
+            found[number] = number, {}
+    top, poles = found[root]
+    return (top, poles) if poles else (root, {})
+
+
+def _joined(a: Poles, b: Poles) -> Poles:
+    return {v: a.get(v, 0) + b.get(v, 0) for v in a | b}
+
+
+def _raised(graph: Graph, part: tuple[int, Poles], power: int) -> tuple[int, Poles]:
+    return graph.power(part[0], power), {v: k * power for v, k in part[1].items()}
+
+
+def _times(graph: Graph, top: int, powers: Poles) -> int:
+    for name, power in powers.items():
+        if power:
+            top = graph.multiply(top, graph.power(graph.variable(name), power))
+    return top
+
+
+def _factored(graph: Graph, root: int, vanishing: frozenset[str]) -> tuple[int, Poles]:
+    """Return (rest, powers): the node is the rest times powers of variables that may vanish."""
+    rest, powers = graph.constant(1), Poles()
+    left = [(root, 1)]
+    while left:
+        number, times = left.pop()
+        node = graph[number]
+        if node.op == "variable" and node.name in vanishing:
+            powers[node.name] = powers.get(node.name, 0) + times
+        elif node.op == "multiply":
+            left += [(part, times) for part in node.parts]
+        elif node.op == "power" and node.value.denominator == 1 and node.value > 0:
+            left.append((node.parts[0], times * int(node.value)))
+        else:
+            rest = graph.multiply(rest, graph.power(number, times))
+    return (rest, powers) if powers else (root, {})
+
+
+class Form:
+    """A quotient with the forms that take its limits; each is made when it is first needed."""
+
+    def __init__(self, evaluator: Evaluator, algebra: Algebra, top: int, poles: Poles) -> None:
+        self.evaluator, self.algebra, self.graph = evaluator, algebra, evaluator.graph
+        self.top, self.poles = top, poles
+        self.direct = top
+        if poles:
+            below = _times(self.graph, self.graph.constant(1), poles)
+            self.direct = self.graph.divide(top, below)
+        self.variables = sorted(self.graph.variables(self.direct))
+        self._slopes: dict[str, int | None] = {}
+        self._continued: dict[str, Form | None] = {}
+
+    def value(self, box: Box) -> Pair | None:
+        """Return a bracket over the box; None where none is found."""
+        direct = None
+        if not any(_has_zero(box[name]) for name in self.poles):
+            direct = self.evaluator.value(self.direct, box)
+        for name in self.poles:
+            form = self.continued(name)
+            if form is not None:
+                direct = _common(direct, form.value(_towards_zero(box, name)))
+        return direct
+
+    def exact_ends(self, box: Box) -> tuple[Fraction, Fraction] | None:
+        """Return a bracket over the box whose ends are not rounded; see ``Evaluator``."""
+        for name in self.poles:
+            if _has_zero(box[name]):
+                form = self.continued(name)
+                return None if form is None else form.exact_ends(box)
+        return self.evaluator.exact_ends(self.direct, box)
+
+    def slope(self, box: Box, name: str) -> Pair | None:
+        """Return a bracket of the partial derivative over the box; None where none is found."""
+        direct = None
+        if not any(_has_zero(box[pole]) for pole in self.poles):
+            node = self._slope(name)
+            direct = None if node is None else self.evaluator.value(node, box)
+        for pole, power in self.poles.items():
+            form = self.continued(pole)
+            if form is None:
+                continue
+            found = form.slope(_towards_zero(box, pole), name)
+            if found is not None and pole == name:
+                found = found[0] // (power + 1), -(-found[1] // (power + 1))
+            direct = _common(direct, found)
+        return direct
+
+    def _slope(self, name: str) -> int | None:
+        if name not in self._slopes:
+            try:
+                self._slopes[name] = derivative(self.graph, self.direct, name)
+            except Refused:
+                self._slopes[name] = None
+        return self._slopes[name]
+
+    def continued(self, name: str) -> Form | None:
+        """Return the form of T by this variable; None where 0 is not shown to be removable."""
+        if name not in self._continued:
+            try:
+                self._continued[name] = self._continuation(name)
+            except Refused:
+                self._continued[name] = None
+        return self._continued[name]
+
+    def _continuation(self, name: str) -> Form | None:
+        graph, power = self.graph, self.poles[name]
+        numerator = self.top
+        origin = {name: graph.constant(0)}
+        for _ in range(power):
+            if not self.algebra.vanishes(substituted(graph, numerator, origin)):
+                return None
+            numerator = derivative(graph, numerator, name)
+        # The slope of an absolute value jumps: there is no limit.
+        if any(graph[number].op == "sign" for number in graph.below([numerator])):
+            return None
+        taylor = graph.multiply(graph.constant(Fraction(1, factorial(power))), numerator)
+        rest = {other: k for other, k in self.poles.items() if other != name}
+        return Form(self.evaluator, self.algebra, taylor, rest)
+
+
+def _has_zero(side: Pair) -> bool:
+    return side[0] <= 0 <= side[1]
+
+
+def _towards_zero(box: Box, name: str) -> Box:
+    return {**box, name: hull(box[name], (0, 0))}
+
+
+def _common(a: Pair | None, b: Pair | None) -> Pair | None:
+    if a is None or b is None:
+        return b if a is None else a
+    return max(a[0], b[0]), min(a[1], b[1])

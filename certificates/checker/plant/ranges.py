@@ -1,0 +1,278 @@
+"""Bounds and signs of nodes over a box, proved by bisection.
+
+On each box: the plain enclosure; then a variable in which the node is monotone is put to its ends,
+and for the others the mean-value form f(m) + sum_i f_i(X) (X_i - m_i) is taken.  A box that these
+do not settle is halved, at 0 where a denominator vanishes.  The search is the checker's own: a
+certificate states bounds and no boxes.  Slopes of |a| lie between -1 and 1 where a vanishes, which
+suffices for both, since the function is absolutely continuous along each axis.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from takagi.certificates.checker.plant.decimal_interval import ONE, Pair, multiply
+from takagi.certificates.checker.plant.evaluate import Box, Evaluator
+from takagi.certificates.checker.plant.graph import Node
+from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.plant.quotient_form import Form, parted
+from takagi.certificates.checker.refusal import Refused
+
+__all__ = ["Ranges"]
+
+MOST_BOXES = 4_000  # of one bound
+MOST_IN_ALL = 40_000
+MOST_POLES, MOST_POWERS = 3, 8  # variables that vanish in one denominator, and their powers
+ROUNDING = 10**9  # units by which rounding alone may miss a bound that is attained
+ENDLESS = 10**400 * ONE
+Bounds = tuple[int, int]
+
+
+class Ranges:
+    """Proofs about nodes over one box.
+
+    Attributes
+    ----------
+    box : range of each variable that may matter; a variable without one has no bound.
+    boxes : how many boxes were looked at so far.
+    """
+
+    def __init__(self, evaluator: Evaluator, algebra: Algebra, box: Box) -> None:
+        self.evaluator, self.algebra, self.box = evaluator, algebra, box
+        self.graph = evaluator.graph
+        self.boxes = 0
+        self.removable: set[str] = set()
+        self._vanishing = frozenset(v for v, side in box.items() if side[0] <= 0 <= side[1])
+        self._defined: set[int] = set()
+
+    # ------------------------------------------------------------------ claims
+
+    def prove_within(self, root: int, lower: Fraction, upper: Fraction, what: str) -> None:
+        """Prove lower <= node <= upper on the box, limits included; and that it is defined there.
+
+        Raises
+        ------
+        Refused : a value outside, a singularity, or bounds that are too narrow for this search.
+        """
+        form = self.form(root, what)
+        for name in form.poles:
+            if form.continued(name) is None:
+                raise Refused(f"{what} has no limit at {name} = 0 that this checker can show")
+        low = -(-lower.numerator * ONE // lower.denominator)
+        high = upper.numerator * ONE // upper.denominator
+        self._prove(form, (low, high), what, (lower, upper))
+
+    def prove_continuous(self, root: int, what: str) -> None:
+        """Prove that the node is defined and continuous on the box, but for removable zeros."""
+        self.form(root, what)
+
+    def prove_nonzero(self, root: int, what: str) -> None:
+        """Prove that the node has no zero on the box."""
+        self.prove_defined(root, what)
+        self._nonzero(root, what)
+
+    def prove_defined(self, root: int, what: str) -> None:
+        """Prove that every part of the node is defined on the whole box."""
+        self._define(root, what)
+
+    def form(self, root: int, what: str) -> Form:
+        """Return N / x^k for a node, after proving that all in N is defined on the box."""
+        top, poles = parted(self.graph, root, self._vanishing)
+        if len(poles) > MOST_POLES or sum(poles.values()) > MOST_POWERS:
+            raise Refused(f"{what} is divided by too many variables that vanish on the box")
+        self._define(top, what)
+        self.removable |= set(poles)
+        return Form(self.evaluator, self.algebra, top, poles)
+
+    # ------------------------------------------------------------------ where parts are defined
+
+    def _define(self, root: int, what: str) -> None:
+        for number in self.graph.below([root]):
+            if number not in self._defined:
+                self._define_one(self.graph[number], what)
+                self._defined.add(number)
+
+    def _define_one(self, node: Node, what: str) -> None:
+        if node.op == "divide":
+            self._nonzero(node.parts[1], f"{what}: a denominator")
+        elif node.op == "power":
+            base, whole = node.parts[0], node.value.denominator == 1
+            if node.value < 0 and whole:
+                self._nonzero(base, f"{what}: a denominator")
+            elif not whole:
+                self._bound(base, int(node.value < 0), ENDLESS, f"{what}: a root's argument")
+        elif node.op == "table":
+            sides = self.evaluator.tables[node.name].sides
+            for part, (low, high) in zip(node.parts, sides, strict=True):
+                ends = (-(-low.numerator * ONE // low.denominator),
+                        high.numerator * ONE // high.denominator)  # fmt: skip
+                self._bound(part, *ends, f"{what}: an argument of the table {node.name}")
+        elif node.op == "call":
+            inside: dict[str, Bounds] = {
+                "log": (1, ENDLESS),
+                "asin": (-ONE, ONE),
+                "acos": (-ONE, ONE),
+                "acosh": (ONE, ENDLESS),
+                "atanh": (1 - ONE, ONE - 1),
+                "exp": (-700 * ONE, 700 * ONE),
+                "sinh": (-700 * ONE, 700 * ONE),
+                "cosh": (-700 * ONE, 700 * ONE),
+            }
+            if node.name in inside:
+                self._bound(
+                    node.parts[0], *inside[node.name], f"{what}: an argument of {node.name}"
+                )
+            elif node.name == "tan":
+                self._nonzero(self.graph.call("cos", node.parts[0]), f"{what}: cos under tan")
+
+    def _nonzero(self, root: int, what: str) -> None:
+        form = Form(self.evaluator, self.algebra, root, {})
+        at = form.value({name: _middle(self._side(name, what)) for name in form.variables})
+        if at is None or at[0] <= 0 <= at[1]:
+            raise Refused(f"{what} vanishes, or may vanish, in the middle of the box")
+        self._prove(form, (1, ENDLESS) if at[0] > 0 else (-ENDLESS, -1), what)
+
+    def _bound(self, root: int, low: int, high: int, what: str) -> None:
+        self._prove(Form(self.evaluator, self.algebra, root, {}), (low, high), what)
+
+    def _side(self, name: str, what: str) -> Pair:
+        if name not in self.box:
+            raise Refused(f"{what} depends on {name}, which has no range")
+        return self.box[name]
+
+    # ------------------------------------------------------------------ bisection
+
+    def _prove(
+        self,
+        form: Form,
+        bounds: Bounds,
+        what: str,
+        limits: tuple[Fraction, Fraction] | None = None,
+    ) -> None:
+        """Prove the bounds on the grid; ``limits`` are the same where they are no decimals."""
+        limits = limits or (Fraction(bounds[0], ONE), Fraction(bounds[1], ONE))
+        left: list[dict[str, Pair]] = [{n: self._side(n, what) for n in form.variables}]
+        done = 0
+        while left:
+            box = left.pop()
+            done += 1
+            self.boxes += 1
+            if done > MOST_BOXES or self.boxes > MOST_IN_ALL:
+                raise Refused(f"{what} is not shown to stay in its bounds {_near(box)}")
+            plain = form.value(box)
+            if _inside(plain, bounds) or _attained(form, plain, box, box, limits):
+                continue
+            slopes = {n: form.slope(box, n) for n in form.variables}
+            low, high = _monotone_ends(box, slopes)
+            found, attained = _tightened(form, box, plain, slopes, low, high)
+            if _inside(found, bounds) or _attained(form, found, low, high, limits):
+                continue
+            for value in attained:
+                if value[1] < bounds[0] or value[0] > bounds[1]:
+                    raise Refused(f"{what} leaves its bounds {_near(box)}")
+            left += _halves(form, box, slopes, what)
+
+
+def _monotone_ends(
+    box: dict[str, Pair], slopes: dict[str, Pair | None]
+) -> tuple[dict[str, Pair], dict[str, Pair]]:
+    """Return the faces of the box on which the least and the greatest value lie."""
+    low, high = dict(box), dict(box)
+    for name, (start, end) in box.items():
+        slope = slopes[name]
+        if slope is not None and not slope[0] < 0 < slope[1]:
+            ends = ((start, start), (end, end))
+            low[name], high[name] = ends if slope[0] >= 0 else ends[::-1]
+    return low, high
+
+
+def _attained(
+    form: Form,
+    found: Pair | None,
+    low: dict[str, Pair],
+    high: dict[str, Pair],
+    limits: tuple[Fraction, Fraction],
+) -> bool:
+    """Return whether ends that are not rounded are inside, where rounding alone is outside."""
+    if found is None:
+        return False
+    slack = Fraction(ROUNDING, ONE) * max(1, abs(found[0]) // ONE, abs(found[1]) // ONE)
+    if found[0] < (limits[0] - slack) * ONE or found[1] > (limits[1] + slack) * ONE:
+        return False
+    least, most = form.exact_ends(low), form.exact_ends(high)
+    return least is not None and most is not None and limits[0] <= least[0] and most[1] <= limits[1]
+
+
+def _tightened(
+    form: Form,
+    box: dict[str, Pair],
+    plain: Pair | None,
+    slopes: dict[str, Pair | None],
+    low: dict[str, Pair],
+    high: dict[str, Pair],
+) -> tuple[Pair | None, list[Pair]]:
+    """Return a bracket over the box, and brackets of values at points of it."""
+    free = [name for name in box if low[name] == high[name] == box[name]]
+    free = [name for name in free if box[name][0] < box[name][1]]
+    sides: list[tuple[int, int] | None] = []
+    attained = []
+    for place in (low, high):
+        found = form.value(place) if len(free) < len(box) else plain
+        middle = {**place, **{name: _middle(place[name]) for name in free}}
+        at = form.value(middle) if free else found
+        if at is not None:
+            attained.append(at)
+            total, known = at, True
+            for name in free:
+                slope = slopes[name]
+                if slope is None:
+                    known = False
+                    break
+                m = middle[name][0]
+                step = multiply(slope, (box[name][0] - m, box[name][1] - m))
+                total = total[0] + step[0], total[1] + step[1]
+            if known:
+                found = total if found is None else _common(found, total)
+        sides.append(found)
+    if sides[0] is None or sides[1] is None:
+        return None, attained
+    return (sides[0][0], sides[1][1]), attained
+
+
+def _common(a: Pair, b: Pair) -> Pair:
+    return max(a[0], b[0]), min(a[1], b[1])
+
+
+def _halves(
+    form: Form, box: dict[str, Pair], slopes: dict[str, Pair | None], what: str
+) -> list[dict[str, Pair]]:
+    """Return the box halved along the side over which the node changes most."""
+
+    def change(name: str) -> tuple[int, int]:
+        width, slope = box[name][1] - box[name][0], slopes[name]
+        if slope is None:
+            return (1 if width > 1 else 0), width
+        return 0, max(-slope[0], slope[1]) * width if width > 1 else 0
+
+    if not box:
+        raise Refused(f"{what} is not shown to stay in its bounds")
+    name = max(box, key=change)
+    low, high = box[name]
+    if high - low < 2:
+        raise Refused(f"{what} is not shown to stay in its bounds {_near(box)}")
+    cut = 0 if name in form.poles and low < 0 < high else (low + high) // 2
+    return [{**box, name: (low, cut)}, {**box, name: (cut, high)}]
+
+
+def _middle(side: Pair) -> Pair:
+    cut = (side[0] + side[1]) // 2
+    return cut, cut
+
+
+def _inside(value: Pair | None, bounds: Bounds) -> bool:
+    return value is not None and bounds[0] <= value[0] and value[1] <= bounds[1]
+
+
+def _near(box: dict[str, Pair]) -> str:
+    places = ", ".join(f"{n} = {(low + high) / 2 / ONE:.6g}" for n, (low, high) in box.items())
+    return f"near {places}" if places else ""

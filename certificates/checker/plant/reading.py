@@ -1,0 +1,259 @@
+"""The plant of a certificate, as nodes: equations, trim, premises, entries.
+
+    M(x) x' = f(x, u, w),   y = g(x, u),   x = x* + dx,  u = u* + du,  w = w* + dw
+
+A variable that does not rest at 0 has a ``symbol`` for its deviation besides its name; equations
+are in names, premises in names and symbols, entries in premise names alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.plant import decimal_interval as d
+from takagi.certificates.checker.plant.decimal_interval import Pair
+from takagi.certificates.checker.plant.evaluate import Evaluator
+from takagi.certificates.checker.plant.expression import NAME, Scope, read_expression
+from takagi.certificates.checker.plant.graph import FUNCTIONS, Graph
+from takagi.certificates.checker.plant.table import Table, read_table
+from takagi.certificates.checker.reader import Number, member, number, text
+from takagi.certificates.checker.refusal import CertificateError
+
+__all__ = ["PlantNodes", "Premise", "Rows", "Variable", "constant_bracket", "read_plant"]
+
+MOST_VARIABLES, MOST_PREMISES = 64, 12
+LARGEST_SIDE = 10**60
+LETTERS = {"A": ("n", "n"), "B": ("n", "m"), "C": ("p", "n"), "D": ("p", "m"), "E": ("n", "q")}
+Rows = list[list[int]]
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A state, input or disturbance; ``side`` is the range of the deviation where it is known."""
+
+    name: str
+    symbol: str
+    unit: str
+    rest: int
+    side: tuple[Fraction, Fraction] | None
+
+    @property
+    def label(self) -> str:
+        return f"{self.symbol} [{self.unit}]"
+
+
+@dataclass(frozen=True)
+class Premise:
+    """A premise variable: what it is, and the bounds that are claimed of it."""
+
+    name: str
+    node: int
+    lower: Fraction
+    upper: Fraction
+
+
+@dataclass
+class PlantNodes:
+    """All that a certificate says of its plant, in the nodes of one graph."""
+
+    graph: Graph
+    tables: dict[str, Table]
+    states: list[Variable]
+    inputs: list[Variable]
+    disturbances: list[Variable]
+    sample_time: Fraction | None
+    f: list[int] = field(default_factory=list)
+    mass: Rows | None = None
+    outputs: list[int] = field(default_factory=list)
+    premises: list[Premise] = field(default_factory=list)
+    entries: dict[str, Rows] = field(default_factory=dict)
+    form: str = "sector"
+
+    @property
+    def evaluator(self) -> Evaluator:
+        return Evaluator(self.graph, self.tables, self.sides)
+
+    @property
+    def sides(self) -> dict[str, tuple[Fraction, Fraction]]:
+        """Range of the deviation of each variable that has one."""
+        variables = (*self.states, *self.inputs, *self.disturbances)
+        return {v.symbol: v.side for v in variables if v.side is not None}
+
+    @property
+    def box(self) -> dict[str, Pair]:
+        """The same, rounded outward to the grid of the intervals."""
+        return {name: d.enclose(*side) for name, side in self.sides.items()}
+
+
+def read_plant(model: Any, where: str) -> PlantNodes:
+    """Return the plant of a certificate's ``model`` of kind ``plant``.
+
+    Raises
+    ------
+    CertificateError : with the place: a part that is missing, misshapen or too large, a name used
+        twice, a text that is no expression.
+    """
+    return _Reading(model, where).whole()
+
+
+def constant_bracket(written: object, where: str = "constant") -> tuple[Fraction, Fraction]:
+    """Return a bracket of a text without variables, such as ``"sqrt(2)/3"``."""
+    graph = Graph()
+    node = read_expression(written, graph, Scope({}), where)
+    found = Evaluator(graph, {}).value(node, {})
+    if found is None:
+        raise CertificateError(f"{where}: {written!a} has no value")
+    return Fraction(found[0], d.ONE), Fraction(found[1], d.ONE)
+
+
+class _Reading:
+    def __init__(self, model: Any, where: str) -> None:
+        self.model, self.where = model, where
+        self.graph = Graph()
+        self.names: dict[str, int] = {}
+        self.symbols: dict[str, int] = {}
+        self.taken: set[str] = set(FUNCTIONS) | {"pi"}
+
+    def whole(self) -> PlantNodes:
+        for name, value in self.object("parameters").items():
+            exact = self.rational(value, f"{self.where}.parameters.{name[:60]!a}")
+            self.add(name, self.graph.constant(exact), self.names, "parameters")
+        tables = self.tables()
+        states, inputs, disturbances = (
+            self.variables(key) for key in ("states", "inputs", "disturbances")
+        )
+        if not states or len(states) + len(inputs) + len(disturbances) > MOST_VARIABLES:
+            raise CertificateError(f"{self.where}: 1 to {MOST_VARIABLES} variables are needed")
+        found = PlantNodes(self.graph, tables, states, inputs, disturbances, self.sample_time())
+        own = Scope(self.names, {name: table.arguments for name, table in tables.items()})
+        found.f = self.row("equations", member(self.model, "equations", self.where), own)
+        if len(found.f) != len(states):
+            raise CertificateError(f"{self.where}.equations: one for each state is needed")
+        if self.model.get("mass") is not None:
+            found.mass = self.rows("mass", self.model["mass"], own, (len(states), len(states)))
+        given = self.model.get("outputs", [])
+        found.outputs = self.row("outputs", given, own, "expression")
+        self.embedding(found, own)
+        return found
+
+    def object(self, key: str) -> dict[str, Any]:
+        found = self.model.get(key, {})
+        if not isinstance(found, dict):
+            raise CertificateError(f"{self.where}.{key}: an object is needed")
+        return found
+
+    def add(self, name: str, node: int, names: dict[str, int], key: str) -> None:
+        if name in self.taken or not NAME.fullmatch(name):
+            raise CertificateError(f"{self.where}.{key}: {name[:60]!a} is no new name")
+        self.taken.add(name)
+        names[name] = node
+
+    def rational(self, value: Any, where: str) -> Fraction:
+        """Return a number, or the value of a text such as ``"250/9"``."""
+        found = self.graph.value(self.constant(value, where))
+        if found is None:
+            raise CertificateError(f"{where}: a rational number is needed")
+        return found
+
+    def constant(self, value: Any, where: str) -> int:
+        """Return a number, or the value of a text without variables."""
+        if isinstance(value, Number):
+            return self.graph.constant(Fraction(value))
+        return read_expression(value, self.graph, Scope({}), where)
+
+    def tables(self) -> dict[str, Table]:
+        given = self.object("tables")
+        for name in given:
+            self.add(name, -1, {}, "tables")
+        return {name: read_table(given, name, f"{self.where}.tables") for name in given}
+
+    def sample_time(self) -> Fraction | None:
+        if member(self.model, "sample_time", self.where) is None:
+            return None
+        found = number(self.model, "sample_time", self.where)
+        if found <= 0:
+            raise CertificateError(f"{self.where}.sample_time: a positive number is needed")
+        return found
+
+    def variables(self, key: str) -> list[Variable]:
+        given = self.model.get(key, [])
+        if not isinstance(given, list):
+            raise CertificateError(f"{self.where}.{key}: a row of variables is needed")
+        return [self.variable(v, key, f"{self.where}.{key}[{k}]") for k, v in enumerate(given)]
+
+    def variable(self, given: Any, key: str, where: str) -> Variable:
+        name = text(given, "name", where)
+        rest = self.constant(member(given, "rest", where), f"{where}.rest")
+        resting = self.graph.value(rest)
+        symbol = name if resting == 0 else text(given, "symbol", where)
+        if resting != 0 and symbol == name:
+            raise CertificateError(f"{where}.symbol: the deviation needs a name of its own")
+        node = self.graph.variable(symbol)
+        self.add(name, self.graph.add(rest, node), self.names, key)
+        if symbol != name:
+            self.add(symbol, node, self.symbols, key)
+        side = None
+        if given.get("range") is not None:
+            ends = given["range"]
+            if not isinstance(ends, list) or len(ends) != 2:
+                raise CertificateError(f"{where}.range: two numbers are needed")
+            low, high = [self.rational(end, f"{where}.range") for end in ends]
+            if resting is None:
+                raise CertificateError(f"{where}.range: its rest must be a rational number")
+            if not low <= resting <= high or low == high or max(-low, high) > LARGEST_SIDE:
+                raise CertificateError(f"{where}.range: it must increase and contain the rest")
+            side = (low - resting, high - resting)
+        return Variable(name, symbol, text(given, "unit", where), rest, side)
+
+    def row(self, key: str, given: Any, scope: Scope, inner: str = "") -> list[int]:
+        if not isinstance(given, list) or len(given) > MOST_VARIABLES:
+            raise CertificateError(f"{self.where}.{key}: a row of expressions is needed")
+        found = []
+        for k, written in enumerate(given):
+            where = f"{self.where}.{key}[{k}]"
+            own = member(written, inner, where) if inner else written
+            found.append(read_expression(own, self.graph, scope, where))
+        return found
+
+    def rows(self, key: str, given: Any, scope: Scope, shape: tuple[int, int]) -> Rows:
+        if not isinstance(given, list) or len(given) != shape[0]:
+            raise CertificateError(f"{self.where}.{key}: {shape[0]} rows are needed")
+        found = [self.row(f"{key}[{k}]", row, scope) for k, row in enumerate(given)]
+        if any(len(row) != shape[1] for row in found):
+            raise CertificateError(f"{self.where}.{key}: rows of {shape[1]} are needed")
+        return found
+
+    def embedding(self, found: PlantNodes, own: Scope) -> None:
+        given, where = member(self.model, "embedding", self.where), f"{self.where}.embedding"
+        scope = Scope({**self.names, **self.symbols}, own.tables)
+        found.form = text(given, "form", where) if "form" in given else "sector"
+        listed = member(given, "premises", where)
+        if not isinstance(listed, list) or len(listed) > MOST_PREMISES:
+            raise CertificateError(f"{where}.premises: a row of up to {MOST_PREMISES} is needed")
+        for k, premise in enumerate(listed):
+            place = f"{where}.premises[{k}]"
+            node = read_expression(
+                member(premise, "expression", place), self.graph, scope, f"{place}.expression"
+            )
+            low, high = (
+                self.rational(member(premise, end, place), f"{place}.{end}")
+                for end in ("lower", "upper")
+            )
+            if low > high:
+                raise CertificateError(f"{place}: its lower bound exceeds its upper one")
+            found.premises.append(Premise(text(premise, "name", place), node, low, high))
+        names: dict[str, int] = {}
+        for p in found.premises:
+            self.add(p.name, self.graph.variable(p.name), self.symbols, "embedding.premises")
+            names[p.name] = self.graph.variable(p.name)
+        sizes = {"n": len(found.states), "m": len(found.inputs)}
+        sizes |= {"p": len(found.outputs), "q": len(found.disturbances)}
+        for letter, (rows, columns) in LETTERS.items():
+            shape = sizes[rows], sizes[columns]
+            if 0 not in shape:
+                entries = member(given, letter, where)
+                found.entries[letter] = self.rows(
+                    f"embedding.{letter}", entries, Scope(names), shape
+                )

@@ -1,0 +1,103 @@
+"""A table as a cubic spline of one argument, or a bicubic one of two, at any scale."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.fixed import BITS, Q
+from takagi.certificates.checker.plant.decimal_interval import ONE, Pair
+from takagi.certificates.checker.reader import matrix, member, numbers
+from takagi.certificates.checker.refusal import CertificateError, Refused
+from takagi.certificates.checker.spline import Spline
+
+__all__ = ["Table", "read_table"]
+
+FLAT = [Fraction(k) for k in (0, 0, 0, 0, 1, 1, 1, 1)]  # a direction in which nothing changes
+SIZE, CELL = Fraction(500), Fraction(1, 10)  # coefficients and cells that a ``Spline`` likes
+
+
+class Table:
+    """s(x) or s(x, y) = sum c N, clamped cubic B-splines over the knots of each argument.
+
+    The spline is worked out in units in which its coefficients are below 500 and its narrowest
+    cell is 0.1 to 1 wide, powers of ten away from its own.
+    """
+
+    def __init__(self, knots: list[list[Fraction]], rows: list[list[Fraction]]) -> None:
+        self.sides = [(axis[0], axis[-1]) for axis in knots]
+        self._steps = [_cell_scale(axis) for axis in knots]
+        largest = max((abs(c) for row in rows for c in row), default=Fraction(0))
+        self._value = _power_of_ten(SIZE / largest) if largest else Fraction(1)
+        axes = [[t * s for t in axis] for axis, s in zip(knots, self._steps, strict=True)]
+        if len(axes) == 1:
+            axes, rows = [*axes, FLAT], [[row[0]] * 4 for row in rows]
+        self._spline = Spline(axes[0], axes[1], [[c * self._value for c in row] for row in rows])
+
+    @property
+    def arguments(self) -> int:
+        return len(self.sides)
+
+    def bounds(self, parts: list[Pair], orders: tuple[int, ...]) -> Pair:
+        """Return a bracket of a partial derivative over a box, as far as the box meets the table.
+
+        Parameters
+        ----------
+        parts : the arguments; that they stay in the table is for the caller to prove.
+        """
+        fixed: list[Q] = []
+        axes = (self._spline.x, self._spline.y)
+        for part, axis, step in zip(parts, axes, self._steps, strict=False):
+            low, high = Fraction(part[0], ONE) * step, Fraction(part[1], ONE) * step
+            first, last = axis.breaks_fixed[0], axis.breaks_fixed[-1]
+            down = max((low.numerator << BITS) // low.denominator, first)
+            up = min(-((-high.numerator << BITS) // high.denominator), last)
+            if down > last or up < first:
+                raise Refused("an argument outside its table")
+            fixed.append((min(down, up), max(down, up)))
+        if len(fixed) == 1:
+            fixed.append((0, 0))
+        order = (*orders, 0)
+        low_q, high_q = self._spline.bounds(fixed[0], fixed[1], order[0], order[1])
+        scale = ONE / self._value / (1 << BITS)
+        for step, times in zip(self._steps, orders, strict=True):
+            scale *= step**times
+        low, high = low_q * scale, high_q * scale
+        return low.numerator // low.denominator, -(-high.numerator // high.denominator)
+
+
+def _cell_scale(axis: list[Fraction]) -> Fraction:
+    """Return the power of ten that makes the narrowest cell 0.1 to 1 wide."""
+    widths = [b - a for a, b in zip(axis, axis[1:], strict=False) if b > a]
+    if not widths:
+        raise CertificateError("knots that do not increase")
+    return _power_of_ten(10 * CELL / min(widths))
+
+
+def _power_of_ten(limit: Fraction) -> Fraction:
+    """Return the greatest power of ten that does not exceed the limit > 0."""
+    found = Fraction(1)
+    while found > limit:
+        found /= 10
+    while 10 * found <= limit:
+        found *= 10
+    return found
+
+
+def read_table(owner: dict[str, Any], name: str, where: str) -> Table:
+    """Return a table of the file: ``knots``, one row an argument, and ``coefficients``.
+
+    Raises
+    ------
+    CertificateError : sizes that do not fit, knots that are not clamped or do not increase.
+    """
+    given, place = member(owner, name, where), f"{where}.{name}"
+    rows = member(given, "knots", place)
+    if not isinstance(rows, list) or len(rows) not in (1, 2):
+        raise CertificateError(f"{place}.knots: one or two rows are needed")
+    knots = [numbers({"knots": row}, "knots", place) for row in rows]
+    if len(knots) == 1:
+        found = [[c] for c in numbers(given, "coefficients", place)]
+    else:
+        found = matrix(given, "coefficients", place)
+    return Table(knots, found)

@@ -1,0 +1,52 @@
+"""The trim of a law, u = u* - K (x - x*), against the point where its plant rests."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.plant.decimal_interval import ONE
+from takagi.certificates.checker.plant.reading import PlantNodes
+from takagi.certificates.checker.reader import member, numbers
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.shown import at_least, at_most
+
+__all__ = ["compared_trim"]
+
+SLACK = Fraction(1, 10**12)
+
+
+def compared_trim(plant: PlantNodes, gains: Any, where: str) -> str:
+    """Return nothing where the law's trim is the plant's rest, else how near it is, in words.
+
+    A rest such as 5/18 or sin(1/2) is no decimal: up to 1e-12 (of itself, where it exceeds one)
+    is allowed, and said.
+
+    Raises
+    ------
+    CertificateError : a law without trim, or with another one.
+    """
+    trim, evaluator = member(gains, "trim", where), plant.evaluator
+    largest = Fraction(0)
+    for key, variables in (("state", plant.states), ("input", plant.inputs)):
+        if not variables:
+            continue
+        given = numbers(trim, key, f"{where}.trim", len(variables))
+        for variable, stated in zip(variables, given, strict=True):
+            exact = plant.graph.value(variable.rest)
+            if exact == stated:
+                continue
+            found = evaluator.value(variable.rest, {})
+            if found is None:
+                raise CertificateError(f"the rest of {variable.name} has no value")
+            low, high = (Fraction(end, ONE) for end in found)
+            off = max(abs(stated - low), abs(stated - high))
+            if off > SLACK * max(Fraction(1), abs(stated)):
+                raise CertificateError(
+                    f"{where}.trim: {variable.name} rests at {at_least(low, 12)} in the plant, at "
+                    f"{at_least(stated, 12)} in the law"
+                )
+            largest = max(largest, off)
+    if not largest:
+        return ""
+    return f"; the claims are about the exact trim, which the law has to {at_most(largest, 2)}"

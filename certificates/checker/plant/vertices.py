@@ -1,0 +1,114 @@
+"""Entries that are multi-affine in the premises, and their exact values at the corners.
+
+A polynomial of degree one at most in each premise is the blend of its values at the corners with
+the products of w_k = (upper - z)/(upper - lower) and 1 - w_k as weights: both are affine in each
+premise and agree at the corners.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from itertools import product
+
+from takagi.certificates.checker.plant.graph import Graph
+from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.plant.reading import PlantNodes, Premise
+from takagi.certificates.checker.refusal import CertificateError, Refused
+
+__all__ = ["MultiAffine", "corners_of", "entry_node", "multi_affine_entries", "vertex_stack"]
+
+MOST_NUMBERS = 1 << 20  # of all vertices together
+MultiAffine = dict[frozenset[str], Fraction]
+
+
+def multi_affine_entries(plant: PlantNodes) -> dict[str, list[list[MultiAffine]]]:
+    """Return A, B, ... with each entry as set of premises -> coefficient of their product.
+
+    Raises
+    ------
+    CertificateError : an entry that is no polynomial of degree one at most in each premise, with
+        rational coefficients.
+    """
+    algebra = Algebra(plant.graph)
+    return {
+        letter: [
+            [
+                _multi_affine(algebra, node, f"embedding.{letter}[{i}][{j}]")
+                for j, node in enumerate(row)
+            ]
+            for i, row in enumerate(rows)
+        ]
+        for letter, rows in plant.entries.items()
+    }
+
+
+def _multi_affine(algebra: Algebra, node: int, where: str) -> MultiAffine:
+    try:
+        found = algebra.polynomial(node)
+    except Refused as error:
+        raise CertificateError(f"{where}: {error}") from error
+    if any(power > 1 for monomial in found for _, power in monomial):
+        raise CertificateError(f"{where}: a premise stands in it with a power above one")
+    return {frozenset(name for name, _ in monomial): c for monomial, c in found.items()}
+
+
+def entry_node(graph: Graph, entry: MultiAffine, places: Mapping[str, int]) -> int:
+    """Return an entry with its premises replaced by nodes, as a sum of products.
+
+    What is compared with the equations is the polynomial that the vertices are made of, not the
+    text: in ``z*q/q`` the quotient says nothing where the premise q vanishes.
+    """
+    total = graph.constant(0)
+    for members, c in entry.items():
+        term = graph.constant(c)
+        for name in sorted(members):
+            term = graph.multiply(term, places[name])
+        total = graph.add(total, term)
+    return total
+
+
+def corners_of(premises: list[Premise]) -> list[dict[str, tuple[int, Fraction]]]:
+    """Return, rule by rule, premise -> (0 lower or 1 upper, value); the last changes first.
+
+    A premise whose bounds agree has one corner.
+    """
+    ends = [[p.lower] if p.lower == p.upper else [p.lower, p.upper] for p in premises]
+    return [
+        {p.name: pick for p, pick in zip(premises, picks, strict=True)}
+        for picks in product(*(list(enumerate(values)) for values in ends))
+    ]
+
+
+def vertex_stack(
+    rows: list[list[MultiAffine]], corners: list[dict[str, tuple[int, Fraction]]]
+) -> list[list[list[Fraction]]]:
+    """Return a matrix for each corner; one alone where no entry varies."""
+    varying = any(any(members for members in entry) for row in rows for entry in row)
+    places = corners if varying else corners[:1]
+    if len(places) * len(rows) * len(rows[0]) > MOST_NUMBERS:
+        raise CertificateError(f"{len(places)} vertices: too many")
+    found = [[_values(entry, places) for entry in row] for row in rows]
+    return [[[entry[k] for entry in row] for row in found] for k in range(len(places))]
+
+
+def _values(entry: MultiAffine, corners: list[dict[str, tuple[int, Fraction]]]) -> list[Fraction]:
+    """Return an entry at every corner; each value of the premises in it is worked out once."""
+    names = sorted(set().union(*entry))
+    known: dict[tuple[int, ...], Fraction] = {}
+    values = []
+    for corner in corners:
+        picks = tuple(corner[name][0] for name in names)
+        if picks not in known:
+            known[picks] = _value(entry, corner)
+        values.append(known[picks])
+    return values
+
+
+def _value(entry: MultiAffine, corner: dict[str, tuple[int, Fraction]]) -> Fraction:
+    total = Fraction(0)
+    for members, c in entry.items():
+        for name in members:
+            c *= corner[name][1]
+        total += c
+    return total

@@ -1,0 +1,155 @@
+"""The second opinion on a certificate: what each claim comes down to, and whether it holds.
+
+Nothing here is shared with the first checker, with the models or with the solver: the file is read
+anew, exact numbers and matrices are FLINT's, functions are enclosed by its balls, and definiteness
+is decided by characteristic polynomials.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from takagi.certificates.cross_check import decay, disturbed, fuzzy, limits, observing
+from takagi.certificates.cross_check.loop import Loop, read_loop
+from takagi.certificates.cross_check.obligation import Definite, Obligation, Obligations
+from takagi.certificates.cross_check.reading import NotReplayed, Refusal, Written, entry
+from takagi.certificates.cross_check.reading import hashes_differ, load, loads, stack
+
+__all__ = ["NOT_REPLAYED", "Opinion", "claims_of", "judge", "judge_document", "obligations"]
+
+NOT_REPLAYED = "NOT REPLAYED"
+FORMAT, VERSION = "takagi-certificate", "1"
+LOOPS: dict[str, Callable[[Any, Loop], Obligations]] = {
+    "decay": decay.decay,
+    "no-common-decay": decay.no_common_decay,
+    "region": decay.region,
+    "transient": decay.transient,
+    "gain-rounding": decay.gain_rounding,
+    "box-enlargement": decay.box_enlargement,
+    "fuzzy-decay": fuzzy.fuzzy_decay,
+    "l2-gain": disturbed.l2_gain,
+    "h2-norm": disturbed.h2_norm,
+    "peak": disturbed.peak,
+    "invariant-ellipsoid": disturbed.invariant_ellipsoid,
+    "input-limits": limits.input_limits,
+    "observer": observing.observer,
+    "observed-feedback": observing.observed_feedback,
+}
+AGAINST = ("no-common-decay", "no-common-quadratic")
+
+
+@dataclass(frozen=True, slots=True)
+class Opinion:
+    """What the second checker says of one claim.
+
+    Attributes
+    ----------
+    kind : of the claim.
+    verdict : PROVED, DISPROVED, UNDECIDED, or ``NOT_REPLAYED`` for a claim it has no reading of.
+    inequalities : how many matrices were decided.
+    reason : what failed first; empty otherwise.
+    """
+
+    kind: str
+    verdict: str
+    inequalities: int
+    reason: str = ""
+
+
+def judge(path: Path) -> list[Opinion]:
+    """Return the opinion on every claim of a file.
+
+    Raises
+    ------
+    Refusal : the file cannot be read, is no certificate, or is not the one that was hashed.
+    """
+    return [_opinion(kind, found) for kind, found in claims_of(load(path))]
+
+
+def judge_document(document: Mapping[str, Any]) -> list[Opinion]:
+    """Return the opinion on a certificate in memory; see ``judge``."""
+    return [_opinion(kind, found) for kind, found in claims_of(loads(json.dumps(document)))]
+
+
+def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | None]]:
+    """Yield (kind, obligations) of every claim; None for a kind that has no reading here."""
+    if entry(document, "format") != FORMAT or entry(document, "version") != Written(VERSION):
+        raise Refusal(f"not a {FORMAT} of version {VERSION}")
+    changed = hashes_differ(document)
+    if changed:
+        raise Refusal(f"the {changed} are not those that were hashed")
+    claims = entry(document, "claims")
+    if not isinstance(claims, list) or not claims:
+        raise Refusal("there are no claims")
+    kinds = [entry(claim, "kind") for claim in claims]
+    model, gains = entry(document, "model"), document.get("gains")
+    about_plant = isinstance(model, dict) and model.get("kind") == "plant"
+    if about_plant and "sector-embedding" not in kinds:
+        raise Refusal("claims about a plant, and none that it is its model")
+    loop = read_loop(model, gains) if any(kind in LOOPS for kind in kinds) else None
+    for claim, kind in zip(claims, kinds, strict=True):
+        yield str(kind), obligations(claim, str(kind), loop, model, gains)
+
+
+def obligations(
+    claim: Any, kind: str, loop: Loop | None, model: Any, gains: Any
+) -> Obligations | None:
+    """Return what one claim comes down to; None for a kind that has no reading here."""
+    if kind in LOOPS and loop is not None:
+        return LOOPS[kind](claim, loop)
+    if kind in ("quadratic-decay", "no-common-quadratic"):
+        return _own_matrices(claim, kind)
+    if kind == "sector-embedding":
+        from takagi.certificates.cross_check.embedding import embedded
+
+        return embedded(model, gains)
+    if kind == "coherent-loop":
+        from takagi.certificates.cross_check.coherent import coherent_loop
+
+        return coherent_loop(claim, model, gains)
+    return None
+
+
+def _own_matrices(claim: Any, kind: str) -> Obligations:
+    """Claims that hold their vertices themselves, in continuous time."""
+    A = stack(claim, "A")
+    if A[0].nrows() != A[0].ncols():
+        raise Refusal("A: square matrices are needed")
+    loop = Loop(A)
+    if kind == "no-common-quadratic":
+        factors = entry(claim, "multiplier_factors")
+        if not isinstance(factors, list) or len(factors) != len(A):
+            raise Refusal("multiplier_factors: one for each vertex is needed")
+        listed = [{"blend": Written(i), "factor": one} for i, one in enumerate(factors)]
+        yield from decay.no_common_decay({**claim, "multipliers": listed}, loop)
+        return
+    if "K" in claim:
+        B, K = stack(claim, "B"), stack(claim, "K")
+        fits = (B[0].nrows(), B[0].ncols()) == (K[0].ncols(), K[0].nrows())
+        if not fits or B[0].nrows() != loop.n or not len(A) == len(B) == len(K):
+            raise Refusal("one B and one K that fit are needed for each vertex")
+        loop = Loop(A, B=B, K=K)
+    yield from decay.decay(claim, loop)
+
+
+def _opinion(kind: str, found: Obligations | None) -> Opinion:
+    if found is None:
+        return Opinion(kind, NOT_REPLAYED, 0, "no reading of this kind of claim")
+    count = 0
+    try:
+        for one in found:
+            count += isinstance(one, Definite)
+            if not one.holds:
+                return Opinion(kind, "UNDECIDED", count, _failed(one))
+    except NotReplayed as reason:
+        return Opinion(kind, NOT_REPLAYED, count, str(reason))
+    return Opinion(kind, "DISPROVED" if kind in AGAINST else "PROVED", count)
+
+
+def _failed(one: Obligation) -> str:
+    what = "does not hold" if not isinstance(one, Definite) else "is not definite"
+    return f"{one.label} {what}"

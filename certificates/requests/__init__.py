@@ -1,0 +1,93 @@
+"""What may be asked of a certificate, one request a file; ``certify(model, claims=[...])``.
+
+A request is a frozen dataclass with ``attempt(loop) -> Attempt``: it seeks a candidate in floating
+point, rounds it to short decimals, and lets the checker decide; what fails is backed off and said.
+
+    Decay                V = x'Px decays, one P for all blends
+    FuzzyDecay           V = x'P(h)x decays, P scheduled by the weights
+    Poles                eigenvalues of every blend in a region
+    GainRounding         how far every gain may be off
+    BoxEnlargement       how much wider the premises' ranges may be
+    Transient            overshoot and settling time that follow from it
+    InvariantEllipsoid   a set in the model's box that no solution leaves: region of attraction
+    InputLimits          amplitudes and rates of the inputs on such a set
+    L2Gain, H2Norm       gain of energy; variance under white noise
+    Peak                 gain of peaks, for bounded disturbances
+    ObserverError        decay of an observer's error
+    ObservedFeedback     decay of the loop with u = -K xhat
+    attempts_at_all      all of them that a loop has a use for
+
+Importing this package imports nothing heavy: names are looked up when they are used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from takagi.certificates.requests.all_claims import attempts_at_all
+    from takagi.certificates.requests.decay import Decay
+    from takagi.certificates.requests.enlargement import BoxEnlargement
+    from takagi.certificates.requests.fuzzy import FuzzyDecay
+    from takagi.certificates.requests.h2_norm import H2Norm
+    from takagi.certificates.requests.input_limits import InputLimits
+    from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
+    from takagi.certificates.requests.l2_gain import L2Gain
+    from takagi.certificates.requests.loop import Loop
+    from takagi.certificates.requests.observer import ObservedFeedback, ObserverError
+    from takagi.certificates.requests.peak import Peak
+    from takagi.certificates.requests.region import Poles
+    from takagi.certificates.requests.request import Attempt, Request
+    from takagi.certificates.requests.rounding import GainRounding
+    from takagi.certificates.requests.transient import Transient
+
+__all__ = [
+    "Attempt",
+    "BoxEnlargement",
+    "Decay",
+    "FuzzyDecay",
+    "GainRounding",
+    "H2Norm",
+    "InputLimits",
+    "InvariantEllipsoid",
+    "L2Gain",
+    "Loop",
+    "ObservedFeedback",
+    "ObserverError",
+    "Peak",
+    "Poles",
+    "Request",
+    "Transient",
+    "attempts_at_all",
+]
+
+_HOME = {
+    "Attempt": "request",
+    "BoxEnlargement": "enlargement",
+    "Decay": "decay",
+    "FuzzyDecay": "fuzzy",
+    "GainRounding": "rounding",
+    "H2Norm": "h2_norm",
+    "InputLimits": "input_limits",
+    "InvariantEllipsoid": "invariant_ellipsoid",
+    "L2Gain": "l2_gain",
+    "Loop": "loop",
+    "ObservedFeedback": "observer",
+    "ObserverError": "observer",
+    "Peak": "peak",
+    "Poles": "region",
+    "Request": "request",
+    "Transient": "transient",
+    "attempts_at_all": "all_claims",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOME:
+        return getattr(import_module(f"takagi.certificates.requests.{_HOME[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,86 @@
+"""All that can be said of a loop: every request that it has a use for, and what came of each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from numpy.typing import ArrayLike
+
+from takagi.certificates.requests.decay import Decay
+from takagi.certificates.requests.enlargement import BoxEnlargement
+from takagi.certificates.requests.h2_norm import H2Norm
+from takagi.certificates.requests.input_limits import InputLimits
+from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
+from takagi.certificates.requests.l2_gain import L2Gain
+from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.observer import ObservedFeedback, ObserverError
+from takagi.certificates.requests.peak import Peak
+from takagi.certificates.requests.request import Attempt, Request
+from takagi.certificates.requests.rounding import GainRounding
+from takagi.certificates.requests.transient import Transient
+from takagi.certificates.requests.valid_level import box_rows
+from takagi.models.errors import ModelError
+
+__all__ = ["attempts_at_all", "requests_for"]
+
+
+def attempts_at_all(
+    loop: Loop, *, decay_rate: float | None = None, observer: ArrayLike | None = None
+) -> tuple[list[Attempt], list[str]]:
+    """Return (attempts, notes): decay first, proved or not; of the others those that are proved.
+
+    What cannot be proved is no part of the certificate, and the notes say what it was.  Without
+    decay nothing else is tried, for the other claims contain it.
+
+    Parameters
+    ----------
+    decay_rate : alpha in 1/s that is asked for; None takes what is found.
+    observer : L, (r, n, p) or (n, p), of an observer for the loop; None for none.
+    """
+    first = Decay(decay_rate).attempt(loop)
+    found, notes = [first], []
+    if not first.proved:
+        return found, ["without decay nothing else was tried"]
+    for request in requests_for(loop, observer=observer):
+        name = type(request).__name__
+        try:
+            attempt = request.attempt(loop)
+        except ModelError as error:
+            notes.append(f"{name}: {error}")
+            continue
+        if attempt.proved:
+            found.append(attempt)
+        else:
+            words = attempt.tried[-1] if attempt.tried else "nothing was tried"
+            notes.append(f"{name}: not proved ({attempt.checked.text}; last: {words})")
+    return found, notes
+
+
+def requests_for(loop: Loop, *, observer: ArrayLike | None = None) -> Iterator[Request]:
+    """Yield the requests, beside decay, that a loop has the matrices and the box for.
+
+    A box gives the set in it and, with gains, amplitudes and rates of the inputs on it; rates only
+    where they need no bound on how fast memberships move.  Norms are of the path from the model's
+    disturbance to its output; a model without either has none.
+    """
+    family = loop.family
+    yield Transient()
+    if loop.gains is not None:
+        yield GainRounding()
+    if loop.model.premises:
+        yield BoxEnlargement()
+    if len(box_rows(loop)):
+        yield InvariantEllipsoid()
+        if loop.gains is not None:
+            yield InputLimits(rates=len(family.K) == 1 or family.is_discrete)
+        bounded = family.other_box or {}
+        if family.E and family.disturbances and all(k in bounded for k in family.disturbances):
+            yield InvariantEllipsoid(disturbance_bounds="box")
+    if family.E and family.C:
+        yield L2Gain(energy_bound="largest")
+        yield H2Norm()
+        yield Peak()
+    if observer is not None:
+        yield ObserverError(observer)
+        if loop.gains is not None:
+            yield ObservedFeedback(observer)

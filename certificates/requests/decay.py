@@ -1,0 +1,103 @@
+"""Asks for decay with one quadratic function: the rate that is given, or what can be found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.certificates.requests.decimals import DIGITS, rounded_down, short
+from takagi.certificates.requests.float_filter import cannot_decrease
+from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.no_common_decay import no_common_decay
+from takagi.certificates.requests.one_blend import equation_function, modal_function
+from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    from takagi.lmi.answer import Answer
+
+__all__ = ["Decay", "common_function"]
+
+Floats = NDArray[np.float64]
+LARGEST = 1e38
+# Shares of the rate that was found; each is tried until the rounded numbers prove.
+BACK_OFF = (0.999, 0.99, 0.9, 0.5, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Decay:
+    """V = x'Px decays as exp(-2 alpha t); ``decay_rate`` alpha [1/s], None takes what is found."""
+
+    decay_rate: float | None = None
+
+    def __post_init__(self) -> None:
+        rate = self.decay_rate
+        if rate is not None and not (np.isfinite(rate) and rate >= 0):
+            raise ModelError(f"decay_rate = {rate!r} was given; a number >= 0 [1/s] is needed")
+
+    def attempt(self, loop: Loop) -> Attempt:
+        """Return the claim ``decay``; where no P is found, ``no-common-decay`` if it is proved."""
+        answer = common_function(loop, self.decay_rate)
+        solver = str(answer.solver.get("status", ""))
+        if self.decay_rate is None:
+            # The rate of a loop that is at rest after one step is infinite.
+            found = min(answer.decay_rate or 0.0, 1e6)
+            rates = [rounded_down(share * found) for share in BACK_OFF]
+        else:
+            rates = [self.decay_rate]
+        functions = [] if answer.P is None else [np.asarray(answer.P)]
+        if self.decay_rate is not None:
+            functions += _of_one_blend(loop, self.decay_rate)
+        # Numbers beyond are no part of a certificate.
+        functions = [P for P in functions if np.abs(P).max() < LARGEST]
+        if not functions or (self.decay_rate is None and (answer.decay_rate or 0.0) <= 0):
+            return no_common_decay(loop, self.decay_rate or 0.0, answer)
+        A = loop.A
+
+        def cannot_hold(claim: Mapping[str, Any]) -> bool:
+            P = np.array(claim["P"])
+            return cannot_decrease(A, P, claim["decay_rate"], loop.sample_time)
+
+        claims = list(_claims(loop, functions, rates))
+        attempt = first_proved(loop, claims, solver, cannot_hold=cannot_hold)
+        if attempt.proved or answer.P is not None:
+            return attempt
+        no = no_common_decay(loop, self.decay_rate or 0.0, answer)
+        return replace(no, tried=attempt.tried + no.tried)
+
+
+def common_function(loop: Loop, decay_rate: float | None = None) -> Answer:
+    """Return the candidate P for a rate, or for the largest."""
+    from takagi.lmi import common_lyapunov, max_decay_rate
+
+    if decay_rate is None:
+        return max_decay_rate(loop.A, sample_time=loop.sample_time)
+    return common_lyapunov(loop.A, decay_rate=decay_rate, sample_time=loop.sample_time)
+
+
+def _of_one_blend(loop: Loop, rate: float) -> list[Floats]:
+    """Return functions that show the rate of a single matrix up to its slowest eigenvalue."""
+    if len(loop.A) > 1:
+        return []
+    G = loop.A[0]
+    found = (modal_function(G), equation_function(G, rate, loop.sample_time))
+    return [P for P in found if P is not None]
+
+
+def _claims(
+    loop: Loop, functions: list[Floats], rates: list[float]
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    for rate in rates:
+        for P in functions:
+            for digits in DIGITS:
+                claim = {
+                    "name": f"common quadratic decay of {loop.model.name or 'the model'}",
+                    "kind": "decay",
+                    "decay_rate": rate,
+                    "P": short(P, digits).tolist(),
+                }
+                yield f"decay rate {rate:.9g} 1/s, P to {digits} digits", claim

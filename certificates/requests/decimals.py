@@ -1,0 +1,45 @@
+"""Short decimals: a proof is about them, so they need no more digits than its margin asks."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["DIGITS", "rounded_down", "rounded_up", "short"]
+
+Floats = NDArray[np.float64]
+# Tried in this order: few digits prove where the margin is wide.
+DIGITS = (4, 6, 9, 12)
+
+
+def short(P: Floats, digits: int) -> Floats:
+    """Return symmetric P rounded to ``digits`` significant digits of each sqrt(P_ii P_jj).
+
+    This size does not depend on the units of the states.
+    """
+    scale = np.sqrt(np.abs(np.diag(P)))
+    size = np.maximum(np.outer(scale, scale), 1e-30)
+    places = np.clip(digits - 1 - np.floor(np.log10(size)), -30, 30).astype(int)
+    whole = np.zeros_like(P, dtype=np.float64)
+    for i in range(len(P)):
+        row = [round(float(P[i, j]), int(places[i, j])) for j in range(i + 1)]
+        whole[i, : i + 1] = row
+        whole[: i + 1, i] = row
+    return whole
+
+
+def rounded_down(value: float, digits: int = 6) -> float:
+    """Return a number >= 0 with so many significant digits, rounded down; 0 for less than 0."""
+    return _rounded(value, digits, np.floor)
+
+
+def rounded_up(value: float, digits: int = 6) -> float:
+    """Return a number >= 0 with so many significant digits, rounded up; 0 for less than 0."""
+    return _rounded(value, digits, np.ceil)
+
+
+def _rounded(value: float, digits: int, towards: np.ufunc) -> float:
+    if value <= 0:
+        return 0.0
+    scale = 10.0 ** (digits - 1 - np.floor(np.log10(value)))
+    return float(f"{towards(value * scale) / scale:.{digits + 6}g}")

@@ -1,0 +1,32 @@
+"""The checker's exact matrices as floats, for candidates about the very loops it looks at."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.certificates.checker.matrices import Matrix
+from takagi.certificates.checker.reader import read_text
+
+__all__ = ["as_read", "floats", "stack_of"]
+
+Floats = NDArray[np.float64]
+
+
+def floats(matrix: Matrix) -> Floats:
+    """Return the nearest floats of a matrix's entries."""
+    return np.array([[entry / matrix.below for entry in row] for row in matrix.rows])
+
+
+def stack_of(matrices: Iterable[Matrix]) -> Floats:
+    """Return (N, rows, columns) of matrices of one shape."""
+    return np.array([floats(matrix) for matrix in matrices])
+
+
+def as_read(evidence: Mapping[str, Any]) -> dict[str, Any]:
+    """Return plain data as the checker reads it from a file."""
+    return read_text(json.dumps(evidence), "evidence")

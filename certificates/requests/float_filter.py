@@ -1,0 +1,52 @@
+r"""A quick look in floating point that spares the exact arithmetic what cannot pass it.
+
+Cholesky's factorisation of S + c I in floats breaks down only where S is not positive semidefinite,
+for c = (gamma / (1 - gamma)) tr |S| with gamma = (n + 1) u, u the unit roundoff, and more by what
+the entries of S may be off.  So a breakdown says that an exact proof would fail, and nothing else
+is concluded: what passes is proved in exact arithmetic or not at all.
+
+Source: Rump (2006), Verification of positive definiteness, BIT Numerical Mathematics 46, theorem
+2.3, with the shift turned round; recalled.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["cannot_decrease", "cannot_be_definite"]
+
+Floats = NDArray[np.float64]
+ROUNDOFF = float(np.finfo(np.float64).eps)
+
+
+def cannot_be_definite(stack: Floats, entry_error: float = 0.0) -> bool:
+    """Return whether one of (N, n, n) symmetric matrices is certainly not positive definite.
+
+    Parameters
+    ----------
+    entry_error : how far every entry may be from the number that is meant.
+    """
+    n = stack.shape[1]
+    gamma = (n + 1) * ROUNDOFF
+    trace = np.abs(np.diagonal(stack, axis1=1, axis2=2)).sum(axis=1)
+    shift = gamma / (1 - gamma) * trace + n * entry_error
+    try:
+        np.linalg.cholesky(stack + 2 * shift[:, None, None] * np.eye(n))
+    except np.linalg.LinAlgError:
+        return True
+    return False
+
+
+def cannot_decrease(A: Floats, P: Floats, rate: float, step: float | None) -> bool:
+    """Return whether P certainly fails ``decay`` for one of A, (N, n, n), at alpha [1/s]."""
+    n = len(P)
+    PA = P @ A
+    sizes = np.abs(P) @ np.abs(A)
+    if step is None:
+        stack = -(PA + PA.transpose(0, 2, 1) + 2 * rate * P)
+        size = 2 * sizes.max() + 2 * rate * np.abs(P).max()
+    else:
+        stack = np.exp(-2 * rate * step) * P - A.transpose(0, 2, 1) @ PA
+        size = np.abs(P).max() + (np.abs(A).transpose(0, 2, 1) @ sizes).max()
+    return cannot_be_definite(stack, (4 * n + 8) * ROUNDOFF * float(size))

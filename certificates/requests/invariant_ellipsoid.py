@@ -1,0 +1,191 @@
+"""Asks for an ellipsoid in the model's box that no solution leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
+from takagi.certificates.requests.decay import common_function
+from takagi.certificates.requests.decimals import rounded_down, short
+from takagi.certificates.requests.exact_floats import stack_of
+from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.quadratic_motion import (
+    best_multiplier,
+    box_corners,
+    fall_rate,
+)
+from takagi.certificates.requests.request import Attempt, first_proved, or_else
+from takagi.certificates.requests.valid_level import box_rows, largest_level, state_halves
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    from takagi.lmi.answer import Answer
+
+__all__ = ["InvariantEllipsoid", "candidate_set", "claimed_sets"]
+
+Floats = NDArray[np.float64]
+DIGITS = (6, 9, 12)
+# Shares of the disturbance that are tried where its bounds come from the model's box.
+SHARES = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
+# Of the largest decay rate: a set sought without any is larger, and hardly attracts at its rim.
+SHARE_OF_RATE, FASTEST = 0.25, 1e6
+LOOSEST = 1e6  # of an input without a limit
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InvariantEllipsoid:
+    """{x'Px <= c} lies in the model's box and is invariant: the largest that is found.
+
+    Attributes
+    ----------
+    P : the ellipsoid's shape, (n, n); None looks for the largest volume, without disturbance, or
+        for one that a disturbance fills least of the box.
+    decay_rate : alpha in 1/s that the set is sought with, 0 for the largest set; None takes a
+        quarter of the largest rate.  V falls at the rate its P shows.
+    disturbance_bounds : (q,) |w_k| <= b_k; None takes w = 0; "box" the ranges in the model's box,
+        or the largest share of them that the box of states withstands.
+    """
+
+    P: ArrayLike | None = None
+    decay_rate: float | None = None
+    disturbance_bounds: ArrayLike | None = None
+
+    def attempt(self, loop: Loop) -> Attempt:
+        """Return the claim ``invariant-ellipsoid``.
+
+        Raises
+        ------
+        ModelError : the model has no box, or bounds that do not fit its disturbances.
+        """
+        if not len(box_rows(loop)):
+            raise ModelError(
+                f"model {loop.model.name!r} has no box of states, so nothing limits the "
+                "ellipsoid: it holds everywhere; ask for Decay instead"
+            )
+        name = "invariant ellipsoid in the model's box"
+        solver, P, found = candidate_set(loop, self.P, self.decay_rate, self.disturbance_bounds)
+        claims = claimed_sets(loop, P, self.disturbance_bounds) if P is not None else iter(())
+        idle = {"P": np.eye(loop.family.order).tolist(), "level": 1.0, "multiplier": 1.0}
+        why = found or "no disturbance, however small, is withstood"
+        kind = {"name": name, "kind": "invariant-ellipsoid"}
+        given = ((words, kind | claim) for words, claim in claims)
+        return first_proved(loop, or_else(given, (why, kind | idle)), solver)
+
+
+def candidate_set(
+    loop: Loop,
+    given: ArrayLike | None,
+    decay_rate: float | None,
+    bounds: ArrayLike | None,
+    limits: Floats | None = None,
+) -> tuple[str, Floats | None, str]:
+    """Return (solver's words, P or None, diagnosis): the shape of a set in the box.
+
+    Parameters
+    ----------
+    limits : (m,) on the inputs besides those of the box; None for none.
+    """
+    if given is not None:
+        P = np.asarray(given, dtype=np.float64)
+        if P.shape != (loop.family.order,) * 2 or not np.allclose(P, P.T):
+            raise ModelError(f"P has shape {P.shape}; it must be symmetric, of the states' order")
+        return "given", P, ""
+    disturbed = bounds is not None
+    if decay_rate is None:
+        decay_rate = SHARE_OF_RATE * min(common_function(loop).decay_rate or 0.0, FASTEST)
+    answer = _filled_least(loop) if disturbed else _largest(loop, max(decay_rate, 0.0), limits)
+    status = str(answer.solver.get("status", ""))
+    return status, answer.P, answer.diagnosis
+
+
+def claimed_sets(
+    loop: Loop, P: Floats, bounds: ArrayLike | None
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the evidence of sets of the shape P as large as the box lets them be."""
+    discrete = loop.sample_time is not None
+    for digits in DIGITS:
+        rounded = short(P, digits)
+        if np.linalg.eigvalsh(rounded)[0] <= 0:
+            continue
+        level = rounded_down(min(largest_level(loop, rounded), 1e12))
+        evidence = {"P": rounded.tolist(), "level": level}
+        if bounds is None:
+            rate = rounded_down(0.99 * fall_rate(loop.A, rounded, discrete=discrete))
+            if rate > 0:
+                words = f"ellipsoid of level {level:.6g}, rate {rate:.6g}, P to {digits} digits"
+                yield words, evidence | {"multiplier": rate}
+            continue
+        w, shares = _bounds(loop, bounds)
+        held, s = best_multiplier(loop.A, box_corners(loop.E, w), rounded, discrete=discrete)
+        if not np.isfinite(held):
+            continue
+        for share in shares:
+            size = [float(f"{share * b:.6g}") for b in w]
+            if held * share**2 > level and len(shares) > 1:
+                continue
+            disturbed = {
+                "multiplier": rounded_down(s, 9),
+                "disturbance": "disturbances",
+                "disturbance_bounds": size,
+            }
+            words = f"ellipsoid of level {level:.6g} under |w_k| <= {size}, P to {digits} digits"
+            yield words, evidence | disturbed
+
+
+def _bounds(loop: Loop, bounds: ArrayLike) -> tuple[Floats, tuple[float, ...]]:
+    """Return (q,) bounds on |w_k|, and the shares of them that may be claimed instead."""
+    names, box = loop.family.disturbances, loop.family.other_box or {}
+    q = loop.E.shape[2]
+    if not q:
+        raise ModelError(f"model {loop.model.name!r} has no disturbance to bound")
+    if isinstance(bounds, str):
+        if bounds != "box" or not all(name in box for name in names) or not names:
+            raise ModelError(
+                f"disturbance_bounds = {bounds!r}: give numbers, or 'box' for a model whose box "
+                "has a range for every disturbance"
+            )
+        halves = np.array([max(float(min(-box[k][0], box[k][1])), 0.0) for k in names])
+        # One that only schedules moves no state, wherever it is in its range.
+        return np.where(loop.model.E.any(axis=(0, 1)), halves, 0.0), SHARES
+    w = np.asarray(bounds, dtype=np.float64)
+    if w.shape != (q,) or not np.all(np.isfinite(w) & (w >= 0)):
+        raise ModelError(f"disturbance_bounds = {bounds!r}: {q} numbers >= 0 are needed")
+    return w, (1.0,)
+
+
+def _largest(loop: Loop, decay_rate: float, limits: Floats | None) -> Answer:
+    """Return P of about the largest volume in the box, and within the limits."""
+    from takagi.lmi import attraction_ellipsoid
+
+    halves, inputs = state_halves(loop), bounded_inputs(loop.family)
+    if loop.gains is not None and (inputs or limits is not None):
+        narrow = np.full(loop.gains.shape[1], LOOSEST) if limits is None else limits.copy()
+        for k, side in inputs.items():
+            narrow[k] = min(narrow[k], float(min(-side[0], side[1])))
+        return attraction_ellipsoid(
+            loop.model,
+            gains=loop.gains,
+            state_box=halves,
+            input_limit=narrow,
+            decay_rate=decay_rate,
+            relaxation="wang-tanaka-griffin",
+        )
+    # The blends themselves, so that all that the checker looks at is in.
+    return attraction_ellipsoid(
+        loop.A, state_box=halves, decay_rate=decay_rate, sample_time=loop.sample_time
+    )
+
+
+def _filled_least(loop: Loop) -> Answer:
+    """Return P of a set that the disturbance holds the state in, small against the box."""
+    from takagi.lmi import peak_gain
+
+    rows = box_rows(loop)
+    E = stack_of(blend.E for blend in loop.family.blends())
+    C = np.broadcast_to(rows, (len(E), *rows.shape))
+    return peak_gain(loop.A, E, C, sample_time=loop.sample_time)

@@ -1,0 +1,93 @@
+"""Asks for a bound on the energy gain from disturbance to output."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
+from takagi.certificates.requests.decimals import rounded_down, rounded_up, short
+from takagi.certificates.requests.disturbed_loop import Output, disturbed_path, path_evidence
+from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.certificates.requests.valid_level import largest_level
+from takagi.models.errors import ModelError
+
+__all__ = ["L2Gain"]
+
+Floats = NDArray[np.float64]
+# Shares added to the least gain that was found; each is tried until the rounded numbers prove.
+BACK_OFF = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
+DIGITS = (6, 9, 12, 15)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class L2Gain:
+    """|y|_2 <= gain |w|_2 from rest.
+
+    Attributes
+    ----------
+    gain : in units of y over those of w; None takes the least that is found, a little more.
+    energy_bound : W, so that no state leaves the box for |w|_2 <= W; "largest" takes what fits,
+        or none where the model has no box.
+    disturbance, output : the path, as in ``disturbed_loop``.
+    """
+
+    gain: float | None = None
+    energy_bound: float | Literal["largest"] | None = None
+    disturbance: str | None = None
+    output: Output | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in (("gain", self.gain), ("energy_bound", self.energy_bound)):
+            if not isinstance(value, str) and value is not None:
+                if not (np.isfinite(value) and value > 0):
+                    raise ModelError(f"{name} = {value!r} was given; a positive number is needed")
+
+    def attempt(self, loop: Loop) -> Attempt:
+        """Return the claim ``l2-gain``."""
+        from takagi.lmi import hinf_norm
+
+        evidence = path_evidence(loop, self.disturbance, self.output)
+        A, B, C, D = disturbed_path(loop, evidence)
+        answer = hinf_norm(A, B, C, D, sample_time=loop.sample_time)
+        solver = str(answer.solver.get("status", ""))
+        if answer.P is None or answer.gain is None:
+            words = answer.diagnosis or "no bound was found"
+            return first_proved(
+                loop, [(words, _claim(evidence, self.gain or 1.0, np.eye(len(A[0]))))], solver
+            )
+        gains = [self.gain] if self.gain else [rounded_up(answer.gain * (1 + s)) for s in BACK_OFF]
+        return first_proved(loop, self._claims(loop, evidence, answer.P, gains), solver)
+
+    def _claims(
+        self, loop: Loop, evidence: dict[str, Any], P: Floats, gains: list[float]
+    ) -> Iterator[tuple[str, dict[str, Any]]]:
+        for gain in gains:
+            for digits in DIGITS:
+                claim = _claim(evidence, gain, short(P, digits))
+                words = f"energy gain {gain:.6g}, P to {digits} digits"
+                bound = self._energy(loop, evidence, P, gain)
+                yield words, claim if bound is None else claim | {"energy_bound": bound}
+
+    def _energy(self, loop: Loop, evidence: dict[str, Any], P: Floats, gain: float) -> float | None:
+        if self.energy_bound != "largest":
+            return self.energy_bound
+        if evidence["disturbance"] == "inputs" and bounded_inputs(loop.family):
+            return None
+        level = largest_level(loop, P)
+        return rounded_down(0.999 * np.sqrt(level / gain), 4) if np.isfinite(level) else None
+
+
+def _claim(evidence: dict[str, Any], gain: float, P: Floats) -> dict[str, Any]:
+    return {
+        "name": "energy gain from disturbance to output",
+        "kind": "l2-gain",
+        **evidence,
+        "gain": gain,
+        "P": P.tolist(),
+    }

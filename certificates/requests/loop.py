@@ -1,0 +1,153 @@
+"""The loop that requests are about: floats to find candidates, the checker's reading to prove."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.certificates.checker.claim_kinds import KINDS
+from takagi.certificates.checker.family import Family, read_family
+from takagi.certificates.checker.reader import read_text
+from takagi.certificates.checker.result import Claim
+from takagi.certificates.model_data import pdc_law_data, ts_model_data
+from takagi.certificates.plant_embedding import law_members
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    from takagi.models.ts_model import TSModel
+
+__all__ = ["Loop"]
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Loop:
+    """A model, closed by gains or as it is.
+
+    Attributes
+    ----------
+    gains : K (r, m, n) of u = -sum_j h_j K_j x; None for the model as it is.
+    model_data, gains_data : as they go into the file.
+    family : the checker's reading of both, exact.
+    pairs, sizes : (vertex, gain) of all blends one after the other, (2, pairs), and how many of
+        them each blend has, (N,).
+    """
+
+    model: TSModel
+    gains: Floats | None
+    model_data: Mapping[str, Any]
+    gains_data: Mapping[str, Any] | None
+    family: Family
+    pairs: Indices
+    sizes: Indices
+
+    @classmethod
+    def of(
+        cls,
+        model: TSModel,
+        gains: ArrayLike | None = None,
+        *,
+        model_data: Mapping[str, Any] | None = None,
+        law: Mapping[str, Any] | None = None,
+    ) -> Loop:
+        """Return the loop.
+
+        Parameters
+        ----------
+        gains : (r, m, n), or (m, n) for one gain in all rules.
+        model_data : what to write for the model; None writes the vertices.
+        law : what to write for the gains, with their ``K``; None writes K and the names.
+
+        Raises
+        ------
+        ModelError : gains of another shape, or that are not finite.
+        """
+        if law is not None and gains is None:
+            gains = law["K"]
+        K = None if gains is None else _gains(model, gains)
+        if model_data is None:
+            model_data = ts_model_data(model)
+        if law is None and K is not None:
+            law = pdc_law_data(model, K) | law_members(model_data)
+        family = read_family(_read(model_data), _read(law))
+        groups = [pairs for _, pairs in family.groups()]
+        every = np.array([pair for pairs in groups for pair in pairs], dtype=np.intp).T
+        sizes = np.array([len(pairs) for pairs in groups], dtype=np.intp)
+        return cls(model, K, model_data, law, family, every, sizes)
+
+    @property
+    def sample_time(self) -> float | None:
+        """T in s, None in continuous time."""
+        return self.model.sample_time
+
+    @property
+    def A(self) -> Floats:
+        """Closed-loop matrices of the blends, (N, n, n), in the order of ``family.blends()``."""
+        return self._closed(self.model.A, self.model.B)
+
+    @property
+    def C(self) -> Floats:
+        """Outputs of the blends, (N, p, n): means of C_i - D_i K_j."""
+        return self._closed(self.model.C, self.model.D)
+
+    @property
+    def E(self) -> Floats:
+        """Disturbance inputs of the blends, (N, n, q)."""
+        return self.per_pair(self.model.E, "vertex")
+
+    @property
+    def K(self) -> Floats:
+        """Gains of the blends, (N, m, n)."""
+        assert self.gains is not None
+        return self.per_pair(self.gains, "gain")
+
+    def per_pair(self, stack: Floats, of: Literal["vertex", "gain"]) -> Floats:
+        """Return the means over the pairs of each blend of what belongs to its vertices or gains.
+
+        ``stack`` is (r, ., .).
+        """
+        return self._means(stack[self.pairs[0 if of == "vertex" else 1]])
+
+    def replay(self, claim: Mapping[str, Any]) -> Claim:
+        """Return the checker's verdict on a claim about this loop.
+
+        Raises
+        ------
+        CertificateError : the claim is malformed.
+        """
+        read = read_text(json.dumps(claim), "claim")
+        return KINDS[claim["kind"]](read, self.family, "claim")
+
+    def _closed(self, X: Floats, Y: Floats) -> Floats:
+        i, j = self.pairs
+        if self.gains is None:
+            return self._means(X[i])
+        return self._means(X[i] - Y[i] @ self.gains[j])
+
+    def _means(self, stack: Floats) -> Floats:
+        starts = np.concatenate([[0], np.cumsum(self.sizes)[:-1]])
+        return np.asarray(np.add.reduceat(stack, starts, axis=0) / self.sizes[:, None, None])
+
+
+def _read(data: Mapping[str, Any] | None) -> Any:
+    return None if data is None else read_text(json.dumps(data), "model or gains")
+
+
+def _gains(model: TSModel, gains: ArrayLike) -> Floats:
+    K = np.asarray(gains, dtype=np.float64)
+    r, n, m = model.B.shape
+    if K.shape in ((m, n), (1, m, n)):
+        K = np.broadcast_to(K, (r, m, n)).copy()
+    if K.shape != (r, m, n) or not np.all(np.isfinite(K)):
+        raise ModelError(
+            f"gains have shape {K.shape}; {r} rules, {m} inputs and {n} states need "
+            f"({r}, {m}, {n}), all finite"
+        )
+    return K

@@ -1,0 +1,121 @@
+"""Seeks an exact reason why no common quadratic function exists for a loop."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.requests.decimals import short
+from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.one_blend import equation_function
+from takagi.certificates.requests.request import Attempt
+
+if TYPE_CHECKING:
+    from takagi.lmi.answer import Answer
+
+__all__ = ["no_common_decay"]
+
+Floats = NDArray[np.float64]
+# Numbers beyond are no part of a certificate.
+LARGEST = 1e38
+
+
+def no_common_decay(loop: Loop, rate: float, answer: Answer) -> Attempt:
+    """Return DISPROVED with evidence that no common P exists at this rate, else UNDECIDED."""
+    solver = str(answer.solver.get("status", ""))
+    tried = [answer.diagnosis or "no candidate P"]
+    for words, evidence in _evidence(loop, rate, answer.coordinates):
+        tried.append(words)
+        claim = {
+            "name": "no common quadratic function",
+            "kind": "no-common-decay",
+            "decay_rate": rate,
+            **evidence,
+        }
+        checked = loop.replay(claim)
+        if checked.verdict is Verdict.DISPROVED:
+            return Attempt(claim, checked, tuple(tried), solver)
+    unproved = {
+        "name": f"common quadratic decay of {loop.model.name or 'the model'}",
+        "kind": "decay",
+        "decay_rate": rate,
+        "P": np.eye(loop.A.shape[1]).tolist(),
+    }
+    found: Claim = loop.replay(unproved)
+    return Attempt(unproved, found, (*tried, "no exact reason against one was found"), solver)
+
+
+def _evidence(
+    loop: Loop, rate: float, coordinates: Floats | None
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    A = loop.A
+    for k in _slowest(A, rate, loop.sample_time):
+        P = equation_function(A[k], rate, loop.sample_time)
+        if P is not None and np.abs(P).max() < LARGEST:
+            words = f"one blend alone, {loop.family.groups()[k][0]}"
+            yield words, {"blend": k, "P": short(P, 9).tolist()}
+    # A single matrix that its own equation does not exclude is at its edge, or decays.
+    s = np.ones(A.shape[1]) if coordinates is None else coordinates
+    Z = _multipliers(A * s / s[:, None], rate, loop.sample_time) if len(A) > 1 else None
+    if Z is not None:
+        values, vectors = np.linalg.eigh(Z / np.abs(Z).max())
+        factors = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] * s[:, None]
+        if not np.abs(factors).max() < LARGEST:
+            return
+        used = [k for k, value in enumerate(values[:, -1]) if value > 1e-9 * values.max()]
+        for digits in (6, 9, 12):
+            listed = [{"blend": k, "factor": _rounded(factors[k], s, digits)} for k in used]
+            yield f"multipliers of {len(used)} blends, {digits} digits", {"multipliers": listed}
+
+
+def _slowest(A: Floats, rate: float, step: float | None) -> list[int]:
+    """Return the blend with the slowest eigenvalue, where that is too slow by itself."""
+    poles = np.linalg.eigvals(A)
+    if step is None:
+        excess = poles.real.max(axis=1) + rate
+    else:
+        excess = np.abs(poles).max(axis=1) - np.exp(-rate * step)
+    worst = int(excess.argmax())
+    return [worst] if excess[worst] > 0 else []
+
+
+def _multipliers(A: Floats, rate: float, step: float | None) -> Floats | None:
+    """Return Z_k >= 0 with a sum that is positive definite where it is not zero, in floats.
+
+    Where states act on no others, multipliers of these states alone are enough, and may be all
+    there are: a further state that decays by itself leaves no definite sum.
+    """
+    from takagi.lmi.analysis.impossibility import impossibility_multipliers
+
+    for states in _closed_sets(A):
+        part = A[:, states][:, :, states]
+        Z = impossibility_multipliers(part, decay_rate=rate, sample_time=step)
+        if Z is not None:
+            whole = np.zeros_like(A)
+            whole[np.ix_(range(len(A)), states, states)] = Z
+            return whole
+    return None
+
+
+def _closed_sets(A: Floats) -> list[list[int]]:
+    """Return all states, then the sets of those that one state acts on, directly or not."""
+    n = A.shape[1]
+    acts = (A != 0).any(axis=0) | np.eye(n, dtype=bool)
+    for _ in range(n):
+        acts = (acts.astype(int) @ acts.astype(int)) > 0
+    columns = {tuple(np.flatnonzero(acts[:, j]).tolist()) for j in range(n)}
+    smaller = sorted((set_ for set_ in columns if 1 < len(set_) < n), key=len)
+    return [list(range(n)), *map(list, smaller)]
+
+
+def _rounded(factor: Floats, s: Floats, digits: int) -> list[list[float]]:
+    """Return the factor with so many decimals in each state's own size."""
+    places = np.clip(digits - np.round(np.log10(s)), -30, 30).astype(int).tolist()
+    return [
+        [round(float(entry), place) for entry in row]
+        for row, place in zip(factor, places, strict=True)
+    ]

@@ -1,0 +1,76 @@
+"""Quadratic functions of a single matrix, from its eigenvectors and from its Lyapunov equation."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["equation_function", "modal_function"]
+
+Floats = NDArray[np.float64]
+# Beyond this a solution is rounding, not an answer.
+LARGEST = 1e14
+FASTEST = 30.0
+
+
+def modal_function(G: Floats) -> Floats | None:
+    """Return P = T^-* T^-1, T the eigenvectors: x'Px is the sum of the squared modes.
+
+    It shows every region in which the eigenvalues lie, to its edge; None for a matrix that has
+    hardly a basis of eigenvectors.
+    """
+    balanced, s = _balanced(G)
+    vectors = np.linalg.eig(balanced)[1]
+    if np.linalg.cond(vectors) > np.sqrt(LARGEST):
+        return None
+    inverse = np.linalg.inv(vectors)
+    return _in_states(np.real(inverse.conj().T @ inverse), s)
+
+
+def equation_function(G: Floats, rate: float, step: float | None) -> Floats | None:
+    """Return P with G'P + PG + 2 alpha P = -Q, or G'PG - rho^2 P = -Q; None where there is none.
+
+    Q = I in balanced states.  P is positive definite exactly when G decays faster than alpha [1/s].
+    """
+    from scipy.linalg import LinAlgError, solve_continuous_lyapunov, solve_discrete_lyapunov
+
+    balanced, s = _balanced(G)
+    one = np.eye(len(G))
+    try:
+        # Nearly singular equations are warned of; the checker decides about what they give.
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            if step is None:
+                P = solve_continuous_lyapunov((balanced + rate * one).T, -one)
+            else:
+                # A function of eigenvalues that are all too large serves every smaller rho too.
+                P = solve_discrete_lyapunov((balanced * np.exp(min(rate * step, FASTEST))).T, one)
+    except (LinAlgError, np.linalg.LinAlgError, ValueError):
+        return None
+    size = np.abs(P).max()
+    if not (np.isfinite(P).all() and 0 < size < LARGEST):
+        return None
+    return _in_states(np.asarray(P / size, dtype=np.float64), s)
+
+
+def _balanced(G: Floats) -> tuple[Floats, Floats]:
+    """Return S^-1 G S with rows and columns of like size, and the powers of two s."""
+    from scipy.linalg import matrix_balance
+
+    # The permutation, which is not used, is made of integers that very large scales overflow.
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        balanced, (s, _) = matrix_balance(G, permute=False, separate=True)
+    if not (np.isfinite(balanced).all() and np.isfinite(s).all() and s.min() > 0):
+        return G, np.ones(len(G))
+    return np.asarray(balanced, dtype=np.float64), np.asarray(s, dtype=np.float64)
+
+
+def _in_states(P: Floats, s: Floats) -> Floats:
+    """Return S^-1 P S^-1, brought to a size around 1."""
+    found = (P + P.T) / 2 / s / s[:, None]
+    diagonal = np.abs(np.diag(found))
+    middle = np.sqrt(diagonal.max()) * np.sqrt(diagonal[diagonal > 0].min(initial=diagonal.max()))
+    return np.asarray(found / np.exp2(np.round(np.log2(middle)))) if middle > 0 else found

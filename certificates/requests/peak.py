@@ -1,0 +1,157 @@
+"""Asks for a bound on the output's peak under a bounded disturbance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+from scipy.optimize import minimize_scalar
+
+from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
+from takagi.certificates.requests.decimals import rounded_down, rounded_up, short
+from takagi.certificates.requests.disturbed_loop import Output, disturbed_path, path_evidence
+from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.quadratic_motion import best_multiplier
+from takagi.certificates.requests.request import Attempt, first_proved, or_else
+from takagi.certificates.requests.valid_level import gain_reaches, largest_level
+from takagi.models.errors import ModelError
+
+__all__ = ["Peak"]
+
+Floats = NDArray[np.float64]
+BACK_OFF = (1e-5, 1e-4, 1e-3, 1e-2, 0.1)
+DIGITS = (6, 9, 12)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Peak:
+    """|y| <= gain b at all times, from rest, for every disturbance with |w|_2 <= b.
+
+    Attributes
+    ----------
+    gain : None takes the least that is found, a little more.
+    disturbance_norm : b; None takes the largest that keeps the state in the model's box, at most
+        1 where there is none.
+    decay_rate : alpha [1/s] of the set; None looks for the best.
+    disturbance, output : the path, as in ``disturbed_loop``.
+    """
+
+    gain: float | None = None
+    disturbance_norm: float | None = None
+    decay_rate: float | None = None
+    disturbance: str | None = None
+    output: Output | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("gain", "disturbance_norm"):
+            value = getattr(self, name)
+            if value is not None and not (np.isfinite(value) and value > 0):
+                raise ModelError(f"{name} = {value!r} was given; a positive number is needed")
+
+    def attempt(self, loop: Loop) -> Attempt:
+        """Return the claim ``peak``."""
+        from takagi.lmi import peak_gain
+
+        evidence = path_evidence(loop, self.disturbance, self.output)
+        path = disturbed_path(loop, evidence)
+        answer = peak_gain(*path, sample_time=loop.sample_time, decay_rate=self.decay_rate)
+        solver = str(answer.solver.get("status", ""))
+        one = np.eye(path[0].shape[1])
+        idle = _claim(evidence, one, 1.0, 1.0, self.disturbance_norm or 1.0, self.gain or 1.0)
+        if answer.P is None:
+            return first_proved(loop, [(answer.diagnosis or "no bound was found", idle)], solver)
+        claims = self._claims(loop, evidence, path, answer.P)
+        return first_proved(loop, or_else(claims, ("no set fits the model's box", idle)), solver)
+
+    def _claims(
+        self,
+        loop: Loop,
+        evidence: dict[str, Any],
+        path: tuple[Floats, Floats, Floats, Floats],
+        P: Floats,
+    ) -> Iterator[tuple[str, dict[str, Any]]]:
+        A, B, C, D = path
+        for more in BACK_OFF:
+            for digits in DIGITS:
+                rounded = short(P, digits)
+                held, s = best_multiplier(A, B, rounded, discrete=loop.sample_time is not None)
+                if not np.isfinite(held):
+                    continue
+                size = self.disturbance_norm or _fitting(loop, evidence, rounded, held)
+                s, level = rounded_down(s, 9), rounded_up(held * size**2 * (1 + more), 9)
+                if s <= 0 or size <= 0 or level <= 0:
+                    continue
+                least, share = least_peak(C, D, rounded / level * size**2)
+                gain = self.gain or rounded_up(least * (1 + more))
+                claim = _claim(evidence, rounded, level, s, size, gain)
+                words = f"peak gain {gain:.6g} for |w| <= {size:.6g}, P to {digits} digits"
+                yield words, claim | ({"share": share} if share else {})
+
+
+def least_peak(C: Floats, D: Floats, ellipsoid: Floats) -> tuple[float, float]:
+    """Return (gamma, t) least with gamma^2 diag((1 - t) X, t I) >= [C D]'[C D] at every blend.
+
+    Parameters
+    ----------
+    C, D : (N, p, n), (N, p, q).
+    ellipsoid : X, where x'Xx <= 1 for |w| <= 1.
+    """
+    spread = _largest(C @ np.linalg.solve(ellipsoid, C.transpose(0, 2, 1)))
+    if not D.any():
+        return float(np.sqrt(spread)), 0.0
+    whole = np.concatenate([C, D], axis=2)
+    q = D.shape[2]
+
+    def gamma(t: float) -> float:
+        weight = block_diag((1 - t) * ellipsoid, t * np.eye(q))
+        return _largest(whole @ np.linalg.solve(weight, whole.transpose(0, 2, 1)))
+
+    best = minimize_scalar(gamma, bounds=(1e-6, 1 - 1e-6), method="bounded")
+    share = float(f"{best.x:.6g}")
+    return float(np.sqrt(gamma(share))), share
+
+
+def _fitting(loop: Loop, evidence: dict[str, Any], P: Floats, held: float) -> float:
+    """Return the largest b, at most 1, whose set lies in the model's box; held is c at b = 1."""
+    family, added = loop.family, evidence["disturbance"] == "inputs"
+    limits = [1.0]
+    if not added:
+        limits += [
+            float(min(-side[0], side[1]))
+            for name, side in (family.other_box or {}).items()
+            if name in family.disturbances
+            and loop.model.E[:, :, family.disturbances.index(name)].any()
+        ]
+    sides = bounded_inputs(family) if added and loop.gains is not None else {}
+    for k, side in sides.items():
+        # |K x|_k <= b reach, and b is added to it.
+        reach = gain_reaches(loop, P, held)[k]
+        limits.append(0.999 * float(min(-side[0], side[1])) / (reach + 1))
+    level = largest_level(loop, P)
+    if np.isfinite(level):
+        limits.append(0.999 * float(np.sqrt(level / held)))
+    return rounded_down(min(limits), 4)
+
+
+def _largest(matrices: Floats) -> float:
+    symmetric = (matrices + matrices.transpose(0, 2, 1)) / 2
+    return float(np.linalg.eigvalsh(symmetric)[:, -1].max())
+
+
+def _claim(
+    evidence: dict[str, Any], P: Floats, level: float, multiplier: float, size: float, gain: float
+) -> dict[str, Any]:
+    return {
+        "name": "peak of the output under bounded disturbance",
+        "kind": "peak",
+        **evidence,
+        "disturbance_norm": size,
+        "gain": gain,
+        "level": level,
+        "multiplier": multiplier,
+        "P": P.tolist(),
+    }

@@ -1,0 +1,69 @@
+"""What V = x'Px does along blends, in floats: its rate, and the level a disturbance holds it to."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["best_multiplier", "box_corners", "fall_rate", "held_level"]
+
+Floats = NDArray[np.float64]
+# Multipliers that are tried, as shares of the rate at which V falls without disturbance.
+SHARES = np.linspace(0.02, 0.98, 97)
+
+
+def fall_rate(A: Floats, P: Floats, *, discrete: bool) -> float:
+    """Return the largest s with F_k >= s P for every blend: V' <= -s V, V(x+) - V <= -s V.
+
+    Parameters
+    ----------
+    A : (N, n, n).
+    """
+    inverse = np.linalg.inv(np.linalg.cholesky(P))
+    return float(np.linalg.eigvalsh(inverse @ _fall(A, P, discrete) @ inverse.T)[:, 0].min())
+
+
+def held_level(A: Floats, W: Floats, P: Floats, multiplier: float, *, discrete: bool) -> float:
+    """Return the least c that the disturbances hold V to at this multiplier; inf for none.
+
+    c = max_k lambda_max(H + G' (F - s P)^-1 G) / s with G = P W, H = 0, or A' P W and W' P W.
+
+    Parameters
+    ----------
+    W : (N, n, q), or (C, N, n, 1) for corners of a box.
+    """
+    left = _fall(A, P, discrete) - multiplier * P
+    if np.linalg.eigvalsh(left)[:, 0].min() <= 0:
+        return np.inf
+    reach = A.transpose(0, 2, 1) @ P @ W if discrete else P @ W
+    total = np.swapaxes(reach, -1, -2) @ np.linalg.solve(left, reach)
+    if discrete:
+        total = total + np.swapaxes(W, -1, -2) @ P @ W
+    total = (total + np.swapaxes(total, -1, -2)) / 2
+    return float(np.linalg.eigvalsh(total)[..., -1].max()) / multiplier
+
+
+def best_multiplier(A: Floats, W: Floats, P: Floats, *, discrete: bool) -> tuple[float, float]:
+    """Return (c, s): the least level that the disturbances hold V to, and its multiplier."""
+    rate = fall_rate(A, P, discrete=discrete)
+    if rate <= 0:
+        return np.inf, 0.0
+    return min(
+        (held_level(A, W, P, float(share * rate), discrete=discrete), float(share * rate))
+        for share in SHARES
+    )
+
+
+def box_corners(E: Floats, bounds: Floats) -> Floats:
+    """Return E w at the corners of |w_k| <= b_k, one of each opposite pair, (C, N, n, 1)."""
+    signs = np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=len(bounds) - 1)])
+    return np.asarray(np.einsum("knq,cq->ckn", E, signs * bounds)[..., None])
+
+
+def _fall(A: Floats, P: Floats, discrete: bool) -> Floats:
+    if discrete:
+        return np.asarray(P - A.transpose(0, 2, 1) @ P @ A)
+    PA = P @ A
+    return np.asarray(-(PA + PA.transpose(0, 2, 1)))

@@ -1,0 +1,82 @@
+"""What is asked for, and what became of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any, Protocol
+
+from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.requests.loop import Loop
+
+__all__ = ["Attempt", "Request", "first_proved", "or_else"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Attempt:
+    """A claim with its evidence, and the checker's verdict on it.
+
+    Attributes
+    ----------
+    claim : as it goes into the file: name, kind, evidence.
+    checked : what the checker says about it.
+    tried : what was tried, in words, in order; the last is the claim.
+    solver : the candidate's solver in its own words.
+    """
+
+    claim: Mapping[str, Any]
+    checked: Claim
+    tried: tuple[str, ...] = ()
+    solver: str = ""
+
+    @property
+    def proved(self) -> bool:
+        return self.checked.verdict is Verdict.PROVED
+
+
+class Request(Protocol):
+    """A claim that is wanted of a loop; a frozen dataclass with what is asked as its fields."""
+
+    def attempt(self, loop: Loop) -> Attempt:
+        """Return the best attempt: proved if it can be, else the last one that failed.
+
+        Raises
+        ------
+        ModelError : what is asked makes no sense for this loop.
+        """
+        ...
+
+
+def first_proved(
+    loop: Loop,
+    claims: Iterable[tuple[str, Mapping[str, Any]]],
+    solver: str = "",
+    *,
+    cannot_hold: Callable[[Mapping[str, Any]], bool] = lambda claim: False,
+) -> Attempt:
+    """Return the first of (words, claim) that the checker proves, else the last.
+
+    Give the strongest first, at least one: what follows are the steps of the back-off, which are
+    not made before they are needed.  ``cannot_hold`` spares the checker what floats show to fail;
+    the last claim is replayed whatever it says.
+    """
+    tried: list[str] = []
+    for words, claim in claims:
+        if cannot_hold(claim):
+            checked = None
+            tried.append(f"{words}: fails in floats")
+            continue
+        checked = loop.replay(claim)
+        tried.append(words)
+        if checked.verdict is Verdict.PROVED:
+            break
+    return Attempt(claim, checked or loop.replay(claim), tuple(tried), solver)
+
+
+def or_else(
+    claims: Iterator[tuple[str, Mapping[str, Any]]], idle: tuple[str, Mapping[str, Any]]
+) -> Iterable[tuple[str, Mapping[str, Any]]]:
+    """Return the claims; the idle one, which says why, where there are none."""
+    first = next(claims, None)
+    return [idle] if first is None else chain([first], claims)

@@ -1,0 +1,64 @@
+"""Fewer rules with a proved error, and smaller boxes with tighter bounds.
+
+reduced_model      ReducedModel: a model of fewer rules, its weights, and its error
+tensor_reduction   reduce_rules: truncated HOSVD of the vertices over the premises' weights
+rule_tensor        the vertices as a tensor, and the directions in which its rules differ
+simplex_hull       weights of a simplex around points: nonnegative decimals of sum one
+vertex_merging     merge_vertices: nearly equal vertices replaced by one of them
+exact_residual     original minus reduced vertices, in integers
+error_bound        ErrorBound: how large that is, and as norm-bounded uncertainty
+norm_block         one block D Delta [E, F] around given matrices, checked exactly
+cell_models        CellModels: one model for each cell of a plant's box
+box_refinement     refine: a plant's box cut into cells where it pays (hull_spread)
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from takagi.models.reduction.box_refinement import refine
+    from takagi.models.reduction.cell_models import CellModels, ModelCell
+    from takagi.models.reduction.error_bound import ErrorBound
+    from takagi.models.reduction.norm_block import NormBlock
+    from takagi.models.reduction.reduced_model import MergedModel, ReducedModel
+    from takagi.models.reduction.rule_tensor import mode_spectrum
+    from takagi.models.reduction.tensor_reduction import reduce_rules
+    from takagi.models.reduction.vertex_merging import merge_vertices
+
+__all__ = [
+    "CellModels",
+    "ErrorBound",
+    "MergedModel",
+    "ModelCell",
+    "NormBlock",
+    "ReducedModel",
+    "merge_vertices",
+    "mode_spectrum",
+    "reduce_rules",
+    "refine",
+]
+
+_HOME = {
+    "CellModels": "cell_models",
+    "ErrorBound": "error_bound",
+    "MergedModel": "reduced_model",
+    "ModelCell": "cell_models",
+    "NormBlock": "norm_block",
+    "ReducedModel": "reduced_model",
+    "merge_vertices": "vertex_merging",
+    "mode_spectrum": "rule_tensor",
+    "reduce_rules": "tensor_reduction",
+    "refine": "box_refinement",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOME:
+        return getattr(import_module(f"takagi.models.reduction.{_HOME[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

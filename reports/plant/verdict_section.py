@@ -1,0 +1,104 @@
+"""The verdict first: what is proved of this plant, in words and numbers, and what is left out."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.reports.html.text import Section, at_least, decimal, significant
+from takagi.reports.plant.claims import embedded, proved_kinds
+from takagi.reports.plant.gains_section import largest_commands
+from takagi.reports.plant.local_loops import LocalLoop
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from takagi.certificates.plant_design import PlantDesign
+    from takagi.reports.plant.plant_loop import PlantLoop
+
+__all__ = ["verdict_section"]
+
+
+def verdict_section(design: PlantDesign, loop: PlantLoop, loops: Sequence[LocalLoop]) -> Section:
+    """Return the verdict box of a plant's design."""
+    return Section(
+        "verdict",
+        "Verdict",
+        {
+            "verdict": design.checked.verdict.name,
+            "meaning": design.checked.verdict.value,
+            "claims": [(c.name, c.verdict.name, c.text) for c in design.checked.claims],
+            "messages": list(design.checked.messages),
+            "name": design.plant.name or "the plant",
+            "embedded": embedded(design),
+            "decays": loop.decay_rate is not None,
+            "level_proved": loop.level_proved,
+            "law": loop.gains is not None,
+            "facts": _facts(loop, loops, limits="input-limits" in proved_kinds(design)),
+            "inputs_bounded": [v.name for v in design.plant.inputs if v.range is not None],
+            "disturbances": [v.name for v in design.plant.disturbances if not v.schedules],
+            "signals": [v.name for v in design.plant.disturbances if v.schedules],
+            "discrete": loop.discrete,
+        },
+    )
+
+
+def _facts(
+    loop: PlantLoop, loops: Sequence[LocalLoop], *, limits: bool
+) -> list[tuple[str, str, str]]:
+    """Return (what, figure, remark); ``limits``: a claim proves how large the inputs get."""
+    model = loop.model
+    varying = sum(len(p.corners) > 1 for p in model.premises)
+    facts = [
+        (
+            "Model",
+            f"{len(model.rules)} rules",
+            f"from {varying} premises with proved bounds"
+            if varying != 1
+            else "from one premise with proved bounds",
+        )
+    ]
+    if loop.decay_rate is not None:
+        time = 1 / loop.decay_rate if loop.decay_rate > 0 else np.inf
+        facts.append(
+            (
+                "Decay, proved",
+                f"≥ {at_least(loop.decay_rate)} 1/s",
+                f"of the state, in the measure √V: a factor e in at most {significant(time)} s"
+                if np.isfinite(time)
+                else "V does not grow",
+            )
+        )
+    facts += [
+        (f"Box, {_name(label)}", f"{decimal(float(low))} to {decimal(float(high))} {_unit(label)}",
+         "deviation from rest")
+        for label, (low, high) in model.box.items()
+    ]  # fmt: skip
+    facts += [
+        ("Largest command", f"{significant(size)} {_unit(name)}", f"of {_name(name)}, from rest "
+         "value, for states in the ellipsoid; floating point")
+        for name, size in ([] if limits else largest_commands(loop))
+    ]  # fmt: skip
+    rest = [one for one in loops if one.place == "rest"]
+    facts += [
+        (
+            "Margins at rest",
+            f"{significant(float(np.degrees(one.margins.phase)), 2)}° phase, "
+            f"{significant(one.margins.disk.alpha, 2)} disk",
+            f"loop at {_name(one.input)}, linear; a delay of {significant(one.margins.delay)} s "
+            "is borne",
+        )
+        for one in rest
+        if one.margins.stable and np.isfinite(one.margins.phase)
+    ]
+    return facts
+
+
+def _name(label: str) -> str:
+    return label.split(" [")[0]
+
+
+def _unit(label: str) -> str:
+    unit = label.partition(" [")[2].rstrip("]")
+    return "" if unit == "-" else unit

@@ -1,0 +1,70 @@
+"""Plants and certificates of their embedding, for the tests of this folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from copy import deepcopy
+from typing import Any
+
+from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.checker.plant_embedding import check_embedding
+from takagi.certificates.checker.reader import read_text
+from takagi.certificates.checker.result import Checked, Claim
+from takagi.certificates.document import certificate_document
+from takagi.certificates.plant_embedding import embedding_claim, plant_data
+from takagi.models.plant.loader import load_plant
+from takagi.models.sector.model import sector_model
+from takagi.models.ts_model import TSModel
+
+CLAIM = {"name": "the plant is its model", "kind": "sector-embedding"}
+
+
+def library_model(name: str) -> TSModel:
+    """Return the model of a plant that comes with the package."""
+    return sector_model(load_plant(name))
+
+
+def as_read(data: Any) -> Any:
+    """Return the data as the checker's reader sees it."""
+    return read_text(json.dumps({"data": data}), "data")["data"]
+
+
+def said_of(data: Any) -> Claim:
+    """Return the checker's word on a plant's data, without a file around it."""
+    return check_embedding(CLAIM, as_read(data), None, "claims[0]")
+
+
+def checked(model: TSModel) -> Checked:
+    """Return the verdict on a file with the claim of the embedding alone."""
+    return check_document(
+        certificate_document(
+            model=plant_data(model), gains=None, claims=[embedding_claim(model)], provenance={}
+        )
+    )
+
+
+def changed(data: dict[str, Any], change: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
+    """Return a changed copy; a change that changes nothing is a mistake of the test."""
+    copy = deepcopy(data)
+    change(copy)
+    assert copy != data
+    return copy
+
+
+def one_state(
+    equation: str, premise: str, lower: object, upper: object, **more: Any
+) -> dict[str, Any]:
+    """Return x' = equation as z x with z = premise, on -1 <= x <= 2 unless ``range`` is given."""
+    side = more.pop("range", [-1, 2])
+    return {
+        "kind": "plant",
+        "sample_time": None,
+        "states": [{"name": "x", "unit": "-", "rest": 0, "range": side}],
+        "equations": [equation],
+        "embedding": {
+            "premises": [{"name": "z", "expression": premise, "lower": lower, "upper": upper}],
+            "A": [["z"]],
+        },
+        **more,
+    }

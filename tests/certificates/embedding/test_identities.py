@@ -1,0 +1,202 @@
+"""Identities that are shown, and others that must not be."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from takagi.certificates.checker.plant.derivative import derivative
+from takagi.certificates.checker.plant.evaluate import Evaluator
+from takagi.certificates.checker.plant.expression import Scope, read_expression
+from takagi.certificates.checker.plant.graph import FUNCTIONS, Graph
+from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.refusal import Refused
+
+NAMES = ("x", "y", "u")
+
+
+class Texts:
+    """One graph and algebra for texts in x, y and u."""
+
+    def __init__(self) -> None:
+        self.graph = Graph()
+        scope = {name: self.graph.variable(name) for name in NAMES}
+        self.scope = Scope(scope, {"table": 1})
+        self.algebra = Algebra(self.graph)
+
+    def node(self, text: str) -> int:
+        return read_expression(text, self.graph, self.scope, "here")
+
+    def equal(self, left: str, right: str) -> bool:
+        return self.algebra.equal(self.node(left), self.node(right))
+
+
+TRUE = [
+    ("(x + y)^3", "x^3 + 3*x^2*y + 3*x*y^2 + y^3"),
+    ("1/(x - y) - 1/(x + y)", "2*y/(x^2 - y^2)"),
+    ("x/(x*y)", "1/y"),
+    ("sin(x)^2 + cos(x)^2", "1"),
+    ("sin(2*x)", "2*sin(x)*cos(x)"),
+    ("cos(2*x)", "1 - 2*sin(x)^2"),
+    ("sin(3*x)", "3*sin(x) - 4*sin(x)^3"),
+    ("sin(x)", "2*sin(x/2)*cos(x/2)"),
+    ("sin(x/2)^2", "(1 - cos(x))/2"),
+    ("sin(2*x/3)", "2*sin(x/3)*cos(x/3)"),
+    ("sin(x + y)", "sin(x)*cos(y) + cos(x)*sin(y)"),
+    ("cos(x - 2*y)", "cos(x)*cos(2*y) + sin(x)*sin(2*y)"),
+    ("sin(-x)", "-sin(x)"),
+    ("sin(x + pi)", "-sin(x)"),
+    ("cos(x - pi/2)", "sin(x)"),
+    ("sin(1/2 + x)", "sin(1/2)*cos(x) + cos(1/2)*sin(x)"),
+    ("tan(x)*cos(x)", "sin(x)"),
+    ("1 + tan(x)^2", "1/cos(x)^2"),
+    ("sin(x*y)^2", "1 - cos(x*y)^2"),
+    ("sin(x/(1 + y))^2", "1 - cos(x/(y + 1))^2"),
+    ("exp(x + y)", "exp(x)*exp(y)"),
+    ("exp(-x)", "1/exp(x)"),
+    ("exp(3*x)", "exp(x)^3"),
+    ("exp(x)", "exp(x/2)^2"),
+    ("cosh(x)^2 - sinh(x)^2", "1"),
+    ("tanh(x)", "sinh(x)/cosh(x)"),
+    ("tanh(2*x)", "2*tanh(x)/(1 + tanh(x)^2)"),
+    ("sqrt(x)^2", "x"),
+    ("sqrt(x + y)^3", "(x + y)*sqrt(y + x)"),
+    ("x^(2/3)*x^(1/3)", "x"),
+    ("1/sqrt(2)", "sqrt(2)/2"),
+    ("sqrt(9/4)", "3/2"),
+    ("abs(x)^2", "x^2"),
+    ("abs(x)^3", "x^2*abs(x)"),
+    ("log(x + y) + x", "x + log(y + x)"),
+    ("atan(x*(y + 1))", "atan(x*y + x)"),
+    ("table(2*x)*y", "y*table(x + x)"),
+    ("sin(sin(2*x))^2 + cos(2*sin(x)*cos(x))^2", "1"),
+]
+FALSE = [
+    ("(x + y)^2", "x^2 + y^2"),
+    ("sin(2*x)", "2*sin(x)"),
+    ("cos(2*x)", "1 - sin(x)^2"),
+    ("sin(x + y)", "sin(x) + sin(y)"),
+    ("sin(x + pi)", "sin(x)"),
+    ("cos(x + pi/2)", "sin(x)"),
+    ("tan(x)", "sin(x)"),
+    ("exp(x + y)", "exp(x) + exp(y)"),
+    ("exp(-x)", "-exp(x)"),
+    ("cosh(x)^2 + sinh(x)^2", "1"),
+    ("sqrt(x^2)", "x"),
+    ("abs(x)", "x"),
+    ("abs(x)^3", "x^3"),
+    ("x^(1/3)", "x^(1/2)"),
+    ("log(x*y)", "log(x)*log(y)"),
+    ("table(x)", "table(y)"),
+    ("asin(x)", "atan(x)"),
+    ("pi", "22/7"),
+    ("pi", "3.14159265358979323846264338327950288"),
+    ("sqrt(2)", "1.41421356237309504880168872420969807"),
+    ("sin(1)", "sin(2)"),
+    ("x", "x + 1/10^60"),
+]
+
+
+@pytest.mark.parametrize(("left", "right"), TRUE)
+def test_true_identities_are_shown(left: str, right: str) -> None:
+    """In either order, and inside a larger expression."""
+    texts = Texts()
+    assert texts.equal(left, right)
+    assert texts.equal(right, left)
+    assert texts.equal(f"u*({left}) + 1/(u - ({right}))", f"({right})*u - 1/({left} - u)")
+
+
+@pytest.mark.parametrize(("left", "right"), FALSE)
+def test_false_identities_are_not_shown(left: str, right: str) -> None:
+    """Nor are they when a true identity of the same functions was met before."""
+    texts = Texts()
+    for true, also in TRUE:
+        texts.equal(true, also)
+    assert not texts.equal(left, right)
+
+
+@pytest.mark.parametrize("text", ["1/(x - x)", "1/(sin(x)^2 + cos(x)^2 - 1)", "1/(tan(x)*0)"])
+def test_a_division_by_what_is_zero_everywhere_is_refused(text: str) -> None:
+    """A hidden zero would make every identity true."""
+    with pytest.raises((Refused, ValueError)):
+        Texts().equal(text, "x")
+
+
+leaves = st.sampled_from(["x", "y", "2", "1/3", "sin(x)", "cos(y)", "exp(x)", "abs(y)", "tanh(x)"])
+expressions = st.recursive(
+    leaves,
+    lambda inner: st.one_of(
+        st.tuples(inner, st.sampled_from("+-*"), inner).map(lambda t: f"({t[0]}{t[1]}{t[2]})"),
+        inner.map(lambda t: f"sin({t})"),
+        inner.map(lambda t: f"({t})^2"),
+        inner.map(lambda t: f"({t})/(2 + cos({t}))"),
+    ),
+    max_leaves=5,
+)
+
+
+@given(left=expressions, right=expressions)
+def test_what_is_shown_is_so_at_a_point(left: str, right: str) -> None:
+    """Two ways: equality by algebra implies overlapping enclosures at a rational point."""
+    texts = Texts()
+    a, b = texts.node(left), texts.node(right)
+    try:
+        shown = texts.algebra.equal(a, b)
+    except Refused:
+        return
+    box = {"x": (7 * 10**35, 7 * 10**35), "y": (-3 * 10**35, -3 * 10**35)}
+    first, second = Evaluator(texts.graph, {}).values((a, b), box)
+    if first is None or second is None:
+        return
+    overlap = first[0] <= second[1] and second[0] <= first[1]
+    assert overlap or not shown
+
+
+@given(text=expressions)
+def test_the_derivative_is_that_of_differences(text: str) -> None:
+    """f'(x) by the chain rule against a central difference, at a point without a kink."""
+    texts = Texts()
+    root = texts.node(text)
+    try:
+        slope = derivative(texts.graph, root, "x")
+    except Refused:
+        return
+    evaluator, step = Evaluator(texts.graph, {}), 10**24
+
+    def at(node: int, x: int) -> float:
+        pair = evaluator.value(node, {"x": (x, x), "y": (-3 * 10**35, -3 * 10**35)})
+        assert pair is not None
+        return (pair[0] + pair[1]) / 2 / 10**36
+
+    x = 7 * 10**35
+    pairs = [
+        evaluator.value(root, {"x": (x + s, x + s), "y": (-3 * 10**35,) * 2}) for s in (-step, step)
+    ]
+    if any(pair is None for pair in pairs):
+        return
+    low, high = (sum(pair) for pair in pairs if pair is not None)
+    difference = (high - low) / 4 / step
+
+    assert math.isclose(difference, at(slope, x), rel_tol=1e-6, abs_tol=1e-6)
+
+
+@pytest.mark.parametrize("scale", ["1", "2", "-1"])
+@pytest.mark.parametrize("name", sorted(FUNCTIONS - {"acosh"}) + ["acosh"])
+def test_every_function_has_its_slope(name: str, scale: str) -> None:
+    """f(c x)' against a central difference at x = 3/10 (acosh: 7/5), for each function."""
+    texts = Texts()
+    shift = "+ 7/5 - 3/10*(" + scale + ")" if name == "acosh" else ""
+    positive = "+ 2" if name in ("log", "sqrt") else ""
+    root = texts.node(f"{name}(({scale})*x {shift} {positive})")
+    slope = derivative(texts.graph, root, "x")
+    evaluator, x, step = Evaluator(texts.graph, {}), 3 * 10**35, 10**24
+
+    low, middle, high = (evaluator.value(n, {"x": (at, at)})
+                         for n, at in ((root, x - step), (slope, x), (root, x + step)))  # fmt: skip
+
+    assert low is not None and middle is not None and high is not None
+    difference = (sum(high) - sum(low)) / 4 / step
+    assert math.isclose(difference, sum(middle) / 2 / 10**36, rel_tol=1e-9)

@@ -1,0 +1,103 @@
+"""Wider premises: scalar models whose limit is known, and back to the box itself."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from takagi.certificates import CertificateError, Verdict, certify
+from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kinds.box_enlargement import enlarged
+from takagi.certificates.checker.matrices import Matrix
+from takagi.certificates.requests import BoxEnlargement
+from takagi.models import Premise, TSModel
+from tests.certificates.kinds.claims import law_data, model_data, said_of
+
+Data = dict[str, Any]
+CORNERS = [[0, 0], [0, 1], [1, 0], [1, 1]]
+RANGES = [{"name": name, "lower": -1, "upper": 1} for name in ("a", "b")]
+
+
+def claim(theta: float, **others: Any) -> Data:
+    base = {"name": "x", "kind": "box-enlargement", "decay_rate": 0, "P": [[1]]}
+    return base | {"enlargement": theta} | others
+
+
+def test_one_premise() -> None:
+    """x' = (-2 + z) x, |z| <= theta, is stable for all z iff theta < 2."""
+    model = model_data([[[-3]], [[-1]]])
+
+    for theta in (0, 1, 1.999999999):
+        assert said_of(model, None, claim(theta)).verdict is Verdict.PROVED
+    for theta in (2, 2.1, -1):
+        assert said_of(model, None, claim(theta)).verdict is Verdict.UNDECIDED
+
+
+def test_a_product_of_premises_grows_with_the_square() -> None:
+    """x' = (-3 + a b) x is stable iff theta^2 < 3; along A_0 + theta (A_i - A_0) it would be 3."""
+    A = [[[-2]], [[-4]], [[-4]], [[-2]]]
+    model = model_data(A, premises=RANGES, rules=CORNERS)
+
+    assert said_of(model, None, claim(1.7320508)).verdict is Verdict.PROVED
+    assert said_of(model, None, claim(1.7320509)).verdict is Verdict.UNDECIDED
+    assert said_of(model_data(A), None, claim(1.7320509)).verdict is Verdict.PROVED
+
+
+def test_gains_blend_as_they_like() -> None:
+    """x' = z x + u on |z| <= theta with gains 2 and 3: the weaker gain has to do, theta < 2."""
+    model = model_data([[[-1]], [[1]]], B=[[[1]]])
+    gains = law_data([[[2]], [[3]]])
+
+    assert said_of(model, gains, claim(1.999999999)).verdict is Verdict.PROVED
+    assert said_of(model, gains, claim(2)).verdict is Verdict.UNDECIDED
+
+
+@pytest.mark.parametrize("change", [{"enlargement": None}, {"P": [[1, 0]]}, {"enlargement": "1"}])
+def test_what_does_not_fit_is_refused(change: Data) -> None:
+    """Types and shapes raise CertificateError; so do rules that leave out a corner."""
+    with pytest.raises(CertificateError):
+        said_of(model_data([[[-3]], [[-1]]]), None, claim(1) | change)
+    holes = model_data([[[-3]], [[-2]], [[-1]]], premises=RANGES, rules=CORNERS[:3])
+    with pytest.raises(CertificateError, match="leave out"):
+        said_of(holes, None, claim(1))
+
+
+@given(st.fractions(0, 3, max_denominator=20), st.lists(st.integers(-9, 9), min_size=4, max_size=4))
+def test_the_enlarged_vertices_are_those_of_the_multiaffine_function(
+    theta: Fraction, c: list[int]
+) -> None:
+    """c0 + c1 a + c2 b + c3 a b at a, b = +-theta, from its values at +-1."""
+
+    def value(a: Fraction, b: Fraction) -> Fraction:
+        return c[0] + c[1] * a + c[2] * b + c[3] * a * b
+
+    ends = [(2 * i - 1, 2 * j - 1) for i, j in CORNERS]
+    stack = tuple(Matrix.of([[value(Fraction(a), Fraction(b))]]) for a, b in ends)
+    family = Family(A=stack, corners=tuple((i, j) for i, j in CORNERS))
+
+    found = [one[0, 0] for one in enlarged(stack, family, theta)]
+
+    assert found == [value(theta * a, theta * b) for a, b in ends]
+
+
+def test_the_largest_enlargement_is_proved() -> None:
+    """x' = [0 1; -2 + z, -1] x over |z| <= theta: found, a little less proved, beyond it not."""
+    A = np.array([[[0.0, 1.0], [-3.0, -1.0]], [[0.0, 1.0], [-1.0, -1.0]]])
+    model = TSModel(A, premises=[Premise("z", "-1", "1")])
+
+    found = certify(model, claims=[BoxEnlargement()])
+
+    assert found.verdict is Verdict.PROVED
+    claim = found.document["claims"][0]
+    theta = claim["enlargement"]
+    assert theta > 1
+    wider = said_of(
+        dict(found.document["model"]), None, {**claim, "enlargement": round(1.01 * theta, 6)}
+    )
+    assert wider.verdict is Verdict.UNDECIDED
+    assert certify(model, claims=[BoxEnlargement(decay_rate=9.0)]).verdict is Verdict.UNDECIDED

@@ -1,0 +1,149 @@
+"""Functions that are scheduled by the weights: scalar thresholds, and pairs that need them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates import CertificateError, Verdict, certify
+from takagi.certificates.requests import Decay, FuzzyDecay
+from takagi.models import Premise, TSModel
+from tests.certificates.kinds.claims import law_data, model_data, said_of
+
+Data = dict[str, Any]
+
+
+def scalar(p1: float, p2: float, **others: Any) -> Data:
+    """Return the claim with P(h) = p1 h1 + p2 h2."""
+    P = [{"powers": [[1, 0]], "matrix": [[p1]]}, {"powers": [[0, 1]], "matrix": [[p2]]}]
+    claim = {"name": "x", "kind": "fuzzy-decay", "decay_rate": 0, "degrees": [1], "P": P}
+    return claim | {"polya": 0, "rates": [[1, 1]]} | others
+
+
+def test_rates_are_proved_up_to_their_limit() -> None:
+    """x' = -x with P = h1 + 2 h2: -V' = (2 (h1 + 2 h2) - h2') x^2 > 0 for all h iff |h2'| < 2."""
+    model = model_data([[[-1]], [[-1]]])
+
+    below, at = [[1.999999999, 1.999999999]], [[2, 2]]
+    assert said_of(model, None, scalar(1, 2, rates=below)).verdict is Verdict.PROVED
+    assert said_of(model, None, scalar(1, 2, rates=at)).verdict is Verdict.UNDECIDED
+    # One bound alone keeps the other, for h1' = -h2'.
+    assert said_of(model, None, scalar(1, 2, rates=[[100, 1.9]])).verdict is Verdict.PROVED
+
+
+def test_rates_and_decay_share_the_margin() -> None:
+    """2 (1 - alpha) > 2: at rate 0 the decay rate may be as large as 1, at rates 1 half of it."""
+    model = model_data([[[-1]], [[-1]]])
+
+    for rate, alpha in ((0, 1.0), (1, 0.5)):
+        claim = scalar(1, 2, rates=[[rate, rate]])
+        below = claim | {"decay_rate": alpha - 1e-9}
+        assert said_of(model, None, below).verdict is Verdict.PROVED
+        assert said_of(model, None, claim | {"decay_rate": alpha}).verdict is Verdict.UNDECIDED
+
+
+def test_jumps_in_discrete_time_cost_the_ratio_of_both_functions() -> None:
+    """x+ = a x: P(h) > a^2 P(h+) for all h, h+ iff 1 > 4 a^2, with P1 = 1 and P2 = 4."""
+    claim = scalar(1, 4)
+    del claim["rates"]
+
+    for a, verdict in ((0.499999, Verdict.PROVED), (0.5, Verdict.UNDECIDED)):
+        model = model_data([[[a]], [[a]]], sample_time=1)
+        assert said_of(model, None, claim).verdict is verdict
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"P": [{"powers": [[1, 0]], "matrix": [[-1]]}, {"powers": [[0, 1]], "matrix": [[2]]}]},
+        {"decay_rate": 1},
+        {"decay_rate": -1},
+        {"rates": [[9, 9]]},
+    ],
+    ids=str,
+)
+def test_what_is_false_is_not_proved(change: Data) -> None:
+    """A negative P, a faster decay, faster weights: never PROVED."""
+    model = model_data([[[-1]], [[-1]]])
+    assert said_of(model, None, scalar(1, 2)).verdict is Verdict.PROVED
+
+    assert said_of(model, None, scalar(1, 2) | change).verdict is Verdict.UNDECIDED
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"rates": [None]},
+        {"rates": [[1]]},
+        {"rates": [[-1, 1]]},
+        {"rates": []},
+        {"degrees": [2]},
+        {"degrees": [0.5]},
+        {"degrees": [9]},
+        {"degrees": [1, 1]},
+        {"polya": 9},
+        {"polya": -1},
+        {"P": []},
+        {"P": [{"powers": [[1, 0]], "matrix": [[1]]}] * 2},
+        {"P": [{"powers": [[2, -1]], "matrix": [[1]]}, {"powers": [[0, 1]], "matrix": [[1]]}]},
+        {"P": [{"powers": [[1, 0]], "matrix": [[1]]}, {"powers": [[0, 1]], "matrix": [[1, 2]]}]},
+    ],
+    ids=lambda change: str(change)[:40],
+)
+def test_what_does_not_fit_is_refused(change: Data) -> None:
+    """Degrees, exponents and rates that fit no polynomial raise CertificateError, nothing else."""
+    with pytest.raises(CertificateError):
+        said_of(model_data([[[-1]], [[-1]]]), None, scalar(1, 2) | change)
+
+
+def test_a_law_with_weights_of_its_own_is_refused() -> None:
+    """P(h) is a function of one set of weights."""
+    model = model_data([[[-1]], [[-1]]], B=[[[1]], [[2]]])
+    own = [{"name": "z", "lower": 0, "upper": 1}]
+    gains = law_data([[[0]], [[1]]], premises=own)
+
+    with pytest.raises(CertificateError, match="weights of its own"):
+        said_of(model, gains, scalar(1, 2))
+
+
+def pair(a: float) -> list[list[list[float]]]:
+    """Return Dayawansa and Martin's pair."""
+    return [[[-1, -1], [1, -1]], [[-1, -a], [1 / a, -1]]]
+
+
+def test_slow_weights_are_proved_where_no_common_function_exists() -> None:
+    """Dayawansa & Martin (1999): none for a >= 3 + sqrt(8); every blend is stable by itself."""
+    model = TSModel(pair(7.0), name="pair")
+
+    assert certify(model, claims=[Decay(0.0)]).verdict is Verdict.DISPROVED
+    slow = certify(model, claims=[FuzzyDecay(rate_bounds=0.05)])
+    assert slow.verdict is Verdict.PROVED
+    assert certify(model, claims=[FuzzyDecay(rate_bounds=1e3)]).verdict is Verdict.UNDECIDED
+
+
+def test_premises_with_gains_and_rates_in_their_unit() -> None:
+    """Two premises, a paired loop; one premise moves as it likes, so P does not depend on it."""
+    premises = [Premise("a", "-1", "1"), Premise("b", "0", "2")]
+    A = [[[0.0, 1.0], [a, -1.0]] for a in (-2.0, -1.5, -1.0, -0.5)]
+    B = [[[0.0], [b]] for b in (1.0, 1.5, 1.0, 1.5)]
+    K = [[[1.0, 1.0]], [[1.2, 1.0]], [[1.5, 1.1]], [[2.0, 1.0]]]
+    model = TSModel(A, B, premises=premises)
+    rates = {"a": 0.5, "b": np.inf}
+
+    found = certify(model, K, claims=[FuzzyDecay(rate_bounds=rates, decay_rate=0.2)])
+
+    assert found.verdict is Verdict.PROVED
+    claim = found.document["claims"][0]
+    assert claim["degrees"] == [1, 0]
+    # |a'| <= 0.5 over a width of 2.
+    assert claim["rates"] == [[0.25, 0.25], None]
+
+
+def test_a_sampled_pair_needs_two_functions() -> None:
+    """ROLMIP manual, section 7.1, at half size: one P(h) serves jumps of the weights."""
+    pair = 0.8 * np.array([[[0.1, 0.9], [0.0, 0.1]], [[0.5, 0.0], [1.0, 0.5]]])
+    model = TSModel(pair, sample_time=1.0)
+
+    assert certify(model, claims=[FuzzyDecay()]).verdict is Verdict.PROVED

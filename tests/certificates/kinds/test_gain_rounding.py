@@ -1,0 +1,115 @@
+"""Rounded gains: scalar loops whose room is known, and corners of the box of all roundings."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates import CertificateError, Verdict, certify
+from takagi.certificates.requests import GainRounding
+from takagi.models import TSModel
+from takagi.models.errors import ModelError
+from tests.certificates.kinds.claims import law_data, model_data, said_of
+
+Data = dict[str, Any]
+
+
+def claim(**others: Any) -> Data:
+    base = {"name": "x", "kind": "gain-rounding", "decay_rate": 0, "P": [[1]], "tau": [1]}
+    return base | {"absolute": [[0]], "relative": 0} | others
+
+
+@pytest.mark.parametrize("way", ["absolute", "relative"])
+@pytest.mark.parametrize(("sample_time", "A", "room"), [(None, 0, 1), (1, 1.5, 0.5)])
+def test_room_of_a_scalar_loop(way: str, sample_time: Any, A: float, room: float) -> None:
+    """x' = u, or x+ = 1.5 x + u, with u = -x: stable iff the gain is off by less than the room."""
+    model = model_data([[[A]]], B=[[[1]]], sample_time=sample_time)
+    gains = law_data([[[1]]], sample_time=sample_time)
+
+    for step, verdict in ((room - 1e-6, Verdict.PROVED), (room, Verdict.UNDECIDED)):
+        one = {"absolute": [[step]]} if way == "absolute" else {"relative": step}
+        assert said_of(model, gains, claim(tau=[step], **one)).verdict is verdict
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"P": [[-1]]},
+        {"tau": [0]},
+        {"tau": [-1]},
+        {"tau": [100]},
+        {"tau": [0.001]},
+        {"relative": -0.5},
+        {"absolute": [[-0.5]]},
+        {"relative": 1},
+        {"absolute": [[0.6]]},
+        {"decay_rate": 0.6},
+        {"decay_rate": -1},
+    ],
+    ids=str,
+)
+def test_what_is_false_is_not_proved(change: Data) -> None:
+    """Another P, multiplier, step or rate: never PROVED."""
+    model, gains = model_data([[[0]]], B=[[[1]]]), law_data([[[1]]])
+    good = claim(tau=[0.5], relative=0.5)
+    assert said_of(model, gains, good).verdict is Verdict.PROVED
+
+    assert said_of(model, gains, good | change).verdict is Verdict.UNDECIDED
+
+
+@pytest.mark.parametrize(
+    "change", [{"tau": []}, {"tau": [1, 1]}, {"absolute": [[0, 0]]}, {"relative": None}], ids=str
+)
+def test_what_does_not_fit_is_refused(change: Data) -> None:
+    """One tau an input, one step a gain; and there must be gains."""
+    model, gains = model_data([[[0]]], B=[[[1]]]), law_data([[[1]]])
+    with pytest.raises(CertificateError):
+        said_of(model, gains, claim(**change))
+    with pytest.raises(CertificateError, match="no gains"):
+        said_of(model_data([[[-1]]]), None, claim())
+
+
+def loop(sample_time: float | None) -> tuple[TSModel, np.ndarray[Any, Any]]:
+    """Return two rules with two inputs, in continuous time or as Euler steps of it."""
+    A = np.array([[[0.0, 1.0], [1.0, 0.0]], [[0.0, 1.0], [2.0, 0.0]]])
+    B = np.array([[[0.1, 0.0], [1.0, 0.5]], [[0.0, 0.0], [1.1, 0.4]]])
+    K = np.array([[[3.0, 2.0], [0.5, 0.1]], [[4.0, 2.0], [0.5, 0.2]]])
+    if sample_time is not None:
+        A, B = np.eye(2) + sample_time * A, sample_time * B
+    return TSModel(A, B, sample_time=sample_time), K
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.05])
+@pytest.mark.parametrize("absolute", [None, [[1.0, 0.5], [0.5, 0.5]]])
+def test_every_corner_of_the_roundings_decays(sample_time: float | None, absolute: Any) -> None:
+    """V falls at every corner of the box of gains that is claimed: 2^8 of them, in floats."""
+    model, K = loop(sample_time)
+    found = certify(model, K, claims=[GainRounding(absolute=absolute)])
+    assert found.verdict is Verdict.PROVED
+    claim = found.document["claims"][0]
+    P, rate = np.array(claim["P"]), claim["decay_rate"]
+    steps = np.array(claim["absolute"]) + claim["relative"] * np.abs(K)
+    assert steps.max() > 0.01
+
+    for signs in product((-1, 1), repeat=K.size):
+        moved = K + np.array(signs).reshape(K.shape) * steps
+        for i, j in ((0, 0), (0, 1), (1, 1)):
+            G = model.A[i] + model.A[j] - model.B[i] @ moved[j] - model.B[j] @ moved[i]
+            G = G / 2
+            left = P @ G + G.T @ P + 2 * rate * P
+            if sample_time is not None:
+                left = G.T @ P @ G - np.exp(-2 * rate * sample_time) * P
+            assert np.linalg.eigvalsh(left).max() < 0
+
+
+def test_gains_are_needed_and_steps_of_their_shape() -> None:
+    """Misuse: no gains, a wrong shape, negative steps."""
+    model, K = loop(None)
+    with pytest.raises(ModelError, match="no gains"):
+        certify(TSModel([[[-1.0]]]), claims=[GainRounding()])
+    for steps in ([[1.0]], [[-1.0, 0.0], [0.0, 0.0]], [[0.0, 0.0], [0.0, 0.0]]):
+        with pytest.raises(ModelError, match="steps"):
+            certify(model, K, claims=[GainRounding(absolute=steps)])

@@ -1,0 +1,130 @@
+"""The variance under white noise: exact thresholds, a second way, and claims that are false."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
+
+from takagi.certificates import CertificateError, Verdict
+from takagi.certificates.requests import H2Norm, Loop
+from takagi.models import TSModel
+from takagi.models.errors import ModelError
+from tests.certificates.kinds.claims import model_data, said_of
+
+Data = dict[str, Any]
+
+
+def line() -> tuple[Data, Data]:
+    """Return x' = -2 x + w, y = x, of H2 norm 1 / sqrt(2 a) = 1/2, and a claim."""
+    model = model_data([[[-2]]], E=[[[1]]], C=[[[1]]])
+    claim = {"name": "line", "kind": "h2-norm", "disturbance": "disturbances"}
+    return model, claim | {"norm": 0.500000001, "P": [[0.2500000001]]}
+
+
+def sampled() -> tuple[Data, Data]:
+    """Return x+ = 0.6 x + w, y = x, of H2 norm 1 / sqrt(1 - a^2) = 5/4, and a claim."""
+    model = model_data([[[0.6]]], E=[[[1]]], C=[[[1]]], sample_time=0.1)
+    claim = {"name": "line", "kind": "h2-norm", "disturbance": "disturbances"}
+    return model, claim | {"norm": 1.250000001, "P": [[1.5625000001]]}
+
+
+@pytest.mark.parametrize(("case", "limit"), [(line, 0.5), (sampled, 1.25)])
+def test_norm_from_both_sides_of_its_exact_value(case: Any, limit: float) -> None:
+    model, claim = case()
+
+    assert said_of(model, None, claim).verdict is Verdict.PROVED
+    for norm in (limit, limit - 1e-9):
+        for p in (limit**2 - 1e-9, limit**2, limit**2 + 1e-9):
+            at_limit = claim | {"norm": norm, "P": [[p]]}
+            assert said_of(model, None, at_limit).verdict is Verdict.UNDECIDED
+
+
+@pytest.mark.parametrize("changed", [{"E": [[[-1.001]]]}, {"C": [[[1.001]]]}, {"A": [[[-1.999]]]}])
+def test_the_model_decides(changed: Data) -> None:
+    model, claim = line()
+
+    assert said_of(model | changed, None, claim).verdict is Verdict.UNDECIDED
+
+
+def test_delay_of_two_samples() -> None:
+    """y(k + 2) = w(k) / 2: p1 > 1, p2 > p1 / 4, norm^2 >= p2, exactly for norm > 1/2."""
+    A = [[[0, 0.5], [0, 0]]]
+    model = model_data(A, E=[[[0], [1]]], C=[[[1, 0]]], sample_time=0.1)
+    claim = {"name": "delay", "kind": "h2-norm", "disturbance": "disturbances"}
+
+    above = claim | {"norm": 0.500001, "P": [[1.000001, 0], [0, 0.2500005]]}
+    assert said_of(model, None, above).verdict is Verdict.PROVED
+    at_limit = claim | {"norm": 0.5, "P": [[1.000001, 0], [0, 0.25000026]]}
+    assert said_of(model, None, at_limit).verdict is Verdict.UNDECIDED
+
+
+def test_norms_are_positive() -> None:
+    model, claim = line()
+
+    with pytest.raises(CertificateError, match="positive"):
+        said_of(model, None, claim | {"norm": -1})
+
+
+def test_all_disturbances_count() -> None:
+    """Two columns of E add their variances: 1/4 + 1/4 = 1/2 = 0.7071...^2."""
+    model, claim = line()
+    two = model | {"E": [[[1, 1]]]}
+
+    assert said_of(two, None, claim).verdict is Verdict.UNDECIDED
+    assert said_of(two, None, claim | {"norm": 0.70711}).verdict is Verdict.PROVED
+    assert said_of(two, None, claim | {"norm": 0.70710}).verdict is Verdict.UNDECIDED
+
+
+def test_noise_that_reaches_the_output_directly() -> None:
+    """Infinite variance in continuous time; in discrete time it adds |D|^2: 1.5625 + 1."""
+    direct = {"output": {"C": [[[1]]], "F": [[[1]]]}}
+    model, claim = line()
+    found = said_of(model, None, claim | direct | {"norm": 100, "P": [[1]]})
+    assert found.verdict is Verdict.UNDECIDED
+    assert "directly" in found.text
+
+    model, claim = sampled()
+    assert said_of(model, None, claim | direct | {"norm": 1.60079}).verdict is Verdict.PROVED
+    assert said_of(model, None, claim | direct | {"norm": 1.60078}).verdict is Verdict.UNDECIDED
+
+
+def test_any_rule_may_be_the_one_that_counts() -> None:
+    model, claim = line()
+
+    for E in ([[[1]], [[1.1]]], [[[1.1]], [[1]]]):
+        two = model | {"A": [[[-2]], [[-2]]], "E": E}
+        assert said_of(two, None, claim).verdict is Verdict.UNDECIDED
+        assert said_of(two, None, claim | {"norm": 0.56}).verdict is Verdict.PROVED
+
+
+numbers = st.floats(-1.0, 1.0).map(lambda value: round(value, 3))
+matrices = st.lists(numbers, min_size=4, max_size=4).map(lambda v: np.reshape(v, (2, 2)))
+
+
+@settings(max_examples=15, deadline=None)
+@given(matrices, st.booleans())
+def test_one_vertex_has_the_norm_of_its_gramian(A: Any, discrete: bool) -> None:
+    """sqrt(tr B'PB) with the observability Gramian P, solved by scipy: equal to 3e-4."""
+    A = A * 0.45 if discrete else A - 2.5 * np.eye(2)
+    B, C = np.array([[1.0], [0.5]]), np.array([[1.0, 0.2]])
+    solve = solve_discrete_lyapunov if discrete else solve_continuous_lyapunov
+    P = solve(A.T, C.T @ C if discrete else -C.T @ C)
+    truth = float(np.sqrt((B.T @ P @ B)[0, 0]))
+    loop = Loop.of(TSModel([A], C=[C], E=[B], sample_time=0.5 if discrete else None))
+
+    attempt = H2Norm().attempt(loop)
+
+    assert attempt.proved
+    assert truth < attempt.claim["norm"] < truth * (1 + 3e-4)
+    assert H2Norm(truth * (1 + 1e-4)).attempt(loop).proved
+    assert not H2Norm(truth * (1 - 1e-4)).attempt(loop).proved
+
+
+def test_misuse_raises() -> None:
+    with pytest.raises(ModelError, match="positive"):
+        H2Norm(0.0)

@@ -1,0 +1,227 @@
+"""Amplitudes and rates of inputs on an invariant set: exact limits, a simulation, mutants."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates import CertificateError, Verdict
+from takagi.certificates.requests import InputLimits, Loop
+from takagi.lmi import input_rate_bound, pdc
+from takagi.models import TSModel, sector_model
+from takagi.models.errors import ModelError
+from takagi.models.plant.loader import load_plant
+from tests.certificates.kinds.claims import law_data, model_data, said_of
+
+Data = dict[str, Any]
+MORE = 1 + 1e-12
+
+
+def steered() -> tuple[Data, Data, Data]:
+    """Return x' = x + u, u = -3 x on |x| <= 2: |u| <= 6, u' = 6 x so |u'| <= 12; and a claim."""
+    claim = {"name": "steered", "kind": "input-limits", "P": [[1]], "level": 4, "multiplier": 4}
+    rates = {"rate_limits": [12], "rate_shares": {"motion": [12]}}
+    return model_data([[[1]]], B=[[[1]]]), law_data([[[3]]]), claim | {"input_limits": [6]} | rates
+
+
+def two_gains() -> tuple[Data, Data, Data]:
+    """Return x' = x + u, gains 3 and 5, |h'| <= 1/2, on |x| <= 1, and a claim at its limits.
+
+    u' = (h1 3 + h2 5) (h1 2 + h2 4) x - (h1' 3 + h2' 5) x: at most 20 and 1/2 |5 - 3| = 1.
+    """
+    model, _, claim = steered()
+    two = model | {"A": [[[1]], [[1]]]}
+    shares = {"motion": [20], "memberships": [1]}
+    evidence = {"level": 1, "input_limits": [5], "rate_limits": [21], "rate_shares": shares}
+    return two, law_data([[[3]], [[5]]]), claim | evidence | {"membership_rates": [0.5, 0.5]}
+
+
+def test_amplitude_and_rate_at_their_exact_limits() -> None:
+    model, gains, claim = steered()
+
+    found = said_of(model, gains, claim)
+    assert found.verdict is Verdict.PROVED
+    assert "|u_k| <= 6" in found.text
+    assert "|u_k'| <= 12" in found.text
+    for mutant in (
+        {"input_limits": [6 / MORE]},
+        {"rate_limits": [12 / MORE]},
+        {"rate_shares": {"motion": [12 / MORE]}},
+        {"level": 4 * MORE},
+        {"multiplier": 4 * MORE},
+    ):
+        assert said_of(model, gains, claim | mutant).verdict is Verdict.UNDECIDED
+
+
+def test_moving_memberships_move_the_input() -> None:
+    model, gains, claim = two_gains()
+
+    assert said_of(model, gains, claim).verdict is Verdict.PROVED
+    for mutant in (
+        {"rate_limits": [20.999]},
+        {"rate_shares": {"motion": [19.999], "memberships": [1]}},
+        {"rate_shares": {"motion": [20], "memberships": [0.999]}},
+        {"membership_rates": [0.5001, 0.5001]},
+        {"input_limits": [4.999]},
+    ):
+        assert said_of(model, gains, claim | mutant).verdict is Verdict.UNDECIDED
+    # Rates sum to zero, so the slower membership holds back the other.
+    slow = claim | {"membership_rates": [0.5, 9]}
+    assert said_of(model, gains, slow).verdict is Verdict.PROVED
+
+
+def test_sampled_input_moves_from_one_sample_to_the_next() -> None:
+    """u(x+) - u(x) of x+ = x + u, u = -x/2: x/4."""
+    model = model_data([[[1]]], B=[[[1]]], sample_time=1)
+    claim = {"name": "s", "kind": "input-limits", "P": [[1]], "level": 1, "multiplier": 0.75}
+    claim |= {"input_limits": [0.5], "rate_limits": [0.25], "rate_shares": {"motion": [0.25]}}
+    gains = law_data([[[0.5]]], sample_time=1)
+
+    assert said_of(model, gains, claim).verdict is Verdict.PROVED
+    less = {"rate_limits": [0.2499], "rate_shares": {"motion": [0.2499]}}
+    assert said_of(model, gains, claim | less).verdict is Verdict.UNDECIDED
+
+
+def test_sampled_memberships_jump() -> None:
+    """Gains 1/2 and 3/2 with any h+: u(x+) - u(x) = (K+ (1 - K) - K) x: at most 9/4 in size."""
+    model = model_data([[[1]], [[1]]], B=[[[1]]], sample_time=1)
+    claim = {"name": "s", "kind": "input-limits", "P": [[1]], "level": 1, "multiplier": 0.75}
+    claim |= {"input_limits": [1.5], "rate_limits": [2.25], "rate_shares": {"motion": [2.25]}}
+    gains = law_data([[[0.5]], [[1.5]]], sample_time=1)
+
+    assert said_of(model, gains, claim).verdict is Verdict.PROVED
+    less = {"rate_limits": [2.2499], "rate_shares": {"motion": [2.2499]}}
+    assert said_of(model, gains, claim | less).verdict is Verdict.UNDECIDED
+
+
+def test_disturbance_pushes_the_input() -> None:
+    """x' = -2 x + w, |w| <= 4 holds |x| <= 2; u' = 6 x - 3 w adds 12 to the rate."""
+    model, gains, claim = steered()
+    pushed = model | {"E": [[[1]]]}
+    claim |= {"multiplier": 2, "disturbance": "disturbances", "disturbance_bounds": [4]}
+
+    assert said_of(pushed, gains, claim).verdict is Verdict.UNDECIDED
+    assert said_of(pushed, gains, claim | {"rate_limits": [24]}).verdict is Verdict.PROVED
+    assert said_of(pushed, gains, claim | {"rate_limits": [23.999]}).verdict is Verdict.UNDECIDED
+
+
+def test_each_rule_moves_with_its_own_matrix() -> None:
+    """With A_2 = 1/2 the second rule alone is the fastest: 5 (5 - 1/2) = 22.5."""
+    model, gains, claim = two_gains()
+    apart = model | {"A": [[[1]], [[0.5]]]}
+    claim |= {"rate_limits": [23.5]}
+
+    for motion, verdict in ((22.5, Verdict.PROVED), (22.4999, Verdict.UNDECIDED)):
+        shares = {"motion": [motion], "memberships": [1]}
+        assert said_of(apart, gains, claim | {"rate_shares": shares}).verdict is verdict
+
+
+def test_rates_that_are_not_claimed() -> None:
+    """Weights of the law's own, too many rules, too many memberships, a rate below zero."""
+    model, gains, claim = two_gains()
+    premises = [{"name": "z", "lower": 0, "upper": 1}]
+    many = law_data([[[3 + j / 100]] for j in range(25)])
+    some = law_data([[[3 + j / 100]] for j in range(11)])
+    rules = {"A": [[[1]]] * 24 + [[[0.9]]]}
+    wide = claim | {"level": 0.01, "membership_rates": [0.5] * 11}
+
+    for other, law, evidence, words in (
+        (model, gains | {"premises": premises, "rules": [[0], [1]]}, claim, "weights of its own"),
+        (model | rules, many, claim, "more than 24 rules"),
+        (model | {"A": [[[1]]] * 10 + [[[0.9]]]}, some, wide, "at most 10 memberships"),
+        (model, gains, claim | {"membership_rates": [0.5, -0.5]}, "not negative"),
+    ):
+        with pytest.raises(CertificateError, match=words):
+            said_of(other, law, evidence)
+
+
+def test_one_gain_for_two_rules_needs_no_membership_rates() -> None:
+    """x' = -x or -2 x under u = -3 x of x' = (2 or 1) x + u: u' = 3 x or 6 x, on |x| <= 2."""
+    model, gains, claim = steered()
+    two = model | {"A": [[[2]], [[1]]]}
+    claim |= {"multiplier": 2}
+
+    assert said_of(two, gains, claim).verdict is Verdict.PROVED
+    for first, second in ((0.999, 1), (1, 0.999)):
+        faster = model | {"A": [[[first]], [[second]]]}
+        assert said_of(faster, gains, claim).verdict is Verdict.UNDECIDED
+
+
+def test_limits_need_gains_and_evidence() -> None:
+    model, gains, claim = steered()
+
+    with pytest.raises(CertificateError, match="no gains"):
+        said_of(model, None, claim)
+    model, gains, claim = two_gains()
+    with pytest.raises(CertificateError, match="membership"):
+        said_of(model, gains, {k: v for k, v in claim.items() if k != "membership_rates"})
+
+
+def mass() -> tuple[TSModel, Any]:
+    model = sector_model(load_plant("mass_spring_damper"))
+    return model, np.round(pdc(model, decay_rate=0.2).require()[0], 3)
+
+
+def test_found_limits_are_those_of_the_float_bound() -> None:
+    """The proved rate against ``input_rate_bound``, which adds the two shares as well."""
+    model, gains = mass()
+    phi = 0.7
+
+    attempt = InputLimits(rates=True, membership_rates=phi).attempt(Loop.of(model, gains))
+
+    assert attempt.proved
+    claim = attempt.claim
+    bound = input_rate_bound(
+        model, gains, np.array(claim["P"]) / claim["level"], rate_bounds=np.full(len(gains), phi)
+    )
+    assert bound[0] <= claim["rate_limits"][0] <= bound[0] * 1.001
+
+
+def test_asked_limits_shape_the_set() -> None:
+    """A set sought for half the inputs is larger than the free one made smaller."""
+    model, gains = mass()
+    free = InputLimits().attempt(Loop.of(model, gains)).claim
+    half = [0.5 * free["input_limits"][0]]
+
+    asked = InputLimits(limits=half).attempt(Loop.of(model, gains))
+
+    assert asked.proved
+    assert asked.claim["input_limits"] == half
+    volumes = [np.linalg.det(np.array(c["P"]) / c["level"]) ** -0.5 for c in (asked.claim, free)]
+    assert 0.25 * volumes[1] < volumes[0] < volumes[1]
+
+
+def test_limits_alone_bound_the_set() -> None:
+    """Without a box the set is as large as the limits let it be: |3 x| <= 6."""
+    model = TSModel([[[1.0]]], [[[1.0]]])
+
+    attempt = InputLimits(limits=[6.0]).attempt(Loop.of(model, np.array([[3.0]])))
+
+    assert attempt.proved
+    reach = np.sqrt(attempt.claim["level"] / attempt.claim["P"][0][0])
+    assert 1.999 < reach <= 2
+
+
+def test_inputs_keep_their_limits_in_simulation() -> None:
+    model, gains = mass()
+    claim = InputLimits().attempt(Loop.of(model, gains)).claim
+    P, level = np.array(claim["P"]), claim["level"]
+
+    draw = np.random.default_rng(3)
+    x = np.linalg.solve(np.linalg.cholesky(P).T, draw.normal(size=(2, 2000)))
+    x *= np.sqrt(level / np.einsum("ik,ij,jk->k", x, P, x))
+    h = draw.dirichlet(np.full(len(gains), 0.2), size=2000)
+    u = np.einsum("kr,rmn,nk->km", h, gains, x)
+    assert 0.9 * claim["input_limits"][0] < np.abs(u).max() <= claim["input_limits"][0]
+
+
+def test_misuse_raises() -> None:
+    model, gains = mass()
+    with pytest.raises(ModelError, match="give gains"):
+        InputLimits().attempt(Loop.of(model))
+    with pytest.raises(ModelError, match="1 positive"):
+        InputLimits(limits=[1.0, 2.0]).attempt(Loop.of(model, gains))
+    with pytest.raises(ModelError, match="membership_rates"):
+        InputLimits(rates=True).attempt(Loop.of(model, gains))

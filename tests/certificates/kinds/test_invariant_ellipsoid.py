@@ -1,0 +1,341 @@
+"""Sets that no solution leaves, and the box they lie in: exact limits, simulation, mutants."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from takagi.certificates import CertificateError, Verdict
+from takagi.certificates.checker.kinds.ellipsoid_size import (
+    reaches,
+    square_root_above,
+    square_root_below,
+    volume_below,
+)
+from takagi.certificates.checker.matrices import Matrix
+from takagi.certificates.model_data import ts_model_data
+from takagi.certificates.requests import InvariantEllipsoid, Loop
+from takagi.models import TSModel, sector_model
+from takagi.models.errors import ModelError
+from takagi.models.plant.loader import load_plant
+from tests.certificates.kinds.claims import law_data, model_data, said_of
+
+Data = dict[str, Any]
+LESS = 1 - 1e-12
+MORE = 1 + 1e-12
+
+
+def line(**others: Any) -> tuple[Data, Data]:
+    """Return x' = -2 x + w on |x| <= 1/2, where |w| <= 1 keeps it, and a claim at this limit."""
+    model = model_data([[[-2]]], E=[[[1]]], box={"x1 [-]": [-0.5, 0.5]}, **others)
+    claim = {"name": "line", "kind": "invariant-ellipsoid", "P": [[4]], "level": 1}
+    disturbed = {"disturbance": "disturbances", "disturbance_bounds": [1], "multiplier": 2}
+    return model, claim | disturbed
+
+
+def steered() -> tuple[Data, Data, Data]:
+    """Return x' = x + u, u = -3 x, on |u| <= 6: the set |x| <= 2, and its decay, 4 = 2 * 2."""
+    box = {"u [N]": [-6, 7]}
+    model = model_data([[[1]]], B=[[[1]]], input_names=["u [N]"], box=box)
+    claim = {"name": "steered", "kind": "invariant-ellipsoid", "P": [[1]], "level": 4}
+    return model, law_data([[[3]]]), claim | {"multiplier": 4}
+
+
+def wind_pushed() -> TSModel:
+    """Return two rules with two disturbances on a box."""
+    return TSModel(
+        [[[0.0, 1.0], [-2.0, -1.0]], [[0.0, 1.0], [-3.0, -2.0]]],
+        C=[[1.0, 0.0]],
+        E=[[[0.0, 0.3], [1.0, 0.0]], [[0.1, 0.3], [1.0, 0.0]]],
+        states=["p [m]", "v [m/s]"],
+        disturbances=["a [m/s^2]", "b [m/s]"],
+        box={"p [m]": (-1, 2), "v [m/s]": (-2, 2), "a [m/s^2]": (-1, 1), "b [m/s]": (-1, 1)},
+    )
+
+
+def test_disturbance_that_the_set_just_withstands() -> None:
+    """|x| <= 1/2 is what |w| <= 1 holds x' = -2 x + w to: proved at the limit itself."""
+    model, claim = line()
+
+    found = said_of(model, None, claim)
+    assert found.verdict is Verdict.PROVED
+    assert "lies in the model's box" in found.text
+    assert said_of(model, None, claim | {"disturbance_bounds": [MORE]}).verdict is (
+        Verdict.UNDECIDED
+    )
+    assert said_of(model, None, claim | {"level": LESS}).verdict is Verdict.UNDECIDED
+    assert said_of(model, None, claim | {"level": MORE}).verdict is Verdict.UNDECIDED
+
+
+def test_sampled_loop_that_forgets_its_state() -> None:
+    """x+ = w: all of V falls in one sample, and the set is that of the disturbance."""
+    model = model_data([[[0]]], E=[[[1]]], sample_time=1, box={"x1 [-]": [-1, 1]})
+    _, claim = line()
+    claim |= {"P": [[1]], "multiplier": 1}
+
+    assert said_of(model, None, claim).verdict is Verdict.PROVED
+    assert said_of(model, None, claim | {"disturbance_bounds": [MORE]}).verdict is (
+        Verdict.UNDECIDED
+    )
+
+
+def test_disturbance_that_a_sampled_set_just_withstands() -> None:
+    """|x| <= 2 is what |w| <= 1 holds x+ = x/2 + w to; s = 1/2."""
+    box = {"x1 [-]": [-2, 2]}
+    model = model_data([[[0.5]]], E=[[[1]]], sample_time=1, box=box)
+    _, claim = line()
+    claim |= {"P": [[0.25]], "multiplier": 0.5}
+
+    assert said_of(model, None, claim).verdict is Verdict.PROVED
+    assert said_of(model, None, claim | {"disturbance_bounds": [MORE]}).verdict is (
+        Verdict.UNDECIDED
+    )
+    for s in (0.49, 0.51):
+        assert said_of(model, None, claim | {"multiplier": s}).verdict is Verdict.UNDECIDED
+
+
+def test_both_ends_of_a_range_count() -> None:
+    model, claim = line()
+
+    for side in ([-0.5, 0.4999], [-0.4999, 0.5], [0, 1], [0.1, 0.5], [3, 9], [-9, -3]):
+        found = said_of(model | {"box": {"x1 [-]": side}}, None, claim)
+        assert found.verdict is Verdict.UNDECIDED
+        assert "x1" in found.text
+
+
+def test_every_corner_of_the_disturbance_counts() -> None:
+    """|w1 - w2| <= 2 at (1, -1), not at (1, 1)."""
+    model, claim = line()
+    two = claim | {"disturbance_bounds": [0.5, 0.5]}
+
+    assert said_of(model | {"E": [[[1, -1]]]}, None, two).verdict is Verdict.PROVED
+    assert said_of(model | {"E": [[[1, 1]]]}, None, two).verdict is Verdict.PROVED
+    two["disturbance_bounds"] = [1, 0.001]
+    assert said_of(model | {"E": [[[1, -1]]]}, None, two).verdict is Verdict.UNDECIDED
+
+
+def test_input_range_is_kept_by_every_gain() -> None:
+    """|3 x| <= 6 on |x| <= 2; the nearer end of the range counts."""
+    model, gains, claim = steered()
+
+    assert said_of(model, gains, claim).verdict is Verdict.PROVED
+    for mutant in ({"level": 4 * MORE}, {"multiplier": 4 * MORE}):
+        assert said_of(model, gains, claim | mutant).verdict is Verdict.UNDECIDED
+    harder = law_data([[[3]], [[3.001]]])
+    two = model | {"A": [[[1]], [[1]]]}
+    found = said_of(two, harder, claim)
+    assert found.verdict is Verdict.UNDECIDED
+    assert "gain 2" in found.text
+
+
+def test_what_is_added_to_an_input_takes_of_its_range() -> None:
+    """|3 x| + |w| <= 5 on |x| <= 1, which |w| <= 2 just holds x' = -2 x + w to."""
+    model, gains, claim = steered()
+    claim |= {"level": 1, "multiplier": 2, "disturbance": "inputs", "disturbance_bounds": [2]}
+
+    for end, verdict in ((5, Verdict.PROVED), (4.9999, Verdict.UNDECIDED), (1, Verdict.UNDECIDED)):
+        boxed = model | {"box": {"u [N]": [-end, 9]}}
+        assert said_of(boxed, gains, claim).verdict is verdict
+    more = claim | {"disturbance_bounds": [2 * MORE]}
+    assert said_of(model, gains, more).verdict is Verdict.UNDECIDED
+
+
+def test_what_is_added_to_an_input_without_gains() -> None:
+    """u = 0 + w of x' = -2 x + u, |w| <= 2 on |x| <= 1."""
+    model = model_data([[[-2]]], B=[[[1]]], input_names=["u [N]"])
+    _, _, claim = steered()
+    claim |= {"level": 1, "multiplier": 2, "disturbance": "inputs", "disturbance_bounds": [2]}
+
+    for end, verdict in ((2, Verdict.PROVED), (1.9999, Verdict.UNDECIDED)):
+        found = said_of(model | {"box": {"u [N]": [-end, 9]}}, None, claim)
+        assert found.verdict is verdict
+        assert "w added to u" in found.text or verdict is not Verdict.PROVED
+
+
+def test_ranges_that_nothing_keeps_are_named() -> None:
+    model, claim = line()
+    scheduled = model | {"box": model["box"] | {"wind [m/s]": [3, 25]}}
+
+    assert "while wind [m/s] stays in the model's box" in said_of(scheduled, None, claim).text
+
+
+def test_disturbance_that_only_schedules_is_named() -> None:
+    """It moves the weights, not the state, anywhere in its range: 0 need not be in it."""
+    model, claim = line(disturbance_names=["w [-]"])
+    named = model | {"box": model["box"] | {"w [-]": [1, 2]}, "E": [[[0]]]}
+    claim = {key: value for key, value in claim.items() if "disturbance" not in key}
+
+    found = said_of(named, None, claim)
+
+    assert found.verdict is Verdict.PROVED
+    assert "while w [-] stays in the model's box" in found.text
+
+
+def test_rest_without_disturbance_must_be_allowed() -> None:
+    """A range of w without 0 says nothing about the loop with w = 0."""
+    model, claim = line(disturbance_names=["w [-]"])
+    rest = {"P": [[4]], "level": 1, "multiplier": 4}
+    claim = {"name": claim["name"], "kind": claim["kind"], **rest}
+
+    assert said_of(model, None, claim).verdict is Verdict.PROVED
+    apart = model | {"box": model["box"] | {"w [-]": [1, 2]}}
+    assert said_of(apart, None, claim).verdict is Verdict.UNDECIDED
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"level": 0},
+        {"multiplier": 0},
+        {"disturbance_bounds": [-1]},
+        {"disturbance_bounds": [1, 1]},
+        {"disturbance": "inputs"},
+        {"P": [[1, 0], [0, 1]]},
+    ],
+)
+def test_what_makes_no_sense_is_refused(changed: Data) -> None:
+    model, claim = line()
+
+    with pytest.raises(CertificateError):
+        said_of(model, None, claim | changed)
+
+
+def test_more_corners_than_can_be_checked_are_refused() -> None:
+    _, claim = line()
+    wide = model_data([[[-2]]], E=[[[1] * 11]])
+
+    with pytest.raises(CertificateError, match="at most 10"):
+        said_of(wide, None, claim | {"disturbance_bounds": [0.01] * 11})
+
+
+def test_more_work_than_a_reader_waits_for_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Corners count: two disturbances have two that are not opposite."""
+    model, claim = line()
+    monkeypatch.setattr("takagi.certificates.checker.kinds.invariant_set.MOST_WORK", 1)
+
+    assert said_of(model, None, claim).verdict is Verdict.PROVED
+    with pytest.raises(CertificateError, match="too many"):
+        two = claim | {"disturbance_bounds": [0.5, 0.5]}
+        said_of(model | {"E": [[[1, 1]]]}, None, two)
+
+
+def test_matrix_that_is_not_definite_is_not_proved() -> None:
+    model, claim = line()
+
+    assert said_of(model, None, claim | {"P": [[-4]]}).verdict is Verdict.UNDECIDED
+
+
+def test_found_sets_are_kept_in_simulation() -> None:
+    """From the rim, blends and disturbances that switch: V never rises above the level."""
+    model = wind_pushed()
+    attempt = InvariantEllipsoid(disturbance_bounds="box").attempt(Loop.of(model))
+    assert attempt.proved
+    P, level = np.array(attempt.claim["P"]), attempt.claim["level"]
+    bounds = np.array(attempt.claim["disturbance_bounds"])
+
+    draw = np.random.default_rng(2)
+    rim = np.linalg.solve(np.linalg.cholesky(P).T, draw.normal(size=(2, 300)))
+    rim *= np.sqrt(level / np.einsum("ik,ij,jk->k", rim, P, rim))
+    h = draw.dirichlet([0.3, 0.3], size=300)
+    w = draw.choice([-1.0, 1.0], size=(300, 2)) * bounds
+    rate = np.einsum("ki,iab,bk->ka", h, model.A, rim) + np.einsum("ki,iaq,kq->ka", h, model.E, w)
+    assert np.all(np.einsum("ka,ab,bk->k", rate, P, rim) <= 1e-9)
+    assert np.all(np.abs(rim[0]) <= 1)
+
+
+def test_disturbance_that_is_too_much_is_backed_off_and_said() -> None:
+    model = wind_pushed()
+    hard = TSModel(
+        model.A,
+        E=10 * model.E,
+        states=model.states,
+        disturbances=model.disturbances,
+        box=model.box,
+    )
+
+    attempt = InvariantEllipsoid(disturbance_bounds="box").attempt(Loop.of(hard))
+
+    assert attempt.proved
+    assert max(attempt.claim["disturbance_bounds"]) < 1
+    asked = InvariantEllipsoid(disturbance_bounds=[1.0, 1.0]).attempt(Loop.of(hard))
+    assert asked.checked.verdict is Verdict.UNDECIDED
+
+
+def test_largest_set_touches_the_box() -> None:
+    """The volume of the largest ellipsoid in a square, of x' = -x: its circle, pi b^2."""
+    model = TSModel(
+        [-np.eye(2)], states=["x [-]", "y [-]"], box={"x [-]": (-3, 3), "y [-]": (-3, 4)}
+    )
+
+    attempt = InvariantEllipsoid(decay_rate=0.0).attempt(Loop.of(model))
+
+    assert attempt.proved
+    P, level = np.array(attempt.claim["P"]), attempt.claim["level"]
+    assert np.pi * level / np.sqrt(np.linalg.det(P)) == pytest.approx(9 * np.pi, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["mass_spring_damper", "quarter_car"])
+def test_library_plants_have_a_region_of_attraction(name: str) -> None:
+    from takagi.lmi import pdc
+
+    model = sector_model(load_plant(name))
+    gains = np.round(pdc(model, decay_rate=0.2).require()[0], 3)
+
+    attempt = InvariantEllipsoid().attempt(Loop.of(model, gains))
+
+    assert attempt.proved
+    assert "lies in the model's box" in attempt.checked.text
+
+
+@given(st.fractions(max_denominator=10**6).filter(lambda end: end > 0), st.booleans())
+def test_emitted_box_lies_inside_the_models(end: Fraction, negative: bool) -> None:
+    """1/3 is no decimal: the file's box must not reach beyond what the model was derived on."""
+    side = (-2 * end, -end) if negative else (end, 2 * end)
+    model = TSModel([[[-1.0]]], box={"z [-]": side})
+
+    low, high = (Fraction(repr(e)) for e in ts_model_data(model)["box"]["z [-]"])
+
+    assert side[0] <= low < high <= side[1]
+    assert low - side[0] <= end * Fraction(1, 10**14)
+
+
+def test_misuse_raises() -> None:
+    with pytest.raises(ModelError, match="no box"):
+        InvariantEllipsoid().attempt(Loop.of(TSModel([[[-1.0]]])))
+    with pytest.raises(ModelError, match="2 numbers"):
+        InvariantEllipsoid(disturbance_bounds=[1.0]).attempt(Loop.of(wind_pushed()))
+    with pytest.raises(ModelError, match="symmetric"):
+        InvariantEllipsoid(P=np.eye(3)).attempt(Loop.of(wind_pushed()))
+
+
+entries = st.lists(st.integers(-9, 9), min_size=9, max_size=9)
+
+
+@given(entries, st.integers(1, 50))
+def test_size_is_rounded_to_the_safe_side(values: list[int], level: int) -> None:
+    """Reach and volume by numpy's inverse and determinant, and on their safe sides of them."""
+    root = np.reshape(values, (3, 3))
+    whole = root @ root.T + np.eye(3, dtype=int)
+    P = Matrix([[int(v) for v in row] for row in whole], 7)
+    inverse = np.linalg.inv(whole / 7)
+    ball = 4 / 3 * np.pi
+
+    reach = np.sqrt(level * np.diag(inverse))
+    assert np.array([float(r) for r in reaches(P, Fraction(level))]) == pytest.approx(
+        reach, rel=1e-9
+    )
+    volume = ball * np.sqrt(level**3 / np.linalg.det(whole / 7))
+    assert float(volume_below(P, Fraction(level))) == pytest.approx(volume, rel=1e-9)
+
+
+@given(st.fractions(min_value=0, max_denominator=10**9))
+def test_roots_lie_on_their_sides(value: Fraction) -> None:
+    below, above = square_root_below(value), square_root_above(value)
+
+    assert below**2 <= value < above**2
+    assert above - below <= above * Fraction(1, 2**50) or value < Fraction(1, 10**9)

@@ -1,0 +1,286 @@
+"""The energy gain: exact thresholds, other ways to the same number, and claims that are false."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from takagi.certificates import CertificateError, Verdict, certify
+from takagi.certificates.requests import L2Gain, Loop
+from takagi.lmi import hinf_norm
+from takagi.models import TSModel
+from takagi.models.errors import ModelError
+from tests.certificates.kinds.claims import law_data, model_data, said_of
+
+Data = dict[str, Any]
+
+
+def line() -> tuple[Data, Data]:
+    """Return x' = -2 x + w, y = x, whose gain is 1/2 by its response at rest, and a claim."""
+    model = model_data([[[-2]]], E=[[[1]]], C=[[[1]]])
+    claim = {"name": "line", "kind": "l2-gain", "disturbance": "disturbances"}
+    return model, claim | {"gain": 0.500000001, "P": [[1]]}
+
+
+def sampled() -> tuple[Data, Data]:
+    """Return x+ = x/2 + w, y = x, whose gain is 1 / (1 - 1/2) = 2, and a claim."""
+    model = model_data([[[0.5]]], E=[[[1]]], C=[[[1]]], sample_time=0.1)
+    claim = {"name": "line", "kind": "l2-gain", "disturbance": "disturbances"}
+    return model, claim | {"gain": 2.00000001, "P": [[1]]}
+
+
+def loop() -> TSModel:
+    """Return two rules with different inputs, outputs and disturbances."""
+    return TSModel(
+        [[[0.0, 1.0], [-1.0, -0.4]], [[0.0, 1.0], [-3.0, -0.2]]],
+        [[[0.0], [1.0]], [[0.0], [1.5]]],
+        C=[[[1.0, 0.0]], [[0.8, 0.1]]],
+        D=[[[0.1]], [[0.2]]],
+        E=[[[0.0], [1.0]], [[0.2], [1.0]]],
+    )
+
+
+K = np.array([[[1.0, 2.0]], [[0.5, 1.5]]])
+
+
+@pytest.mark.parametrize(("case", "limit"), [(line, 0.5), (sampled, 2.0)])
+def test_gain_from_both_sides_of_its_exact_value(case: Any, limit: float) -> None:
+    """The first-order lag's gain is 1/a, or 1/(1 - a) in discrete time, reached at rest."""
+    model, claim = case()
+
+    assert said_of(model, None, claim).verdict is Verdict.PROVED
+    for gain in (limit, limit - 1e-9):
+        assert said_of(model, None, claim | {"gain": gain}).verdict is Verdict.UNDECIDED
+
+
+@pytest.mark.parametrize(
+    "mutant",
+    [
+        {"P": [[-1]]},
+        {"P": [[1.001]]},
+        {"P": [[0.999]]},
+        {"gain": 0.4},
+    ],
+)
+def test_a_changed_claim_is_not_proved(mutant: Data) -> None:
+    model, claim = line()
+
+    assert said_of(model, None, claim | mutant).verdict is Verdict.UNDECIDED
+
+
+@pytest.mark.parametrize("changed", [{"E": [[[1.001]]]}, {"C": [[[-1.001]]]}, {"A": [[[-1.999]]]}])
+def test_the_model_decides(changed: Data) -> None:
+    model, claim = line()
+
+    assert said_of(model | changed, None, claim).verdict is Verdict.UNDECIDED
+
+
+def test_feedthrough_counts() -> None:
+    """y = x + w of x' = -2 x + w has the gain 3/2, at rest."""
+    model, claim = line()
+    through = claim | {"output": {"C": [[[1]]], "F": [[[1]]]}, "P": [[1]]}
+
+    assert said_of(model, None, through | {"gain": 1.5000001}).verdict is Verdict.PROVED
+    for p in (0.25, 0.5, 1, 2):
+        at_limit = through | {"gain": 1.5, "P": [[p]]}
+        assert said_of(model, None, at_limit).verdict is Verdict.UNDECIDED
+
+
+def delay() -> tuple[Data, Data]:
+    """Return y(k + 2) = w(k) / 2, whose gain is 1/2, and a claim."""
+    A = [[[0, 0.5], [0, 0]]]
+    model = model_data(A, E=[[[0], [1]]], C=[[[1, 0]]], sample_time=0.1)
+    claim = {"name": "delay", "kind": "l2-gain", "disturbance": "disturbances"}
+    return model, claim | {"gain": 0.500001, "P": [[2, 0], [0, 0.5000005]]}
+
+
+def test_delay_of_two_samples() -> None:
+    """p1 > 1/gamma, p2 > p1/4, gamma > p2: exactly for gamma > 1/2."""
+    model, claim = delay()
+
+    assert said_of(model, None, claim).verdict is Verdict.PROVED
+    for p1, p2 in ((2, 0.5), (2, 0.5000005), (2.000001, 0.5000005), (1.999999, 0.4999999)):
+        at_limit = claim | {"gain": 0.5, "P": [[p1, 0], [0, p2]]}
+        assert said_of(model, None, at_limit).verdict is Verdict.UNDECIDED
+
+
+def test_input_that_reaches_the_output_directly() -> None:
+    """y = x + u of x' = -2 x + u with w added to u: 3/2 at rest, without gains."""
+    model = model_data([[[-2]]], B=[[[1]]], C=[[[1]]], D=[[[1]]])
+    claim = {"name": "direct", "kind": "l2-gain", "disturbance": "inputs", "P": [[1]]}
+
+    assert said_of(model, None, claim | {"gain": 1.5000001}).verdict is Verdict.PROVED
+    assert said_of(model, None, claim | {"gain": 1.4999999}).verdict is Verdict.UNDECIDED
+
+
+def test_ways_to_the_output_add_up() -> None:
+    """D w and F w: y = x + (1 - 1/2) w is 1 at rest, and again for u = 0 x + w alone."""
+    model = model_data([[[-2]]], B=[[[1]]], C=[[[1]]])
+    output = {"output": {"C": [[[1]]], "D": [[[1]]], "F": [[[-0.5]]]}}
+    claim = {"name": "both", "kind": "l2-gain", "disturbance": "inputs", "P": [[1]], **output}
+
+    assert said_of(model, law_data([[[0]]]), claim | {"gain": 1.0000001}).verdict is (
+        Verdict.PROVED
+    )
+    assert said_of(model, law_data([[[0]]]), claim | {"gain": 0.9999999}).verdict is (
+        Verdict.UNDECIDED
+    )
+
+
+def test_two_disturbances_and_one_output() -> None:
+    """y = x + [1, 0] w of x' = -2 x + [1, 1] w: [3/2, 1/2] at rest, sqrt(10) / 2 = 1.5811388..."""
+    model = model_data([[[-2]]], E=[[[1, 1]]], C=[[[1]]])
+    output = {"output": {"C": [[[1]]], "F": [[[1, 0]]]}}
+    claim = {"name": "two", "kind": "l2-gain", "disturbance": "disturbances", **output}
+
+    # By hand, P is at its best where gamma P = 1 at the limit.
+    proved = [said_of(model, None, claim | {"gain": 1.6, "P": [[p / 100]]}) for p in range(1, 200)]
+    assert any(found.verdict is Verdict.PROVED for found in proved)
+    for p in range(1, 200):
+        below = claim | {"gain": 1.58113, "P": [[p / 100]]}
+        assert said_of(model, None, below).verdict is Verdict.UNDECIDED
+
+
+def test_no_energy_keeps_an_input_in_its_range() -> None:
+    model = model_data([[[-2]]], B=[[[1]]], C=[[[1]]], input_names=["u [N]"])
+    claim = {"name": "u", "kind": "l2-gain", "disturbance": "inputs", "P": [[1]], "gain": 1}
+    boxed = model | {"box": {"u [N]": [-9, 9]}}
+
+    assert said_of(boxed, None, claim).verdict is Verdict.PROVED
+    assert said_of(boxed, None, claim | {"energy_bound": 0.01}).verdict is Verdict.UNDECIDED
+
+
+def test_cross_terms_of_rules_and_gains_count() -> None:
+    """Each rule with its own gain has poles at -1; both together, half and half, are unstable."""
+    model = model_data([[[1]], [[1]]], B=[[[1]], [[-1]]], E=[[[1]]], C=[[[1]]])
+    gains = law_data([[[2]], [[-2]]])
+    claim = {"name": "cross", "kind": "l2-gain", "disturbance": "disturbances", "P": [[1]]}
+
+    for gain in (2, 100):
+        found = said_of(model, gains, claim | {"gain": gain})
+        assert found.verdict is Verdict.UNDECIDED
+        assert "rules 1 and 2" in found.text
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"disturbance": "wind"}, "is not 'disturbances' or 'inputs'"),
+        ({"disturbance": "inputs"}, "no inputs"),
+        ({"gain": 0}, "positive"),
+        ({"output": {"C": [[[1, 2]]]}}, "1 by 1"),
+        ({"output": {"C": [[[1]], [[1]]]}}, "one or 1"),
+        ({"output": {"C": [[[1]]], "D": [[[1]]]}}, "1 by 0"),
+        ({"output": {"C": [[[1]]], "F": [[[1, 1]]]}}, "1 by 1"),
+        ({"output": {"C": [[[1]]], "F": [[[1]], [[1]]]}}, "one or 1"),
+        ({"P": [[1, 0], [0, 1]]}, "1 by 1"),
+        ({"energy_bound": -1}, "positive"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(changed: Data, words: str) -> None:
+    model, claim = line()
+
+    with pytest.raises(CertificateError, match=words):
+        said_of(model, None, claim | changed)
+
+
+def test_found_gain_is_the_solvers_a_little_raised() -> None:
+    """The claim, exact, against the candidate of ``hinf_norm`` for the blends as arrays."""
+    made = Loop.of(loop(), K)
+    least = hinf_norm(made.A, made.E, made.C).gain
+    assert least is not None
+
+    attempt = L2Gain().attempt(made)
+
+    assert attempt.proved
+    assert least < attempt.claim["gain"] <= least * 1.002
+
+
+def test_asked_gain_near_the_least_one() -> None:
+    made = Loop.of(loop(), K)
+    least = hinf_norm(made.A, made.E, made.C).gain
+    assert least is not None
+
+    assert L2Gain(least * (1 + 1e-5)).attempt(made).proved
+    assert not L2Gain(least * (1 - 1e-4)).attempt(made).proved
+
+
+def test_energy_bound_keeps_the_state_in_the_box() -> None:
+    """V <= gain W^2 in {x^2 <= 4}: W^2 <= 4 P / gain, exactly."""
+    model, claim = line()
+    boxed = model | {"box": {"x1 [-]": [-2, 3]}}
+    claim |= {"gain": 1, "P": [[1]]}
+
+    proved = said_of(boxed, None, claim | {"energy_bound": 2})
+    assert proved.verdict is Verdict.PROVED
+    assert "for w of energy at most 2^2 no state leaves the model's box" in proved.text
+    assert said_of(boxed, None, claim | {"energy_bound": 2.000001}).verdict is Verdict.UNDECIDED
+    assert "as long as" in said_of(boxed, None, claim).text
+
+
+def test_disturbance_added_to_the_input() -> None:
+    """E = B says the same as "inputs", for a model without direct feed-through."""
+    model = loop()
+    same = TSModel(model.A, model.B, C=model.C, E=model.B)
+    without = TSModel(model.A, model.B, C=model.C)
+
+    ways = [L2Gain().attempt(Loop.of(m, K)).claim for m in (same, without)]
+
+    assert [claim["disturbance"] for claim in ways] == ["disturbances", "inputs"]
+    assert ways[0]["gain"] == pytest.approx(ways[1]["gain"], rel=1e-6)
+
+
+def test_certificate_with_several_claims(tmp_path: Any) -> None:
+    certificate = certify(loop(), K, claims=[L2Gain(), L2Gain(output=(np.eye(2),))])
+
+    assert certificate.verdict is Verdict.PROVED
+    assert [claim["kind"] for claim in certificate.document["claims"]] == ["l2-gain"] * 2
+
+
+def test_unstable_loop_is_not_claimed() -> None:
+    model = TSModel([[[0.1]]], C=[[[1.0]]], E=[[[1.0]]])
+
+    attempt = L2Gain().attempt(Loop.of(model))
+
+    assert attempt.checked.verdict is Verdict.UNDECIDED
+    assert "not stable" in attempt.tried[0]
+
+
+def test_misuse_raises() -> None:
+    with pytest.raises(ModelError, match="positive"):
+        L2Gain(-1.0)
+    with pytest.raises(ModelError, match="no output"):
+        L2Gain().attempt(Loop.of(TSModel([[[-1.0]]], E=[[[1.0]]])))
+    with pytest.raises(ModelError, match="none such"):
+        L2Gain().attempt(Loop.of(TSModel([[[-1.0]]], C=[[[1.0]]])))
+
+
+numbers = st.floats(-1.0, 1.0).map(lambda value: round(value, 3))
+matrices = st.lists(numbers, min_size=4, max_size=4).map(lambda v: np.reshape(v, (2, 2)))
+
+
+@settings(max_examples=25, deadline=None)
+@given(matrices, st.booleans(), st.lists(numbers, min_size=4, max_size=4))
+def test_proved_gain_is_above_every_frequency_response(
+    A: Any, discrete: bool, vectors: list[float]
+) -> None:
+    """A lower bound of the truth, by the response at sampled frequencies, never exceeds a proof."""
+    A = A * 0.6 if discrete else A - 1.6 * np.eye(2)
+    B, C = np.reshape(vectors[:2], (2, 1)) + 0.1, np.reshape(vectors[2:], (1, 2)) + 0.15
+    model = TSModel([A], C=[C], E=[B], sample_time=0.5 if discrete else None)
+    points = (
+        np.exp(1j * np.linspace(0, np.pi, 60)) if discrete else 1j * np.geomspace(1e-3, 1e2, 60)
+    )
+    response = max(abs((C @ np.linalg.solve(s * np.eye(2) - A, B))[0, 0]) for s in points)
+
+    attempt = L2Gain().attempt(Loop.of(model))
+
+    poles = np.linalg.eigvals(A)
+    if not (np.abs(poles).max() < 0.98 if discrete else poles.real.max() < -0.02):
+        return
+    assert attempt.proved
+    assert attempt.claim["gain"] >= response * (1 - 1e-9)

@@ -1,0 +1,261 @@
+"""Observers and loops with observers: exact limits, cross terms, and claims that are false."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates import CertificateError, Verdict, certify
+from takagi.certificates.checker.family import read_family
+from takagi.certificates.checker.kinds.observer import check_observer
+from takagi.certificates.requests import Loop, ObservedFeedback, ObserverError
+from takagi.certificates.requests.exact_floats import as_read
+from takagi.lmi import observer, pdc, secant_vertices
+from takagi.models import TSModel, sector_model
+from takagi.models.errors import ModelError
+from takagi.models.plant.loader import load_plant
+from tests.certificates.kinds.claims import law_data, model_data, said_of
+
+Data = dict[str, Any]
+
+
+def line() -> tuple[Data, Data]:
+    """Return x' = x, y = x, L = 3: the error decays at 2 exactly; and a claim just below."""
+    claim = {"name": "line", "kind": "observer", "L": [[[3]]], "P": [[1]]}
+    return model_data([[[1]]], C=[[[1]]]), claim | {"decay_rate": 1.999999999}
+
+
+def joint() -> tuple[Data, Data, Data]:
+    """Return x' = x + u, u = -3 xhat, L = 4: z' = [[-2, 3], [0, -3]] z, and a claim.
+
+    With P = diag(1, s) and no rate: 4 * 6 s > 9, so s > 3/8.
+    """
+    model = model_data([[[1]]], B=[[[1]]], C=[[[1]]])
+    claim = {"name": "joint", "kind": "observed-feedback", "L": [[[4]]], "decay_rate": 0}
+    return model, law_data([[[3]]]), claim | {"P": [[1, 0], [0, 0.375000001]]}
+
+
+def crossed() -> TSModel:
+    """Return two rules whose outputs and inputs differ."""
+    return TSModel(
+        [[[0.0, 1.0], [-1.0, 0.2]], [[0.0, 1.0], [-3.0, 0.1]]],
+        [[[0.0], [1.0]], [[0.0], [1.4]]],
+        C=[[[1.0, 0.0]], [[1.3, 0.1]]],
+    )
+
+
+def test_rate_from_both_sides_of_its_exact_value() -> None:
+    model, claim = line()
+
+    assert said_of(model, None, claim).verdict is Verdict.PROVED
+    for mutant in ({"decay_rate": 2}, {"L": [[[2.999]]]}, {"L": [[[-3]]]}, {"P": [[-1]]}):
+        assert said_of(model, None, claim | mutant).verdict is Verdict.UNDECIDED
+
+
+def test_sampled_error() -> None:
+    """e+ = (1 - 1/2) e over T = 1 s: ln 2 = 0.693147180559945... (OEIS A002162)."""
+    _, claim = line()
+    model = model_data([[[1]]], C=[[[1]]], sample_time=1)
+    claim |= {"L": [[[0.5]]]}
+
+    assert said_of(model, None, claim | {"decay_rate": 0.69314718}).verdict is Verdict.PROVED
+    assert said_of(model, None, claim | {"decay_rate": 0.69314719}).verdict is Verdict.UNDECIDED
+
+
+def test_cross_terms_of_rules_count() -> None:
+    """Each rule with its own L has its pole at -1; half and half the error grows."""
+    model = model_data([[[0]], [[0]]], C=[[[1]], [[-1]]])
+    claim = {"name": "cross", "kind": "observer", "L": [[[1]], [[-1]]], "P": [[1]]}
+
+    found = said_of(model, None, claim | {"decay_rate": 0})
+
+    assert found.verdict is Verdict.UNDECIDED
+    assert "rules 1 and 2" in found.text
+
+
+def test_cross_terms_count_where_only_outputs_differ() -> None:
+    """A and B are written once, C and L twice."""
+    model = model_data([[[0]]], B=[[[1]]], C=[[[1]], [[-1]]])
+    claim = {"name": "cross", "kind": "observer", "L": [[[1]], [[-1]]], "P": [[1]]}
+
+    assert said_of(model, None, claim | {"decay_rate": 0}).verdict is Verdict.UNDECIDED
+
+
+def test_every_secant_counts() -> None:
+    """x' = f(x) with slopes in [-1, 1.5], L = 3: at least 3/2."""
+    model = model_data([[[0]]], C=[[[1]]])
+    claim = {"name": "s", "kind": "observer", "L": [[[3]]], "P": [[1]], "decay_rate": 1.4999}
+    slopes = claim | {"secants": [[[-1]], [[1.5]]]}
+
+    found = said_of(model, None, slopes)
+    assert found.verdict is Verdict.PROVED
+    assert "secants" in found.text
+    assert said_of(model, None, slopes | {"secants": [[[-1]], [[1.51]]]}).verdict is (
+        Verdict.UNDECIDED
+    )
+    with pytest.raises(CertificateError, match="one L"):
+        two = model | {"A": [[[0]], [[0]]]}
+        said_of(two, None, slopes | {"L": [[[3]], [[3]]]})
+
+
+def test_joint_function_from_both_sides() -> None:
+    model, gains, claim = joint()
+
+    assert said_of(model, gains, claim).verdict is Verdict.PROVED
+    for mutant in (
+        {"P": [[1, 0], [0, 0.375]]},
+        {"P": [[1, 0], [0, -1]]},
+        {"L": [[[3.9]]]},
+        {"decay_rate": 0.1},
+    ):
+        assert said_of(model, gains, claim | mutant).verdict is Verdict.UNDECIDED
+
+
+def test_joint_loop_counts_cross_terms_of_gains() -> None:
+    """u = -h1 2 xhat + h2 2 xhat on inputs of opposite signs: half and half nothing acts."""
+    model = model_data([[[1]]], B=[[[1]], [[-1]]], C=[[[1]]])
+    gains = law_data([[[2]], [[-2]]])
+    claim = {"name": "j", "kind": "observed-feedback", "L": [[[4]]], "decay_rate": 0}
+
+    found = said_of(model, gains, claim | {"P": [[1, 0], [0, 9]]})
+
+    assert found.verdict is Verdict.UNDECIDED
+    assert "rules 1 and 2" in found.text
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"L": [[[1], [1]]]}, "1 by 1"),
+        ({"L": [[[1]], [[1]]]}, "one or 1"),
+        ({"P": [[1]]}, "2 by 2"),
+    ],
+)
+def test_what_does_not_fit_is_refused(changed: Data, words: str) -> None:
+    model, gains, claim = joint()
+
+    with pytest.raises(CertificateError, match=words):
+        said_of(model, gains, claim | changed)
+
+
+def test_designed_observer_and_loop_are_proved() -> None:
+    """Gains of ``pdc`` and ``observer``, rounded, and the poles of blends as a second way."""
+    model = crossed()
+    K = np.round(pdc(model, decay_rate=0.5).require()[0], 3)
+    L = np.round(observer(model, decay_rate=1.0).require()[0], 3)
+    loop = Loop.of(model, K)
+
+    error, both = ObserverError(L).attempt(loop), ObservedFeedback(L).attempt(loop)
+
+    assert error.proved
+    assert both.proved
+    draw = np.random.default_rng(5)
+    for h in draw.dirichlet([0.4, 0.4], size=100):
+        blend = [np.tensordot(h, part, axes=1) for part in (model.A, model.C, L)]
+        poles = np.linalg.eigvals(blend[0] - blend[2] @ blend[1])
+        assert poles.real.max() <= -error.claim["decay_rate"]
+    assert both.claim["decay_rate"] <= error.claim["decay_rate"] * 1.001
+
+
+def test_secants_from_the_solver_layer() -> None:
+    model = TSModel([[[0.0, 1.0], [0.0, 0.0]]], C=[[1.0, 0.0]])
+    S = secant_vertices([[0, 0], [-2, -1]], [[0, 0], [1, 0]])
+    L = np.round(observer(model, decay_rate=0.5, unmeasured=S).require()[0], 2)
+
+    attempt = ObserverError(L, decay_rate=0.4, secants=S).attempt(Loop.of(model))
+
+    assert attempt.proved
+
+
+def test_gains_that_do_not_observe_are_not_claimed() -> None:
+    attempt = ObserverError(np.zeros((2, 1))).attempt(Loop.of(crossed()))
+
+    assert attempt.checked.verdict is Verdict.UNDECIDED
+
+
+def test_misuse_raises() -> None:
+    loop = Loop.of(crossed())
+    with pytest.raises(ModelError, match="gains K"):
+        ObservedFeedback(np.ones((2, 1))).attempt(loop)
+    with pytest.raises(ModelError, match="L has shape"):
+        ObserverError(np.ones((3, 1))).attempt(loop)
+    with pytest.raises(ModelError, match="no output"):
+        ObserverError(np.ones((1, 1))).attempt(Loop.of(TSModel([[[-1.0]]])))
+
+
+@pytest.mark.parametrize(("name", "proved"), [("duffing", True), ("mass_spring_damper", False)])
+def test_premises_of_a_plant_must_be_measured(name: str, proved: bool) -> None:
+    """Duffing's premise is x, which is the output; the damper's is its speed, which is none."""
+    model = sector_model(load_plant(name))
+    L = np.round(observer(model, decay_rate=0.5).require()[0], 2)
+
+    certificate = certify(model, claims=[ObserverError(L)])
+
+    found = certificate.checked.claims[-1]
+    assert (found.verdict is Verdict.PROVED) == proved
+    assert proved or "not measured" in found.text
+
+
+def two_states(C: Any) -> Data:
+    """Return x' = -x with two states, an input and a disturbance, measured by C."""
+    names = {"input_names": ["u [N]"], "disturbance_names": ["w [N]"]}
+    model = model_data([[[-1, 0], [0, -1]]] * 2, B=[[[1], [0]]], C=C, E=[[[1], [0]]])
+    return {**model, **names}
+
+
+@pytest.mark.parametrize(
+    ("C", "depends_on", "verdict"),
+    [
+        ([[[2, 0]]], "x1 [-]", Verdict.PROVED),
+        ([[[0, 1], [1, 0]]], "x1 [-]", Verdict.PROVED),
+        ([[[1, 0]]], "u [N]", Verdict.PROVED),
+        ([[[1, 0]]], "x2 [-]", Verdict.UNDECIDED),
+        ([[[1, 1]]], "x1 [-]", Verdict.UNDECIDED),
+        ([[[0, 0]]], "x1 [-]", Verdict.UNDECIDED),
+        ([[[1, 0]], [[2, 0]]], "x1 [-]", Verdict.UNDECIDED),
+        ([[[1, 0]]], "w [N]", Verdict.UNDECIDED),
+    ],
+)
+def test_what_premises_depend_on_is_looked_for_among_outputs(
+    C: Any, depends_on: str, verdict: Verdict
+) -> None:
+    """One output that shows it by itself, the same at every rule; inputs are known."""
+    p = len(C[0])
+    claim = {"name": "m", "kind": "observer", "L": [[[0] * p] * 2], "decay_rate": 0.5}
+    family = replace(read_family(as_read(two_states(C)), None), scheduled_by=(depends_on,))
+
+    found = check_observer(as_read(claim | {"P": [[1, 0], [0, 1]]}), family, "claim")
+
+    assert found.verdict is verdict
+    assert verdict is Verdict.PROVED or "not measured" in found.text
+
+
+def test_secants_are_no_part_of_a_whole_plant() -> None:
+    family = replace(read_family(as_read(two_states([[[1, 0]]])), None), scheduled_by=())
+    claim = {"name": "m", "kind": "observer", "L": [[[0], [0]]], "decay_rate": 0}
+    secants = {"P": [[1, 0], [0, 1]], "secants": [[[0, 0], [0, 0]]]}
+
+    with pytest.raises(CertificateError, match="whole plant"):
+        check_observer(as_read(claim | secants), family, "claim")
+
+
+def test_joint_loop_needs_gains_with_the_weights_of_the_model() -> None:
+    model, gains, claim = joint()
+    premises = [{"name": "z", "lower": 0, "upper": 1}]
+    two = model | {"A": [[[1]], [[0.9]]]}
+    own = law_data([[[3]], [[2.9]]], premises=premises, rules=[[0], [1]])
+
+    for other, law in ((model, None), (two, own)):
+        with pytest.raises(CertificateError, match="weights of the model"):
+            said_of(other, law, claim)
+    with pytest.raises(CertificateError, match="no output"):
+        said_of({key: value for key, value in model.items() if key != "C"}, gains, claim)
+
+
+def test_growth_that_is_asked_for_is_not_proved() -> None:
+    model, claim = line()
+
+    assert said_of(model, None, claim | {"decay_rate": -1}).verdict is Verdict.UNDECIDED

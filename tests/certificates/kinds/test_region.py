@@ -1,0 +1,125 @@
+"""Eigenvalues in a region: matrices whose eigenvalues are known, from both sides of its edge."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates import CertificateError, Verdict, certify
+from takagi.certificates.requests import Poles
+from takagi.lmi import Region
+from takagi.models import TSModel
+from tests.certificates.kinds.claims import model_data, said_of
+
+Data = dict[str, Any]
+HAIR = 1e-9
+# -1 +- 1j; normal, so that P = I shows whatever any P shows.
+SPIRAL = [[-1, 1], [-1, -1]]
+
+
+def part(region: Region) -> list[Data]:
+    """Return the parts of a region as a claim states them."""
+    return [
+        {"L": np.asarray(L, dtype=float).tolist(), "M": np.asarray(M, dtype=float).tolist()}
+        for L, M in (one.matrices for one in region.parts)
+    ]
+
+
+def claim(region: Region, **others: Any) -> Data:
+    """Return the claim with P = I."""
+    return {
+        "name": "poles",
+        "kind": "region",
+        "P": [[1, 0], [0, 1]],
+        "parts": part(region),
+        **others,
+    }
+
+
+@pytest.mark.parametrize(
+    ("inside", "outside", "words"),
+    [
+        (Region.half_plane(1 - HAIR), Region.half_plane(1), "Re z < -1"),
+        (Region.horizontal_strip(1 + HAIR), Region.horizontal_strip(1), "|Im z| < 1"),
+        (Region.disc(1 + HAIR, centre=-1), Region.disc(1, centre=-1), "|z + 1| < 1"),
+        (Region.disc(1.41421357), Region.disc(1.41421356), "|z| < 1.41421"),
+        (Region.sector(np.pi / 4 + HAIR), Region.sector(np.pi / 4 - HAIR), "|Im z| < -1"),
+        (Region.vertical_strip(0, 1 + HAIR), Region.vertical_strip(0, 1), "Re z > -1"),
+        (Region.ellipse(1, 1 + HAIR, centre=-1), Region.ellipse(1, 1, centre=-1), "L + z M"),
+        (Region.parabola(1 + HAIR), Region.parabola(1 - HAIR), "L + z M"),
+    ],
+    ids=str,
+)
+def test_eigenvalues_on_the_edge_are_not_inside(
+    inside: Region, outside: Region, words: str
+) -> None:
+    """-1 +- 1j lies on the edge of each region, to a billionth."""
+    model = model_data([SPIRAL])
+
+    found = said_of(model, None, claim(inside))
+    assert found.verdict is Verdict.PROVED
+    assert words[:-1] in found.text
+    assert said_of(model, None, claim(outside)).verdict is Verdict.UNDECIDED
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"P": [[1, 0.1], [0, 1]]},
+        {"P": [[-1, 0], [0, -1]]},
+        {"P": [[1, 5], [5, 1]]},
+        {"P": [[9, 0], [0, 1]]},
+        {"parts": part(Region.half_plane(1.5))},
+        {"parts": part(Region.half_plane(0.5) & Region.disc(0.5))},
+    ],
+    ids=str,
+)
+def test_what_is_false_is_not_proved(change: Data) -> None:
+    """Another P, or one part too many: never PROVED."""
+    model = model_data([SPIRAL])
+    assert said_of(model, None, claim(Region.half_plane(0.9))).verdict is Verdict.PROVED
+
+    assert said_of(model, None, claim(Region.half_plane(0.9), **change)).verdict is not (
+        Verdict.PROVED
+    )
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        [],
+        "disc",
+        [{"L": [[1]]}],
+        [{"L": [[1, 2], [3, 1]], "M": [[1, 0], [0, 1]]}],
+        [{"L": [[1]], "M": [[1, 0]]}],
+        [{"L": np.eye(5).tolist(), "M": np.eye(5).tolist()}],
+    ],
+    ids=lambda parts: str(parts)[:30],
+)
+def test_what_is_no_region_is_refused(parts: Any) -> None:
+    """L must be symmetric, M of its shape, and both small."""
+    with pytest.raises(CertificateError):
+        said_of(model_data([SPIRAL]), None, claim(Region.half_plane(0.5), parts=parts))
+
+
+def test_a_design_is_proved_in_its_region() -> None:
+    """A loop of two rules; the region that is asked for is proved, a narrower one is not."""
+    A = [[[0, 1], [-4, -3]], [[0, 1], [-3, -3]]]
+    model = TSModel(A, name="pair")
+    wide = Region.half_plane(0.5) & Region.sector(1.2)
+
+    proved = certify(model, claims=[Poles(wide)])
+    assert proved.verdict is Verdict.PROVED
+    open_ = certify(model, claims=[Poles(Region.half_plane(1.6))])
+    assert open_.verdict is Verdict.UNDECIDED
+    assert open_.tried[0]
+
+
+def test_a_sampled_loop_lies_inside_a_circle() -> None:
+    """In discrete time the region is of the matrix itself: 0.5 lies in |z| < 0.51."""
+    model = TSModel([np.diag([0.5, -0.2])], sample_time=1.0)
+
+    assert certify(model, claims=[Poles(Region.disc(0.51))]).verdict is Verdict.PROVED
+    assert certify(model, claims=[Poles(Region.disc(0.5))]).verdict is Verdict.UNDECIDED

@@ -1,0 +1,119 @@
+"""Overshoot and settling time: exact limits, a simulation, and claims that are false."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates import CertificateError, Verdict
+from takagi.certificates.requests import Loop, Transient
+from takagi.models import TSModel
+from takagi.models.errors import ModelError
+from tests.certificates.kinds.claims import model_data, said_of
+
+Data = dict[str, Any]
+
+
+def plane() -> tuple[Data, Data]:
+    """Return x' = -x in the plane, and a claim with the exact overshoot 2 of P = diag(1, 4)."""
+    claim = {"name": "plane", "kind": "transient", "P": [[1, 0], [0, 4]], "decay_rate": 0.999}
+    sizes = {"scales": [1, 1], "lower": 1, "overshoot": 2}
+    return model_data([[[-1, 0], [0, -1]]]), claim | sizes | {
+        "settled_share": 0.02,
+        "settling_time": 4.6099,
+    }
+
+
+def test_overshoot_at_its_exact_limit() -> None:
+    """kappa^2 is the condition number of P."""
+    model, claim = plane()
+
+    assert said_of(model, None, claim).verdict is Verdict.PROVED
+    for mutant in ({"overshoot": 1.999999}, {"lower": 1.000001}, {"lower": 0.999999}):
+        assert said_of(model, None, claim | mutant).verdict is Verdict.UNDECIDED
+
+
+def test_scales_measure_the_states() -> None:
+    """With the second state in halves P is round: no overshoot."""
+    model, claim = plane()
+    round_one = claim | {"scales": [1, 0.5], "overshoot": 1}
+
+    found = said_of(model, None, round_one)
+    assert found.verdict is Verdict.PROVED
+    assert "over their scales" in found.text
+    assert said_of(model, None, round_one | {"scales": [1, 0.51]}).verdict is Verdict.UNDECIDED
+
+
+def test_settling_time_from_both_sides() -> None:
+    """2 e^(-0.999 t) = 0.02 at t = ln(100) / 0.999 = 4.609779965..."""
+    model, claim = plane()
+
+    after = claim | {"settling_time": 4.60977997}
+    before = claim | {"settling_time": 4.60977996}
+    assert said_of(model, None, after).verdict is Verdict.PROVED
+    assert said_of(model, None, before).verdict is Verdict.UNDECIDED
+
+
+def test_rate_must_be_shown() -> None:
+    model, claim = plane()
+
+    assert said_of(model, None, claim | {"decay_rate": 1}).verdict is Verdict.UNDECIDED
+    slower = model | {"A": [[[-0.99, 0], [0, -1]]]}
+    assert said_of(slower, None, claim).verdict is Verdict.UNDECIDED
+
+
+def test_samples_are_whole() -> None:
+    model = model_data([[[0.5, 0], [0, 0.5]]], sample_time=0.1)
+    _, claim = plane()
+
+    assert said_of(model, None, claim | {"settling_time": 4.7}).verdict is Verdict.PROVED
+    with pytest.raises(CertificateError, match="whole number of samples"):
+        said_of(model, None, claim | {"settling_time": 4.75})
+
+
+@pytest.mark.parametrize("key", ["decay_rate", "lower", "overshoot", "settling_time"])
+def test_what_is_not_positive_is_refused(key: str) -> None:
+    model, claim = plane()
+
+    with pytest.raises(CertificateError, match="positive"):
+        said_of(model, None, claim | {key: 0})
+
+
+@pytest.mark.parametrize("discrete", [False, True])
+def test_found_bound_holds_in_simulation(discrete: bool) -> None:
+    """Blends that jump; the state over its bound stays below one, and has settled in time."""
+    A = np.array([[[0.0, 1.0], [-2.0, -1.0]], [[0.0, 1.0], [-3.0, -2.0]]])
+    step = 0.05 if discrete else 0.01
+    A = np.eye(2) + step * A if discrete else A
+    attempt = Transient().attempt(Loop.of(TSModel(A, sample_time=step if discrete else None)))
+    assert attempt.proved
+    claim = attempt.claim
+
+    draw = np.random.default_rng(4)
+    steps = int(np.ceil(claim["settling_time"] / step))
+    for _ in range(20):
+        x = draw.normal(size=2)
+        start = np.linalg.norm(x)
+        for k in range(1, steps + 1):
+            moved = np.einsum("i,ijk,k->j", draw.dirichlet([0.3, 0.3]), A, x)
+            x = moved if discrete else x + step * moved
+            bound = claim["overshoot"] * np.exp(-claim["decay_rate"] * k * step)
+            assert np.linalg.norm(x) <= bound * start * 1.02
+        assert np.linalg.norm(x) <= claim["settled_share"] * start * 1.02
+
+
+def test_loop_without_decay_is_not_claimed() -> None:
+    for step in (None, 0.3):
+        attempt = Transient().attempt(Loop.of(TSModel([[[1.0]]], sample_time=step)))
+        assert attempt.checked.verdict is Verdict.UNDECIDED
+
+
+def test_misuse_raises() -> None:
+    with pytest.raises(ModelError, match="between 0 and 1"):
+        Transient(settled_share=1.0)
+    with pytest.raises(ModelError, match="positive"):
+        Transient(decay_rate=0.0)
+    with pytest.raises(ModelError, match="1 positive"):
+        Transient(scales=[1.0, 2.0]).attempt(Loop.of(TSModel([[[-1.0]]])))

@@ -1,0 +1,188 @@
+"""Designs of plants: gains that are moderate and short, claims that were asked, honest noes."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from takagi.certificates.checker.result import Verdict
+from takagi.certificates.plant_design import (
+    NoPlantDesign,
+    PlantDesign,
+    certify_plant,
+    design_plant,
+    rounded_gains,
+)
+from takagi.models import Interval, ModelError, Plant, Variable, load_model
+from takagi.models.plant.design_settings import PlantSettings
+
+X, V, U = sp.symbols("x v u", real=True)
+
+
+def cubic(*, range_of_u: tuple[int, int] | None = None) -> Plant:
+    """x' = x + x^3 + u on |x| <= 1: vertices 1 and 2."""
+    side = None if range_of_u is None else Interval.of(*range_of_u)
+    return Plant(
+        equations=(X + X**3 + U,),
+        states=(Variable(X, "-", Interval.of(-1, 1)),),
+        inputs=(Variable(U, "-", side),),
+        name="cubic",
+    )
+
+
+def done(found: PlantDesign | NoPlantDesign) -> PlantDesign:
+    assert isinstance(found, PlantDesign)
+    return found
+
+
+@pytest.mark.parametrize("name", ["cart_pole", "duffing", "truck_trailer", "mass_spring_damper"])
+def test_library_plants_are_proved_with_nothing_asked(name: str) -> None:
+    """Every claim, the first of them about the plant's own equations."""
+    plant = load_model(name)
+    assert isinstance(plant, Plant)
+
+    found = done(design_plant(plant))
+
+    assert found.verdict is Verdict.PROVED
+    assert found.document["claims"][0]["kind"] == "sector-embedding"
+    assert found.law is not None and found.design is not None
+
+
+def test_gains_in_file_law_and_design_are_the_same_numbers() -> None:
+    """The emitted decimals are what is proved and what is run."""
+    found = done(design_plant(cubic()))
+
+    assert found.gains is not None and found.law is not None
+    assert np.array_equal(found.gains, found.law.gains)
+    written = np.array(found.document["gains"]["K"])
+    assert np.array_equal(np.broadcast_to(written, found.gains.shape), found.gains)
+
+
+def test_a_rate_that_is_asked_for_is_proved() -> None:
+    """V' <= -2 alpha V with alpha = 3: exactly 1 + x^2 - k <= -3, so k >= 5 at the fast vertex."""
+    found = done(design_plant(cubic(), PlantSettings(decay_rate=3.0)))
+    (claim,) = (c for c in found.document["claims"] if c["kind"] == "decay")
+
+    assert found.verdict is Verdict.PROVED and claim["decay_rate"] >= 3.0
+    assert found.gains is not None and found.gains.max() >= 5.0
+
+
+def test_given_gains_must_meet_what_is_asked() -> None:
+    """Gain 3 leaves the rate 1 at the fast vertex: 0.999 is PROVED, 1.001 is not."""
+    for rate, proved in ((0.999, True), (1.001, False)):
+        found = certify_plant(cubic(), np.array([[3.0]]), PlantSettings(decay_rate=rate))
+        assert (found.verdict is Verdict.PROVED) is proved
+
+
+def test_limits_of_inputs_are_claimed_as_asked() -> None:
+    """|u| <= 3 from a range: the set reaches as far as K allows, and the claim says 3."""
+    found = done(design_plant(cubic(range_of_u=(-3, 3))))
+    (claim,) = (c for c in found.document["claims"] if c["kind"] == "input-limits")
+
+    assert found.verdict is Verdict.PROVED and claim["input_limits"] == [3.0]
+
+
+def test_limits_that_gains_break_are_not_proved_away() -> None:
+    """Given gains and |u| <= 1: the claim is made on a smaller set, |K x| <= 1 with K = 4."""
+    found = certify_plant(cubic(), np.array([[4.0]]), PlantSettings(input_limit={"u": 1.0}))
+    (claim,) = (c for c in found.document["claims"] if c["kind"] == "input-limits")
+    reach = np.sqrt(claim["level"] / claim["P"][0][0])
+
+    assert found.verdict is Verdict.PROVED and 4.0 * reach <= 1.0
+
+
+def test_initial_states_beyond_the_limit_are_an_honest_no() -> None:
+    """From x = 0.9 the input -1 cannot hold x' = 0.9 + 0.729 + u: no gains, and what would help."""
+    asked = PlantSettings(input_limit={"u": 1.0}, initial={"x": 0.9})
+
+    found = design_plant(cubic(), asked)
+
+    assert isinstance(found, NoPlantDesign)
+    assert "none" in found.reason or "binding" in found.reason
+
+
+def test_poles_that_are_asked_for_are_claimed() -> None:
+    """A region of poles: the claim of kind region stands in the certificate, proved."""
+    plant = Plant(
+        equations=(V, -X - X**3 + U),
+        states=(Variable(X, "-", Interval.of(-1, 1)), Variable(V)),
+        inputs=(Variable(U),),
+        name="spring",
+    )
+
+    found = done(design_plant(plant, PlantSettings(damping=0.7, fastest=20.0)))
+
+    assert found.verdict is Verdict.PROVED
+    assert any(claim["kind"] == "region" for claim in found.document["claims"])
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        (PlantSettings(decay_rate="max"), "nothing bounds the gains"),
+        (PlantSettings(input_limit={"u": 1.0}, decay_rate="max"), "nothing says from where"),
+        (PlantSettings(input_limit={"u": 1.0}, damping=0.7), "initial states are given"),
+        (PlantSettings(input_limit={"v": 1.0}), "there is no input of that name"),
+        (PlantSettings(initial={"y": 1.0}), "there is no state of that name"),
+        (PlantSettings(relaxation="tuam"), "tuam"),
+    ],
+)
+def test_what_makes_no_sense_for_the_plant_raises(settings: PlantSettings, message: str) -> None:
+    """Misuse, told before or while gains are sought; never an answer."""
+    with pytest.raises(ModelError, match=message):
+        design_plant(cubic(), settings)
+
+
+def test_regions_of_poles_are_of_continuous_time() -> None:
+    """The trailer moves in steps: a sector of the left half-plane means nothing."""
+    plant = load_model("truck_trailer")
+    assert isinstance(plant, Plant)
+
+    with pytest.raises(ModelError, match="of discrete time"):
+        design_plant(plant, PlantSettings(damping=0.7))
+
+
+def test_an_input_at_the_end_of_its_range_has_no_room() -> None:
+    """A linear law moves to both sides."""
+    plant = Plant(
+        equations=(-X + U,),
+        states=(Variable(X, "-", Interval.of(-1, 1)),),
+        inputs=(Variable(U, "-", Interval.of(0, 5)),),
+        name="one-sided",
+    )
+
+    with pytest.raises(ModelError, match="rests at the end of its range"):
+        design_plant(plant)
+
+
+def test_trim_is_part_of_the_law() -> None:
+    """x' = 2 - x + x^3 + u about x* = 1/2 rests with u* = -13/8: so does the emitted law."""
+    plant = Plant(
+        equations=(2 - X + X**3 + U,),
+        states=(Variable(X, "-", Interval.of(0, 1), Fraction(1, 2)),),
+        inputs=(Variable(U, "-", None, Fraction(-13, 8)),),
+        name="trimmed",
+    )
+
+    found = done(design_plant(plant))
+
+    assert found.verdict is Verdict.PROVED and found.law is not None
+    assert found.document["gains"]["trim"] == {"state": [0.5], "input": [-1.625]}
+    assert found.law.command(np.array([0.5])) == pytest.approx([-1.625])
+
+
+def test_gains_are_rounded_to_digits_of_the_largest_over_the_rules() -> None:
+    """Four digits of 1234.5 leave whole numbers, for every rule alike."""
+    K = np.array([[[1234.567, 0.0]], [[-12.3456, 0.0]]])
+
+    assert rounded_gains(K, 4).tolist() == [[[1235.0, 0.0]], [[-12.0, 0.0]]]
+
+
+def test_the_same_design_twice_is_the_same_certificate() -> None:
+    """No time, no place: the bytes are those of the numbers."""
+    first, second = (done(design_plant(cubic())) for _ in range(2))
+
+    assert first.document == second.document

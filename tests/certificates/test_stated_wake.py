@@ -1,0 +1,119 @@
+"""A frozen wake that is stated as a factor: the checker works it out again from the table."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates.checker import CertificateError
+from takagi.certificates.checker.frozen_wake import scaled_slopes
+from takagi.certificates.checker.model_file import compare_turbine
+from takagi.certificates.checker.reader import matrix, member, numbers, read_text
+from takagi.certificates.checker.spline import Spline
+from takagi.certificates.document import turbine_data
+from takagi.models.law.schedule import effort_schedule
+from takagi.models.turbine import rotor_torque_gradient
+from takagi.models.turbine.loader import load_turbine, model_files
+from takagi.models.turbine.trim import trim
+
+FILE = model_files("iea15mw")[0]
+
+
+@lru_cache
+def written() -> str:
+    """Return plant and the rows of a law that the comparison reads, as a certificate has them."""
+    turbine = load_turbine("iea15mw")
+    schedule = effort_schedule(turbine, overlap=0.0066)
+    gains = {
+        "rated_torque": turbine.rated_torque,
+        "wind": schedule.wind.tolist(),
+        "effectiveness_limit": schedule.effectiveness_limit.tolist(),
+    }
+    model = turbine_data(turbine, model_files("iea15mw"))
+    return json.dumps({"model": model, "gains": gains})
+
+
+def document() -> Any:
+    return read_text(written(), "document")
+
+
+def edited(folder: Path, old: str, new: str) -> Path:
+    """Return a copy of the turbine's files with one text replaced."""
+    for file in model_files("iea15mw"):
+        (folder / file.name).write_bytes(file.read_bytes())
+    path = folder / FILE.name
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    return path
+
+
+def test_the_limit_is_found_again() -> None:
+    """At every wind node, from kappa and the exact slope at the exact trim."""
+    read = document()
+
+    compare_turbine(read["model"], read["gains"], FILE)
+
+
+@pytest.mark.parametrize("node", [0, 20, 45, -1])
+def test_a_forged_limit_is_refused(node: int) -> None:
+    """Three units in the last decimal, at low wind, near rated and at cut-out."""
+    read = json.loads(written())
+    read["gains"]["effectiveness_limit"][node] -= 3e-6
+    forged = read_text(json.dumps(read), "document")
+
+    with pytest.raises(CertificateError, match="frozen wake's pitch effectiveness at"):
+        compare_turbine(forged["model"], forged["gains"], FILE)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("[2.12, 1.73", "[2.13, 1.73", "frozen wake's pitch effectiveness at 3 m/s"),
+        ("1.19, 1.16]", "1.19, 1.17]", "frozen wake's pitch effectiveness at 20"),
+        ("[2.12, 1.73", "[1.73", "columns of different length"),
+        ("[11.0, 11.5", "[10.0, 11.5", "at 10 m/s: no pitch gives rated torque"),
+        ("[11.0, 11.5", "[0.0, 11.5", "frozen_wake.factor at 0 m/s"),
+        (
+            "factor = {",
+            'power_sensitivity = { unit = "MW/rad", values = [-1.0] }\nfactor = {',
+            "a factor beside published columns",
+        ),
+    ],
+)
+def test_another_statement_is_another_wake(old: str, new: str, words: str, tmp_path: Path) -> None:
+    """The certificate is not that file's, and the message says where."""
+    read = document()
+
+    with pytest.raises(CertificateError, match=words):
+        compare_turbine(read["model"], read["gains"], edited(tmp_path, old, new))
+
+
+def test_slopes_meet_the_loaders() -> None:
+    """Two root searches that share no code: 1e-9 of each other, at winds of no table."""
+    read, turbine = document(), load_turbine("iea15mw")
+    surface = member(read["model"], "torque_surface", "model")
+    spline = Spline(
+        numbers(surface, "tip_speed_ratio_knots", "s"),
+        numbers(surface, "pitch_knots", "s"),
+        matrix(surface, "coefficients", "s"),
+    )
+    winds = [Fraction("10.7"), Fraction("13.3"), Fraction("24.9")]
+    found = scaled_slopes(
+        read["model"],
+        Fraction(turbine.rated_torque),
+        spline,
+        (winds, [Fraction(1)] * 3),
+        FILE,
+    )
+
+    for wind, slope in zip(map(float, winds), found, strict=True):
+        pitch = trim(turbine, wind).pitch
+        by_pitch = rotor_torque_gradient(turbine, turbine.rated_rotor_speed, pitch, wind)[1]
+        assert np.isclose(float(slope), turbine.rated_rotor_speed * float(by_pitch), rtol=1e-9)

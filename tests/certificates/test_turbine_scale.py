@@ -1,0 +1,96 @@
+"""Design settings in a turbine's own scale."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+
+from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.coherent import DEFAULT_BOX, coherent_candidate, coherent_claim
+from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
+from takagi.certificates.provenance import provenance
+from takagi.certificates.turbine_design import DesignSettings
+from takagi.certificates.turbine_scale import default_settings, region_requirements, scaled_box
+from takagi.lmi.turbine.effort import EffortSettings, effort_gains
+from takagi.lmi.turbine.regional import FULL_LOAD, PARTIAL_LOAD
+from takagi.models import ModelError
+from takagi.models.law.coherent import CoherentLaw
+from takagi.models.law.schedule import effort_schedule
+from takagi.models.turbine.loader import load_turbine, model_files, nrel5mw
+from takagi.models.turbine.trim import TABLE_SHARE, reference_speed
+
+
+def test_the_reference_keeps_its_settings() -> None:
+    """On the NREL 5-MW turbine every ratio is 1, to the last digit."""
+    turbine = nrel5mw()
+
+    assert default_settings(turbine) == replace(DesignSettings(), effort=EffortSettings())
+    assert scaled_box(turbine) == DEFAULT_BOX
+    assert region_requirements(turbine) == (PARTIAL_LOAD, FULL_LOAD)
+
+
+def test_a_larger_rotor_gets_smaller_bands() -> None:
+    """15 MW: speeds by 0.62, effort by 0.66, lag by 0.24."""
+    found = default_settings(load_turbine("iea15mw"))
+
+    assert found.box.speed_error == Fraction("0.024")
+    assert found.box.speed_signal == Fraction("0.018")
+    assert found.box.effort_lag == Fraction("0.0019")
+    assert found.effort == EffortSettings(bandwidth=0.4, partial_bandwidth=0.2, speed_error=0.018)
+    assert found.overlap == 0.0066
+    assert found.speed_overlap == 0.062
+    assert found.torque_overlap == 920000.0
+
+
+@pytest.mark.parametrize("name", ["nrel5mw", "iea15mw"])
+def test_the_band_stays_inside_the_table_at_cut_in(name: str) -> None:
+    """(omega* + e) R / ((1 - share) v) is within the tip-speed ratios; a quarter more is not."""
+    turbine = load_turbine(name)
+    box, v = scaled_box(turbine), turbine.cut_in
+    speed, largest = reference_speed(turbine, v), turbine.torque.x_range[1]
+    assert speed * turbine.rotor_radius / v == pytest.approx(TABLE_SHARE * largest)
+
+    def ratio(error: float) -> float:
+        return (speed + error) * turbine.rotor_radius / (v * (1 - float(box.wind_share)))
+
+    assert ratio(float(box.speed_error)) <= largest < ratio(1.25 * float(box.speed_error))
+
+
+@pytest.mark.parametrize("scale", [0.5, 0.8, 2.0])
+def test_a_turbine_in_other_units_of_length_and_time(scale: float) -> None:
+    """Speed and effort scale with their measures: rated speed s times, torque s^2 times."""
+    turbine = nrel5mw()
+    changed = replace(
+        turbine,
+        rated_rotor_speed=scale * turbine.rated_rotor_speed,
+        rated_torque=scale**2 * turbine.rated_torque,
+    )
+    found = default_settings(changed)
+
+    assert found.overlap == pytest.approx(0.01 * scale**2, rel=0.05)
+    assert found.speed_overlap == pytest.approx(0.1 * scale, rel=0.05)
+    assert float(found.box.speed_error) <= 0.0484  # the table's end at cut-in
+
+
+def test_fifteen_megawatt_is_proved_in_its_own_scale_and_not_in_another() -> None:
+    """One P for all 71 cells, accepted by the checker; the 5-MW box asks too much."""
+    turbine = load_turbine("iea15mw")
+    asked = default_settings(turbine)
+    schedule = effort_schedule(turbine, overlap=asked.overlap)
+    gains = effort_gains(turbine, schedule, asked.effort).gains
+    law = CoherentLaw.of(turbine, schedule, gains)
+    candidate = coherent_candidate(turbine, law, box=asked.box)
+    document = certificate_document(
+        model=turbine_data(turbine, model_files("iea15mw")),
+        gains=coherent_law_data(law),
+        claims=[coherent_claim(candidate)],
+        provenance=provenance(asked, {"joint analysis": candidate.words}),
+    )
+    checked = check_document(document)
+
+    assert checked.verdict.name == "PROVED"
+    assert min(candidate.wind_error) > 0.01  # m/s; 0.003 with the bandwidth of 5 MW
+    with pytest.raises(ModelError, match=r"wind cell .3, 3.25. m/s: c_Q: tip-speed ratio"):
+        coherent_candidate(turbine, law, box=DEFAULT_BOX)

@@ -1,0 +1,272 @@
+"""`takagi design` for plants: from a TOML file to gains, certificate and report, checked again."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates.checker import Verdict, check
+from takagi.cli.main import main
+from takagi.models.library import data_folder
+
+Capture = pytest.CaptureFixture[str]
+
+PENDULUM = """
+format = 1
+kind = "plant"
+name = "Pendulum with a motor"
+
+[states]
+theta = { unit = "deg", range = [-60, 60], description = "angle from upright" }
+omega = { unit = "rad/s", range = [-4, 4], description = "its rate" }
+
+[inputs]
+tau = { unit = "N m", description = "torque of the motor" }
+
+[parameters]
+m = { value = 2.0, unit = "kg" }
+l = { value = 500, unit = "mm" }
+g = { value = 9.81, unit = "m/s^2" }
+
+[equations]
+theta = "omega"
+omega = "(m*g*l*sin(theta) + tau) / (m*l^2)"
+"""
+TRAILER = (data_folder() / "truck_trailer.toml").read_text(encoding="utf-8")
+OSCILLATOR = """
+format = 1
+kind = "plant"
+units = "unchecked"
+
+[states]
+x = { range = [-1, 1] }
+v = {}
+
+[equations]
+x = "v"
+v = "-x - x^3 - v"
+"""
+
+
+@pytest.fixture
+def pendulum(tmp_path: Path) -> Path:
+    """A plant file of one's own."""
+    path = tmp_path / "pendulum.toml"
+    path.write_text(PENDULUM, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def drawn() -> None:
+    """Let this test draw the report; the others do without, it is tested elsewhere."""
+
+
+@pytest.fixture(autouse=True)
+def undrawn(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the verbs write a folder without drawing it, unless a test wants it drawn."""
+    from takagi.reports.html.page import ReportFiles
+    from takagi.reports.plant import latex, page
+
+    if "drawn" in request.fixturenames:
+        return
+    files = ReportFiles("<!doctype html><title>report</title>", {"phase.svg": b"<svg/>"})
+    monkeypatch.setattr(page, "plant_report_files", lambda *_, **__: files)
+    monkeypatch.setattr(latex, "plant_appendix", lambda *_, **__: {"appendix.tex": "%"})
+
+
+def read(path: Path) -> Any:
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def test_a_plant_file_becomes_a_folder_that_the_checker_proves(
+    drawn: None, pendulum: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """Gains, certificate, report, figures; with both companions the checker has no reservation."""
+    out = tmp_path / "out"
+
+    assert main(["design", str(pendulum), "--out", str(out)]) == 0
+
+    printed = capsys.readouterr().out
+    assert printed.startswith("PROVED  Pendulum with a motor\n") and "2 rules by" in printed
+    names = {path.name for path in out.iterdir()}
+    assert names == {"gains.json", "certificate.json", "report.html", "figures"}
+    checked = check(out / "certificate.json", gains=out / "gains.json", model=pendulum)
+    assert checked.verdict is Verdict.PROVED
+    assert [claim.verdict for claim in checked.claims] == [Verdict.PROVED] * len(checked.claims)
+
+
+def test_the_certificate_is_about_the_plant_s_own_equations(pendulum: Path, tmp_path: Path) -> None:
+    """The first claim ties vertices to equations; the file's hash and parameters are recorded."""
+    main(["design", str(pendulum), "--out", str(tmp_path / "out")])
+    document = read(tmp_path / "out" / "certificate.json")
+
+    assert document["claims"][0]["kind"] == "sector-embedding"
+    assert document["model"]["parameters"]["g"] == 9.81
+    assert list(document["model"]["files_sha256"]) == ["pendulum.toml"]
+
+
+def test_the_gain_file_runs_the_plant_to_rest(pendulum: Path, tmp_path: Path) -> None:
+    """Its numbers alone, read by hand: u = -sum h_i K_i x turns the pendulum upright from 20 deg.
+
+    The plant is integrated here by Heun's method from its equations, the memberships are made from
+    the file's premises; nothing of the package is asked.
+    """
+    main(["design", str(pendulum), "--out", str(tmp_path / "out")])
+    content = read(tmp_path / "out" / "gains.json")
+    law = content["law"]
+    K, rules = np.array(law["K"]), law["rules"]
+    (premise,) = law["premises"]
+    assert premise["expression"].replace(" ", "") == "sin(theta)/theta"
+    low, high = premise["lower"], premise["upper"]
+
+    def rate(x: np.ndarray) -> np.ndarray:
+        z = np.sinc(x[0] / np.pi)
+        w = ((high - z) / (high - low), (z - low) / (high - low))
+        h = np.array([w[corner] for (corner,) in rules])
+        (u,) = -np.tensordot(h, K, axes=1) @ x
+        return np.array([x[1], 9.81 / 0.5 * np.sin(x[0]) + u / (2.0 * 0.5**2)])
+
+    x, step = np.array([np.deg2rad(20.0), 0.0]), 1e-3
+    for _ in range(8000):
+        first = rate(x)
+        x = x + step / 2 * (first + rate(x + step * first))
+
+    assert np.all(np.abs(x) < 1e-4)
+
+
+def test_gains_are_short_decimals(pendulum: Path, tmp_path: Path) -> None:
+    """What is emitted is what is proved, so it is rounded first: to four digits here."""
+    main(["design", str(pendulum), "--out", str(tmp_path / "out")])
+
+    for gain in np.ravel(read(tmp_path / "out" / "gains.json")["law"]["K"]):
+        assert len(repr(float(gain)).replace(".", "").strip("-0")) <= 4
+
+
+def test_a_changed_gain_is_refused(pendulum: Path, tmp_path: Path) -> None:
+    """One digit of one gain: the certificate is not about this file."""
+    main(["design", str(pendulum), "--out", str(tmp_path / "out")])
+    certificate, gains = (tmp_path / "out" / name for name in ("certificate.json", "gains.json"))
+    content = read(gains)
+    content["law"]["K"][0][0][0] += 0.01
+    gains.write_text(json.dumps(content), encoding="utf-8")
+
+    assert main(["check", str(certificate), "--gains", str(gains)]) == 2
+
+
+def test_a_changed_plant_file_is_refused(pendulum: Path, tmp_path: Path, capsys: Capture) -> None:
+    """The certificate was made for the old one."""
+    main(["design", str(pendulum), "--out", str(tmp_path / "out")])
+    pendulum.write_text(PENDULUM.replace("value = 2.0", "value = 2.1"), encoding="utf-8")
+    capsys.readouterr()
+
+    certificate = str(tmp_path / "out" / "certificate.json")
+    assert main(["check", certificate, "--model", str(pendulum)]) == 2
+    assert "has changed since the certificate was made" in capsys.readouterr().err
+
+
+def test_discrete_time(tmp_path: Path, capsys: Capture) -> None:
+    """The truck with a trailer moves in steps of 2 s, and the law says so."""
+    path = tmp_path / "trailer.toml"
+    path.write_text(TRAILER, encoding="utf-8")
+
+    assert main(["design", str(path), "--out", str(tmp_path / "out")]) == 0
+
+    assert "discrete time, T = 2 s" in capsys.readouterr().out
+    assert read(tmp_path / "out" / "gains.json")["law"]["sample_time"] == 2.0
+
+
+def test_a_plant_without_inputs_is_analysed(tmp_path: Path, capsys: Capture) -> None:
+    """There are no gains to write; a certificate says that it decays."""
+    path = tmp_path / "oscillator.toml"
+    path.write_text(OSCILLATOR, encoding="utf-8")
+
+    assert main(["design", str(path), "--out", str(tmp_path / "out")]) == 0
+
+    assert "no inputs: an analysis" in capsys.readouterr().out
+    assert not (tmp_path / "out" / "gains.json").exists()
+    assert check(tmp_path / "out" / "certificate.json").verdict is Verdict.PROVED
+
+
+def test_the_file_s_own_wishes_and_those_of_the_command_line(
+    pendulum: Path, tmp_path: Path
+) -> None:
+    """[design] asks for 1 1/s; --decay-rate takes its place; each is proved of V' <= -2 alpha V."""
+    pendulum.write_text(PENDULUM + "[design]\ndecay_rate = 1\n", encoding="utf-8")
+    rates = []
+    for name, options in (("file", []), ("line", ["--decay-rate", "3"])):
+        out = tmp_path / name
+        assert main(["design", str(pendulum), "--out", str(out), *options]) == 0
+        document = read(out / "certificate.json")
+        (claim,) = (c for c in document["claims"] if c["kind"] == "decay")
+        rates.append((document["provenance"]["configuration"]["decay_rate"], claim["decay_rate"]))
+
+    assert [asked for asked, _ in rates] == [1.0, 3.0]
+    assert rates[0][1] >= 1.0 and rates[1][1] >= 3.0
+
+
+def test_limits_of_inputs_are_proved_where_they_are_asked_for(
+    pendulum: Path, tmp_path: Path
+) -> None:
+    """A range of the input, or --input-limit in a unit of one's own: |tau| <= 15 N m is claimed."""
+    ranged = PENDULUM.replace('tau = { unit = "N m",', 'tau = { unit = "N m", range = [-15, 15],')
+    other = tmp_path / "ranged.toml"
+    other.write_text(ranged, encoding="utf-8")
+    asked = {str(other): [], str(pendulum): ["--input-limit", "tau=0.015kN m"]}
+
+    for number, (path, options) in enumerate(asked.items()):
+        out = tmp_path / f"out{number}"
+        assert main(["design", path, "--out", str(out), *options]) == 0
+        claims = read(out / "certificate.json")["claims"]
+        (limits,) = (c["input_limits"] for c in claims if c["kind"] == "input-limits")
+        assert limits == [15.0]
+
+
+def test_what_no_gains_can_do_is_an_answer(pendulum: Path, tmp_path: Path, capsys: Capture) -> None:
+    """2 N m cannot hold 2 kg on 0.5 m from 30 deg: status 1, nothing written, what to relax."""
+    options = ["--input-limit", "tau=2", "--initial", "theta=30deg,omega=0.1"]
+
+    assert main(["design", str(pendulum), "--out", str(tmp_path / "out"), *options]) == 1
+
+    message = capsys.readouterr().err
+    assert message.startswith("Not proved, nothing written: ")
+    assert "--input-limit tau=2" in message and "relax that first" in message
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_answer_for_machines(pendulum: Path, tmp_path: Path, capsys: Capture) -> None:
+    """--json: verdict, claims, gains and the files that were written."""
+    out = tmp_path / "out"
+
+    assert main(["design", str(pendulum), "--out", str(out), "--json"]) == 0
+
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["verdict"] == "PROVED" and answer["rules"] == 2
+    assert answer["gains"] == read(out / "gains.json")["law"]["K"]
+    assert all(Path(file).is_file() for file in answer["files"])
+
+
+def test_next_commands_can_be_typed_as_printed(
+    pendulum: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """The check and the simulation that are suggested exist and succeed."""
+    main(["design", str(pendulum), "--out", str(tmp_path / "out")])
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    commands = [line.split()[1:] for line in lines if line.startswith("takagi ")]
+
+    assert [command[0] for command in commands] == ["check", "simulate"]
+    for command in commands:
+        assert main(command) == 0
+
+
+@pytest.mark.parametrize("verb", ["report", "appendix"])
+def test_the_other_verbs_that_design(verb: str, pendulum: Path, tmp_path: Path) -> None:
+    """The report alone, and the LaTeX appendix."""
+    assert main([verb, str(pendulum), "--out", str(tmp_path / "out")]) == 0
+
+    expected = "report.html" if verb == "report" else "appendix.tex"
+    assert (tmp_path / "out" / expected).is_file()
+    assert not (tmp_path / "out" / "gains.json").exists()

@@ -1,0 +1,266 @@
+"""`takagi certify` and `takagi simulate` for plants, with gains of a file."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates.checker import Verdict, check
+from takagi.cli.main import main
+
+Capture = pytest.CaptureFixture[str]
+
+# x' = x + x^3 + u on |x| <= 1: the vertices are 1 and 2, so u = -k x holds it for k > 2.
+CUBIC = """
+format = 1
+kind = "plant"
+units = "unchecked"
+name = "Cubic"
+
+[states]
+x = { range = [-1, 1] }
+
+[inputs]
+u = {}
+
+[equations]
+x = "x + x^3 + u"
+"""
+
+
+@pytest.fixture
+def cubic(tmp_path: Path) -> Path:
+    path = tmp_path / "cubic.toml"
+    path.write_text(CUBIC, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def gains(cubic: Path, tmp_path: Path) -> Path:
+    """The gain file of a design, without its drawings."""
+    from takagi.certificates.plant_design import PlantDesign, design_plant
+    from takagi.models.plant.loader import load_plant, plant_files
+    from takagi.reports.gain_file import dump_gains
+    from takagi.reports.plant_gain_file import plant_gain_file
+
+    found = design_plant(load_plant(cubic), files=plant_files(cubic))
+    assert isinstance(found, PlantDesign)
+    path = tmp_path / "gains.json"
+    path.write_text(dump_gains(plant_gain_file(found)), encoding="utf-8")
+    return path
+
+
+def changed(gains: Path, **law: Any) -> Path:
+    """Write the gain file with members of its law replaced."""
+    content = json.loads(gains.read_text(encoding="utf-8"))
+    content["law"] |= law
+    path = gains.with_name("changed.json")
+    path.write_text(json.dumps(content), encoding="utf-8")
+    return path
+
+
+def certified(cubic: Path, gains: Path, out: Path) -> int:
+    return main(["certify", str(cubic), "--gains", str(gains), "--out", str(out)])
+
+
+# ------------------------------------------------------------------ certify
+
+
+def test_gains_from_both_sides_of_the_threshold(cubic: Path, gains: Path, tmp_path: Path) -> None:
+    """x' = (1 + x^2 - k) x decays on |x| <= 1 exactly for k > 2: 2.01 is PROVED, 1.99 is not."""
+    out = tmp_path / "c.json"
+
+    assert certified(cubic, changed(gains, K=[[[2.01]]]), out) == 0
+    assert check(out, gains=changed(gains, K=[[[2.01]]]), model=cubic).verdict is Verdict.PROVED
+    assert certified(cubic, changed(gains, K=[[[1.99]]]), out) == 1
+    assert check(out).verdict is not Verdict.PROVED
+
+
+def test_the_law_is_the_one_of_the_file(cubic: Path, gains: Path, tmp_path: Path) -> None:
+    """The certificate of given gains is about these decimals, not about a design's."""
+    out = tmp_path / "c.json"
+    certified(cubic, changed(gains, K=[[[3.25]], [[4.5]]]), out)
+
+    assert json.loads(out.read_text(encoding="utf-8"))["gains"]["K"] == [[[3.25]], [[4.5]]]
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        ({"name": "coherent"}, "law.name is 'coherent'; the model is a plant"),
+        ({"K": [[[1.0, 2.0]]]}, "law.K has shape (1, 1, 2); 2 rules, 1 inputs and 1 states"),
+        ({"K": [[[3.0]]] * 3}, "law.K has shape (3, 1, 1)"),
+        ({"state_names": ["y [-]"]}, "law.state_names is not the model's"),
+        ({"sample_time": 0.1}, "law.sample_time is not the model's"),
+        ({"rules": [[1], [0]]}, "law.rules is not the model's"),
+        ({"trim": {"state": [0.5], "input": [0.0]}}, "law.trim is not the model's"),
+        ({"premises": []}, "law.premises is not the model's"),
+        ({"more": 1}, "law.more is not the model's"),
+        ({"K": "many"}, "law"),
+    ],
+)
+def test_a_law_of_another_model_is_refused(
+    cubic: Path, gains: Path, tmp_path: Path, capsys: Capture, law: Any, message: str
+) -> None:
+    """With other premises, rules or trim the same gains are another law."""
+    out = tmp_path / "c.json"
+
+    assert certified(cubic, changed(gains, **law), out) == 2
+
+    said = capsys.readouterr().err
+    assert said.startswith("Error: ") and message in said and "Traceback" not in said
+    assert not out.exists()
+
+
+def test_a_premise_with_another_bound_is_refused(cubic: Path, gains: Path, tmp_path: Path) -> None:
+    """One digit of one bound changes every membership."""
+    law = json.loads(gains.read_text(encoding="utf-8"))["law"]
+    law["premises"][0]["upper"] += 1e-6
+
+    assert certified(cubic, changed(gains, **law), tmp_path / "c.json") == 2
+
+
+def test_options_about_making_gains_are_refused_with_gains(
+    cubic: Path, gains: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """The law is in the file."""
+    options = ["--gains", str(gains), "--out", str(tmp_path / "c.json"), "--decay-rate", "1"]
+
+    assert main(["certify", str(cubic), *options]) == 2
+    assert "option --decay-rate is about designing gains" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("verb", ["design", "certify"])
+def test_a_proof_about_vertices_alone_is_no_proof_about_the_plant(
+    verb: str, cubic: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the equations cannot be written into the certificate: status 1, and it is said."""
+    from takagi.certificates import plant_certificate
+    from takagi.reports.html.page import ReportFiles
+    from takagi.reports.plant import page
+
+    nothing: tuple[None, list[object], tuple[str]] = (
+        None,
+        [],
+        ("claims about the vertices alone: no words for a function",),
+    )
+    monkeypatch.setattr(plant_certificate, "plant_and_claim", lambda _: nothing)
+    monkeypatch.setattr(page, "plant_report_files", lambda *_, **__: ReportFiles("", {}))
+
+    assert main([verb, str(cubic), "--out", str(tmp_path / "out")]) == 1
+    assert "PROVED, of the vertices alone: not of the plant" in capsys.readouterr().out
+
+
+# ------------------------------------------------------------------ simulate
+
+
+def test_a_motion_is_the_plant_s_own(cubic: Path, gains: Path, tmp_path: Path) -> None:
+    """x' = -2 x + x^3 (gain 3) from 0.5 has the closed form x^2 = 2 / (1 + 7 e^(4 t))."""
+    law = changed(gains, K=[[[3.0]]])
+    out = tmp_path / "out"
+    options = ["--gains", str(law), "--start", "x=0.5", "--duration", "2", "--out", str(out)]
+
+    assert main(["simulate", str(cubic), *options]) == 0
+
+    with (out / "responses.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    time, x = (np.array([float(row[name]) for row in rows]) for name in ("time [s]", "x [-]"))
+    assert time[-1] == pytest.approx(2.0)
+    assert np.allclose(x, np.sqrt(2 / (1 + 7 * np.exp(4 * time))), atol=1e-5)
+
+
+def test_starts_are_corners_drawn_into_the_proved_set(
+    cubic: Path, gains: Path, capsys: Capture
+) -> None:
+    """Of an interval both ends, and every motion stays inside and settles."""
+    assert main(["simulate", str(cubic), "--gains", str(gains), "--json"]) == 0
+
+    runs = json.loads(capsys.readouterr().out)["runs"]
+    assert len(runs) == 2 and runs[0]["start"]["x"] == -runs[1]["start"]["x"] != 0
+    for run in runs:
+        assert not run["left_the_box"] and not run["diverged"]
+        assert run["settled_after"] > 0
+
+
+def test_a_motion_that_diverges_has_status_one(cubic: Path, gains: Path, capsys: Capture) -> None:
+    """From x = 0.9 with gain 1.5, x' = (x^2 - 0.5) x grows beyond all bounds."""
+    law = changed(gains, K=[[[1.5]]])
+
+    assert main(["simulate", str(cubic), "--gains", str(law), "--start", "x=0.9"]) == 1
+    assert "diverged" in capsys.readouterr().out
+
+
+# ------------------------------------------------------------------ misuse
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["simulate", "CUBIC", "--scenario", "gust"], "--scenario is about a wind turbine"),
+        (["simulate", "nrel5mw", "--start", "x=1"], "--start is about a plant"),
+        (["simulate", "CUBIC", "--start", "y=1"], "option --start: there is no y; the plant has x"),
+        (["simulate", "CUBIC", "--start", "x"], "NAME=VALUE is needed"),
+        (["simulate", "CUBIC", "--start", "x=1kg"], "option --start x=1kg"),
+        (["simulate", "CUBIC", "--duration", "-1"], "option --duration: -1 was given"),
+        (["simulate", "CUBIC", "--gains", "no.json"], "no.json"),
+        (
+            ["design", "CUBIC", "--out", "OUT", "--overlap", "1"],
+            "--overlap is about a wind turbine",
+        ),
+        (["design", "CUBIC", "--out", "OUT", "--law", "paper"], "--law is about a wind turbine"),
+        (["design", "nrel5mw", "--out", "OUT", "--damping", "0.7"], "--damping is about a plant"),
+        (["design", "CUBIC", "--out", "OUT", "--decay-rate", "fast"], "a number in 1/s"),
+        (["design", "CUBIC", "--out", "OUT", "--decay-rate", "-1"], "option --decay-rate"),
+        (["design", "CUBIC", "--out", "OUT", "--decay-rate", "max"], "give gain_bound"),
+        (["design", "CUBIC", "--out", "OUT", "--relaxation", "tuam"], "tuam"),
+        (["design", "CUBIC", "--out", "OUT", "--choice", "few"], "option --choice"),
+        (["design", "CUBIC", "--out", "OUT", "--damping", "1.5"], "option --damping"),
+        (["design", "CUBIC", "--out", "OUT", "--input-limit", "x=1"], "there is no x"),
+        (["certify", "CUBIC", "--out", "OUT", "--inertia", "0.9", "1.1"], "about a wind turbine"),
+    ],
+)
+def test_misuse_names_the_option(
+    cubic: Path, tmp_path: Path, capsys: Capture, arguments: list[str], message: str
+) -> None:
+    """What was given, what is needed; nothing is written."""
+    places = {"CUBIC": str(cubic), "OUT": str(tmp_path / "out")}
+
+    assert main([places.get(argument, argument) for argument in arguments]) == 2
+
+    captured = capsys.readouterr()
+    assert captured.out == "" and captured.err.startswith("Error: ")
+    assert message in captured.err and "Traceback" not in captured.err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field", "expected"),
+    [
+        ('x = "x + x^3 + u"', 'x = "x + y^3 + u"', "equations.x", "'y' is not known"),
+        ('x = "x + x^3 + u"', 'x = "x + x^3 + u + 1"', "", "is 1.00000, not 0"),
+        ("[equations]", "[equation]", "equation", "is not known"),
+        ("x = { range = [-1, 1] }", "x = { range = [-1, 1], unit = 'mm/' }", "states.x.unit", ""),
+        ("x = { range = [-1, 1] }", "x = {}", "", "no range was given"),
+        ("[states]", "[design]\ndecay_rat = 1\n[states]", "design.decay_rat", "'decay_rate'"),
+        ("[states]", "[design]\ndamping = 2\n[states]", "design.damping", "below 1"),
+        ("[states]", "[design]\ninitial = { z = 1 }\n[states]", "design.initial", "z is no state"),
+    ],
+)
+def test_a_wrong_plant_file_is_named_with_its_place(
+    cubic: Path, tmp_path: Path, capsys: Capture, old: str, new: str, field: str, expected: str
+) -> None:
+    """File, line and field, or the equation."""
+    assert old in CUBIC
+    cubic.write_text(CUBIC.replace(old, new, 1), encoding="utf-8")
+
+    assert main(["design", str(cubic), "--out", str(tmp_path / "out")]) == 2
+
+    message = capsys.readouterr().err
+    assert expected in message and "Traceback" not in message
+    assert not field or (f"{cubic}:" in message and repr(field) in message)
+    assert not (tmp_path / "out").exists()

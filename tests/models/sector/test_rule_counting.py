@@ -1,0 +1,92 @@
+"""The number of rules before a model is built, and the premises that make them."""
+
+from __future__ import annotations
+
+import pytest
+import sympy as sp
+
+from takagi.models import Interval, ModelError, Plant, load_model, rule_count, sector_model
+from takagi.models.plant.plant import Variable
+
+STATES = sp.symbols("x1:13", real=True)
+HALVES = [sp.Rational(k + 1, 10) for k in range(12)]
+
+
+def chain() -> Plant:
+    """Return x_k' = -x_k - x_k^3, |x_k| <= k/10: twelve premises, each in [0, k^2/100]."""
+    return Plant(
+        states=tuple(
+            Variable(s, "-", Interval.of(f"-{(k + 1) / 10}", f"{(k + 1) / 10}"))
+            for k, s in enumerate(STATES)
+        ),
+        equations=tuple(-s - s**3 for s in STATES),
+        name="chain",
+    )
+
+
+def turned() -> Plant:
+    """Return x' = -(5 + y) x, y' = (sin y/y) x - y, z' = z: premises y and sin y / y."""
+    x, y, z = STATES[:3]
+    return Plant(
+        states=tuple(Variable(s, "-", Interval.of(-1, 1)) for s in (x, y)) + (Variable(z),),
+        equations=(-5 * x - y * x, sp.sin(y) - y, z),
+        name="turned",
+    )
+
+
+@pytest.mark.parametrize("name", ["cart_pole", "tora", "lorenz", "mass_spring_damper"])
+def test_the_count_is_that_of_the_model(name: str) -> None:
+    plant = load_model(name)
+    assert isinstance(plant, Plant)
+    model, count = sector_model(plant), rule_count(plant)
+
+    assert count.rules == len(model.rules) == 2 ** len(count.premises)
+    assert {p.name for p in count.premises} == {p.name for p in model.premises}
+    for premise in model.premises:
+        rough = next(p for p in count.premises if p.name == premise.name)
+        assert rough.bounds.width <= premise.bounds.width * 27 / 25
+
+
+def test_cheap_premises_come_first() -> None:
+    """sin y / y in [0.84, 1] is 16 % of its size wide, y in [-1, 1] 200 %."""
+    count = rule_count(turned())
+
+    assert [str(p.latex) for p in count.premises] == sorted(
+        (str(p.latex) for p in count.premises),
+        key=lambda latex: next(
+            float(p.bounds.width / p.bounds.magnitude) for p in count.premises if p.latex == latex
+        ),
+    )
+    assert float(count.premises[0].bounds.width) < 0.2
+    assert "15.9 % of its size; " in count.words and count.words.endswith("200 % of its size")
+
+
+def test_many_rules_are_counted_and_refused_before_a_vertex_is_made() -> None:
+    """Twelve premises: 4096 rules are told, and 1024 are the most that a model has."""
+    count = rule_count(chain())
+
+    assert count.rules == 4096 and len(count.premises) == 12
+    with pytest.raises(ModelError, match=r"12 premises make 4096 rules, .* = 1024.*width 100 %"):
+        sector_model(chain())
+
+
+def test_constant_premises_are_told_apart() -> None:
+    """A variable whose range is one point makes a constant premise: no rule."""
+    x, y = STATES[:2]
+    point = Plant(
+        states=(Variable(x, "-", Interval.of(-1, 1)), Variable(y, "-", Interval.of(0, 0))),
+        equations=(-x - x**3, -y - y**3),
+        name="point",
+    )
+    count = rule_count(point)
+
+    assert count.rules == 2
+    assert len(count.premises) == len(count.constant) == 1
+
+
+def test_expressions_are_counted_too() -> None:
+    x = STATES[0]
+    count = rule_count([-x - x**3], [x], box={x: (-1, 1)}, tolerance="1e-6")
+
+    assert count.rules == 2
+    assert count.premises[0].bounds.width < 1.001

@@ -1,0 +1,21 @@
+"""Designs of plants that several tests read, made once."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from takagi.certificates.plant_design import PlantDesign, design_plant
+from takagi.models import load_model
+from takagi.models.plant.plant import Plant
+
+__all__ = ["design_of"]
+
+
+@cache
+def design_of(name: str) -> PlantDesign:
+    """The design of a built-in plant with the settings that nobody chose."""
+    plant = load_model(name)
+    assert isinstance(plant, Plant)
+    found = design_plant(plant)
+    assert isinstance(found, PlantDesign)
+    return found

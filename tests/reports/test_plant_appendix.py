@@ -1,0 +1,99 @@
+"""The LaTeX appendix of a plant: whole, equal to the design, and it compiles on its pages."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from takagi.certificates.checker.result import Checked, Claim, Verdict
+from takagi.certificates.plant_design import PlantDesign
+from takagi.reports.output import write_folder
+from takagi.reports.plant import plant_appendix
+from tests.reports.plant_designs import design_of
+
+WIDEST = 20.0  # pt that a line may stick out
+HOSTILE = r"50 % of a_1 & b^2 {x} \input{y} #3 $z$ ~ <|> K\"uhn Kühn"
+
+
+def body(design: PlantDesign) -> str:
+    text = plant_appendix(design)["appendix-body.tex"]
+    assert isinstance(text, str)
+    return text
+
+
+def hostile(design: PlantDesign) -> PlantDesign:
+    """The same with LaTeX's own characters in all words, and nothing proved."""
+    plant = replace(
+        design.plant,
+        name=HOSTILE,
+        description=HOSTILE,
+        source=HOSTILE,
+        parameters=tuple(replace(p, source=HOSTILE) for p in design.plant.parameters),
+    )
+    claims = [Claim(HOSTILE, Verdict.UNDECIDED, HOSTILE)]
+    certificate = replace(design.certificate, checked=Checked.of(claims, [HOSTILE]))
+    return replace(design, plant=plant, certificate=certificate, notes=(HOSTILE,))
+
+
+def test_gains_and_claims_are_in_the_body_as_emitted() -> None:
+    """Every gain, in its row; every claim in the checker's words."""
+    design = design_of("duffing")
+    assert design.gains is not None
+    text = body(design)
+
+    for K in design.gains:
+        cells = [rf"\ensuremath{{{x:.12g}}}" for x in K.ravel()]
+        assert " & ".join(cells) + r" \\" in text
+    assert text.count(r"\textbf{PROVED} -- ") == len(design.checked.claims)
+
+
+def test_an_open_certificate_is_not_called_proved() -> None:
+    """The word does not occur."""
+    text = body(hostile(design_of("duffing")))
+
+    assert "PROVED" not in text and "not proved as a whole" in text
+
+
+def test_the_same_design_gives_the_same_bytes() -> None:
+    """There is no date in any file, figures included."""
+    design = design_of("dayawansa_martin")
+
+    assert plant_appendix(design) == plant_appendix(design)
+
+
+@pytest.mark.tex
+@pytest.mark.parametrize(
+    "name", ["cart_pole", "cart_pole_2rules", "tora", "truck_trailer", "dayawansa_martin"]
+)
+def test_the_appendix_compiles(name: str, tmp_path: Path) -> None:
+    """Sixteen rules, long coefficients, a mass matrix, discrete time, an analysis."""
+    sound(compiled(tmp_path, plant_appendix(design_of(name))))
+
+
+@pytest.mark.tex
+def test_hostile_words_compile(tmp_path: Path) -> None:
+    """No name, source or message breaks the document."""
+    sound(compiled(tmp_path, plant_appendix(hostile(design_of("ball_and_beam")))))
+
+
+def compiled(folder: Path, files: dict[str, bytes | str]) -> str:
+    """The log of the last of three runs; the first error of any run fails the test."""
+    write_folder(folder, files)
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "appendix.tex"]
+    for _ in range(3):
+        run = subprocess.run(command, cwd=folder, capture_output=True, check=False, timeout=120)
+        log = (folder / "appendix.log").read_text(encoding="latin-1")
+        assert run.returncode == 0, log[-3000:]
+    return log
+
+
+def sound(log: str) -> None:
+    """No undefined or doubled reference, nothing that leaves the page, no stale reference."""
+    assert not re.findall(r"LaTeX Warning: (?:Reference|Citation|Label|There were).*", log)
+    assert not re.findall(r"Warning:.*[Rr]erun.*", log)
+    over = re.findall(r"Overfull \\[hv]box \(([\d.]+)pt", log)
+    assert max(map(float, over), default=0.0) <= WIDEST

@@ -1,0 +1,141 @@
+"""Motions of the nonlinear plant: against exact solutions, and against what is proved."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import scipy.linalg
+import sympy as sp
+
+from takagi.models import load_model, sector_model
+from takagi.models.enclosure.interval import Interval
+from takagi.models.plant.plant import Parameter, Plant, Variable
+from takagi.reports.plant.gains_section import largest_commands
+from takagi.reports.plant.motion import around, motions, plant_rate, starts
+from takagi.reports.plant.motion_section import motion_section, settling_time
+from takagi.reports.plant.plant_loop import PlantLoop, plant_loop
+from takagi.reports.plant.plates import Drawn
+from tests.reports.plant_designs import design_of
+
+PENDULUM, DISCRETE, ANALYSIS = "cart_pole", "truck_trailer", "dayawansa_martin"
+
+
+def linear_loop(step: float | None = None) -> PlantLoop:
+    """x1' = x2, x2' = -2 x1 - 3 x2 + u with K = (1, 1), in deviations from x* = (3, 0), u* = 6."""
+    x1, x2, u = (sp.Symbol(name, real=True) for name in ("x1", "x2", "u"))
+    a = sp.Symbol("a", real=True)
+    plant = Plant(
+        states=(
+            Variable(x1, "m", Interval.of(1, 5), rest=Fraction(3)),
+            Variable(x2, "m/s", Interval.of(-4, 4)),
+        ),
+        inputs=(Variable(u, "N", rest=Fraction(6)),),
+        parameters=(Parameter(a, Fraction(2)),),
+        equations=(x2, -a * x1 - 3 * x2 + u) if step is None else (x1 + step * x2, x2 / 2 + u - 6),
+        sample_time=step,
+    )
+    model = sector_model(plant)
+    return PlantLoop(
+        plant, model, np.array([[[1.0, 1.0]]]) * (1.0 if step is None else 0.1),
+        np.array([3.0, 0.0]), np.array([6.0]),
+    )  # fmt: skip
+
+
+def test_a_linear_motion_is_the_matrix_exponential() -> None:
+    """x' = (A - B K) x about x* = (3, 0), u* = 6."""
+    loop = linear_loop()
+    x0 = np.array([1.0, -0.5])
+    (motion,) = motions(loop, [("given", x0)])
+    closed = np.array([[0.0, 1.0], [-3.0, -4.0]])
+    exact = np.array([scipy.linalg.expm(closed * t) @ x0 for t in motion.time])
+
+    assert motion.whole and np.abs(motion.state - exact).max() < 1e-6
+    assert motion.input[:, 0] == pytest.approx(6 - exact.sum(axis=1), abs=1e-6)
+    assert motion.value.size == 0
+
+
+def test_a_discrete_motion_is_the_power_of_the_matrix() -> None:
+    """x+ = (A - B K) x, time in samples."""
+    loop = linear_loop(0.25)
+    x0 = np.array([1.0, 0.5])
+    (motion,) = motions(loop, [("given", x0)])
+    closed = np.array([[1.0, 0.25], [-0.1, 0.4]])
+
+    assert motion.state[7] == pytest.approx(np.linalg.matrix_power(closed, 7) @ x0)
+    assert motion.time[7] == pytest.approx(1.75)
+
+
+@pytest.mark.parametrize("name", [PENDULUM, "tora", "lorenz", "quarter_car", DISCRETE, ANALYSIS])
+def test_motions_decay_as_fast_as_was_proved(name: str) -> None:
+    """V(t) <= e^(-2 alpha t) V(0) along the plant's own equations: proof against simulation."""
+    loop = plant_loop(design_of(name))
+    assert loop.decay_rate is not None and loop.decay_P is not None
+    for motion in motions(loop, starts(loop)):
+        V = np.einsum("ki,ij,kj->k", motion.state, loop.decay_P, motion.state)
+        allowed = V[0] * np.exp(-2 * loop.decay_rate * motion.time)
+        assert motion.whole and np.all(V <= allowed * (1 + 1e-4) + 1e-9 * V[0])
+
+
+def test_starts_lie_inside_and_are_where_a_state_is_largest() -> None:
+    """V just below the level; no other start has more of that state; twelve around for two."""
+    loop = plant_loop(design_of(PENDULUM))
+    P, level = loop.ellipsoid
+    found = starts(loop)
+
+    assert [name for name, _ in found] == ["angle largest", "rate largest"]
+    for _, x in [*found, *around(loop, 12)]:
+        assert 0.9 * level < x @ P @ x < level
+    for j, (_, x) in enumerate(found):
+        assert all(x[j] >= y[j] for _, y in around(loop, 500))
+
+
+def test_a_wrong_sign_is_seen() -> None:
+    """With the gains' sign flipped V rises, motions are lost, and the section says so."""
+    design = design_of(PENDULUM)
+    right = plant_loop(design)
+    assert design.gains is not None
+    wrong = plant_loop(replace(design, gains=-design.gains))
+    calm, wild = (
+        motion_section(loop, motions(loop, starts(right)), Drawn(())).content
+        for loop in (right, wrong)
+    )
+
+    assert calm["rising"] == [] and calm["lost"] == []
+    assert wild["rising"] == ["angle largest", "rate largest"]
+    assert wild["lost"] == ["angle largest", "rate largest"]
+
+
+def test_settling_is_read_off_a_known_exponential() -> None:
+    """e^-t falls below a hundredth at ln 100; what does not settle has no time."""
+    loop = linear_loop()
+    (motion,) = motions(loop, [("given", np.array([1.0, 0.0]))])
+    time = np.linspace(0, 8, 8001)
+    falling = replace(motion, time=time, state=np.exp(-time)[:, None])
+    staying = replace(motion, time=time, state=np.ones((8001, 1)))
+
+    assert settling_time(falling) == pytest.approx(np.log(100), abs=2e-3)
+    assert np.isnan(settling_time(staying))
+
+
+def test_the_rate_is_the_plants_own() -> None:
+    """TORA's mass matrix is solved, against its equations solved by hand."""
+    plant = load_model("tora")
+    assert isinstance(plant, Plant)
+    x, v, q, w, u, e = 0.3, -0.2, 0.7, 0.5, 0.4, 0.1
+    M = np.array([[1, e * np.cos(q)], [e * np.cos(q), 1]])
+    v_dot, w_dot = np.linalg.solve(M, [-x + e * w**2 * np.sin(q), u])
+
+    assert plant_rate(plant)(np.array([x, v, q, w]), np.array([u])) == pytest.approx(
+        [v, v_dot, w, w_dot]
+    )
+
+
+def test_no_command_of_the_law_is_larger_inside() -> None:
+    """Along the motions the blended command stays below the bound over rules."""
+    loop = plant_loop(design_of(PENDULUM))
+    most = dict(largest_commands(loop))["force [N]"]
+
+    assert max(np.abs(m.input).max() for m in motions(loop, starts(loop))) <= most

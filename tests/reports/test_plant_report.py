@@ -1,0 +1,239 @@
+"""The report of a plant: well-formed, self-contained, honest about what is not proved."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+from html.parser import HTMLParser
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from takagi.certificates.checker.result import Checked, Claim, Verdict
+from takagi.certificates.plant_design import PlantDesign, design_plant
+from takagi.models.plant.plant import Plant
+from takagi.reports.html.page import ReportFiles
+from takagi.reports.html.text import decimal
+from takagi.reports.plant import plant_figures, plant_report, plant_report_files
+from takagi.reports.plant.claims import proved_kinds
+from tests.reports.plant_designs import design_of
+
+VOID = {"br", "col", "hr", "img", "input", "link", "meta"}
+PENDULUM, DISCRETE, ANALYSIS, MASS = "cart_pole", "truck_trailer", "dayawansa_martin", "tora"
+SMALL = "duffing"
+HOSTILE = '<script>alert("x")</script> & {{ 7*7 }}'
+SECTIONS = [
+    "verdict", "plant", "derivation", "gains", "certificate", "poles", "loops", "responses",
+    "check", "provenance",
+]  # fmt: skip
+FIGURES = {"memberships", "poles", "bode", "responses", "phase"}
+
+
+class _Page(HTMLParser):
+    """Notes the tags of a page, their text, and every tag that is closed out of turn."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.open: list[str] = []
+        self.wrong: list[str] = []
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.cells: list[str] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag in ("td", "th"):
+            self.cells.append("")
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        if not self.open or self.open.pop() != tag:
+            self.wrong.append(tag)
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] in ("td", "th"):
+            self.cells[-1] += data
+
+
+@cache
+def report_of(name: str) -> ReportFiles:
+    """The report of a built-in plant, made once."""
+    return plant_report_files(design_of(name), timings=False)
+
+
+def doubted(design: PlantDesign) -> PlantDesign:
+    """The same, if the checker had not been able to prove anything."""
+    claims = [Claim(c.name, Verdict.UNDECIDED, "a reason") for c in design.checked.claims]
+    certificate = replace(design.certificate, checked=Checked.of(claims, ["a message"]))
+    return replace(design, certificate=certificate)
+
+
+@pytest.mark.parametrize("name", [PENDULUM, DISCRETE, ANALYSIS, MASS])
+def test_the_page_is_well_formed_and_self_contained(name: str) -> None:
+    """Nothing is loaded, no script, every id once, every link inside finds its place."""
+    html = report_of(name).html
+    page = _Page(html)
+    ids = [str(a["id"]) for _, a in page.tags if a.get("id")]
+    links = [a.get("href") or "" for tag, a in page.tags if tag == "a"]
+
+    assert not page.wrong and not page.open
+    assert len(ids) == len(set(ids))
+    assert all(link.startswith("#") and link[1:] in ids for link in links)
+    assert not {"script", "link", "iframe", "img"} & {tag for tag, _ in page.tags}
+    assert not re.search(r"url\((?!#)|@import|\bon\w+=", html)
+
+
+def test_sections_stand_in_their_order_with_the_verdict_first() -> None:
+    """An analysis has no law, and therefore no gains and no margins."""
+    for name, left_out in ((PENDULUM, set()), (ANALYSIS, {"gains", "loops"})):
+        found = [str(a["id"]) for tag, a in _Page(report_of(name).html).tags if tag == "section"]
+        assert found == [name for name in SECTIONS if name not in left_out]
+
+
+def test_formulas_of_the_derivation_are_on_the_page() -> None:
+    """One formula per step, per equation and output, and the law's."""
+    design = design_of(PENDULUM)
+    assert design.model.derivation is not None
+    count = sum(tag == "math" for tag, _ in _Page(report_of(PENDULUM).html).tags)
+    plant = design.plant
+
+    assert count == len(design.model.derivation.steps) + len(plant.states) + len(plant.outputs) + 1
+
+
+def test_gains_and_premises_are_printed_as_emitted() -> None:
+    """Read back from the page's cells."""
+    design = design_of(PENDULUM)
+    assert design.gains is not None
+    cells = _Page(report_of(PENDULUM).html).cells
+
+    for K in design.gains:
+        row = [decimal(float(x)) for x in K.ravel()]
+        assert any(cells[k : k + 2] == row for k in range(len(cells)))
+    for premise in design.model.premises:
+        ends = [premise.name, decimal(float(premise.lower)), decimal(float(premise.upper))]
+        assert any(cells[k : k + 3] == ends for k in range(len(cells)))
+        assert premise.evidence in cells
+
+
+@pytest.mark.parametrize("name", [SMALL, DISCRETE, ANALYSIS])
+def test_only_what_is_proved_is_called_so(name: str) -> None:
+    """Without a proof the word is not on the page as a badge, and no ellipsoid is drawn."""
+    proved, open_ = design_of(name), doubted(design_of(name))
+    before, after = report_of(name).html, plant_report(open_)
+
+    assert proved.verdict is Verdict.PROVED and 'class="badge PROVED"' in before
+    assert "badge PROVED" not in after and 'class="badge UNDECIDED"' in after
+    assert "Decay, proved" in before and "Decay, proved" not in after
+    assert "No claim with a quadratic function is proved." in after
+    assert "a message" in after and "a reason" in after
+    assert proved_kinds(open_) == set()
+
+
+def test_the_words_about_the_plant_itself_need_the_embedding() -> None:
+    """With the first claim proved the page speaks of the plant, without it of its model."""
+    design = design_of(SMALL)
+    claims = list(design.checked.claims)
+    assert "sector-embedding" in proved_kinds(design)
+    claims[0] = replace(claims[0], verdict=Verdict.UNDECIDED)
+    less = replace(design, certificate=replace(design.certificate, checked=Checked.of(claims, [])))
+
+    assert "the nonlinear plant itself" in report_of(SMALL).html
+    page = plant_report(less)
+    assert "the nonlinear plant itself" not in page and "From plant to model." in page
+
+
+def test_a_scheduling_signal_is_no_disturbance() -> None:
+    """Its kind in the table, and what the proof says of it."""
+    page = report_of(ANALYSIS).html
+    cells = _Page(page).cells
+
+    assert cells[cells.index("w") + 1] == "scheduling"
+    assert "<b>Scheduling signals</b> (w)" in page and "<b>Disturbances</b>" not in page
+    assert "<b>Disturbances</b> (road)" in plant_report(design_of("quarter_car"))
+
+
+def test_a_plant_that_is_disproved_gets_its_report() -> None:
+    """Dayawansa and Martin (1999): no common function from 3 + sqrt(8) on, here a = 6."""
+    old = design_of(ANALYSIS).plant
+    above = tuple(replace(p, value=Fraction(6)) for p in old.parameters)
+    found = design_plant(replace(old, parameters=above))
+    assert isinstance(found, PlantDesign)
+    page = plant_report(found)
+
+    assert found.verdict is Verdict.DISPROVED
+    assert 'class="verdict-box DISPROVED"' in page and "Decay, proved" not in page
+
+
+def test_words_from_a_file_cannot_become_markup() -> None:
+    """Name, description, source, units and sources of a plant are escaped everywhere."""
+    design = design_of(ANALYSIS)
+    old = design.plant
+    parameters = tuple(replace(p, source=HOSTILE) for p in old.parameters)
+    states = tuple(replace(v, description=HOSTILE) for v in old.states)
+    plant: Plant = replace(
+        old, name=HOSTILE, description=HOSTILE, source=HOSTILE, parameters=parameters, states=states
+    )
+    page = _Page(plant_report(replace(design, plant=plant, notes=(HOSTILE,))))
+
+    assert "script" not in {tag for tag, _ in page.tags} and not page.wrong
+    assert HOSTILE in page.cells
+
+
+@pytest.mark.parametrize("name", [PENDULUM, DISCRETE, ANALYSIS])
+def test_figures_are_drawings_with_words_for_who_cannot_see_them(name: str) -> None:
+    """Each SVG is well-formed, says what it shows, and stands in the page too."""
+    files = report_of(name)
+    found = {file for file in files.figures if file.endswith(".svg")}
+    expected = FIGURES - ({"bode"} if name == ANALYSIS else set())
+
+    assert found == {f"{figure}.svg" for figure in expected}
+    for file in found:
+        root = ElementTree.fromstring(files.figures[file])
+        assert len(root.get("aria-label") or "") > 20
+        assert f'id="figure-{file.removesuffix(".svg")}"' in files.html
+
+
+def test_the_data_beside_the_figures_are_what_they_show() -> None:
+    """Weights sum to one and give the premise back; motions begin inside the ellipsoid."""
+    files = report_of(PENDULUM).figures
+    premise = {p.name: p for p in design_of(PENDULUM).model.premises}["inertia"]
+    heads, *rows = csv.reader(io.StringIO(files["memberships-inertia.csv"].decode()))
+    numbers = np.array(rows, dtype=float)
+    angle, value, w0, w1 = numbers.T
+
+    assert heads == ["angle [rad]", f"inertia [{premise.unit}]", "w0 [-]", "w1 [-]"]
+    assert w0 + w1 == pytest.approx(1)
+    assert float(premise.lower) * w0 + float(premise.upper) * w1 == pytest.approx(value, rel=1e-6)
+    assert value == pytest.approx(1 / (2 / 3 - np.cos(angle) ** 2 / 10), rel=1e-6)
+    for file, runs in (("responses.csv", 2), ("phase.csv", 12)):
+        heads, *rows = csv.reader(io.StringIO(files[file].decode()))
+        table = np.array(rows, dtype=float)
+        first = table[:, heads.index("time [s]")] == 0
+        assert np.sum(first) == runs == table[:, 0].max()
+        assert np.all(table[first, heads.index("V/level [-]")] < 1)
+
+
+def test_the_same_design_gives_the_same_bytes() -> None:
+    """Reports can be compared."""
+    again = plant_report_files(design_of(DISCRETE), timings=False)
+
+    assert again.html == report_of(DISCRETE).html
+    assert again.figures == report_of(DISCRETE).figures
+
+
+def test_figures_are_written_into_a_folder(tmp_path: Path) -> None:
+    """The files of the report, with their names."""
+    folder = plant_figures(design_of(ANALYSIS), tmp_path / "figures")
+
+    assert {file.name for file in folder.iterdir()} == set(report_of(ANALYSIS).figures)
