@@ -7,10 +7,11 @@ PYTHON ?= python3
 OUT ?= build/nrel5mw
 VENV := .venv
 BIN := $(VENV)/bin
-MEASURED := measure lmi_layer lmi_growth kim_lee_ladder enclosures
+MEASURED := measure lmi_layer lmi_growth kim_lee_ladder enclosures certificates
 
 .DEFAULT_GOAL := help
-.PHONY: help design test marked-tests lint format types layers packaging bench docs check clean
+.PHONY: help design test marked-tests lint format types layers packaging bench campaigns docs \
+        check clean
 
 help:
 	@echo "make design      design, prove and report the NREL 5-MW controller in $(OUT)"
@@ -18,6 +19,7 @@ help:
 	@echo "make check       lint, types and layers: what a change must pass beside the tests"
 	@echo "make packaging   build the distribution and try it in a clean environment"
 	@echo "make bench       measure the times that the documentation promises"
+	@echo "make campaigns   count false verdicts, changed certificates and broken checker lines (an hour)"
 	@echo "make docs        write the pages that are made from the code: conditions, published"
 	@echo "make format      write the code as the linter wants it"
 	@echo "make clean       remove all that was made, the environment included"
@@ -26,10 +28,10 @@ design: $(VENV)/.installed
 	$(BIN)/takagi design nrel5mw --out $(OUT)
 
 test: $(VENV)/.installed-dev
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses=auto --dist=loadfile
 
 marked-tests: $(VENV)/.installed-dev
-	$(BIN)/python -m pytest -m "tex or slow"
+	$(BIN)/python -m pytest -m "tex or slow or coq" --numprocesses=auto --dist=loadfile
 
 check: lint types layers
 
@@ -54,6 +56,11 @@ bench: $(VENV)/.installed-bench
 	@for script in $(MEASURED); do \
 	    echo "$$script"; $(BIN)/python benchmarks/$$script.py || exit 1; \
 	done
+
+campaigns: $(VENV)/.installed-dev
+	$(BIN)/python benchmarks/soundness.py --seed 1
+	$(BIN)/python benchmarks/mutations.py --seed 1
+	$(BIN)/python benchmarks/checker_lines.py --seed 1 --wide
 
 docs: $(VENV)/.installed-dev
 	$(BIN)/python docs/make_pages.py

@@ -20,7 +20,14 @@ from takagi.certificates.document import certificate_document, coherent_law_data
 from takagi.certificates.paper import paper_candidate, paper_claim, paper_law_data
 from takagi.certificates.plant_design import NoPlantDesign, design_plant
 from takagi.certificates.plant_secant import secant_model
-from takagi.certificates.requests import Decay, FuzzyDecay, ObservedFeedback, ObserverError, Poles
+from takagi.certificates.requests import (
+    Decay,
+    FuzzyDecay,
+    ObservedFeedback,
+    ObserverError,
+    Poles,
+    Request,
+)
 from takagi.lmi import Region, observer, pdc
 from takagi.lmi.turbine.effort import effort_gains
 from takagi.models import TSModel, sector_model
@@ -86,7 +93,7 @@ def _everything() -> Document:
 def _observed() -> Document:
     model, gains = _duffing()
     L = np.round(observer(model, decay_rate=1.0).require()[0], 3)
-    claims = [
+    claims: list[Request] = [
         Decay(),
         Poles(Region.disc(40) & Region.half_plane(0.1)),
         ObserverError(L),
@@ -108,7 +115,7 @@ def _fuzzy() -> Document:
 
 def _own_matrices() -> Document:
     model, line = {"kind": "takagi-sugeno"}, {"name": "line", "decay_rate": 1, "A": [[[-1]]]}
-    claims = [
+    claims: list[Document] = [
         {"name": "pair", "kind": "quadratic-decay", "A": PAIR, "P": [[1, 0], [0, 2]]}
         | {"decay_rate": 0.01},
         line | {"kind": "no-common-quadratic", "multiplier_factors": [[[1]]]},

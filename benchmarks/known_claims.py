@@ -190,13 +190,13 @@ def observer(rng: Random) -> list[Known]:
 
 
 def transient(rng: Random) -> list[Known]:
-    """Modes in their own states: settled to a share e after -ln(e) / a, to 30 digits."""
+    """Modes in their own states: settled to a share e after -ln(e) / alpha, to 30 digits."""
     n = int(rng.integers(1, 4))
     a = [some(rng, 10, 400) for _ in range(n)]
     scales = [Fraction(10) ** int(k) for k in rng.integers(-4, 5, size=n)]
     model = model_of([diagonal([-value for value in a])])
     share, rate = some(rng, 1, 99), beside(rng, min(a) * (1 - Fraction(1, 10**6)))
-    kappa, time = beside(rng, Fraction(1)), beside(rng, short(logarithm(share, 30) / min(a)))
+    kappa, time = beside(rng, Fraction(1)), beside(rng, short(logarithm(share, 30) / rate))
     truth = kappa >= 1 and rate <= min(a) and is_at_most_exp_of(share, min(a) * time)
     best = diagonal([1 / s**2 for s in scales])
     found: dict[str, Any] = {"scales": scales, "lower": Fraction(1), "overshoot": kappa}

@@ -47,6 +47,11 @@ def hair(rng: Random) -> float:
     return 1.0 + float(rng.choice((-1, 1))) * float(rng.choice(HAIRS))
 
 
+def sizes(rng: Random, n: int) -> Floats:
+    """Return powers of ten from 1e-8 to 1e8, (n,)."""
+    return np.asarray(np.power(10.0, rng.integers(-8, 9, size=n).astype(float)))
+
+
 def single(A: Floats, rate: float = 0.0, step: float | None = None) -> Problem:
     """Return a problem of one matrix."""
     if step is not None:
@@ -78,7 +83,7 @@ def one_matrix(rng: Random) -> Problem:
 def scaled_matrix(rng: Random) -> Problem:
     """Return the same in states of very different size."""
     plain = one_matrix(rng)
-    s = 10.0 ** rng.integers(-8, 9, size=plain.A.shape[1])
+    s = sizes(rng, plain.A.shape[1])
     return single(plain.A[0] * s / s[:, None], plain.rate)
 
 
@@ -113,8 +118,8 @@ def stable_pair(rng: Random) -> Floats:
     """Return two random stable matrices of order 2; many have unstable blends."""
     found: list[Floats] = []
     while len(found) < 2:
-        sizes = np.power(10.0, rng.integers(-1, 2, size=(2, 2)).astype(float))
-        A = np.round(rng.normal(size=(2, 2)) * sizes, 3)
+        entries = np.power(10.0, rng.integers(-1, 2, size=(2, 2)).astype(float))
+        A = np.round(rng.normal(size=(2, 2)) * entries, 3)
         if np.linalg.eigvals(A).real.max() < 0:
             found.append(A)
     return np.array(found)
@@ -155,7 +160,7 @@ def pair_at_its_threshold(rng: Random) -> Problem:
 def scaled_pair(rng: Random) -> Problem:
     """Return a pair at its threshold in states of very different size."""
     plain = pair_at_its_threshold(rng)
-    s = 10.0 ** rng.integers(-8, 9, size=2)
+    s = sizes(rng, 2)
     return couple(plain.A * s / s[:, None])
 
 

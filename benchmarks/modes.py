@@ -24,6 +24,10 @@ TINY = ("0", "1e-25", "1e-15", "1e-12", "1e-9", "1e-6", "1e-3")
 LONGEST = 58
 
 
+class TooLong(ValueError):
+    """A number that a certificate cannot hold."""
+
+
 class Known(NamedTuple):
     """A claim about a loop, whether it is true, and whether its evidence is the best there is."""
 
@@ -120,19 +124,19 @@ def written(value: Fraction) -> str:
 
     Raises
     ------
-    ValueError : it is no decimal fraction, or a longer one than the reader takes.
+    TooLong : it is no decimal fraction, or a longer one than the reader takes.
     """
     places, scaled = 0, value
     while scaled.denominator != 1:
         scaled *= 10
         places += 1
         if places > 300:
-            raise ValueError(f"{value} is no short decimal")
+            raise TooLong(f"{value} is no short decimal")
     digits = str(abs(scaled.numerator))
     sign = "-" if value < 0 else ""
     text = f"{sign}{digits[0]}.{digits[1:] or '0'}e{len(digits) - 1 - places}"
     if len(text) > LONGEST:
-        raise ValueError(f"{value} has too many digits")
+        raise TooLong(f"{value} has too many digits")
     return text
 
 

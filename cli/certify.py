@@ -9,6 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from takagi.cli.baseline import (
+    TOLERANCE,
+    TOLERANCE_HELP,
+    Baseline,
+    compared,
+    read_baseline,
+    tolerance_of,
+)
 from takagi.cli.command import run_command
 from takagi.cli.design_options import Model, uncertainty_asked
 from takagi.cli.design_run import Unprovable, answered, design_asked
@@ -19,6 +27,7 @@ from takagi.cli.progress import Tell, progress
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.result import Checked
+    from takagi.reports.baseline import Comparison
 
 __all__ = ["certify", "run"]
 
@@ -41,6 +50,11 @@ def certify(
         Path | None,
         typer.Option(metavar="FILE", help="A gain file: certify its law as it stands."),
     ] = None,
+    baseline: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="An older certificate: fail if something got worse."),
+    ] = None,
+    tolerance: Annotated[str, typer.Option(metavar="SHARE", help=TOLERANCE_HELP)] = TOLERANCE,
     *,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
     **options: Any,
@@ -50,9 +64,14 @@ def certify(
     With --gains the law is in the file: only --inertia and --equilibrium-wake apply to a turbine,
     --choice and --solve-rest to a plant.
 
-    Exit status: 0 PROVED; 1 not proved; 2 misuse.
+    With --baseline every figure of an older certificate is compared: decay rates, gains, sets,
+    wind classes, margins. Nothing that it proves may be lost or get worse by more than --tolerance.
+
+    Exit status: 0 PROVED; 1 not proved, or worse than the baseline; 2 misuse.
     """
     require_file_place(out)
+    share = tolerance_of(tolerance)
+    old = None if baseline is None else _read(baseline, out)
     kind, asked = design_options_of(model, options)
     if gains is not None:
         _refuse_design_options(asked)
@@ -67,8 +86,20 @@ def certify(
         write_file(out, dumps(document))
     # A plant whose equations cannot be written has a certificate of its model's vertices alone.
     alone = kind == "plant" and document["model"]["kind"] != "plant"
-    _print(model, out, checked, gains, alone=alone, as_json=as_json)
-    return PROVED if checked.verdict.name == "PROVED" and not alone else UNPROVED
+    difference = None if old is None else compared(old, document, checked, share)
+    _print(out, checked, gains, old, difference, alone=alone, as_json=as_json)
+    kept = difference is None or difference.passes
+    return PROVED if checked.verdict.name == "PROVED" and not alone and kept else UNPROVED
+
+
+def _read(baseline: Path, out: Path) -> Baseline:
+    from takagi.models.errors import ModelError
+
+    if out.exists() and baseline.exists() and out.samefile(baseline):
+        raise ModelError(
+            f"{out}: --out is the --baseline, which would be gone; give it a new place"
+        )
+    return read_baseline(baseline)
 
 
 def _outcome(
@@ -119,15 +150,32 @@ def _refuse_design_options(options: Mapping[str, Any]) -> None:
 
 
 def _print(
-    model: str, out: Path, checked: Checked, gains: Path | None, *, alone: bool, as_json: bool
+    out: Path,
+    checked: Checked,
+    gains: Path | None,
+    old: Baseline | None,
+    difference: Comparison | None,
+    *,
+    alone: bool,
+    as_json: bool,
 ) -> None:
     from takagi.cli.design_summary import claims_as_data, claims_as_text
 
     if as_json:
         data = {"certificate": str(out), **claims_as_data(checked)}
-        print(json.dumps(data | ({"vertices_alone": True} if alone else {}), indent=2))
+        if alone:
+            data["vertices_alone"] = True
+        if old is not None and difference is not None:
+            from takagi.reports.baseline import as_data
+
+            data["baseline"] = {"certificate": str(old.source), **as_data(difference)}
+        print(json.dumps(data, indent=2))
         return
     words = ", of the vertices alone: not of the plant" if alone else ""
     print(f"{out}: {checked.verdict.name}{words}\n{claims_as_text(checked)}")
+    if old is not None and difference is not None:
+        from takagi.reports.baseline import as_text
+
+        print(f"\n{as_text(difference, source=str(old.source))}")
     companion = "" if gains is None else f" --gains {gains}"
     print(f"\nNext\n  takagi check {out}{companion}")

@@ -35,7 +35,8 @@ Examples:
   takagi check certificate.json --gains gains.json    the claims are about these very gains
   takagi check certificate.json --junit checks.xml    for continuous integration
 
-Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED; 2 the file is refused.
+Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED, or with --cross the two
+checkers differ; 2 the file is refused.
 """
 
 
@@ -60,7 +61,18 @@ def _check(options: argparse.Namespace) -> int:
         raise
     _write_reports(options, checked)
     print(_as_json(options, checked) if options.json else _as_text(options, checked))
+    if options.cross and not _second_agrees(options):
+        return UNPROVED
     return PROVED if checked.verdict.name == "PROVED" else UNPROVED
+
+
+def _second_agrees(options: argparse.Namespace) -> bool:
+    # Imported here: the second checker needs FLINT, the first one nothing.
+    from takagi.certificates.two_checkers import cross_checked
+
+    found = cross_checked(options.certificate)
+    print(found.text, file=sys.stderr if options.json else sys.stdout)
+    return found.agrees
 
 
 def _write_reports(options: argparse.Namespace, checked: Checked) -> None:
@@ -140,4 +152,5 @@ def _parser() -> argparse.ArgumentParser:
     add("--sarif", metavar="FILE", type=Path, help="write what is not proved as SARIF 2.1.0")
     add("--summary", metavar="FILE", type=Path, help="write the results as a Markdown table")
     add("--json", action="store_true", help="print JSON, for machines")
+    add("--cross", action="store_true", help="ask the second checker too; 1 where they differ")
     return parser

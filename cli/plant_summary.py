@@ -5,15 +5,21 @@ from __future__ import annotations
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from takagi.cli.design_summary import claims_as_data
 from takagi.cli.plant_run import verdict_words
 
 if TYPE_CHECKING:
     from takagi.certificates.plant_design import PlantDesign
+    from takagi.models.premise import Premise
 
 __all__ = ["as_data", "as_text"]
 
 _WIDTH, _INDENT = 100, " " * 13
+_TIE = "\N{NO-BREAK SPACE}"
+_LONGEST = 60  # characters of a premise's expression that is shown
+SMALL = 0.1  # share of the box below which the proved set is called small
 
 
 def as_data(design: PlantDesign) -> dict[str, Any]:
@@ -24,6 +30,7 @@ def as_data(design: PlantDesign) -> dict[str, Any]:
         "rules": len(design.model.rules),
         "premises": [premise.name for premise in design.model.premises],
         "gains": None if design.gains is None else design.gains.tolist(),
+        "starts_alone": _starts_alone(design),
         **claims_as_data(design.checked),
         "notes": list(design.notes),
         "seconds": {step: round(spent, 2) for step, spent in design.seconds.items()},
@@ -37,9 +44,9 @@ def as_text(design: PlantDesign) -> str:
     lines += _box(design)
     if design.law is not None and design.gains is not None:
         lines += _gains(design)
+    lines += _set(design)
     lines += _claims(design)
-    lines += [fill(note, _WIDTH, initial_indent="  note       ", subsequent_indent=_INDENT)
-              for note in design.notes]  # fmt: skip
+    lines += [line for note in design.notes for line in _told("note", note)]
     if model.sample_time is not None:
         lines.insert(2, f"  discrete time, T = {model.sample_time:g} s")
     return "\n".join(lines)
@@ -60,19 +67,77 @@ def _rules(design: PlantDesign) -> str:
     if not premises:
         return f"  model      {count} linear system" + ("s" if count > 1 else "")
     told = ", ".join(
-        f"{p.name} in [{float(p.lower):.6g}, {float(p.upper):.6g}]"
-        + ("" if p.unit == "-" else f" {p.unit}")
+        _kept(
+            f"{_premise(p)} in [{float(p.lower):.6g}, {float(p.upper):.6g}]"
+            + ("" if p.unit == "-" else f" {p.unit}")
+        )
         for p in premises
     )
-    return f"  model      {count} rules by {told}"
+    return _told("model", f"{count} rules by {told}")[0]
+
+
+def _premise(premise: Premise) -> str:
+    """Return e.g. ``z1 = sin(theta)/theta``, the name alone where that takes long."""
+    text = "" if premise.proof is None else str(premise.proof.expression)
+    return f"{premise.name} = {text}" if 0 < len(text) <= _LONGEST else premise.name
 
 
 def _box(design: PlantDesign) -> list[str]:
     sides = [
-        f"{label.split(' [')[0]} in [{float(low):.6g}, {float(high):.6g}]" + _unit(label)
+        _kept(f"{label.split(' [')[0]} in [{float(low):.6g}, {float(high):.6g}]" + _unit(label))
         for label, (low, high) in design.model.box.items()
     ]
-    return [f"  box        {', '.join(sides)}"] if sides else []
+    return _told("box", ", ".join(sides)) if sides else []
+
+
+def _told(word: str, text: str) -> list[str]:
+    """Return the text behind its word, broken where the lines end."""
+    start = f"  {word}".ljust(len(_INDENT))
+    filled = fill(text, _WIDTH, initial_indent=start, subsequent_indent=_INDENT)
+    return [filled.replace(_TIE, " ")]
+
+
+def _kept(part: str) -> str:
+    """Return the part with spaces at which no line ends."""
+    return part.replace(" ", _TIE)
+
+
+def _starts_alone(design: PlantDesign) -> dict[str, float]:
+    """Return state -> sqrt(c / P_kk), SI: how far it alone may start off rest in {x'Px <= c}.
+
+    {} where no set is proved to be invariant.
+    """
+    from takagi.reports.plant.plant_loop import plant_loop
+
+    loop = plant_loop(design)
+    if not (loop.bounded and loop.level_proved):
+        return {}
+    P, level = loop.ellipsoid
+    reach = (float(np.sqrt(level / size)) for size in np.diag(P))
+    return dict(zip(design.model.states, reach, strict=True))
+
+
+def _set(design: PlantDesign) -> list[str]:
+    """Return the starts in the proved set, and a word where they are a small part of the box."""
+    from takagi.reports.html.text import at_least
+
+    box = design.model.box
+    parts, shares = [], []
+    for label, reach in _starts_alone(design).items():
+        part = f"{label.split(' [')[0]} {at_least(reach)}{_unit(label)}"
+        if label in box:
+            shares.append(reach / max(abs(float(end)) for end in box[label]))
+            part += f" ({100 * shares[-1]:.2g} %)" if shares[-1] < 0.995 else " (all)"
+        parts.append(_kept(part))
+    if not parts:
+        return []
+    text = f"starts with one state alone off rest stay in the box up to {', '.join(parts)}"
+    if shares and max(shares) < SMALL:
+        text += (
+            ". That is little of the box: see whether smaller ranges of the states, a lower decay "
+            "rate or larger inputs give more"
+        )
+    return _told("set", text)
 
 
 def _unit(label: str) -> str:

@@ -66,7 +66,7 @@ def junit(checked: Checked, *, source: str) -> str:
 
     ``source`` is the certificate's path.
     """
-    cases = [_junit_case(claim, source) for claim in checked.claims]
+    cases = [_junit_case(name, claim, source) for name, claim in _named(checked)]
     failures = sum(not _proved(claim) for claim in checked.claims)
     counts = f'tests="{len(cases)}" failures="{failures}" errors="0"'
     lines = [
@@ -82,24 +82,27 @@ def junit(checked: Checked, *, source: str) -> str:
 
 
 def sarif(checked: Checked, *, source: str) -> str:
-    """Return SARIF 2.1.0: one rule a claim; PROVED passes, UNDECIDED warns, the rest are errors.
+    """Return SARIF 2.1.0: one rule a claim; a result for what is not PROVED: UNDECIDED warns.
+
+    Readers show every result as something to be looked at, also those of kind ``pass``: what is
+    proved is a rule without a result.
 
     ``source`` is the certificate's path, as it shall appear in the results.
     """
-    rules = [
-        {"id": claim.name, "shortDescription": {"text": claim.text}} for claim in checked.claims
-    ]
+    named = _named(checked)
+    rules = [{"id": name, "shortDescription": {"text": claim.text}} for name, claim in named]
     driver = {"name": "takagi", "rules": rules}
     results = [
         {
-            "ruleId": claim.name,
+            "ruleId": name,
             "ruleIndex": index,
-            "kind": "pass" if _proved(claim) else "fail",
+            "kind": "fail",
             "level": _level(claim),
             "message": {"text": f"{claim.verdict.name}: {claim.text}"},
             "locations": [_location(source)],
         }
-        for index, claim in enumerate(checked.claims)
+        for index, (name, claim) in enumerate(named)
+        if not _proved(claim)
     ]
     run = {"tool": {"driver": driver}, "results": results}
     return json.dumps({"$schema": _SARIF_SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2)
@@ -114,12 +117,24 @@ def markdown(checked: Checked, *, source: str) -> str:
         "|---|---|---|",
     ]
     lines += [
-        f"| {claim.verdict.name} | {_cell(claim.name)} | {_cell(claim.text)} |"
-        for claim in checked.claims
+        f"| {claim.verdict.name} | {_cell(name)} | {_cell(claim.text)} |"
+        for name, claim in _named(checked)
     ]
     if checked.messages:
         lines += ["", *(f"- {_cell(message)}" for message in checked.messages)]
     return "\n".join(lines) + "\n"
+
+
+def _named(checked: Checked) -> list[tuple[str, CheckedClaim]]:
+    """Return the claims under names of their own: readers join what is called the same."""
+    found: dict[str, CheckedClaim] = {}
+    for claim in checked.claims:
+        name, k = claim.name, 1
+        while name in found:
+            k += 1
+            name = f"{claim.name} ({k})"
+        found[name] = claim
+    return list(found.items())
 
 
 def _proved(claim: CheckedClaim) -> bool:
@@ -127,11 +142,11 @@ def _proved(claim: CheckedClaim) -> bool:
 
 
 def _level(claim: CheckedClaim) -> str:
-    return {"PROVED": "none", "UNDECIDED": "warning"}.get(claim.verdict.name, "error")
+    return "warning" if claim.verdict.name == "UNDECIDED" else "error"
 
 
-def _junit_case(claim: CheckedClaim, source: str) -> str:
-    head = f"    <testcase classname={_attribute(source)} name={_attribute(claim.name)}"
+def _junit_case(name: str, claim: CheckedClaim, source: str) -> str:
+    head = f"    <testcase classname={_attribute(source)} name={_attribute(name)}"
     if _proved(claim):
         return f"{head}/>"
     verdict = quoteattr(claim.verdict.name)

@@ -16,8 +16,7 @@ from takagi.certificates.checker.result import Checked
 
 __all__ = ["FORMAT", "VERSION", "check", "check_document"]
 
-FORMAT, VERSION = "takagi-certificate", 1
-HASHED = ("model", "gains", "claims")
+FORMAT, VERSION, MOST_CLAIMS = "takagi-certificate", 1, 200
 
 
 def check(
@@ -60,8 +59,8 @@ def _replayed(data: dict[str, Any], path: str) -> Checked:
         raise CertificateError(f"{path}: this checker reads version {VERSION}; use a matching one")
     _check_hashes(path, data)
     claims = member(data, "claims", "certificate")
-    if not isinstance(claims, list) or not claims:
-        raise CertificateError(f"{path}: no claims")
+    if not isinstance(claims, list) or not 0 < len(claims) <= MOST_CLAIMS:
+        raise CertificateError(f"{path}: a list of 1 to {MOST_CLAIMS} claims is needed")
     kinds = [text(claim, "kind", f"claims[{i}]") for i, claim in enumerate(claims)]
     model, gains = member(data, "model", "certificate"), data.get("gains")
     tied = "sector-embedding" in kinds or "secant-embedding" in kinds
@@ -83,9 +82,7 @@ def _replayed(data: dict[str, Any], path: str) -> Checked:
 
 def _check_hashes(path: str, data: dict[str, Any]) -> None:
     hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
-    for part in HASHED:
+    for part in ("model", "gains", "claims"):
         if text(hashes, part, "provenance.sha256") != digest(data.get(part)):
-            raise CertificateError(
-                f"{path}: the {part} are not those the certificate was made for (its hash "
-                "differs); make the certificate again with 'takagi certify'"
-            )
+            why = f"the {part} are not those the certificate was made for (its hash differs)"
+            raise CertificateError(f"{path}: {why}; make it again with 'takagi certify'")

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from takagi.certificates.checker.differing import differing, in_words
 from takagi.certificates.checker.model_file import compare_turbine
 from takagi.certificates.checker.plant.plant_file import compare_plant
 from takagi.certificates.checker.reader import canonical, member, read_json
@@ -15,6 +17,9 @@ __all__ = ["compare_gains", "compare_model", "unconnected"]
 
 # Kinds whose matrices stand in the claim itself: a gain or model file says nothing about them.
 SELF_CONTAINED = ("quadratic-decay", "no-common-quadratic")
+# Differences of a law that are told, and that are counted.
+MOST_TOLD, MOST_COUNTED = 3, 1000
+LARGEST_FILE = 64_000_000
 
 
 def compare_gains(data: dict[str, Any], gains: Path | str | None) -> str:
@@ -28,12 +33,15 @@ def compare_gains(data: dict[str, Any], gains: Path | str | None) -> str:
 
 
 def _first(law: Any, data: dict[str, Any]) -> str:
-    ours = data.get("gains")
-    if not isinstance(law, dict) or not isinstance(ours, dict):
-        return ""
-    keys = sorted(set(law) | set(ours))
-    differing = [k for k in keys if canonical(law.get(k)) != canonical(ours.get(k))]
-    return f"; what differs: {', '.join(map(ascii, differing[:6]))}"
+    """Return the first numbers that differ, and how many more do."""
+    found = list(islice(differing(law, data.get("gains")), MOST_COUNTED))
+    told = [
+        f"{one.place} is {in_words(one.first)} there, {in_words(one.second)} in the certificate"
+        for one in found[:MOST_TOLD]
+        if one.path
+    ]
+    more = f" (and {len(found) - MOST_TOLD} more)" if len(found) > MOST_TOLD else ""
+    return f"; {'; '.join(told)}{more}" if told else ""
 
 
 def unconnected(data: dict[str, Any]) -> str:
@@ -54,17 +62,49 @@ def compare_model(data: dict[str, Any], model: Path | str | None) -> str:
         raise CertificateError(f"{model}: not a file that the certificate was made from")
     for name in recorded:
         file = path.parent / _inside(name)
-        try:
-            found = hashlib.sha256(file.read_bytes()).hexdigest()
-        except OSError as error:
-            raise CertificateError(f"{file}: cannot be read: {error.strerror or error}") from error
-        if found != recorded[name]:
-            raise CertificateError(f"{file}: has changed since the certificate was made from it")
+        if name != path.name and not file.resolve().is_relative_to(path.parent.resolve()):
+            raise CertificateError(f"{file}: is a link that leads out of the model's folder")
+        if _hash(file) != recorded[name]:
+            why = _what_changed(data, path) if name == path.name else ""
+            raise CertificateError(
+                f"{file}: has changed since the certificate was made from it{why}; make the "
+                "certificate again with 'takagi certify'"
+            )
+    return _compared(data, path)
+
+
+def _compared(data: dict[str, Any], path: Path) -> str:
+    """Compare the numbers and equations of a file that the checker can read."""
     if path.suffix == ".toml" and data["model"].get("kind") == "plant":
         return compare_plant(data["model"], path)
     if path.suffix == ".toml" and data["model"].get("kind") == "turbine":
         compare_turbine(data["model"], data.get("gains"), path)
     return ""
+
+
+def _what_changed(data: dict[str, Any], path: Path) -> str:
+    """Return what the changed file says otherwise, as far as the certificate has it."""
+    if path.suffix != ".toml" or data["model"].get("kind") not in ("plant", "turbine"):
+        return ""
+    try:
+        _compared(data, path)
+    except CertificateError as error:
+        return f" ({error})"
+    return " (not in what the certificate says of it: in words, layout or design options)"
+
+
+def _hash(file: Path) -> str:
+    """Return the SHA-256 of a file; refuses what is no plain file, and what is too large."""
+    try:
+        if not file.is_file():
+            raise CertificateError(f"{file}: cannot be read: not a file")
+        with file.open("rb") as opened:
+            content = opened.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise CertificateError(f"{file}: cannot be read: {error.strerror or error}") from error
+    if len(content) > LARGEST_FILE:
+        raise CertificateError(f"{file}: larger than {LARGEST_FILE} bytes")
+    return hashlib.sha256(content).hexdigest()
 
 
 def _inside(name: str) -> PurePosixPath:

@@ -10,10 +10,14 @@ from collections.abc import Sequence
 from fractions import Fraction
 from math import lcm
 
-__all__ = ["is_positive_definite", "is_positive_semidefinite", "is_symmetric"]
-__all__ += ["positive_definite_integers", "positive_semidefinite_integers", "to_integers"]
+from takagi.certificates.checker.refusal import Refused
+
+__all__ = ["is_positive_definite", "is_symmetric", "positive_definite_integers"]
+__all__ += ["positive_semidefinite_integers", "to_integers"]
 
 Rows = Sequence[Sequence[int]]
+# Pivots grow to size times bits, and there are size^3 products: about a minute.
+MOST_WORK = 10**10
 
 
 def positive_definite_integers(matrix: Rows) -> bool:
@@ -29,6 +33,9 @@ def positive_semidefinite_integers(matrix: Rows) -> bool:
 def _all_pivots_pass(matrix: Rows, *, zero_passes: bool) -> bool:
     rows = [list(row[: i + 1]) for i, row in enumerate(matrix)]
     previous, size = 1, len(rows)
+    bits = max((abs(entry).bit_length() for row in rows for entry in row), default=0)
+    if size**4 * bits > MOST_WORK:
+        raise Refused(f"an inequality of order {size} with numbers of {bits} bits: too large")
     for k in range(size):
         pivot = rows[k][k]
         if zero_passes and pivot == 0 and not any(rows[i][k] for i in range(k + 1, size)):
@@ -59,8 +66,3 @@ def is_symmetric(matrix: Sequence[Sequence[Fraction | int]]) -> bool:
 def is_positive_definite(matrix: Sequence[Sequence[Fraction]]) -> bool:
     """Return whether a symmetric rational matrix is positive definite; False if not symmetric."""
     return is_symmetric(matrix) and positive_definite_integers(to_integers(matrix))
-
-
-def is_positive_semidefinite(matrix: Sequence[Sequence[Fraction]]) -> bool:
-    """Return whether a symmetric rational matrix is semidefinite; False if not symmetric."""
-    return is_symmetric(matrix) and positive_semidefinite_integers(to_integers(matrix))

@@ -26,13 +26,15 @@ from takagi.certificates.checker import reader
 from takagi.certificates.checker.matrices import Matrix, mean, read_stack
 from takagi.certificates.checker.refusal import CertificateError
 
-__all__ = ["Blend", "Family", "read_family", "weights_of"]
+__all__ = ["Blend", "Family", "bounded", "read_family", "weights_of"]
 
 Stack = tuple[Matrix, ...]
 Pairs = tuple[tuple[int, int], ...]
+Side = tuple[Fraction, Fraction]
+Box = tuple[Side | None, ...]
 SHAPES = {"A": "nn", "B": "nm", "C": "pn", "D": "pm", "E": "nq"}
-# Exact elimination takes time like the fourth power of the order: some minutes at most.
-MOST_PAIRS, MOST_WORK = 1 << 21, 4 * 10**9
+# Exact elimination takes time like the fourth power of the order: two minutes at most.
+MOST_PAIRS, MOST_WORK = 1 << 20, 10**8
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,8 @@ class Family:
     ``box`` : per state, its range in the coordinates of x, or None; ``other_box`` : the ranges of
     box variables that are not states.  ``corners`` : c_ik per rule, where weights are products;
     ``weights`` : see ``weights_of``.  ``scheduled_by`` : the variables that the premises depend
-    on, or None where the model does not say.
+    on, or None where the model does not say.  ``stated_rules`` : how many rules the model has, for
+    all its stacks but those that a claim has put aside.
     """
 
     A: Stack
@@ -58,12 +61,13 @@ class Family:
     states: tuple[str, ...] = ()
     inputs: tuple[str, ...] = ()
     disturbances: tuple[str, ...] = ()
-    box: tuple[tuple[Fraction, Fraction] | None, ...] = ()
-    other_box: Mapping[str, tuple[Fraction, Fraction]] | None = None
+    box: Box = ()
+    other_box: Mapping[str, Side] | None = None
     corners: tuple[tuple[int, ...], ...] | None = None
     weights: str = ""
     scheduled_by: tuple[str, ...] | None = None
     shared_weights: bool = True
+    stated_rules: int = 1
 
     @property
     def order(self) -> int:
@@ -73,7 +77,7 @@ class Family:
     @property
     def rules(self) -> int:
         """The number of vertices."""
-        return max(len(stack) for stack in (self.A, self.B, self.C, self.D, self.E))
+        return max(self.stated_rules, *map(len, (self.A, self.B, self.C, self.D, self.E)))
 
     @property
     def is_discrete(self) -> bool:
@@ -100,11 +104,9 @@ class Family:
                 first, second = (c[i], c[j]) if c else ((i,), (j,))
                 key = tuple(tuple(sorted(both)) for both in zip(first, second, strict=True))
             found.setdefault(key, []).append((i, j))
-        if len(found) * self.order**4 > MOST_WORK:
-            raise CertificateError(f"{len(found)} inequalities of order {self.order}: too many")
-        names = {(i, j): f"rules {i + 1} and {j + 1}" if i != j else f"rule {i + 1}"
-                 for (i, j), *_ in found.values()}  # fmt: skip
-        return [(names[pairs[0]], tuple(pairs)) for pairs in found.values()]
+        bounded(len(found), self.order)
+        return [(f"rules {i + 1} and {j + 1}" if i != j else f"rule {i + 1}", tuple(pairs))
+                for pairs in found.values() for i, j in pairs[:1]]  # fmt: skip
 
     def blends(self) -> list[Blend]:
         """Return the groups of ``groups``; their matrices are made when they are asked for."""
@@ -142,6 +144,12 @@ class Blend:
         if not K or not Y:
             return mean([_at(X, i) for i, _ in self.pairs])
         return mean([_at(X, i) - _at(Y, i) @ _at(K, j) for i, j in self.pairs])
+
+
+def bounded(count: int, order: int) -> None:
+    """Refuse more inequalities of an order than a reader would wait for."""
+    if count * order**4 > MOST_WORK:
+        raise CertificateError(f"{count} inequalities of order {order}: too many")
 
 
 def _at(stack: Stack, i: int) -> Matrix:
@@ -192,6 +200,7 @@ def _vertices(model: Any, where: str) -> Family:
         other_box=other,
         corners=corners,
         weights=weights_of(model.get("premises"), corners),
+        stated_rules=max(counts),
     )
 
 
@@ -212,9 +221,7 @@ def _sample_time(owner: Any, where: str) -> Fraction | None:
     return step
 
 
-def _box(
-    model: Any, states: tuple[str, ...], where: str
-) -> tuple[tuple[tuple[Fraction, Fraction] | None, ...], dict[str, tuple[Fraction, Fraction]]]:
+def _box(model: Any, states: tuple[str, ...], where: str) -> tuple[Box, dict[str, Side]]:
     sides = model.get("box", {})
     if not isinstance(sides, dict):
         raise CertificateError(f"{where}.box: an object of ranges is needed")
@@ -232,9 +239,8 @@ def _corners(model: Any, where: str, rules: int) -> tuple[tuple[int, ...], ...] 
         return None
     rows = reader.matrix(model, "rules", where)
     found = tuple(tuple(map(int, row)) for row in rows)
-    if any(corner not in (0, 1) for row in rows for corner in row) or not (
-        len(set(found)) == len(found) == rules
-    ):
+    whole = all(corner in (0, 1) for row in rows for corner in row)
+    if not whole or not len(set(found)) == len(found) == rules:
         raise CertificateError(f"{where}.rules: {rules} different rows of 0 and 1 are needed")
     return found
 
@@ -262,8 +268,10 @@ def _closed_by(plain: Family, gains: Any, where: str) -> Family:
         raise CertificateError(f"{where}.K: {needed[0]} by {needed[1]} is needed, not {K[0].shape}")
     if _sample_time(gains, where) != plain.sample_time:
         raise CertificateError(f"{where}.sample_time is not the model's")
-    if reader.names(gains, "state_names", where, plain.order) != plain.states:
-        raise CertificateError(f"{where}.state_names are not the model's, in its order")
+    states = reader.names(gains, "state_names", where, plain.order)
+    inputs = _names(gains, "input_names", needed[0], where) or plain.inputs
+    if states != plain.states or (plain.inputs and inputs != plain.inputs):
+        raise CertificateError(f"{where}: states or inputs are not the model's, in its order")
     corners = _corners(gains, where, len(K) if len(K) > 1 else plain.rules) or plain.corners
     shared = weights_of(gains.get("premises"), corners) == plain.weights
     return replace(plain, K=K, shared_weights=shared and len(K) in (1, plain.rules))

@@ -91,9 +91,8 @@ class Matrix:
     def reduced(self) -> Matrix:
         """Return the same matrix without a factor that rows and denominator have in common."""
         common = gcd(self.below, *(entry for row in self.rows for entry in row))
-        return Matrix(
-            [[entry // common for entry in row] for row in self.rows], self.below // common
-        )
+        rows = [[entry // common for entry in row] for row in self.rows]
+        return Matrix(rows, self.below // common)
 
     @property
     def is_symmetric(self) -> bool:
@@ -107,8 +106,7 @@ class Matrix:
     @property
     def is_positive_semidefinite(self) -> bool:
         """Whether the matrix is symmetric and x'Mx >= 0 for every x."""
-        reduced = self.reduced().rows
-        return self.is_symmetric and definite.positive_semidefinite_integers(reduced)
+        return self.is_symmetric and definite.positive_semidefinite_integers(self.reduced().rows)
 
 
 def mean(parts: Sequence[Matrix]) -> Matrix:

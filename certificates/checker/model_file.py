@@ -13,8 +13,8 @@ Numbers are read as the decimals that are written; pi is a rational with 50 digi
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator
+from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ from takagi.certificates.checker.frozen_wake import scaled_slopes
 from takagi.certificates.checker.reader import matrix, member, number, numbers
 from takagi.certificates.checker.refusal import CertificateError, Refused
 from takagi.certificates.checker.spline import Spline
+from takagi.certificates.checker.toml_file import file_content, read_toml
 
 __all__ = ["compare_turbine"]
 
@@ -60,7 +61,7 @@ RELATIVE = Fraction(1, 10**12)
 TABLE_TOLERANCE = Fraction(1, 10**9)
 LIMIT_TOLERANCE = Fraction(1, 10**6)
 EDGE = Fraction(1, 10**20)
-LARGEST_FILE = 4_000_000
+LARGEST_EXPONENT, MOST_DIGITS = 40, 100
 
 
 def compare_turbine(model: Any, gains: Any, path: Path) -> None:
@@ -70,7 +71,17 @@ def compare_turbine(model: Any, gains: Any, path: Path) -> None:
     ------
     CertificateError : the file cannot be read, or a number of the certificate is not the file's.
     """
-    file = _toml(path)
+    file = read_toml(path, _decimal, what="turbine file")
+    try:
+        _compare(model, gains, file, path)
+    except (ValueError, ArithmeticError) as error:
+        if isinstance(error, CertificateError):
+            raise
+        # A wind, an inertia or a speed of zero, columns that do not fit.
+        raise CertificateError(f"{path}: not the certificate's turbine: {error}") from error
+
+
+def _compare(model: Any, gains: Any, file: dict[str, Any], path: Path) -> None:
     for key, (section, name) in FIGURES.items():
         _same(number(model, key, "model"), _figure(file, section, name, path), key, path)
     radius = _figure(file, "rotor", "radius", path)
@@ -88,17 +99,15 @@ def compare_turbine(model: Any, gains: Any, path: Path) -> None:
         _compare_limit(model, gains, winds, slopes, path)
 
 
-def _toml(path: Path) -> dict[str, Any]:
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise CertificateError(f"{path}: cannot be read: {error.strerror or error}") from error
-    if len(data) > LARGEST_FILE:
-        raise CertificateError(f"{path}: larger than {LARGEST_FILE} bytes; no turbine file is")
-    try:
-        return tomllib.loads(data.decode(), parse_float=Fraction)
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
-        raise CertificateError(f"{path}: not a turbine file: {error}") from error
+def _decimal(written: str) -> Fraction:
+    """Return a decimal exactly; ``Fraction`` alone would write out 1e999999999."""
+    number = Decimal(written)
+    if not number.is_finite() or (number and abs(number.adjusted()) > LARGEST_EXPONENT):
+        raise ValueError(f"a number beyond 1e{LARGEST_EXPONENT}: {written[:40]}")
+    digits, exponent = len(number.as_tuple().digits), number.as_tuple().exponent
+    if digits > MOST_DIGITS or not isinstance(exponent, int) or abs(exponent) > MOST_DIGITS:
+        raise ValueError(f"a number of more than {MOST_DIGITS} digits: {written[:40]}")
+    return Fraction(number)
 
 
 def _figure(file: dict[str, Any], section: str, name: str, path: Path) -> Fraction:
@@ -112,6 +121,8 @@ def _figure(file: dict[str, Any], section: str, name: str, path: Path) -> Fracti
 def _si(value: Any, unit: Any, where: str) -> Fraction:
     if isinstance(value, bool) or not isinstance(value, (int, Fraction)):
         raise CertificateError(f"{where}: a number is needed")
+    if abs(value) > 10**LARGEST_EXPONENT:
+        raise CertificateError(f"{where}: numbers go to 1e{LARGEST_EXPONENT}")
     if not isinstance(unit, str) or unit not in FACTORS:
         raise CertificateError(f"{where}: unit {unit!a} is not one the checker converts")
     return Fraction(value) * FACTORS[unit]
@@ -163,18 +174,16 @@ def _held(value: Fraction, breaks: list[Fraction]) -> Fraction:
 def _entries(path: Path) -> Iterator[tuple[Fraction, Fraction, Fraction]]:
     """Yield (tip-speed ratio, pitch [rad], c_P) of a coefficient table."""
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = file_content(path, what="table").decode().splitlines()
         rows = [line.split(",") for line in lines if line and not line.startswith("#")]
-        angles = [Fraction(cell) * FACTORS["deg"] for cell in rows[0][1:]]
+        angles = [_decimal(cell) * FACTORS["deg"] for cell in rows[0][1:]]
         for row in rows[1:]:
             if len(row) != len(angles) + 1:
                 raise CertificateError(f"{path}: rows of different length")
-            ratio = Fraction(row[0])
+            ratio = _decimal(row[0])
             for angle, cell in zip(angles, row[1:], strict=True):
-                yield ratio, angle, Fraction(cell)
-    except OSError as error:
-        raise CertificateError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except (UnicodeDecodeError, ValueError, IndexError, ZeroDivisionError) as error:
+                yield ratio, angle, _decimal(cell)
+    except (ValueError, IndexError, ArithmeticError) as error:
         if isinstance(error, CertificateError):
             raise
         raise CertificateError(f"{path}: not a coefficient table: {error}") from error

@@ -27,7 +27,7 @@ from takagi.certificates.checker.paper_loop import Ends, Loop, interpolated
 from takagi.certificates.checker.reader import matrix, member, number, numbers
 from takagi.certificates.checker.refusal import CertificateError, Refused
 from takagi.certificates.checker.result import Claim, Verdict
-from takagi.certificates.checker.shown import at_least, at_most
+from takagi.certificates.checker.shown import at_least, at_most, exactly
 
 __all__ = ["check_paper"]
 
@@ -221,8 +221,8 @@ def _name(law: PaperLaw, overlaps: Overlaps, winds: list[Span]) -> str:
 
 def _words(overlaps: Overlaps) -> str:
     return (
-        f"speed overlap {at_least(overlaps.width, 6)} rad/s, "
-        f"torque overlap {at_least(overlaps.torque, 6)} N m"
+        f"speed overlap {exactly(overlaps.width)} rad/s, "
+        f"torque overlap {exactly(overlaps.torque)} N m"
     )
 
 
@@ -236,7 +236,10 @@ def _shown(spans: list[Span]) -> str:
 
 
 def _windows(starts: list[Fraction], width: Fraction) -> str:
-    """Return windows of one width by their lower ends, runs of one step taken together."""
+    """Return windows of one width by their lower ends, runs of one step taken together.
+
+    Lower ends and steps are not rounded, for a window moved to either side is another one.
+    """
     runs: list[list[Fraction]] = []
     for start in starts:
         run = runs[-1] if runs else []
@@ -245,9 +248,9 @@ def _windows(starts: list[Fraction], width: Fraction) -> str:
         else:
             runs.append([start])
     shown = [
-        f"{at_most(run[0], 8)} to {at_most(run[-1], 8)} in steps of {at_most(run[1] - run[0], 8)}"
+        f"{exactly(run[0])} to {exactly(run[-1])} in steps of {exactly(run[1] - run[0])}"
         if len(run) > 2
-        else ", ".join(at_most(start, 8) for start in run)
+        else ", ".join(exactly(start) for start in run)
         for run in runs
     ]
     return f"in windows {at_least(width, 3)} m/s wide from {', '.join(shown)}"
@@ -273,7 +276,7 @@ def _statement(
         parts = [
             f"proved for winds {_shown(covered)} m/s with {_words(overlaps)}{changed}: at each "
             f"constant wind, v_hat = v, one equilibrium in a stated set (speed within "
-            f"{at_least(min(widths), 3)} to {at_least(max(widths), 3)} rad/s), reached from all of "
+            f"{at_most(min(widths), 3)} to {at_most(max(widths), 3)} rad/s), reached from all of "
             f"it at no less than {at_least(min(rates), 3)} to {at_least(max(rates), 3)} 1/s (by "
             f"wind, {len(proved)} cells)",
             _rest(plant, law, overlaps, proved),
@@ -289,7 +292,7 @@ def _rest(plant: Plant, law: PaperLaw, overlaps: Overlaps, proved: list[_Cell]) 
     for cell in proved:
         loop = Loop(plant, law, overlaps, cell.ends, "none")
         error = max(error, magnitude(loop.error.value))
-    share = 100 * Fraction(error, 1 << 96) / law.setpoint
+    share = 100 * Fraction(error, 1 << 96) / plant.rated_speed
     words = f"there the speed is within {at_most(share, 3)} % of rated of its reference"
     far = [cell.ends.wind for cell in proved if not _near_trim_pitch(law, cell.ends)]
     near = "pitch within 2 deg of the trim tables' (lines between nodes, held beyond them)"

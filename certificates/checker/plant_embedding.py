@@ -15,10 +15,11 @@ they stand in the file, their trim, and the entries A(z), B(z), ... of the embed
 5. So A(z) is the blend of the vertices A_i that are worked out here, at the corners of the bounds.
 
 The one exception in step 1 is a variable x_j whose range contains 0 and that stands as a power in
-a denominator, as in sin(x)/x.  Where x_j = 0 a premise means its limit, whose existence is a part
-of step 3 (Taylor's formula, see ``quotient_form``).  The identity of step 2 holds where x_j is not
-0, which is dense in the box; both sides are continuous, so that it holds on the whole box.  An
-equation that is itself written with such a quotient means its limit there too.
+a denominator, as in sin(x)/x, or a sum of multiples of variables in its place, as in
+sin(x + y)/(x + y) (``linear_sum``).  Where it vanishes a premise means its limit, whose existence
+is a part of step 3 (Taylor's formula, see ``quotient_form``).  The identity of step 2 holds where
+it is not 0, which is dense in the box; both sides are continuous, so that it holds on the whole
+box.  An equation that is itself written with such a quotient means its limit there too.
 """
 
 from __future__ import annotations
@@ -126,7 +127,7 @@ def check_embedding(claim: Any, model: Any, gains: Any, where: str) -> Claim:
 
 def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> str:
     """Return what was proved, in words; Refused names what could not be."""
-    algebra = Algebra(plant.graph)
+    algebra = Algebra(plant.graph, plant.tables)
     ranges = Ranges(plant.evaluator, algebra, plant.box)
     for state, node in zip(plant.states, plant.f, strict=True):
         ranges.prove_continuous(node, f"the equation of {state.name}")

@@ -66,7 +66,7 @@ def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Cl
 
 def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> str:
     """Return what was proved, in words; Refused names what could not be."""
-    g, algebra = plant.graph, Algebra(plant.graph)
+    g, algebra = plant.graph, Algebra(plant.graph, plant.tables)
     ranges = Ranges(plant.evaluator, algebra, plant.box)
     variables = (*plant.states, *plant.inputs, *plant.disturbances)
     origin = {v.symbol: g.constant(0) for v in variables}

@@ -20,9 +20,8 @@ __all__ = ["Number", "canonical", "digest", "integer", "matrix", "member", "name
 __all__ += ["numbers", "read_json", "read_text", "text"]
 
 LARGEST_FILE = 16_000_000
-DEEPEST = 40
-LONGEST_NUMBER = 60
-LARGEST_EXPONENT = 40
+DEEPEST, MOST_PARTS = 40, 2_000_000
+LONGEST_NUMBER, LARGEST_EXPONENT = 60, 40
 # Strings are skipped whole, so that brackets inside them neither add nor take away depth; the
 # possessive repeat keeps a string without an end from being tried twice.
 STRING_OR_BRACKET = re.compile(r'"(?:[^"\\]|\\.)*+"?|[\[{]|[\]}]', re.DOTALL)
@@ -57,7 +56,7 @@ def read_text(written: str, source: str) -> dict[str, Any]:
     if len(written) > LARGEST_FILE:
         raise CertificateError(f"{source}: larger than {LARGEST_FILE} bytes; no certificate is")
     try:
-        _check_depth(written)
+        _check_size(written)
         value = json.loads(
             written,
             parse_float=_literal,
@@ -74,8 +73,10 @@ def read_text(written: str, source: str) -> dict[str, Any]:
     return value
 
 
-def _check_depth(written: str) -> None:
-    """Refuse deep nesting before the recursive parser meets it."""
+def _check_size(written: str) -> None:
+    """Refuse deep nesting, and more parts than memory should hold, before they are made."""
+    if sum(map(written.count, ",[{")) > MOST_PARTS:
+        raise CertificateError(f"more than {MOST_PARTS} entries; no certificate has so many")
     depth = 0
     for found in STRING_OR_BRACKET.finditer(written):
         if found[0] in "[{":
@@ -113,8 +114,7 @@ def canonical(value: Any) -> str:
     if isinstance(value, Number):
         return value
     if isinstance(value, dict):
-        inner = ",".join(f"{json.dumps(k)}:{canonical(value[k])}" for k in sorted(value))
-        return f"{{{inner}}}"
+        return "{" + ",".join(f"{json.dumps(k)}:{canonical(value[k])}" for k in sorted(value)) + "}"
     if isinstance(value, list):
         return f"[{','.join(map(canonical, value))}]"
     return json.dumps(value)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal, Inexact
 from fractions import Fraction
 
-__all__ = ["at_least", "at_most"]
+__all__ = ["at_least", "at_most", "exactly"]
+
+# Products of a few numbers of the reader have fewer digits than this.
+MANY = 400
 
 
 def at_least(value: Fraction, digits: int) -> str:
@@ -16,6 +19,13 @@ def at_least(value: Fraction, digits: int) -> str:
 def at_most(value: Fraction, digits: int) -> str:
     """Return the least decimal of so many digits that is not below the value."""
     return _shown(value, Context(prec=digits, rounding=ROUND_CEILING))
+
+
+def exactly(value: Fraction) -> str:
+    """Return a number that may not be rounded to either side: its decimals, or a fraction."""
+    context = Context(prec=MANY)
+    shown = _shown(value, context)
+    return f"({value.numerator}/{value.denominator})" if context.flags[Inexact] else shown
 
 
 def _shown(value: Fraction, context: Context) -> str:

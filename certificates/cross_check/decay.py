@@ -15,12 +15,27 @@ from typing import Any
 
 from flint import arb, ctx, fmpq, fmpq_mat
 
-from takagi.certificates.cross_check.exact import blocks, diagonal, entries, is_definite, mean
-from takagi.certificates.cross_check.exact import negative, scaled, transposed
+from takagi.certificates.cross_check.exact import (
+    blocks,
+    diagonal,
+    entries,
+    is_definite,
+    mean,
+    negative,
+    scaled,
+    transposed,
+    zeros,
+)
 from takagi.certificates.cross_check.loop import Loop, Mixture, Stack, pick
 from takagi.certificates.cross_check.obligation import Definite, Fact, Obligations
-from takagi.certificates.cross_check.reading import Refusal, entry, rational, rationals, table
-from takagi.certificates.cross_check.reading import whole
+from takagi.certificates.cross_check.reading import (
+    Refusal,
+    entry,
+    rational,
+    rationals,
+    table,
+    whole,
+)
 
 __all__ = ["box_enlargement", "decay", "decrease", "gain_rounding", "no_common_decay", "rate_of"]
 __all__ += ["region", "transient"]
@@ -92,7 +107,7 @@ def no_common_decay(claim: Any, loop: Loop) -> Obligations:
     listed = entry(claim, "multipliers")
     if not isinstance(listed, list) or not listed:
         raise Refusal("multipliers: a list is needed")
-    total, size = None, fmpq(0)
+    total, size = zeros(loop.n, loop.n), fmpq(0)
     for one in listed:
         G, factor = _numbered(one, mixtures).A, table(one, "factor")
         if factor.nrows() != loop.n:
@@ -104,7 +119,7 @@ def no_common_decay(claim: Any, loop: Loop) -> Obligations:
             part = GZ + transposed(GZ) + scaled(rate, Z)
         else:
             part = GZ * transposed(G) - scaled(rate, Z)
-        total = part if total is None else total + part
+        total = total + part
     yield Fact("one multiplier is not zero", size > 0)
     yield Definite("the sum with multipliers", total, strict=False)
 
@@ -135,9 +150,7 @@ def region(claim: Any, loop: Loop) -> Obligations:
         GP = transposed(PG)
         for k, (L, M) in enumerate(parts):
             size = range(L.nrows())
-            left = blocks(
-                [[P * L[i, j] + PG * M[i, j] + GP * M[j, i] for j in size] for i in size]
-            )
+            left = blocks([[P * L[i, j] + PG * M[i, j] + GP * M[j, i] for j in size] for i in size])
             yield Definite(f"part {k + 1} at {mixture.label}", negative(left))
 
 
@@ -229,7 +242,9 @@ def _moved(matrices: Stack, loop: Loop, theta: fmpq) -> Stack:
         middle = mean(matrices)
         return [middle + scaled(theta, one - middle) for one in matrices]
     place = {corner: i for i, corner in enumerate(loop.corners)}
-    varying = [k for k, column in enumerate(zip(*loop.corners, strict=True)) if len(set(column)) > 1]
+    varying = [
+        k for k, column in enumerate(zip(*loop.corners, strict=True)) if len(set(column)) > 1
+    ]
     if len(place) != 1 << len(varying):
         raise Refusal("the rules leave out a combination of corners")
     found = list(matrices)

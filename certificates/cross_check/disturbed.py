@@ -20,12 +20,25 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from takagi.certificates.cross_check.exact import blocks, entries, identity, negative
-from takagi.certificates.cross_check.exact import scaled, transposed, zeros
+from takagi.certificates.cross_check.exact import (
+    blocks,
+    entries,
+    identity,
+    negative,
+    scaled,
+    transposed,
+    zeros,
+)
 from takagi.certificates.cross_check.loop import Loop, Mixture, Stack
 from takagi.certificates.cross_check.obligation import Definite, Fact, Obligations
-from takagi.certificates.cross_check.reading import Refusal, entry, rational, rationals, stack
-from takagi.certificates.cross_check.reading import table
+from takagi.certificates.cross_check.reading import (
+    Refusal,
+    entry,
+    rational,
+    rationals,
+    stack,
+    table,
+)
 
 __all__ = ["Kept", "change", "h2_norm", "invariant_ellipsoid", "kept_set", "l2_gain", "peak"]
 __all__ += ["reach", "stays", "within_box"]
@@ -128,9 +141,7 @@ def h2_norm(claim: Any, loop: Loop) -> Obligations:
     for way in _ways(claim, loop):
         still = change(loop, P, way.A, zeros(loop.n, 1))
         top = fmpq_mat([row[: loop.n] for row in entries(still)[: loop.n]])
-        yield Definite(
-            f"output at {way.mixture.label}", negative(top) - transposed(way.C) * way.C
-        )
+        yield Definite(f"output at {way.mixture.label}", negative(top) - transposed(way.C) * way.C)
         direct = sum((v**2 for row in entries(way.D) for v in row), fmpq(0))
         yield Fact("noise does not reach y directly", loop.step is not None or direct == 0)
         energy = transposed(way.E) * P * way.E
@@ -279,5 +290,3 @@ def peak(claim: Any, loop: Loop) -> Obligations:
         ])  # fmt: skip
         left = most - transposed(both) * both
         yield Definite(f"output at {way.mixture.label}", left, strict=False)
-
-

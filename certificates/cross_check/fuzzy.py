@@ -24,8 +24,15 @@ from takagi.certificates.cross_check.decay import rate_of
 from takagi.certificates.cross_check.exact import blocks, scaled, transposed
 from takagi.certificates.cross_check.loop import Loop, Stack
 from takagi.certificates.cross_check.obligation import Definite, Fact, Obligations
-from takagi.certificates.cross_check.reading import Refusal, entry, rational, rational_row
-from takagi.certificates.cross_check.reading import rationals, table, whole
+from takagi.certificates.cross_check.reading import (
+    Refusal,
+    entry,
+    rational,
+    rational_row,
+    rationals,
+    table,
+    whole,
+)
 
 __all__ = ["fuzzy_decay"]
 
@@ -40,7 +47,7 @@ class Simplexes:
     def __init__(self, loop: Loop) -> None:
         if loop.corners is None:
             self.sizes = [loop.rules]
-            rows = [(i,) for i in range(loop.rules)]
+            rows: list[tuple[int, ...]] = [(i,) for i in range(loop.rules)]
         else:
             self.sizes = [max(column) + 1 for column in zip(*loop.corners, strict=True)]
             rows = [tuple(c) for c in loop.corners]
@@ -144,9 +151,7 @@ def fuzzy_decay(claim: Any, loop: Loop) -> Obligations:
     if loop.step is not None:
         for k, Pb in enumerate(coefficients):
             left = _jump(where, P, G, Pb, rate)
-            yield from where.positive(
-                _more(where, left, polya), f"next sample {k + 1}", 2 * loop.n
-            )
+            yield from where.positive(_more(where, left, polya), f"next sample {k + 1}", 2 * loop.n)
         return
     PG = _times(P, G)
     still = where.total(PG, {b: transposed(X) for b, X in PG.items()}, _each(P, rate))

@@ -33,7 +33,8 @@ class Loop:
 
     ``sides`` : range of each state, None where it has none; ``other_sides`` : of everything else
     the box names.  ``premises`` : what weights are made of, to compare two sets of them.
-    ``seen_by`` : names that premises depend on, empty where the model does not say.
+    ``seen_by`` : names that premises depend on, empty where the model does not say.  ``stated`` :
+    the model's count of rules, also for a claim that puts some of its matrices aside.
     """
 
     A: Stack
@@ -52,6 +53,7 @@ class Loop:
     premises: Any = None
     seen_by: tuple[str, ...] = ()
     together: bool = True
+    stated: int = 1
 
     @property
     def n(self) -> int:
@@ -59,7 +61,8 @@ class Loop:
 
     @property
     def rules(self) -> int:
-        return max(len(one) for one in (self.A, self.B, self.C, self.D, self.E))
+        stacks = (self.A, self.B, self.C, self.D, self.E)
+        return max(self.stated, *(len(one) for one in stacks))
 
     def mixtures(self) -> list[Mixture]:
         """Return the mixtures whose hull holds the loop."""
@@ -172,8 +175,9 @@ def _vertices(model: Any) -> Loop:
     states = _names(model, "state_names", size["n"])
     sides = _sides(model.get("box", {}))
     corners = _corners(model, rules)
+    found: dict[str, Any] = {x: single(M) if x in "BD" else M for x, M in stacks.items()}
     return Loop(
-        **{x: single(found) if x in "BD" else found for x, found in stacks.items()},
+        **found,
         step=_step(model),
         states=states,
         inputs=_known(model, "input_names", size.get("m", 0)),
@@ -182,6 +186,7 @@ def _vertices(model: Any) -> Loop:
         other_sides=sides,
         corners=corners,
         premises=same_weights(model.get("premises"), corners),
+        stated=rules,
     )
 
 
@@ -268,8 +273,9 @@ def close(loop: Loop, gains: Any) -> Loop:
         raise Refusal(f"K: {m} by {loop.n} is needed")
     if _step(gains) != loop.step or _names(gains, "state_names", loop.n) != loop.states:
         raise Refusal("gains: their states or sample time are not the model's")
+    inputs = _known(gains, "input_names", m)
+    if inputs and loop.inputs and inputs != loop.inputs:
+        raise Refusal("gains: their inputs are not the model's")
     corners = _corners(gains, len(K) if len(K) > 1 else loop.rules) or loop.corners
     same = same_weights(gains.get("premises"), corners) == loop.premises
     return replace(loop, K=K, together=same and len(K) in (1, loop.rules))
-
-

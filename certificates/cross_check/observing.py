@@ -35,9 +35,7 @@ def observer(claim: Any, loop: Loop) -> Obligations:
         if len(L) != 1:
             raise Refusal("L: one matrix is needed beside secants")
         found = (
-            pick(loop.A, i) + S - L[0] * pick(loop.C, i)
-            for i in range(loop.rules)
-            for S in secants
+            pick(loop.A, i) + S - L[0] * pick(loop.C, i) for i in range(loop.rules) for S in secants
         )
     else:
         plain = len(single(L)) == 1 or len(loop.C) == 1

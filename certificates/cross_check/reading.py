@@ -15,7 +15,17 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-__all__ = ["NotReplayed", "Refusal", "Written", "entry", "hashes", "hashes_differ", "load", "loads", "rational"]
+__all__ = [
+    "NotReplayed",
+    "Refusal",
+    "Written",
+    "entry",
+    "hashes",
+    "hashes_differ",
+    "load",
+    "loads",
+    "rational",
+]
 __all__ += ["rational_row", "rationals", "stack", "table", "whole"]
 
 MOST_BYTES, MOST_LEVELS = 20_000_000, 48
@@ -143,6 +153,14 @@ def entry(owner: Any, key: str) -> Any:
     if not isinstance(owner, dict) or key not in owner:
         raise Refusal(f"{key!r} is missing")
     return owner[key]
+
+
+def line(owner: Any, key: str) -> str:
+    """Return the text owner[key]; refused where it is no line that can be printed."""
+    found = entry(owner, key)
+    if type(found) is not str or not found.isprintable():
+        raise Refusal(f"{key}: a line of text is needed")
+    return str(found)
 
 
 def rational(owner: Any, key: str) -> fmpq:

@@ -11,19 +11,20 @@ Nothing here is a bound: gains that a step proposes are enclosed anew.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.models.embedding.coherent import LoopBox, LoopCell, Uncertainty, coherent_cells
+from takagi.models.embedding.coherent import CellLoop
+from takagi.models.embedding.loop_cell import LoopBox, LoopCell, Uncertainty
 from takagi.models.embedding.vertices import loop_vertices
 from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
 from takagi.models.law.coherent import CoherentLaw, EffortGains
-from takagi.models.law.schedule import EffortSchedule
 from takagi.models.turbine.data import Turbine
 
 __all__ = ["Corners", "LoopFamily", "Moving"]
@@ -35,9 +36,11 @@ Indices = NDArray[np.intp]
 DECIMALS = 8
 # Opens a range that is one point, so that a cell has the same corners at any gains.
 OPENED = Fraction(1, 10**12)
-NOT_CORNERS = ("wind", "integral_rate", "speed", "torque", "pitch")
+RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
 # Corners that differ by less than this share of the largest entry are one.
 SAME = 1e-2
+# Cells this wide [m/s] may bend as far as gains may move.
+FULL_WIDTH = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,11 +49,13 @@ class Corners:
 
     Attributes
     ----------
-    A : (N, 3, 3);  d : (N, 3), the disturbance of the whole wind class;  cell : (N,).
+    A : (N, 3, 3);  fixed : (N, 3), disturbance of the tables' residual and of the wind rate;
+    error : (N, 3), that of the wind error asked for;  cell : (N,).
     """
 
     A: Floats
-    d: Floats
+    fixed: Floats
+    error: Floats
     cell: Indices
 
 
@@ -62,15 +67,21 @@ class Moving:
     ----------
     at : the corners.
     members : (N, 3) which of the G gains move a corner: gamma at both ends, then nu.
-    A, d : (N, 3, 3, 3), (N, 3, 3) change of A and d per unit of each.
-    raised : (G,) whether a gain may be raised at all: no cell leaves a table or a limit by it.
+    A : (N, 3, 3, 3);  fixed, error : (N, 3, 3);  change per unit of each.
     """
 
     at: Corners
     members: Indices
     A: Floats
-    d: Floats
-    raised: NDArray[np.bool_]
+    fixed: Floats
+    error: Floats
+
+    @classmethod
+    def still(cls, at: Corners) -> Moving:
+        """Return corners that do not move with any gain."""
+        count = len(at.A)
+        members, none = np.zeros((count, 3), dtype=np.intp), np.zeros((count, 3, 3))
+        return cls(at, members, np.zeros((count, 3, 3, 3)), none, none)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -81,139 +92,154 @@ class LoopFamily:
 
     Attributes
     ----------
-    boxes : of each cell.
+    law : schedule and feed-forward; its gains are not read.
     error, rate : (K - 1,) the wind class: |v - v_s| [m/s] and |v_s'| [m/s^2] of each cell.
     """
 
     turbine: Turbine
-    schedule: EffortSchedule
-    boxes: tuple[LoopBox, ...]
+    law: CoherentLaw
+    box: LoopBox
     uncertainty: Uncertainty
     error: Floats
-    rate: Floats
+    rate: Sequence[Fraction | float]
 
     def __post_init__(self) -> None:
-        cells = len(self.schedule.wind) - 1
-        for name in ("boxes", "error", "rate"):
-            if len(getattr(self, name)) != cells:
+        for name in ("error", "rate"):
+            if len(getattr(self, name)) != self.cells:
                 raise ModelError(
-                    f"{name} has {len(getattr(self, name))} entries for {cells} wind cells; "
+                    f"{name} has {len(getattr(self, name))} entries for {self.cells} wind cells; "
                     "give one for each"
                 )
 
     @property
     def cells(self) -> int:
         """Return the number of wind cells, K - 1."""
-        return len(self.boxes)
+        return len(self.law.schedule.wind) - 1
 
-    def law(self, theta: Floats) -> CoherentLaw:
+    def at(self, theta: Floats) -> CoherentLaw:
         """Return the law with these gains."""
         nodes = self.cells + 1
         gains = EffortGains(np.round(theta[:nodes], DECIMALS), np.round(theta[nodes:], DECIMALS))
-        return CoherentLaw.of(self.turbine, self.schedule, gains)
+        return replace(self.law, gains=gains)
 
-    def corners(self, theta: Floats) -> Corners:
-        """Return the corners of all cells.
+    def corners(self, theta: Floats) -> tuple[Corners, Corners]:
+        """Return the corners of all cells under the wind class, and at rest (undisturbed).
 
         Raises
         ------
         ModelError : a cell leaves a table or an actuator's limit at these gains; names the cell.
         """
-        return _joined([self._distinct(*self._cell(theta, k), k) for k in range(self.cells)])
+        law = self.at(theta)
+        parts = [self._rows(law, k) for k in range(self.cells)]
+        windy, still = ([_distinct(part[i]) for part in parts] for i in (0, 1))
+        return _gathered(windy), _gathered(still)
 
-    def moving(self, theta: Floats, reach: float) -> Moving:
-        """Return the corners with their secants over changes of ``reach`` in the logarithms."""
-        raised = np.ones(len(theta), dtype=np.bool_)
-        parts = [self._moving(theta, k, reach, raised) for k in range(self.cells)]
-        flat = [np.concatenate(column) for column in zip(*parts, strict=True)]
-        A, d, cell, members, dA, dd = flat
-        return Moving(Corners(A, d, cell), members, dA, dd, raised)
+    def moving(self, theta: Floats, reach: float) -> tuple[Moving, Moving, NDArray[np.bool_]]:
+        """Return both kinds of corners with their secants, and which gains may move.
 
-    def members(self, k: int) -> tuple[int, int, int]:
-        """Return the gains of cell k in theta."""
+        Parameters
+        ----------
+        reach : change of each logarithm that the secants span, less in narrow cells (``bends``).
+
+        Returns
+        -------
+        Under the wind class, at rest, and (G, 2): False where a smaller, or a larger, gain makes a
+        cell leave a table or a limit.
+        """
+        free = np.ones((len(theta), 2), dtype=np.bool_)
+        spans = self.bends(reach)
+        parts = [self._moving(theta, k, float(spans[k]), free) for k in range(self.cells)]
+        windy, still = ([part[i] for part in parts] for i in (0, 1))
+        return self._spread(windy), self._spread(still), free
+
+    def bends(self, reach: float) -> Floats:
+        """Return (K - 1,): how far the logarithms of gamma at a cell's ends may move apart.
+
+        A narrow cell turns little change into a steep gamma', which the pitch lead must follow.
+        """
+        widths = np.diff(self.law.schedule.wind)
+        return np.asarray(reach * np.minimum(1.0, widths / FULL_WIDTH), dtype=np.float64)
+
+    def _members(self, k: int) -> tuple[int, int, int]:
         return k, k + 1, self.cells + 1 + k
 
-    def _cell(self, theta: Floats, k: int) -> tuple[Floats, Floats]:
-        """Return A and d of all corners of cell k, as many at any gains."""
-        low, high, inside = theta[list(self.members(k))]
-        gains = EffortGains(
-            np.round([low, high], DECIMALS), np.round([inside], DECIMALS)
+    def _rows(self, law: CoherentLaw, k: int) -> tuple[Floats, Floats]:
+        """Return (A, fixed, error) of each corner as rows of 15, as many at any gains."""
+        loop = CellLoop(self.turbine, law, self.box, self.uncertainty, k)
+        found = loop_vertices(_opened(loop.enclosed(self.rate[k])))
+        error = self.error[k] * found.per_wind_error
+        rest = found.at_rest.reshape(-1, 9)
+        return (
+            np.concatenate([found.A.reshape(-1, 9), found.fixed, error], axis=1),
+            np.concatenate([rest, np.zeros((len(rest), 6))], axis=1),
         )
-        law = CoherentLaw.of(self.turbine, _slice(self.schedule, k), gains)
-        (cell,) = coherent_cells(self.turbine, law, self.boxes[k], self.uncertainty)
-        found = loop_vertices(_opened(cell))
-        wind = self.error[k] * found.per_wind_error + self.rate[k] * found.per_wind_rate
-        return found.A, found.residual + wind
-
-    def _distinct(self, A: Floats, d: Floats, k: int) -> Corners:
-        rows = np.unique(np.concatenate([A.reshape(len(A), -1), d], axis=1), axis=0)
-        return Corners(rows[:, :9].reshape(-1, 3, 3), rows[:, 9:], np.full(len(rows), k))
 
     def _moving(
-        self, theta: Floats, k: int, reach: float, raised: NDArray[np.bool_]
-    ) -> tuple[Floats, ...]:
-        A, d = self._cell(theta, k)
-        here = _row(A, d)
-        members = self.members(k)
-        secants = []
-        for number, member in enumerate(members):
-            sides = (1, -1) if number < 2 else (-1,)
+        self, theta: Floats, k: int, reach: float, free: NDArray[np.bool_]
+    ) -> tuple[Floats, Floats]:
+        """Return rows of 60: a corner and its three secants, for each combination of sides."""
+        here = self._rows(self.at(theta), k)
+        secants: list[list[tuple[Floats, ...]]] = []
+        for number, member in enumerate(self._members(k)):
             found = []
-            for side in sides:
+            for side in (-1, 1) if number < 2 else (-1,):
                 beside = theta.copy()
                 beside[member] *= np.exp(side * reach)
                 try:
-                    found.append((_row(*self._cell(beside, k)) - here) / (side * reach))
+                    there = self._rows(self.at(beside), k)
                 except ModelError:
-                    if side < 0:
-                        raise
-                    raised[member] = False
-            secants.append(found)
-        rows = np.concatenate([np.concatenate([here, *row], axis=1) for row in product(*secants)])
-        size = np.abs(rows).max(axis=0)
-        apart = np.round(rows / (SAME * np.where(size > 0, size, 1.0)))
-        rows = rows[np.unique(apart, axis=0, return_index=True)[1]]
-        count = len(rows)
-        parts = rows.reshape(count, 4, 12)
-        matrices, vectors = parts[:, :, :9].reshape(count, 4, 3, 3), parts[:, :, 9:]
-        return (
-            matrices[:, 0],
-            vectors[:, 0],
-            np.full(count, k),
-            np.tile(members, (count, 1)),
-            matrices[:, 1:],
-            vectors[:, 1:],
+                    free[member, (1 + side) // 2] = False
+                    continue
+                change = [(b - a) / (side * reach) for a, b in zip(here, there, strict=True)]
+                found.append(tuple(change))
+            secants.append(found or [tuple(np.zeros_like(each) for each in here)])
+        windy, still = (
+            _apart(
+                np.concatenate(
+                    [
+                        np.concatenate([here[i], *(one[i] for one in row)], axis=1)
+                        for row in product(*secants)
+                    ]
+                )
+            )
+            for i in (0, 1)
         )
+        return windy, still
+
+    def _spread(self, parts: list[Floats]) -> Moving:
+        rows = np.concatenate(parts).reshape(-1, 4, 15)
+        A, fixed, error = rows[:, :, :9].reshape(-1, 4, 3, 3), rows[:, :, 9:12], rows[:, :, 12:]
+        cell = np.repeat(np.arange(self.cells), [len(part) for part in parts])
+        members = np.stack([cell, cell + 1, self.cells + 1 + cell], axis=1)
+        at = Corners(A[:, 0], fixed[:, 0], error[:, 0], cell)
+        return Moving(at, members, A[:, 1:], fixed[:, 1:], error[:, 1:])
 
 
-def _row(A: Floats, d: Floats) -> Floats:
-    return np.concatenate([A.reshape(len(A), -1), d], axis=1)
+def _distinct(rows: Floats) -> Floats:
+    """Return rows of which no two are the same but for what ``_opened`` added."""
+    return np.asarray(rows[np.unique(np.round(rows, 10), axis=0, return_index=True)[1]])
 
 
-def _joined(parts: list[Corners]) -> Corners:
-    return Corners(
-        np.concatenate([part.A for part in parts]),
-        np.concatenate([part.d for part in parts]),
-        np.concatenate([part.cell for part in parts]),
-    )
+def _apart(rows: Floats) -> Floats:
+    """Return rows of which no two are nearly the same."""
+    size = np.abs(rows).max(axis=0)
+    rough = np.round(rows / (SAME * np.where(size > 0, size, 1.0)))
+    return np.asarray(rows[np.unique(rough, axis=0, return_index=True)[1]])
 
 
-def _slice(schedule: EffortSchedule, k: int) -> EffortSchedule:
-    """Return the schedule of one cell."""
-    columns = {
-        field.name: getattr(schedule, field.name)[k : k + 2]
-        for field in fields(schedule)
-        if isinstance(getattr(schedule, field.name), np.ndarray)
-    }
-    return replace(schedule, **columns)
+def _gathered(parts: list[Floats]) -> Corners:
+    rows = np.concatenate(parts)
+    cell = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+    return Corners(rows[:, :9].reshape(-1, 3, 3), rows[:, 9:12], rows[:, 12:], cell)
 
 
 def _opened(cell: LoopCell) -> LoopCell:
-    """Return the cell with each range that is one point a hair wider."""
-    wider = {}
-    for field in fields(cell):
-        value = getattr(cell, field.name)
-        if field.name not in NOT_CORNERS and isinstance(value, Interval):
-            if value.lower == value.upper:
-                wider[field.name] = Interval(value.lower, value.upper + OPENED)
-    return replace(cell, **wider)
+    """Return the cell with ranges that are one point, and a lag disturbance of zero, opened."""
+    changed: dict[str, Interval | Fraction] = {}
+    for name in RANGES:
+        value: Interval = getattr(cell, name)
+        if value.lower == value.upper:
+            changed[name] = Interval(value.lower, value.upper + OPENED)
+    if cell.lag_disturbance == 0:
+        changed["lag_disturbance"] = OPENED
+    return replace(cell, **changed)  # type: ignore[arg-type]

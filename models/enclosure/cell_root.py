@@ -198,7 +198,7 @@ def checked_symbols(
     missing = [str(symbol) for symbol in symbols if symbol not in box]
     if missing:
         raise ModelError(
-            f"{expression} depends on {', '.join(missing)}, for which no range was given; add "
-            "each to the box, or give its value as a parameter"
+            f"{expression} depends on {', '.join(missing)}, for which no range was given; give "
+            "each range = [low, high] (an interval of the box), or its value as a parameter"
         )
     return symbols

@@ -2,7 +2,8 @@
 
 law                          Law, Measurement, Command
 pdc                          one gain a rule: u = u* - sum h_i K_i (x - x*), for any plant
-coherent, effort, schedule   one effort shared by torque and pitch, its ramp, its tables
+coherent, effort, schedule, feedforward    one effort shared by torque and pitch, its ramp, its
+                             tables, and what it makes of its schedule wind's rate
 paper, coupling_filter, ramps, regional_schedule    the published law and its parts
 paper_equilibrium, paper_rest, paper_one_integrator, paper_two_integrators,
 paper_linearisation          where the published law rests, and how it behaves there
@@ -16,6 +17,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from takagi.models.law.coherent import CoherentLaw, EffortGains
     from takagi.models.law.coupling_filter import CouplingFilter
+    from takagi.models.law.feedforward import (
+        Feedforward,
+        known_rate_feedforward,
+        no_feedforward,
+    )
     from takagi.models.law.law import Command, Law, Measurement
     from takagi.models.law.paper import PaperLaw, PaperRule, paper_law
     from takagi.models.law.pdc import PdcLaw
@@ -27,12 +33,15 @@ __all__ = [
     "CouplingFilter",
     "EffortGains",
     "EffortSchedule",
+    "Feedforward",
     "Law",
     "Measurement",
     "PaperLaw",
     "PaperRule",
     "PdcLaw",
     "effort_schedule",
+    "known_rate_feedforward",
+    "no_feedforward",
     "paper_law",
 ]
 
@@ -43,12 +52,15 @@ _HOME = {
     "CouplingFilter": "coupling_filter",
     "EffortGains": "coherent",
     "EffortSchedule": "schedule",
+    "Feedforward": "feedforward",
     "Law": "law",
     "Measurement": "law",
     "PaperLaw": "paper",
     "PaperRule": "paper",
     "PdcLaw": "pdc",
     "effort_schedule": "schedule",
+    "known_rate_feedforward": "feedforward",
+    "no_feedforward": "feedforward",
     "paper_law": "paper",
 }
 

@@ -18,7 +18,6 @@ from takagi.models.plant.units import Unit, parse_unit
 
 if TYPE_CHECKING:
     import sympy as sp
-    from pydantic import BaseModel
 
     from takagi.models.plant.entries import PlantEntry, VariableEntry
     from takagi.models.plant.expression import Scope
@@ -70,6 +69,7 @@ def read_entry(name_or_path: str | Path) -> tuple[Document, PlantEntry]:
     from pydantic import ValidationError
 
     from takagi.models.plant.entries import PlantEntry
+    from takagi.models.plant.entry_problem import problem_of
 
     document = read_document(resolve_model(name_or_path), parse_float=Decimal)
     try:
@@ -78,25 +78,7 @@ def read_entry(name_or_path: str | Path) -> tuple[Document, PlantEntry]:
         # One error alone, a misspelt name first: the others are often its consequences.
         first = min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
         place = ".".join(str(part) for part in first["loc"] if part != "[key]")
-        raise document.error(place, _told(first["type"], first["msg"], place)) from error
-
-
-def _told(kind: str, message: str, place: str) -> str:
-    from takagi.models.plant import entries as e
-
-    section, _, key = place.rpartition(".")
-    if kind == "extra_forbidden":
-        inner = (e.VariableEntry, e.ParameterEntry, e.OutputEntry, e.TableEntry)
-        known: dict[str, tuple[type[BaseModel], ...]]
-        known = {"": (e.PlantEntry,), "design": (e.DesignEntry,)}
-        found = known.get(section, inner)
-        fields = {name: None for entry in found for name in entry.model_fields}
-        return f"is not known{did_you_mean(key, fields)}; correct its name, or remove it"
-    if kind == "missing":
-        return "is missing; add it"
-    if kind == "string_pattern_mismatch":
-        return "a name starts with a letter and has letters a-z, A-Z, digits and _; rename it"
-    return message.removeprefix("Value error, ")
+        raise document.error(place, problem_of(first, place)) from error
 
 
 class _Reader:
@@ -195,10 +177,27 @@ class _Reader:
         unit = self.unit(f"{place}.unit", given.unit)
         side = None
         if given.range is not None:
-            ends = [unit.to_si(Fraction(end)) for end in given.range]
-            side = self.at(f"{place}.range", lambda: Interval(*ends))
+            self.check_range(place, name, given)
+            side = Interval(*(unit.to_si(Fraction(end)) for end in given.range))
         rest = unit.to_si(Fraction(given.rest))
         return Variable(_symbol(name), unit.si, side, rest, given.description)
+
+    def check_range(self, place: str, name: str, given: VariableEntry) -> None:
+        """Refuse a range without its rest value, in the figures of the file."""
+        assert given.range is not None
+        low, high = given.range
+        if low > high:
+            raise self.document.error(
+                f"{place}.range", f"[{low}, {high}] was given; give the smaller end first"
+            )
+        if not low <= given.rest <= high:
+            unit = "" if given.unit == "-" else f" {given.unit}"
+            found = "" if "rest" in given.model_fields_set else " where no rest is given"
+            raise self.document.error(
+                f"{place}.rest" if not found else place,
+                f"{name} rests at {given.rest}{unit}{found}, outside its range [{low}, {high}]"
+                f"{unit}; give rest = ... inside it, or widen the range",
+            )
 
     def parameter(self, name: str) -> Parameter:
         given = self.entry.parameters[name]

@@ -133,7 +133,7 @@ def bounded_premise(
     elif isinstance(given, SampledBounds):
         found = _Bounded(round_outward(given.bounds), given.evidence, sampled=True)
     elif given is None:
-        found = _proved(expression, problem, tolerance)
+        found = _proved(symbol, expression, problem, tolerance)
     else:
         found = _given(symbol, expression, problem, Interval.of(*given), tolerance)
     units = problem.equations.units
@@ -151,10 +151,15 @@ def bounded_premise(
     )
 
 
-def _proved(expression: sp.Expr, problem: Problem, tolerance: Fraction) -> _Bounded:
+def _proved(
+    symbol: sp.Symbol, expression: sp.Expr, problem: Problem, tolerance: Fraction
+) -> _Bounded:
     from takagi.models.sector.ball import expression_range
 
-    found = expression_range(expression, problem.where, tolerance=tolerance)
+    try:
+        found = expression_range(expression, problem.where, tolerance=tolerance)
+    except NoBound as error:
+        raise NoBound(f"premise {symbol} = {expression}: {error}") from error
     bounds = round_outward(found.outer)
     if found.evidence is None:
         return _Bounded(bounds, "ball arithmetic, rounded outward")

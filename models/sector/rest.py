@@ -57,16 +57,39 @@ def check_rest(
         residual = row.subs(rest)
         if residual == 0 or sp.simplify(residual) == 0:
             continue
-        where = ", ".join(f"{s} = {sp.N(value, 9)}" for s, value in rest.items())
-        size = str(sp.N(residual, 6)) if residual.is_finite else f"{residual}, not finite"
+        # Figures are SI, whatever unit the file has.
+        where = ", ".join(f"{s} = {_short(value, 9)}" for s, value in rest.items())
+        size = _short(residual, 6) if residual.is_finite else f"{residual}, not finite"
         what = "x(t + T) - x" if plant.sample_time is not None else "x'"
+        unit = "" if variable.unit == "-" else f" {variable.unit}"
+        size += unit if plant.sample_time is not None else f"{unit} per second"
         cure = (
             "no input makes it vanish; give rest values of the states at which one does"
             if how == "solve inputs"
             else "give rest values at which every row vanishes exactly, or let rest='solve inputs' "
             "(on the command line --solve-rest) find the inputs that hold the states there"
         )
+        if not residual.is_rational or _has_table(row):
+            # exp(350) is no decimal: a parameter that is its own value at rest can be.
+            cure += (
+                "; where no decimals do, write the equation with its value at rest, such as "
+                "k*exp(b/T0 - b/T) for a*exp(-b/T), or f(p0) for what flows in"
+            )
         raise ModelError(
             f"plant {plant.name!r}, equation of {variable.name}: at rest ({where}) {what} is "
             f"{size}, not 0, so the model cannot be written around this point; {cure}"
         )
+
+
+def _short(value: sp.Expr, digits: int) -> str:
+    import sympy as sp
+
+    number = sp.N(value, digits)
+    return f"{float(number):.{digits}g}" if number.is_real else str(number)
+
+
+def _has_table(row: sp.Expr) -> bool:
+    from takagi.models.enclosure.table_balls import tables_class
+
+    tables = tables_class()
+    return tables is not None and row.has(tables)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["RuleCount", "counted", "rule_count"]
 
 ROUGH = Fraction(1, 50)  # excess of bounds that only rank premises
+MOST_TOLD = 8  # premises that are told, of how many there may be
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,11 +37,13 @@ class RuleCount:
 
     @property
     def words(self) -> str:
-        """The premises in that order, each with its range and its width as a share of its size."""
-        return "; ".join(
-            f"{p.name} in {p.bounds}, width {100 * _relative(p):.3g} % of its size"
-            for p in self.premises
-        )
+        """The first premises in that order: range, and width as a share of its size."""
+        told = [
+            f"{_named(p)} in {p.bounds}, width {100 * _relative(p):.3g} % of its size"
+            for p in self.premises[:MOST_TOLD]
+        ]
+        left = len(self.premises) - len(told)
+        return "; ".join(told) + (f"; and {left} more" if left else "")
 
 
 def rule_count(
@@ -84,3 +87,8 @@ def counted(premises: Sequence[Premise]) -> RuleCount:
 
 def _relative(premise: Premise) -> float:
     return float(premise.bounds.width / premise.bounds.magnitude)
+
+
+def _named(premise: Premise) -> str:
+    """Return e.g. ``z1 = sin(x)/x``: a number alone says nothing before there is a model."""
+    return premise.name if premise.proof is None else f"{premise.name} = {premise.proof.expression}"

@@ -21,6 +21,9 @@ Sum: TypeAlias = "dict[sp.Expr, sp.Rational]"
 """Atom -> rational coefficient; atoms are products without rational factor, 1 is the constant."""
 
 
+LARGE = 10**6
+
+
 class Option(NamedTuple):
     """``variable`` times ``coefficient`` is the term."""
 
@@ -127,6 +130,30 @@ def _canonical(term: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
     return coefficient, sp.Mul(*factors)
 
 
+def _signed(term: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
+    """Return (coefficient, atom), the same atom for a term and its negative.
+
+    (1 - exp(x))/x in one row and (exp(x) - 1)/x in another are then one premise.
+    """
+    import sympy as sp
+
+    coefficient, rest = term.as_coeff_Mul()
+    factors = []
+    for factor in sp.Mul.make_args(rest):
+        if factor.is_Add:
+            # Whole numbers as large as the digits of a table would only blow the premise up.
+            sizes = factor.as_coefficients_dict()
+            first = min((part for part in sizes if part is not sp.S.One), key=sp.default_sort_key)
+            large = any(abs(size.p) > LARGE for size in sizes.values())
+            share = sizes[first] if large else sp.S.One
+            factor = sp.Add(*(part / share for part in factor.args))
+            if factor.could_extract_minus_sign():
+                share, factor = -share, sp.Add(*(-part for part in factor.args))
+            coefficient *= share
+        factors.append(factor)
+    return coefficient, sp.Mul(*factors)
+
+
 def _options(
     atom: sp.Expr,
     coefficient: sp.Rational,
@@ -200,7 +227,7 @@ def _telescoped(rest: sp.Expr, plant: Equations, row: int) -> tuple[tuple[Option
             difference = before - after
             if difference != 0:
                 whole = sp.factor_terms(difference) / variable
-                share, atom = whole.as_coeff_Mul()
+                share, atom = _signed(whole)
                 options.append(Option(variable, {atom: share}))
             before = after
         found.append(tuple(options))

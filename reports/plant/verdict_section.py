@@ -71,10 +71,13 @@ def _facts(
             )
         )
     facts += [
-        (f"Box, {_name(label)}", f"{decimal(float(low))} to {decimal(float(high))} {_unit(label)}",
-         "deviation from rest")
+        (
+            f"Box, {_name(label)}",
+            f"{_short(float(low))} to {_short(float(high))} {_unit(label)}",
+            "deviation from rest",
+        )
         for label, (low, high) in model.box.items()
-    ]  # fmt: skip
+    ]
     facts += [
         ("Largest command", f"{significant(size)} {_unit(name)}", f"of {_name(name)}, from rest "
          "value, for states in the ellipsoid; floating point")
@@ -93,6 +96,11 @@ def _facts(
         if one.margins.stable and np.isfinite(one.margins.phase)
     ]
     return facts
+
+
+def _short(value: float) -> str:
+    """Return six digits at most; the table of variables has them all."""
+    return decimal(float(f"{value:.6g}"))
 
 
 def _name(label: str) -> str:

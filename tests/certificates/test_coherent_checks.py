@@ -193,7 +193,7 @@ def test_a_law_without_a_filter_does_not_know_its_winds_rate(short: Any) -> None
 def test_checker_and_embedding_agree_on_a_moving_schedule(built: Any) -> None:
     """Two derivations of the same bounds, at the class's rates and at others."""
     turbine, law, candidate = built.turbine, built.law, built.candidate
-    for k in range(0, len(law.schedule.wind) - 1, 3):
+    for k in range(len(law.schedule.wind) - 1):
         cell = CellLoop(turbine, law, candidate.box, candidate.uncertainty, k)
         for rate in ("0", "0.05", "0.3"):
             ours, theirs = cell.enclosed(rate), loop(built.document, k, rate).moving
@@ -203,3 +203,35 @@ def test_checker_and_embedding_agree_on_a_moving_schedule(built: Any) -> None:
             slowest, fastest = theirs.lag_rates() or (0, 0)
             assert ours.lag_rate.lower <= slowest <= ours.lag_rate.lower + Fraction("2e-7")
             assert ours.lag_rate.upper == fastest
+
+
+def test_checker_and_embedding_agree_where_rated_torque_cuts_the_feedforward(built: Any) -> None:
+    """With a wide limit g it is the reserve to rated torque that bounds what reaches the rotor."""
+    ahead, candidate = built.law.feedforward, built.candidate
+    wide = replace(built.law, feedforward=replace(ahead, effort_limit=4 * ahead.effort_limit))
+    limits = [4 * g for g in parts(built.document)[1].inertia_limit]
+    cut = 0
+    for k in np.flatnonzero(ahead.inertia):
+        cell = CellLoop(built.turbine, wide, candidate.box, candidate.uncertainty, int(k))
+        theirs = loop(built.document, int(k), "0.25", inertia_limit=limits).moving
+        ours = cell.moving.reference_slope(Fraction("0.25"))
+        assert ours == theirs.reference_slope()
+        cut += (
+            theirs.reference_slope()
+            > loop(built.document, int(k), "0.001").moving.reference_slope()
+        )
+    assert cut > 2
+
+
+def test_what_the_feedforward_leaves_is_a_disturbance(built: Any) -> None:
+    """A cell where more of the moving reference is left than stated is refused."""
+    P, found = built.candidate.P.tolist(), 0
+    for cell in built.document["claims"][0]["cells"]:
+        if cell["reference_slope"] == 0:
+            continue
+        found += 1
+        error, rate, alpha = cell["wind_error"], cell["wind_rate"], cell["multiplier"]
+        more = cell | {"reference_slope": round(cell["reference_slope"] + 0.02 / rate, 7)}
+        assert decided(cell, P, error, rate, alpha) == ""
+        assert "invariance" in decided(more, P, error, rate, alpha)
+    assert found > 5

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from takagi.certificates.checker.definite import (
     is_positive_definite,
-    is_positive_semidefinite,
     positive_definite_integers,
+    positive_semidefinite_integers,
     to_integers,
 )
 
@@ -63,14 +63,14 @@ def test_semidefinite_as_all_principal_minors_say(M: Rows) -> None:
         for rows in combinations(range(n), size)
     ]
 
-    assert is_positive_semidefinite(fractions(M)) == all(minor >= 0 for minor in minors)
+    assert positive_semidefinite_integers(M) == all(minor >= 0 for minor in minors)
 
 
 @given(singular())
 def test_exactly_singular_is_not_positive_definite(M: Rows) -> None:
     """F F' of deficient rank is semidefinite and never definite, however large its entries."""
     assert not is_positive_definite(fractions(M))
-    assert is_positive_semidefinite(fractions(M))
+    assert positive_semidefinite_integers(M)
 
 
 @given(singular(), st.integers(1, 30))
@@ -83,7 +83,7 @@ def test_a_hair_decides(M: Rows, digits: int) -> None:
     )
 
     assert is_positive_definite(above)
-    assert not is_positive_semidefinite(below)
+    assert not positive_semidefinite_integers(to_integers(below))
 
 
 @pytest.mark.parametrize("M", [[[1, 2], [3, 4]], [[1, 2]], [], [[1], [2]], [[2, 1], [0, 2]]])

@@ -148,7 +148,7 @@ def starts(built: Any, count: int, rng: np.random.Generator) -> tuple[Loop, Floa
 def worst(loop: Loop, y: Floats, P: Floats, candidate: Any) -> tuple[Floats, Floats]:
     """Return the wind error and schedule rate of the class that push V outward most."""
     k, xi = loop.cell(y[3]), loop.error(y)
-    nodes, gradient = loop.law.schedule.wind, P @ xi
+    gradient = P @ xi
     share = effort_ramp_slope(loop.demanded(y), loop.law.schedule.overlap)
     push = gradient[0] + share * loop.table("proportional", y[3]) * gradient[1]
     most = candidate.wind_rate[k]
@@ -163,10 +163,13 @@ def worst(loop: Loop, y: Floats, P: Floats, candidate: Any) -> tuple[Floats, Flo
         )
 
     turn = np.where(outward(most) >= outward(-most), 1.0, -1.0)
-    # The schedule wind stays inside the table, as the law holds it.
-    turn = np.where((y[3] > nodes[-1] - 0.02) & (turn > 0), 0.0, turn)
-    turn = np.where((y[3] < nodes[0] + 0.02) & (turn < 0), 0.0, turn)
-    return np.sign(push) * candidate.wind_error[k], turn * candidate.wind_rate[k]
+    return np.sign(push) * candidate.wind_error[k], turn * most
+
+
+def kept(loop: Loop, y: Floats, v_rate: Floats) -> Floats:
+    """Return the rate, or 0 where the schedule wind would leave the table, as the law holds it."""
+    nodes, reached = loop.law.schedule.wind, y[3] + 1.5 * STEP * v_rate
+    return np.where((reached > nodes[-1]) | (reached < nodes[0]), 0.0, v_rate)
 
 
 def excursion(built: Any, count: int, seconds: float, seed: int) -> tuple[float, float]:
@@ -179,7 +182,7 @@ def excursion(built: Any, count: int, seconds: float, seed: int) -> tuple[float,
         error, v_rate = worst(loop, y, P, built.candidate)
         if n % 100 == 0:
             flip = np.where(calm, rng.choice([-1.0, 0.0, 1.0], y.shape[1]), 1.0)
-        y = loop.step(y, error * flip, v_rate * flip)
+        y = loop.step(y, error * flip, kept(loop, y, v_rate * flip))
         xi = loop.error(y)
         largest = max(largest, float(V(P, xi).max()))
         fastest = max(fastest, float(np.abs(xi[0]).max()))

@@ -1,7 +1,8 @@
-"""docs/first-plants.md, followed to the letter: three files, the commands, what they answer."""
+"""docs/first-plants.md, followed to the letter: the files, the commands, what they answer."""
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 from pathlib import Path
@@ -18,7 +19,7 @@ PAGE = (ROOT / "docs/first-plants.md").read_text(encoding="utf-8")
 
 @pytest.fixture(autouse=True)
 def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The three plants of the page in a folder of their own; reports are tested elsewhere."""
+    """The plants of the page in a folder of their own; reports are tested elsewhere."""
     from takagi.reports.html.page import ReportFiles
     from takagi.reports.plant import page
 
@@ -36,30 +37,77 @@ def commands() -> list[list[str]]:
     return [shlex.split(line) for line in lines]
 
 
-def test_the_page_s_commands_do_what_it_says(files: Path) -> None:
-    """All are proved but the last, which has no answer and writes nothing."""
-    assert sorted(path.name for path in files.glob("*.toml")) == [
-        "cruise.toml",
-        "pendulum.toml",
-        "stock.toml",
-    ]
-    *proved, hopeless = commands()
+def test_the_page_s_commands_do_what_it_says(files: Path, capsys: Capture) -> None:
+    """All are proved but the last, which has no answer and writes nothing.
+
+    The summary of the first is the page's, the checker proves every folder again, with its gain
+    file and its plant file.
+    """
+    names = ["cruise", "magnet", "pendulum", "reactor", "stock"]
+    assert sorted(path.stem for path in files.glob("*.toml")) == names
+    first, *proved, hopeless = commands()
+    assert main(first) == 0
+    assert re.match(summary(), capsys.readouterr().out)
     for command in proved:
         assert main(command) == 0, command
     assert main(hopeless) == 1
     assert not (files / "build/no").exists()
-
-
-def test_the_checker_proves_every_plant_of_the_page(files: Path) -> None:
-    """With its gain file and its plant file."""
-    for name in ("pendulum", "cruise", "stock"):
+    for name in names:
         out = files / "build" / name
-        assert main(["design", f"{name}.toml", "--out", str(out)]) == 0
         found = check(
             out / "certificate.json", gains=out / "gains.json", model=files / f"{name}.toml"
         )
         assert found.verdict is Verdict.PROVED
         assert "Takagi-Sugeno model" in found.claims[0].name
+
+
+def summary() -> str:
+    """Return the page's summary as a pattern; three dots stand for anything."""
+    shown = re.search(r"```text\n(.*?)```", PAGE, flags=re.DOTALL)
+    assert shown is not None
+    return re.escape(shown[1].strip()).replace(r"\.\.\.", "(?s:.*?)")
+
+
+def test_a_large_box_leaves_little_of_it_and_the_summary_says_so(
+    files: Path, capsys: Capture
+) -> None:
+    """The magnet's first try, from 5 to 15 mm; the page's box is not called little."""
+    text = (files / "magnet.toml").read_text(encoding="utf-8")
+    for small, large in (
+        ("[8, 12]", "[5, 15]"),
+        ("[0.6, 1.4]", "[0.2, 2.5]"),
+        ("0.2, 0.2", "0.5, 0.5"),
+    ):
+        assert small in text
+        text = text.replace(small, large)
+    (files / "large.toml").write_text(text, encoding="utf-8")
+
+    told = {}
+    for name in ("magnet", "large"):
+        assert main(["design", f"{name}.toml", "--out", f"build/{name}", "--json"]) == 0
+        told[name] = json.loads(capsys.readouterr().out)["starts_alone"]["delta_z [m]"]
+    assert main(["design", "large.toml", "--out", "build/again"]) == 0
+
+    assert "That is little of the box" in " ".join(capsys.readouterr().out.split())
+    assert told["large"] < 3e-5 < 3e-4 < told["magnet"] < 2e-3
+
+
+def test_a_reactor_that_does_not_rest_exactly_is_told_how_to_write_it(
+    files: Path, capsys: Capture
+) -> None:
+    """k0 exp(-E/T) for k exp(E/T0 - E/T): a residual with its unit, and the cure."""
+    text = (files / "reactor.toml").read_text(encoding="utf-8")
+    plain = text.replace("k*exp(E/T0 - E/T)", "k*exp(-E/T)").replace(
+        'value = 1, unit = "1/min", source = "chosen: rate',
+        'value = 7.2e10, unit = "1/min", source = "chosen: rate',
+    )
+    assert plain.count("7.2e10") == 1
+    (files / "reactor.toml").write_text(plain, encoding="utf-8")
+
+    assert main(["design", "reactor.toml", "--out", "build"]) == 2
+    told = capsys.readouterr().err
+    assert "mol/m^3 per second, not 0" in told
+    assert "k*exp(b/T0 - b/T)" in told
 
 
 def test_the_page_s_error_is_what_is_said(files: Path, capsys: Capture) -> None:

@@ -242,7 +242,7 @@ def test_misuse_names_the_option(
     ("old", "new", "field", "expected"),
     [
         ('x = "x + x^3 + u"', 'x = "x + y^3 + u"', "equations.x", "'y' is not known"),
-        ('x = "x + x^3 + u"', 'x = "x + x^3 + u + 1"', "", "is 1.00000, not 0"),
+        ('x = "x + x^3 + u"', 'x = "x + x^3 + u + 1"', "", "is 1 per second, not 0"),
         ("[equations]", "[equation]", "equation", "is not known"),
         ("x = { range = [-1, 1] }", "x = { range = [-1, 1], unit = 'mm/' }", "states.x.unit", ""),
         ("x = { range = [-1, 1] }", "x = {}", "", "no range was given"),

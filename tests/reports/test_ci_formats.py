@@ -58,19 +58,19 @@ def test_junit_fails_what_is_not_proved() -> None:
     assert suite.findtext("system-out") == "checked <all>"
 
 
-def test_sarif_has_one_result_a_claim() -> None:
-    """PROVED passes, DISPROVED is an error, UNDECIDED a warning; rules and results agree."""
+def test_sarif_has_one_result_for_what_is_not_proved() -> None:
+    """PROVED is a rule without a result, DISPROVED an error, UNDECIDED a warning."""
     run = json.loads(sarif(mixed(), source="my out/certificate.json"))["runs"][0]
 
     results = run["results"]
     rules = run["tool"]["driver"]["rules"]
 
     assert [(r["kind"], r["level"]) for r in results] == [
-        ("pass", "none"),
         ("fail", "error"),
         ("fail", "warning"),
     ]
     assert [rules[r["ruleIndex"]]["id"] for r in results] == [r["ruleId"] for r in results]
+    assert [rule["id"] for rule in rules] == ["decay", "pitch", "box"]
     location = results[0]["locations"][0]["physicalLocation"]["artifactLocation"]
     assert location["uri"] == "my%20out/certificate.json"
 
@@ -91,3 +91,17 @@ def test_a_refused_file_is_a_failure_in_each_format() -> None:
     assert 'failures="1"' in junit(refused, source="c.json")
     assert json.loads(sarif(refused, source="c.json"))["runs"][0]["results"][0]["level"] == "error"
     assert "REFUSED" in markdown(refused, source="c.json")
+
+
+def test_claims_of_one_name_are_told_apart() -> None:
+    """Two sets in one certificate have one name: readers would show the last one alone."""
+    claims = [Claim("set", verdict, "") for verdict in (Verdict.PROVED, Verdict.UNDECIDED)]
+    checked = Checked(Verdict.UNDECIDED, [*claims, Claim("set (2)", Verdict.PROVED, "")], [])
+
+    names = ["set", "set (2)", "set (2) (2)"]
+    cases = ElementTree.fromstring(junit(checked, source="c"))[0].findall("testcase")
+    run = json.loads(sarif(checked, source="c"))["runs"][0]
+    assert [case.get("name") for case in cases] == names
+    assert [rule["id"] for rule in run["tool"]["driver"]["rules"]] == names
+    assert [result["ruleId"] for result in run["results"]] == ["set (2)"]
+    assert "| UNDECIDED | set (2) |" in markdown(checked, source="c")

@@ -48,6 +48,8 @@ def check_box_enlargement(claim: Any, family: Family, where: str) -> Claim:
     theta = number(claim, "enlargement", where)
     if theta < 0:
         return Claim(name, Verdict.UNDECIDED, "the enlargement is negative")
+    if theta < 1:  # Not all of the model is shown, so that nothing may be said of its plant.
+        family = replace(family, box=(), other_box=None)
     wider = replace(
         family,
         A=enlarged(family.A, family, theta),

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.family import Family, bounded
 from takagi.certificates.checker.matrices import Matrix
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "outside_of",
     "reaches_at_most",
     "row_of",
+    "undisturbed",
     "while_valid",
 ]
 
@@ -52,6 +53,9 @@ def outside_of(family: Family, P: Matrix, level: Fraction, added: Sequence[Fract
     added : bounds on what is added to each input from outside, (m,); () for nothing.
     """
     one = Matrix.identity(family.order)
+    if len({*family.states, *family.inputs}) < len(family.states) + len(family.inputs):
+        return "a state and an input have one name, so that the box does not say which it bounds"
+    bounded(len(family.box) + len(bounded_inputs(family)) * len(family.K), family.order + 1)
     for k, side in enumerate(family.box):
         if side is not None and not reaches_at_most(P, level, row_of(one, k), _half(side)):
             return f"the ellipsoid may leave the range of {family.states[k]} in the model's box"
@@ -105,9 +109,18 @@ def _pushing(family: Family) -> set[str]:
 
 
 def while_valid(family: Family) -> str:
-    """Return in words that the model is its plant on a box alone; empty where there is no box."""
+    """Return in words that the model is its plant on a box alone; empty where there is no box.
+
+    That matrices alone contain a plant is shown by no claim: of them it is an assumption.
+    """
     bounded = any(side is not None for side in family.box) or family.other_box
-    return "; of its plant, as long as that stays in the model's box" if bounded else ""
+    plant = "a plant that the model contains" if family.scheduled_by is None else "its plant"
+    return f"; of {plant}, as long as that stays in the model's box" if bounded else ""
+
+
+def undisturbed(family: Family) -> str:
+    """Return in words that the model's disturbance is taken to be zero; empty without one."""
+    return " without disturbance" if family.E else ""
 
 
 def _half(side: Range) -> Fraction:

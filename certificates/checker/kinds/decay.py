@@ -21,6 +21,7 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kinds.box_of_validity import undisturbed, while_valid
 from takagi.certificates.checker.kinds.exponential import exp_below
 from takagi.certificates.checker.matrices import Matrix, read_matrix
 from takagi.certificates.checker.reader import number, text
@@ -48,7 +49,8 @@ def check_decay(claim: Any, family: Family, where: str) -> Claim:
     return Claim(
         name,
         Verdict.PROVED,
-        f"V = x'Px {rate} along {family.about} (inequalities: {len(blends)})",
+        f"V = x'Px {rate}{undisturbed(family)} along {family.about} (inequalities: {len(blends)})"
+        f"{while_valid(family)}",
     )
 
 

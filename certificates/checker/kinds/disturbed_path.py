@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.family import Blend, Family
+from takagi.certificates.checker.family import Blend, Family, bounded
 from takagi.certificates.checker.matrices import Matrix, read_stack
 from takagi.certificates.checker.reader import member, text
 from takagi.certificates.checker.refusal import CertificateError
@@ -68,7 +68,9 @@ def paths(claim: Any, family: Family, where: str) -> Iterator[Path]:
         direct.append(whole.D)
     # ``Blend.E`` is the mean of a stack over the pairs, of whichever stack stands there.
     entering = replace(whole, E=entering_stack)
-    for blend in whole.blends():
+    blends = whole.blends()
+    bounded(len(blends), whole.order + entering_stack[0].shape[1])
+    for blend in blends:
         D: Matrix | None = None
         for stack in direct:
             part = Blend(replace(whole, E=stack), blend.label, blend.pairs).E
@@ -111,9 +113,11 @@ def _with_output(claim: Any, family: Family, width: int, where: str) -> tuple[Fa
     return replace(family, C=C, D=D), F
 
 
-def shown_path(claim: Any) -> str:
+def shown_path(claim: Any, family: Family) -> str:
     """Return in words what w is, and where y comes from."""
-    way = "the model's disturbance" if claim["disturbance"] == "disturbances" else "added to u"
+    alone = ", without the model's disturbance" if family.E else ""
+    given = claim["disturbance"] == "disturbances"
+    way = "the model's disturbance" if given else f"added to u{alone}"
     return f"w {way}, y {'of the claim' if 'output' in claim else 'the output of the model'}"
 
 

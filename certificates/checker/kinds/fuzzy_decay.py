@@ -30,19 +30,20 @@ from itertools import product
 from math import factorial
 from typing import Any
 
-from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.family import MOST_WORK, Family
+from takagi.certificates.checker.kinds.box_of_validity import undisturbed, while_valid
 from takagi.certificates.checker.kinds.decay import decrease_factor
 from takagi.certificates.checker.kinds.simplex_polynomial import Exponent, Polynomial, exponents
 from takagi.certificates.checker.matrices import Matrix, read_matrix
 from takagi.certificates.checker.reader import integer, member, number, numbers, text
 from takagi.certificates.checker.refusal import CertificateError
 from takagi.certificates.checker.result import Claim, Verdict
-from takagi.certificates.checker.shown import at_least, at_most
+from takagi.certificates.checker.shown import at_least
 
 __all__ = ["check_fuzzy_decay"]
 
 Speeds = tuple[tuple[Fraction, ...], ...]
-HIGHEST, MOST_CORNERS, MOST_WORK = 8, 4096, 10**8
+HIGHEST, MOST_CORNERS = 8, 4096
 
 
 def check_fuzzy_decay(claim: Any, family: Family, where: str) -> Claim:
@@ -54,14 +55,15 @@ def check_fuzzy_decay(claim: Any, family: Family, where: str) -> Claim:
     polya = _small(claim, "polya", where)
     P, coefficients = _scheduled(claim, family, where)
     raise_by = [polya] * len(P.sizes)
+    _bounded(len(exponents(P.sizes, [d + polya for d in P.degrees])), family.order, where)
     fault = P.raised(raise_by).failing()
     if fault:
         return Claim(name, Verdict.UNDECIDED, f"P is not shown to be positive: {fault}")
     G, factor = _loop(family, where), decrease_factor(family, alpha)
     degrees = [d + e + polya for d, e in zip(P.degrees, G.degrees, strict=True)]
-    terms = len(exponents(P.sizes, degrees)) * family.order**3
+    terms = len(exponents(P.sizes, degrees))
     if family.is_discrete:
-        _bounded(terms * 8 * len(coefficients), where)
+        _bounded(terms * len(coefficients), 2 * family.order, where)
         conditions = [(_next(P, G, b, factor), "at the next sample") for b in coefficients]
         moving = "however the weights move"
     else:
@@ -69,7 +71,7 @@ def check_fuzzy_decay(claim: Any, family: Family, where: str) -> Claim:
         still = P @ G
         fixed = still + still.T + P.scaled(factor)
         corners = _corners(rates, where)
-        _bounded(terms * len(corners), where)
+        _bounded(terms * len(corners), family.order, where)
         conditions = [(-(fixed + P.derivative(v)), "at a corner of the rates") for v in corners]
         moving = "while the weights keep to their rates: " + _in_words(rates)
     for condition, place in conditions:
@@ -77,7 +79,12 @@ def check_fuzzy_decay(claim: Any, family: Family, where: str) -> Claim:
         if fault:
             return Claim(name, Verdict.UNDECIDED, f"the inequality {place} fails at {fault}")
     rate = f"decays as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"
-    return Claim(name, Verdict.PROVED, f"V = x'P(h)x {rate} along {family.about}, {moving}")
+    return Claim(
+        name,
+        Verdict.PROVED,
+        f"V = x'P(h)x {rate}{undisturbed(family)} along {family.about}, {moving}"
+        f"{while_valid(family)}",
+    )
 
 
 def _next(P: Polynomial, G: Polynomial, b: Matrix, factor: Fraction) -> Polynomial:
@@ -218,8 +225,8 @@ def _simplex_corners(bounds: list[Fraction], where: str) -> list[tuple[Fraction,
     return sorted(found)
 
 
-def _bounded(work: int, where: str) -> None:
-    if work > MOST_WORK:
+def _bounded(count: int, order: int, where: str) -> None:
+    if count * order**4 > MOST_WORK:
         raise CertificateError(f"{where}: too many rules, corners of rates, or too high degrees")
 
 
@@ -231,9 +238,5 @@ def _small(claim: Any, key: str, where: str) -> int:
 
 
 def _in_words(rates: list[list[Fraction] | None]) -> str:
-    return (
-        "; ".join(
-            "any" if row is None else ", ".join(at_most(bound, 6) for bound in row) for row in rates
-        )
-        + " 1/s"
-    )
+    rows = ("any" if row is None else ", ".join(at_least(v, 6) for v in row) for row in rates)
+    return "; ".join(rows) + " 1/s"

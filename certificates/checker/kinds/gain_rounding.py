@@ -26,7 +26,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.family import Blend, Family
+from takagi.certificates.checker.family import Blend, Family, bounded
+from takagi.certificates.checker.kinds.box_of_validity import undisturbed, while_valid
 from takagi.certificates.checker.kinds.decay import decrease_factor
 from takagi.certificates.checker.matrices import Matrix, mean, read_matrix
 from takagi.certificates.checker.reader import number, numbers, text
@@ -56,7 +57,9 @@ def check_gain_rounding(claim: Any, family: Family, where: str) -> Claim:
     factor = decrease_factor(family, alpha)
     effects = [_effect(P @ B, tau) for B in family.B]
     steps = [_step(absolute, relative, K, tau) for K in family.K]
-    for blend in family.blends():
+    blends = family.blends()
+    bounded(len(blends), 2 * n if family.is_discrete else n)
+    for blend in blends:
         effect, step = _means(blend, effects, steps)
         if not _left_side(family, P, blend.A, factor, effect, step).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
@@ -67,7 +70,8 @@ def check_gain_rounding(claim: Any, family: Family, where: str) -> Claim:
     return Claim(
         name,
         Verdict.PROVED,
-        f"V = x'Px {rate} along {family.about}, with all gains off by up to {words}",
+        f"V = x'Px {rate}{undisturbed(family)} along {family.about}, with all gains off by up to "
+        f"{words}{while_valid(family)}",
     )
 
 

@@ -56,13 +56,28 @@ def check_h2_norm(claim: Any, family: Family, where: str) -> Claim:
             )
         if _trace(path.B.T @ P @ path.B) + through > norm**2:
             return Claim(name, Verdict.UNDECIDED, f"the variance exceeds norm^2 at {path.label}")
+    if known := _of_the_noise(claim, family):
+        return Claim(name, Verdict.UNDECIDED, f"premises depend on {known}, which is the noise")
     noise = "unit covariance in each sample" if family.is_discrete else "unit intensity"
     return Claim(
         name,
         Verdict.PROVED,
         f"the mean over time of E|y|^2 is at most {at_most(norm, 6)}^2 for white noise of {noise}, "
-        f"along {family.about} ({shown_path(claim)}){while_valid(family)}",
+        f"along {family.about}{_unforeseeing(family)} ({shown_path(claim, family)})"
+        f"{while_valid(family)}",
     )
+
+
+def _of_the_noise(claim: Any, family: Family) -> str:
+    """Return what premises depend on that carries the noise at the same instant; empty if none."""
+    noisy = family.disturbances if claim["disturbance"] == "disturbances" else family.inputs
+    return ", ".join(name for name in family.scheduled_by or () if name in noisy)
+
+
+def _unforeseeing(family: Family) -> str:
+    """Return the assumption on the weights in words, where the model does not say what they are."""
+    granted = family.rules > 1 and family.scheduled_by is None
+    return " for weights that do not depend on the noise at the same instant" if granted else ""
 
 
 def _trace(matrix: Matrix) -> Fraction:

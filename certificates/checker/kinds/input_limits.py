@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.family import Family, bounded
 from takagi.certificates.checker.kinds.box_of_validity import reaches_at_most, row_of
 from takagi.certificates.checker.kinds.input_rate import why_rate_fails
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet, read_invariant_set
@@ -40,6 +40,7 @@ def check_input_limits(claim: Any, family: Family, where: str) -> Claim:
     why = held.why_not(family)
     if why:
         return Claim(name, Verdict.UNDECIDED, why)
+    bounded(len(family.K) * len(limits), family.order + 1)
     for j, gain in enumerate(family.K):
         for k, limit in enumerate(limits):
             if not reaches_at_most(held.P, held.level, row_of(gain, k), limit):

@@ -26,9 +26,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import combinations_with_replacement, permutations, product
+from math import comb
 from typing import Any
 
-from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.family import Family, bounded
 from takagi.certificates.checker.kinds.box_of_validity import reaches_at_most, row_of
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet
 from takagi.certificates.checker.matrices import Matrix, mean
@@ -62,6 +63,7 @@ def why_rate_fails(
     if len(family.K) > 1 and not family.is_discrete:
         moving = numbers(shares, "memberships", f"{where}.rate_shares", m)
         phi = numbers(claim, "membership_rates", where, len(family.K))
+        bounded(m * len(phi) << min(len(phi), MOST_MOVING), family.order + 1)
         total = [a + b for a, b in zip(total, moving, strict=True)]
         for corner in membership_corners(phi, where):
             row = _combined(corner, family.K)
@@ -78,21 +80,26 @@ def why_rate_fails(
 
 def motion_rows(family: Family, where: str) -> Iterator[Matrix]:
     """Yield the matrices whose rows, times x, blend into u' or u(x+) - u(x) of a standing h."""
-    r = family.rules
+    r, (m, n) = family.rules, family.K[0].shape
     if len(family.K) == 1:
-        for blend in family.blends():
+        blends = family.blends()
+        bounded(m * len(blends), n + 1)
+        for blend in blends:
             one = Matrix.identity(family.order)
             yield family.K[0] @ (blend.A - one if family.is_discrete else blend.A)
         return
     if r > MOST_RULES:
         raise CertificateError(f"{where}: rates of more than {MOST_RULES} rules are not claimed")
     if family.is_discrete:
+        blends = family.blends()
+        bounded(m * len(family.K) * len(blends), n + 1)
         for gain in family.K:
-            for blend in family.blends():
+            for blend in blends:
                 yield gain @ blend.A - blend.K
         return
     if not family.shared_weights:
         raise CertificateError(f"{where}: rates of a law with weights of its own are not claimed")
+    bounded(m * comb(r + 2, 3), n + 1)
     loops = [[_at(family.A, i) - _at(family.B, i) @ K for K in family.K] for i in range(r)]
     for chosen in combinations_with_replacement(range(r), 3):
         orders = sorted(set(permutations(chosen)))

@@ -32,7 +32,7 @@ from fractions import Fraction
 from itertools import product
 from typing import Any
 
-from takagi.certificates.checker.family import MOST_WORK, Family
+from takagi.certificates.checker.family import Family, bounded
 from takagi.certificates.checker.kinds.box_of_validity import beyond_range, granted, outside_of
 from takagi.certificates.checker.kinds.disturbed_path import (
     entrance,
@@ -42,7 +42,7 @@ from takagi.certificates.checker.kinds.disturbed_path import (
 from takagi.certificates.checker.matrices import Matrix, read_matrix
 from takagi.certificates.checker.reader import number, numbers
 from takagi.certificates.checker.refusal import CertificateError
-from takagi.certificates.checker.shown import at_least, at_most
+from takagi.certificates.checker.shown import at_least, exactly
 
 __all__ = ["InvariantSet", "read_invariant_set"]
 
@@ -90,8 +90,8 @@ class InvariantSet:
         entering = replace(family, E=self.E) if self.E else family
         blends = entering.blends()
         corners = 1 if self.bounds is None or self.is_ball else 1 << (len(self.bounds) - 1)
-        if len(blends) * corners * family.order**3 > MOST_WORK:
-            raise CertificateError(f"{len(blends)} blends and {corners} corners: too many")
+        wide = self.E[0].shape[1] if self.is_ball else 1
+        bounded(len(blends) * corners, family.order + wide)
         for blend in blends:
             if self.bounds is None:
                 idle = Matrix([[0]] * family.order)
@@ -124,21 +124,22 @@ class InvariantSet:
         if self.bounds is None:
             undisturbed = " without disturbance" if family.E else ""
             return f"from inside V = x'Px falls as {speed}{undisturbed}"
-        what = "the model's disturbance" if self.way == "disturbances" else "w added to u"
+        alone = ", without the model's disturbance," if family.E else ""
+        what = "the model's disturbance" if self.way == "disturbances" else f"w added to u{alone}"
         shown = [at_least(b, 6) for b in self.bounds]
         size = f"|w|_2 <= {shown[0]}" if self.is_ball else f"|w_k| <= {', '.join(shown)}"
-        return f"for {what} with {size}; from outside V - level falls as {speed}"
+        outside = "from outside, but within the box," if _boxed(family) else "from outside"
+        return f"for {what} with {size}; {outside} V - level falls as {speed}"
 
     def where_valid(self, family: Family) -> str:
         """Return in words where the set lies, and what is taken for granted."""
-        inside = any(side is not None for side in family.box) or family.other_box
         held = granted(family, disturbances_too=False)
-        return f" and lies in the model's box{held}" if inside else ""
+        return f" and lies in the model's box{held}" if _boxed(family) else ""
 
     @property
     def shown_level(self) -> str:
-        """The level, rounded up."""
-        return at_most(self.level, 6)
+        """The level: a larger or smaller set need be neither in the box nor invariant."""
+        return exactly(self.level)
 
 
 def read_invariant_set(claim: Any, family: Family, where: str) -> InvariantSet:
@@ -168,6 +169,10 @@ def read_invariant_set(claim: Any, family: Family, where: str) -> InvariantSet:
             f"{where}.disturbance_bounds: at most {MOST_DISTURBANCES}, whose corners are checked"
         )
     return InvariantSet(P, level, multiplier, way, E, tuple(bounds), ball)
+
+
+def _boxed(family: Family) -> bool:
+    return any(side is not None for side in family.box) or bool(family.other_box)
 
 
 def _positive(claim: Any, key: str, where: str) -> Fraction:

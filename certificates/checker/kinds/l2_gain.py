@@ -78,5 +78,5 @@ def check_l2_gain(claim: Any, family: Family, where: str) -> Claim:
         name,
         Verdict.PROVED,
         f"the energy of y is at most {at_most(gain, 6)}^2 times that of w, from rest, along "
-        f"{family.about} ({shown_path(claim)}){validity}",
+        f"{family.about} ({shown_path(claim, family)}){validity}",
     )

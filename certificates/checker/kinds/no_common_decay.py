@@ -74,8 +74,8 @@ def _multipliers_exclude(
     claim: Any, family: Family, alpha: Fraction, blends: list[Blend], where: str
 ) -> bool:
     listed = member(claim, "multipliers", where)
-    if not isinstance(listed, list) or not listed:
-        raise CertificateError(f"{where}.multipliers: a list is needed")
+    if not isinstance(listed, list) or not 0 < len(listed) <= len(blends):
+        raise CertificateError(f"{where}.multipliers: 1 to {len(blends)} are needed")
     factor = _factor(family, alpha)
     total, size = None, Fraction(0)
     for i, entry in enumerate(listed):

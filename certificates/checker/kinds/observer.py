@@ -32,8 +32,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from takagi.certificates.checker.family import MOST_WORK, Family, Pairs
-from takagi.certificates.checker.kinds.box_of_validity import while_valid
+from takagi.certificates.checker.family import Family, Pairs, bounded
+from takagi.certificates.checker.kinds.box_of_validity import undisturbed, while_valid
 from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
 from takagi.certificates.checker.kinds.disturbed_path import zero
 from takagi.certificates.checker.matrices import Matrix, mean, read_matrix, read_stack
@@ -57,6 +57,7 @@ def check_observer(claim: Any, family: Family, where: str) -> Claim:
     """Return the verdict on a claim of kind ``observer``."""
     if "secants" in claim:
         loops, assumed = secant_loops(claim, family, where), "secants of f in the stated hull"
+        assumed += " and premises that the observer measures" if family.rules > 1 else ""
     else:
         loops, assumed = error_loops(claim, family, where), "premises that the observer measures"
     what = "the error x - xhat of the observer"
@@ -95,7 +96,8 @@ def _verdict(
     return Claim(
         name,
         Verdict.PROVED,
-        f"V of {what} {rate} along every blend of {family.rules} rules{while_valid(family)}",
+        f"V of {what} {rate}{undisturbed(family)} along every blend of {family.rules} rules"
+        f"{while_valid(family)}",
     )
 
 
@@ -137,8 +139,7 @@ def secant_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, 
     secants, n = read_stack(claim, "secants", where), family.order
     if len(L) != 1 or secants[0].shape != (n, n):
         raise CertificateError(f"{where}: one L and secants of {n} by {n} are needed")
-    if family.rules * len(secants) * n**3 > MOST_WORK:
-        raise CertificateError(f"{family.rules} rules and {len(secants)} secants: too many")
+    bounded(family.rules * len(secants), n)
     for i in range(family.rules):
         error = _at(family.A, i) - L[0] @ _at(family.C, i)
         for k, secant in enumerate(secants):
@@ -158,7 +159,9 @@ def joint_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, M
     if not family.K or not family.shared_weights:
         raise CertificateError(f"{where}: gains with the weights of the model are needed")
     rest = zero(family.order, family.order)
-    for label, pairs in _groups(family, [L, family.K], [family.C, family.B]):
+    groups = _groups(family, [L, family.K], [family.C, family.B])
+    bounded(len(groups), 2 * family.order)
+    for label, pairs in groups:
         push = mean([_at(family.B, i) @ _at(family.K, j) for i, j in pairs])
         loop = mean([_at(family.A, i) for i, _ in pairs]) - push
         error = mean([_error(family, L, i, j) for i, j in pairs])

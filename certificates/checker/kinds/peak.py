@@ -60,8 +60,8 @@ def check_peak(claim: Any, family: Family, where: str) -> Claim:
         Verdict.PROVED,
         f"|y| <= {at_most(gain * bound, 6)} at all times, from rest and from anywhere in "
         f"{{x'Px <= {held.shown_level}}}, for |w|_2 <= {at_least(bound, 6)} at all times (gain "
-        f"{at_most(gain, 6)}), along {family.about} ({shown_path(claim)}); the set is invariant"
-        f"{held.where_valid(family)}",
+        f"{at_most(gain, 6)}), along {family.about} ({shown_path(claim, family)}); the "
+        f"set is invariant{held.where_valid(family)}",
     )
 
 

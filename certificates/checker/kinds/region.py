@@ -17,12 +17,12 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.family import Family, bounded
 from takagi.certificates.checker.matrices import Matrix, read_matrix
 from takagi.certificates.checker.reader import member, text
 from takagi.certificates.checker.refusal import CertificateError
 from takagi.certificates.checker.result import Claim, Verdict
-from takagi.certificates.checker.shown import at_least, at_most
+from takagi.certificates.checker.shown import at_least, at_most, exactly
 
 __all__ = ["check_region", "in_words"]
 
@@ -39,6 +39,7 @@ def check_region(claim: Any, family: Family, where: str) -> Claim:
     if not P.is_positive_definite:
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
     blends = family.blends()
+    bounded(len(blends), sum(len(L.rows) for L, _ in parts) * family.order)
     for blend in blends:
         PG = P @ blend.A
         for L, M in parts:
@@ -88,21 +89,15 @@ def in_words(L: Matrix, M: Matrix) -> str:
         centre, radius = -low[0][1], at_most(-low[0][0], DIGITS)
         if centre == 0:
             return f"|z| < {radius}"
-        return f"|z {'+' if centre < 0 else '-'} {_exactly(abs(centre))}| < {radius}"
+        return f"|z {'+' if centre < 0 else '-'} {exactly(abs(centre))}| < {radius}"
     diagonal = len(low) == 2 and low[0][0] == low[1][1] and low[0][1] == 0 and m[0][0] == m[1][1]
     if diagonal and m[0][1] == -m[1][0] == 1 and m[0][0] >= 0:
         t, w = m[0][0], -low[0][0] / 2
         if t == 0:
             return f"|Im z| < {at_most(w, DIGITS)}"
         apex = f"{at_most(w, DIGITS)} - " if w else "-"
-        return f"|Im z| < {apex}{_exactly(t)} Re z"
+        return f"|Im z| < {apex}{exactly(t)} Re z"
     return f"L + z M + conj(z) M' < 0 with L = {_shown(low)}, M = {_shown(m)}"
-
-
-def _exactly(value: Fraction) -> str:
-    """Return a number that may not be rounded: no side of it is the safe one."""
-    short = (value * 10**25).denominator == 1
-    return at_most(value, 60) if short else f"({value.numerator}/{value.denominator})"
 
 
 def _shown(rows: list[list[Fraction]]) -> str:

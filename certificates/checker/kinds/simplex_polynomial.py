@@ -24,20 +24,24 @@ from takagi.certificates.checker.refusal import Refused
 __all__ = ["Exponent", "Polynomial", "exponents"]
 
 Exponent = tuple[tuple[int, ...], ...]
-MOST_TERMS, MOST_PRODUCTS = 20_000, 1_000_000
+MOST_TERMS, MOST_PRODUCTS, MOST_WORK = 20_000, 1_000_000, 10**8
 
 
 def exponents(sizes: Sequence[int], degrees: Sequence[int]) -> list[Exponent]:
     """Return every exponent a of these degrees."""
-    count = prod(comb(s + d - 1, d) for s, d in zip(sizes, degrees, strict=True))
-    if count > MOST_TERMS:
-        raise Refused(f"a polynomial of {count} terms; at most {MOST_TERMS} are checked")
+    _bounded(sizes, degrees)
     parts = [
         [tuple(chosen.count(c) for c in range(size))
          for chosen in combinations_with_replacement(range(size), degree)]
         for size, degree in zip(sizes, degrees, strict=True)
     ]  # fmt: skip
     return list(product(*parts))
+
+
+def _bounded(sizes: Sequence[int], degrees: Sequence[int]) -> None:
+    count = prod(comb(s + d - 1, d) for s, d in zip(sizes, degrees, strict=True))
+    if count > MOST_TERMS:
+        raise Refused(f"a polynomial of {count} terms; at most {MOST_TERMS} are checked")
 
 
 @dataclass(frozen=True)
@@ -60,14 +64,17 @@ class Polynomial:
         return Polynomial(self.sizes, self.degrees, {a: -X for a, X in self.terms.items()})
 
     def __matmul__(self, other: Polynomial) -> Polynomial:
-        if len(self.terms) * len(other.terms) > MOST_PRODUCTS:
+        products = len(self.terms) * len(other.terms)
+        size = max(max(X.shape) for terms in (self.terms, other.terms) for X in terms.values())
+        if products > MOST_PRODUCTS or products * size**3 > MOST_WORK:
             raise Refused(f"a product of {len(self.terms)} by {len(other.terms)} terms")
         found: dict[Exponent, Matrix] = {}
+        degrees = tuple(d + e for d, e in zip(self.degrees, other.degrees, strict=True))
+        _bounded(self.sizes, degrees)
         for (a, X), (b, Y) in product(self.terms.items(), other.terms.items()):
             place = _sum(a, b)
             Z = X @ Y
             found[place] = (found[place] + Z).reduced() if place in found else Z.reduced()
-        degrees = tuple(d + e for d, e in zip(self.degrees, other.degrees, strict=True))
         return Polynomial(self.sizes, degrees, found)
 
     @property
@@ -81,10 +88,11 @@ class Polynomial:
     def raised(self, by: Sequence[int]) -> Polynomial:
         """Return the same polynomial, multiplied by (sum_c w_kc)^by_k = 1."""
         found: dict[Exponent, Matrix] = dict(self.terms)
+        degrees = tuple(d + e for d, e in zip(self.degrees, by, strict=True))
+        _bounded(self.sizes, degrees)
         for k, times in enumerate(by):
             for _ in range(times):
                 found = self._raised_once(found, k)
-        degrees = tuple(d + e for d, e in zip(self.degrees, by, strict=True))
         return Polynomial(self.sizes, degrees, found)
 
     def _raised_once(self, terms: dict[Exponent, Matrix], k: int) -> dict[Exponent, Matrix]:

@@ -26,7 +26,7 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.family import Family
-from takagi.certificates.checker.kinds.box_of_validity import while_valid
+from takagi.certificates.checker.kinds.box_of_validity import undisturbed, while_valid
 from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
 from takagi.certificates.checker.kinds.exponential import exp_above
 from takagi.certificates.checker.matrices import Matrix, read_matrix
@@ -65,8 +65,8 @@ def check_transient(claim: Any, family: Family, where: str) -> Claim:
         name,
         Verdict.PROVED,
         f"|x(t)| <= {at_most(kappa, 6)} exp(-{at_least(alpha, 6)} t) |x(0)|{units}, so at most "
-        f"{at_most(share, 6)} |x(0)| after {at_most(time, 6)} s, along {family.about}"
-        f"{while_valid(family)}",
+        f"{at_most(share, 6)} |x(0)| after {at_most(time, 6)} s,{undisturbed(family)} "
+        f"along {family.about}{while_valid(family)}",
     )
 
 

@@ -8,7 +8,7 @@ from fractions import Fraction
 from takagi.certificates.checker.plant.graph import Graph, Node
 from takagi.certificates.checker.refusal import Refused
 
-__all__ = ["derivative", "substituted"]
+__all__ = ["derivative", "rebuilt", "substituted"]
 
 MOST_ORDER = 2  # of differentiation of a table: a cubic spline's third derivative jumps
 
@@ -106,14 +106,16 @@ def substituted(graph: Graph, root: int, places: Mapping[str, int]) -> int:
         parts = tuple(found[part] for part in node.parts)
         if node.op == "variable":
             found[number] = places.get(node.name, number)
-        elif parts == node.parts:
-            found[number] = number
         else:
-            found[number] = _again(graph, node, parts)
+            found[number] = rebuilt(graph, number, parts)
     return found[root]
 
 
-def _again(graph: Graph, node: Node, parts: tuple[int, ...]) -> int:
+def rebuilt(graph: Graph, number: int, parts: tuple[int, ...]) -> int:
+    """Return the node with other parts."""
+    node = graph[number]
+    if parts == node.parts:
+        return number
     if node.op == "add":
         return graph.add(*parts)
     if node.op == "multiply":

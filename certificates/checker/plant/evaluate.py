@@ -43,15 +43,21 @@ class Evaluator:
     ) -> None:
         self.graph, self.tables = graph, tables
         # Ends of the whole box that are no decimals, by what they were rounded to.
-        self._ends = {
-            (name, place, d.enclose(*side)[place]): side[place]
-            for name, side in (sides or {}).items()
-            for place in (0, 1)
-        }
+        self.sides: dict[str, Ends] = {}
+        self._ends: dict[tuple[str, int, int], Fraction] = {}
+        for name, side in (sides or {}).items():
+            self.add_side(name, side)
         self._orders: dict[tuple[int, ...], list[int]] = {}
         self._costs: dict[tuple[int, ...], int] = {}
         self._constants: dict[int, Pair] = {}
         self.work = 0
+
+    def add_side(self, name: str, side: Ends) -> Pair:
+        """Return the range of a variable, rounded outward; its true ends are kept."""
+        rounded = d.enclose(*side)
+        self.sides[name] = side
+        self._ends |= {(name, place, rounded[place]): side[place] for place in (0, 1)}
+        return rounded
 
     def values(self, roots: tuple[int, ...], box: Box) -> list[Pair | None]:
         """Return a bracket of each node over the box; None where a part has none."""

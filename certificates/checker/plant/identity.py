@@ -7,8 +7,8 @@ whose arguments are told apart up to equality of quotients.  What is known of th
                               multiples of one part by De Moivre;  s^2 = 1 - c^2;  tan = s / c
     exp(sum c_i m_i)          a product of whole powers of atoms exp(b m)
     sinh, cosh, tanh          quotients of exponentials
-    a^(p/q)                   the p-th power of a root r, r^q = a >= 0; (c a)^(1/q) for a number
-                              c > 0 is the product of the roots of the factors of c and of a
+    a^(p/q)                   the p-th power of a root r, r^q = a; numbers > 0 apart (``atoms``)
+    table(numbers)            the spline's exact value
     |a|^2 = a^2               and f(0) of every function where it is a number
 
 Two quotients with equal cross products are equal wherever their denominators are not 0.  Nothing
@@ -17,12 +17,14 @@ else is assumed of an atom, so that "not shown" does not mean "different".
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 from math import comb, gcd, lcm
 
+from takagi.certificates.checker.plant.atoms import Atoms
 from takagi.certificates.checker.plant.graph import Graph, Node
-from takagi.certificates.checker.plant.numbers_under_roots import exact_root, factors
-from takagi.certificates.checker.plant.polynomial import Monomial, Polynomial, Quotient, Ring
+from takagi.certificates.checker.plant.polynomial import Monomial, Polynomial, Quotient
+from takagi.certificates.checker.plant.table import Table
 from takagi.certificates.checker.refusal import Refused
 
 __all__ = ["Algebra"]
@@ -30,7 +32,6 @@ __all__ = ["Algebra"]
 MOST_MULTIPLE = 32  # sin(n a) in sin(a), cos(a)
 MOST_RESTARTS = 100
 MOST_PARTS = 4  # of a sum inside sin and cos
-WORK_OF_FACTORS = 20  # of a number under a root, in products of terms
 AT_ZERO = {
     "asin": 0,
     "atan": 0,
@@ -53,22 +54,20 @@ class Algebra:
     Refused : a division by zero, or terms too many or too large.
     """
 
-    def __init__(self, graph: Graph) -> None:
-        self.graph = graph
+    def __init__(self, graph: Graph, tables: Mapping[str, Table] | None = None) -> None:
+        self.graph, self.tables = graph, tables or {}
         self.units: dict[tuple[str, object], Fraction] = {}
         self._names: dict[object, int] = {}
         self._restarts = 0
-        self._factors: dict[Fraction, list[tuple[int, int]]] = {}
-        self.ring = Ring()
+        self.atoms = Atoms()
         self._restart()
 
     def _restart(self) -> None:
         self._restarts += 1
         if self._restarts > MOST_RESTARTS:
             raise Refused("angles with too many different multiples")
-        self.ring = Ring(self.ring.work)
-        self._atoms: dict[object, int] = {}
-        self._calls: dict[object, list[tuple[tuple[Quotient, ...], int]]] = {}
+        self.atoms = Atoms(self.atoms.ring.work)
+        self.ring = self.atoms.ring
         self._found: dict[int, Quotient] = {}
 
     # ------------------------------------------------------------------ questions
@@ -100,7 +99,7 @@ class Algebra:
                 self._restart()
         names = {
             number: key[1]
-            for key, number in self._atoms.items()
+            for key, number in self.atoms.keys.items()
             if isinstance(key, tuple) and key[0] == "variable"
         }
         if found.bottom or any(a not in names for monomial in found.top for a, _ in monomial):
@@ -122,7 +121,7 @@ class Algebra:
         if node.op == "const":
             return ring.constant(node.value)
         if node.op in ("pi", "variable"):
-            return ring.atom(self._atom((node.op, node.name)))
+            return ring.atom(self.atoms.named((node.op, node.name)))
         if node.op == "add":
             return ring.add(*parts)
         if node.op == "multiply":
@@ -130,77 +129,22 @@ class Algebra:
         if node.op == "divide":
             return ring.multiply(parts[0], ring.inverse(parts[1]))
         if node.op == "power":
-            return self._power(parts[0], node.value)
+            return self.atoms.power(parts[0], node.value)
         if node.op == "call":
             return self._call(node.name, parts[0])
-        return ring.atom(self._opaque((node.op, node.name, node.orders), tuple(parts)))
+        value = self._at_numbers(node, parts) if node.op == "table" else None
+        if value is not None:
+            return ring.constant(value)
+        return ring.atom(self.atoms.opaque((node.op, node.name, node.orders), tuple(parts)))
 
-    # ------------------------------------------------------------------ atoms
+    def _at_numbers(self, node: Node, parts: list[Quotient]) -> Fraction | None:
+        """Return a table's exact value where its arguments are numbers; None elsewhere."""
+        if node.name not in self.tables or any(a.bottom or set(a.top) - {()} for a in parts):
+            return None
+        point = [a.top.get((), Fraction(0)) for a in parts]
+        return self.tables[node.name].exact(point, node.orders)
 
-    def _atom(self, key: object, rule: tuple[int, Polynomial] | None = None) -> int:
-        if key not in self._atoms:
-            number = self._atoms[key] = len(self._atoms)
-            if rule is not None:
-                self.ring.rules[number] = rule
-        return self._atoms[key]
-
-    def _opaque(
-        self,
-        function: object,
-        arguments: tuple[Quotient, ...],
-        rule: tuple[int, Polynomial] | None = None,
-    ) -> int:
-        """Return the atom of a function of these arguments, the same for equal ones."""
-        known = self._calls.setdefault(function, [])
-        for others, number in known:
-            if all(self.ring.equal(a, b) for a, b in zip(arguments, others, strict=True)):
-                return number
-        number = self._atom((function, len(known)), rule)
-        known.append((arguments, number))
-        return number
-
-    def _power(self, base: Quotient, exponent: Fraction) -> Quotient:
-        if exponent.denominator == 1:
-            return self.ring.power(base, int(exponent))
-        if not base.top:
-            if exponent > 0:
-                return base
-            raise Refused("zero to a negative power")
-        q = exponent.denominator
-        if not base.bottom and set(base.top) == {()}:
-            root = exact_root(base.top[()], q)
-            if root is not None:
-                return self.ring.power(self.ring.constant(root), exponent.numerator)
-        # A root's argument is >= 0 on the box, and so are both factors, its number and the rest.
-        number = abs(base.top[max(base.top)])
-        base = Quotient(self.ring.scaled(base.top, 1 / number), base.bottom)
-        rule = None if base.bottom else (q, base.top)
-        found = self._number_power(number, exponent)
-        if base == self.ring.constant(1):
-            return found
-        atom = self._opaque(("root", q), (base,), rule)
-        return self.ring.multiply(found, self._root_power(base, atom, exponent))
-
-    def _root_power(self, base: Quotient, atom: int, exponent: Fraction) -> Quotient:
-        """Return base^(p/q), where the atom is the q-th root of the base."""
-        whole, rest = divmod(exponent.numerator, exponent.denominator)
-        # r^q is the base even where no rule of the ring can say so.
-        root = self.ring.power(self.ring.atom(atom), rest)
-        return self.ring.multiply(self.ring.power(base, whole), root)
-
-    def _number_power(self, value: Fraction, exponent: Fraction) -> Quotient:
-        """Return value^(p/q) of a rational > 0 as a product of roots of whole numbers."""
-        q, found = exponent.denominator, self.ring.constant(1)
-        if value not in self._factors:
-            self._factors[value] = factors(value)
-            self.ring.work += WORK_OF_FACTORS
-        for factor, power in self._factors[value]:
-            atom = self._atom(("root of", q, factor), (q, {(): Fraction(factor)}))
-            whole, rest = divmod(power * exponent.numerator, q)
-            root = self.ring.power(self.ring.atom(atom), rest)
-            number = self.ring.constant(Fraction(factor) ** whole)
-            found = self.ring.multiply(found, self.ring.multiply(number, root))
-        return found
+    # ------------------------------------------------------------------ functions
 
     def _call(self, name: str, a: Quotient) -> Quotient:
         ring = self.ring
@@ -227,8 +171,8 @@ class Algebra:
             if not a.bottom and set(a.top) == {()}:
                 return ring.constant(abs(a.top[()]))
             rule = None if a.bottom else (2, ring.times(a.top, a.top))
-            return ring.atom(self._opaque("abs", (a,), rule))
-        return ring.atom(self._opaque(name, (a,)))
+            return ring.atom(self.atoms.opaque("abs", (a,), rule))
+        return ring.atom(self.atoms.opaque(name, (a,)))
 
     # ------------------------------------------------------------------ sums as arguments
 
@@ -252,7 +196,7 @@ class Algebra:
             found = [(key, c, self._whole(kind, key, c)) for key, c in named]
             if all(abs(n) <= MOST_MULTIPLE for _, _, n in found):
                 return found
-        whole = ("argument", self._opaque("argument", (a,)))
+        whole = ("argument", self.atoms.opaque("argument", (a,)))
         return [(whole, Fraction(1), self._whole(kind, whole, Fraction(1)))]
 
     def _terms(self, a: Quotient) -> list[tuple[object, Fraction]]:
@@ -276,12 +220,12 @@ class Algebra:
         if top:
             size = top[max(top)]
             rest = Quotient(self.ring.scaled(top, 1 / size), a.bottom)
-            found.append((("argument", self._opaque("argument", (rest,))), size))
+            found.append((("argument", self.atoms.opaque("argument", (rest,))), size))
         return found
 
     def _named(self, monomial: Monomial) -> object:
         """Return the monomial in names that a restart does not change."""
-        keys = list(self._atoms)
+        keys = list(self.atoms.keys)
         return tuple((self._name(keys[atom]), power) for atom, power in monomial)
 
     def _name(self, key: object) -> int:
@@ -310,8 +254,8 @@ class Algebra:
     def _multiple(self, key: object, n: int) -> tuple[Quotient, Quotient]:
         """Return sin and cos of n units of a part, by De Moivre from those of one unit."""
         ring, unit = self.ring, self.units["sin", key]
-        c1 = self._atom(("cos", key, unit))
-        s1 = self._atom(("sin", key, unit), (2, {(): Fraction(1), ((c1, 2),): Fraction(-1)}))
+        c1 = self.atoms.named(("cos", key, unit))
+        s1 = self.atoms.named(("sin", key, unit), (2, {(): Fraction(1), ((c1, 2),): Fraction(-1)}))
         sine: Polynomial = {}
         cosine: Polynomial = {}
         for k in range(abs(n) + 1):
@@ -325,6 +269,6 @@ class Algebra:
         ring = self.ring
         found = ring.constant(1)
         for key, _, n in self._parts("exp", a):
-            atom = ring.atom(self._atom(("exp", key, self.units["exp", key])))
+            atom = ring.atom(self.atoms.named(("exp", key, self.units["exp", key])))
             found = ring.multiply(found, ring.power(atom, n))
         return found

@@ -8,27 +8,28 @@ equations are the file's.  Here the TOML file is read again, and compared with t
     names of states, inputs, disturbances           in their order
 
 The certificate may rest its inputs elsewhere, where they hold the states: that every row vanishes
-there is a part of the claim ``sector-embedding``.  Tables are tied by their files' hashes alone.
+there is a part of the claim ``sector-embedding``.  Tables have their files' points as knots and
+pass their values nearly (``table_file``).
 """
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from fractions import Fraction
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.plant_units import in_si
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable, read_plant
+from takagi.certificates.checker.plant.table_file import NEAR, compare_table
 from takagi.certificates.checker.refusal import CertificateError, Refused
+from takagi.certificates.checker.toml_file import read_toml
 
 __all__ = ["compare_plant"]
 
-LARGEST_FILE = 4_000_000
 MOST_EXPONENT = 100  # of ten, in a figure
 
 
@@ -39,7 +40,7 @@ def compare_plant(model: Any, path: Path) -> str:
     ------
     CertificateError : the file cannot be read, or says something else than the certificate.
     """
-    file, plant = _toml(path), read_plant(model, "model")
+    file, plant = read_toml(path, Decimal, what="plant file"), read_plant(model, "model")
     if file.get("kind") != "plant":
         raise CertificateError(f"{path}: the certificate is about a plant, this is no plant file")
     return _Comparison(model, plant, file, path).whole()
@@ -48,7 +49,7 @@ def compare_plant(model: Any, path: Path) -> str:
 class _Comparison:
     def __init__(self, model: Any, plant: PlantNodes, file: dict[str, Any], path: Path) -> None:
         self.model, self.plant, self.file, self.path = model, plant, file, path
-        self.algebra = Algebra(plant.graph)
+        self.algebra = Algebra(plant.graph, plant.tables)
         self.names: dict[str, int] = {}
 
     def whole(self) -> str:
@@ -64,13 +65,29 @@ class _Comparison:
         missing = sorted(set(self.plant.tables) - set(tables))
         if missing:
             raise self.error(f"the table {', '.join(missing)} is not there")
+        self.compare_tables(tables)
         self.expressions({name: len(_list(t, "arguments")) for name, t in tables.items()})
         words = []
         if solved:
             words.append(f"{', '.join(solved)} rests where it holds the states, not as in the file")
         if tables:
-            words.append("tables were compared by the hash of their files")
+            words.append(f"tables pass their files' values to {float(NEAR):.0e} of the largest")
         return f"{self.path}: {'; '.join(words)}" if words else ""
+
+    def compare_tables(self, entries: Mapping[str, Any]) -> None:
+        recorded = self.model.get("files_sha256")
+        for name, table in self.plant.tables.items():
+            where, file = f"tables.{name}", _get(entries[name], "file")
+            file = str(PurePosixPath(file)) if isinstance(file, str) else ""
+            if not isinstance(recorded, dict) or file not in recorded:
+                raise self.error(f"{where}.file is none of the recorded files")
+            described = [*_list(entries[name], "arguments"), entries[name]]
+            try:
+                compare_table(
+                    self.path.parent / file, table, [str(_get(d, "unit", "-")) for d in described]
+                )
+            except Refused as error:
+                raise self.error(f"{where}: {error}") from error
 
     def error(self, problem: str) -> CertificateError:
         return CertificateError(f"{self.path}: not the certificate's plant: {problem}")
@@ -190,17 +207,3 @@ def _get(entry: Any, key: str, otherwise: Any = None) -> Any:
 def _list(entry: Any, key: str) -> list[Any]:
     found = _get(entry, key, [])
     return found if isinstance(found, list) else []
-
-
-def _toml(path: Path) -> dict[str, Any]:
-    try:
-        with path.open("rb") as file:
-            data = file.read(LARGEST_FILE + 1)
-    except OSError as error:
-        raise CertificateError(f"{path}: cannot be read: {error.strerror or error}") from error
-    if len(data) > LARGEST_FILE:
-        raise CertificateError(f"{path}: larger than {LARGEST_FILE} bytes; no plant file is")
-    try:
-        return tomllib.loads(data.decode(), parse_float=Decimal)
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
-        raise CertificateError(f"{path}: not a plant file: {error}") from error

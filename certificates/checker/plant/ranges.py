@@ -15,6 +15,11 @@ from takagi.certificates.checker.plant.decimal_interval import ONE, Pair, multip
 from takagi.certificates.checker.plant.evaluate import Box, Evaluator
 from takagi.certificates.checker.plant.graph import Node
 from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.plant.linear_sum import (
+    LinearSum,
+    vanishing_sums,
+    with_variable,
+)
 from takagi.certificates.checker.plant.quotient_form import Form, parted
 from takagi.certificates.checker.refusal import Refused
 
@@ -23,6 +28,7 @@ __all__ = ["Ranges"]
 MOST_BOXES = 4_000  # of one bound
 MOST_IN_ALL = 40_000
 MOST_POLES, MOST_POWERS = 3, 8  # variables that vanish in one denominator, and their powers
+MANY = "is divided by too many variables that vanish on the box"
 ROUNDING = 10**9  # units by which rounding alone may miss a bound that is attained
 ENDLESS = 10**400 * ONE
 Bounds = tuple[int, int]
@@ -38,11 +44,11 @@ class Ranges:
     """
 
     def __init__(self, evaluator: Evaluator, algebra: Algebra, box: Box) -> None:
-        self.evaluator, self.algebra, self.box = evaluator, algebra, box
+        self.evaluator, self.algebra, self.box = evaluator, algebra, dict(box)
         self.graph = evaluator.graph
         self.boxes = 0
         self.removable: set[str] = set()
-        self._vanishing = frozenset(v for v, side in box.items() if side[0] <= 0 <= side[1])
+        self._sums: dict[LinearSum, str] = {}
         self._defined: set[int] = set()
 
     # ------------------------------------------------------------------ claims
@@ -71,22 +77,34 @@ class Ranges:
         self.prove_defined(root, what)
         self._nonzero(root, what)
 
-    def prove_defined(self, root: int, what: str) -> None:
-        """Prove that every part of the node is defined on the whole box."""
-        self._define(root, what)
-
     def form(self, root: int, what: str) -> Form:
         """Return N / x^k for a node, after proving that all in N is defined on the box."""
-        top, poles = parted(self.graph, root, self._vanishing)
+        root = self._with_sums(root, what)
+        vanishing = frozenset(v for v, side in self.box.items() if side[0] <= 0 <= side[1])
+        top, poles = parted(self.graph, root, vanishing)
         if len(poles) > MOST_POLES or sum(poles.values()) > MOST_POWERS:
-            raise Refused(f"{what} is divided by too many variables that vanish on the box")
-        self._define(top, what)
+            raise Refused(f"{what} {MANY}")
+        self.prove_defined(top, what)
         self.removable |= set(poles)
         return Form(self.evaluator, self.algebra, top, poles)
 
+    def _with_sums(self, root: int, what: str) -> int:
+        """Return the node with a variable for each sum in a denominator that may vanish."""
+        found = vanishing_sums(self.graph, root, self.evaluator.sides)
+        if len(found) > MOST_POLES:
+            raise Refused(f"{what} {MANY}")
+        for a, side in found.items():
+            (name, _), *others = a.factors
+            if others:
+                name = self._sums.setdefault(a, a.name(len(self._sums) + 1))
+                self.box[name] = self.evaluator.add_side(name, side)
+            root = with_variable(self.graph, root, a, self.graph.variable(name))
+        return root
+
     # ------------------------------------------------------------------ where parts are defined
 
-    def _define(self, root: int, what: str) -> None:
+    def prove_defined(self, root: int, what: str) -> None:
+        """Prove that every part of the node is defined on the whole box."""
         for number in self.graph.below([root]):
             if number not in self._defined:
                 self._define_one(self.graph[number], what)
@@ -169,7 +187,9 @@ class Ranges:
                 continue
             for value in attained:
                 if value[1] < bounds[0] or value[0] > bounds[1]:
-                    raise Refused(f"{what} leaves its bounds {_near(box)}")
+                    # With a sum as a variable the place may be none of the box's.
+                    word = "may leave" if {*self._sums.values()} & box.keys() else "leaves"
+                    raise Refused(f"{what} {word} its bounds {_near(box)}")
             left += _halves(form, box, slopes, what)
 
 

@@ -228,8 +228,8 @@ class _Reading:
     def embedding(self, found: PlantNodes, own: Scope) -> None:
         given, where = member(self.model, "embedding", self.where), f"{self.where}.embedding"
         scope = Scope({**self.names, **self.symbols}, own.tables)
-        found.form = text(given, "form", where) if "form" in given else "sector"
         listed = member(given, "premises", where)
+        found.form = text(given, "form", where) if "form" in given else "sector"
         if not isinstance(listed, list) or len(listed) > MOST_PREMISES:
             raise CertificateError(f"{where}.premises: a row of up to {MOST_PREMISES} is needed")
         for k, premise in enumerate(listed):

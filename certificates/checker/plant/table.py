@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
 from takagi.certificates.checker.fixed import BITS, Q
@@ -14,6 +16,7 @@ from takagi.certificates.checker.spline import Spline
 __all__ = ["Table", "read_table"]
 
 FLAT = [Fraction(k) for k in (0, 0, 0, 0, 1, 1, 1, 1)]  # a direction in which nothing changes
+DEGREE = 3
 SIZE, CELL = Fraction(500), Fraction(1, 10)  # coefficients and cells that a ``Spline`` likes
 
 
@@ -30,6 +33,7 @@ class Table:
         largest = max((abs(c) for row in rows for c in row), default=Fraction(0))
         self._value = _power_of_ten(SIZE / largest) if largest else Fraction(1)
         axes = [[t * s for t in axis] for axis, s in zip(knots, self._steps, strict=True)]
+        self.knots, self._rows = knots, rows
         if len(axes) == 1:
             axes, rows = [*axes, FLAT], [[row[0]] * 4 for row in rows]
         self._spline = Spline(axes[0], axes[1], [[c * self._value for c in row] for row in rows])
@@ -37,6 +41,20 @@ class Table:
     @property
     def arguments(self) -> int:
         return len(self.sides)
+
+    def exact(self, point: list[Fraction], orders: tuple[int, ...]) -> Fraction | None:
+        """Return a partial derivative of order up to 2 at a point; None outside the table."""
+        sides = zip(self.sides, point, strict=True)
+        if any(not low <= value <= high for (low, high), value in sides):
+            return None
+        near, knots = _near(self.knots[0], point[0])
+        rows = self._rows[near : near + DEGREE + 1]
+        column = [row[0] for row in rows]
+        if len(point) == 2:
+            first, others = _near(self.knots[1], point[1])
+            last = first + DEGREE + 1
+            column = [_at_point(others, row[first:last], point[1], orders[1]) for row in rows]
+        return _at_point(knots, column, point[0], orders[0])
 
     def bounds(self, parts: list[Pair], orders: tuple[int, ...]) -> Pair:
         """Return a bracket of a partial derivative over a box, as far as the box meets the table.
@@ -64,6 +82,34 @@ class Table:
             scale *= step**times
         low, high = low_q * scale, high_q * scale
         return low.numerator // low.denominator, -(-high.numerator // high.denominator)
+
+
+def _near(knots: list[Fraction], x: Fraction) -> tuple[int, list[Fraction]]:
+    """Return the first coefficient that matters at x, and the knots of those that do."""
+    first = min(bisect_right(knots, x) - 1, len(knots) - DEGREE - 2) - DEGREE
+    return first, knots[first + 1 : first + 2 * DEGREE + 1]
+
+
+def _at_point(
+    knots: list[Fraction], coefficients: list[Fraction], x: Fraction, order: int
+) -> Fraction:
+    """Return a derivative of a cubic piece by differences of coefficients and de Boor's recursion.
+
+    Parameters
+    ----------
+    knots, coefficients : the six and the four that matter at x.
+    """
+    p, d, u = DEGREE, coefficients, knots
+    for _ in range(order):
+        d = [p * (b - a) / (u[j + p] - u[j]) for j, (a, b) in enumerate(pairwise(d))]
+        p, u = p - 1, u[1:-1]
+    for level in range(1, p + 1):
+        # From p - level + 1 points to one fewer; d[j] becomes that of j + level.
+        d = [
+            a + (b - a) * (x - u[j]) / (u[j + p + 1 - level] - u[j])
+            for j, (a, b) in enumerate(pairwise(d), start=level - 1)
+        ]
+    return d[0]
 
 
 def _cell_scale(axis: list[Fraction]) -> Fraction:

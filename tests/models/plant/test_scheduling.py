@@ -95,7 +95,7 @@ def test_what_enters_linearly_is_told_apart(tmp_path: Path) -> None:
         ("range = [100, 400], ", "", r"wing.toml:17: field 'scheduling.q': q has no range"),
         ("q = {", "gust = {", r"scheduling.gust.*in \[disturbances\] already"),
         ("+ gust", "+ gust + q*k/J", "at rest .*q = 200.*not 0"),
-        ("rest = 200, ", "", "q .*rests at 0, outside its range"),
+        ("rest = 200, ", "", "q rests at 0 .*, outside its range"),
         ("[scheduling]", "[schedule]", "schedule.* is not known.*did you mean 'scheduling'"),
     ],
 )

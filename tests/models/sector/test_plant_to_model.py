@@ -235,7 +235,7 @@ def with_mass(entry: sp.Expr) -> Plant:
         (lambda: sector_model(with_mass(sp.S.Zero)), "singular everywhere in the rows of p"),
         (lambda: sector_model(with_mass(2 + U)), "the mass matrix depends on u"),
         (lambda: sector_model(with_mass(1 + 1 / Q)), "cannot be bounded"),
-        (lambda: sector_model(plant(Q - 1, P)), "equation of q: at rest .* x' is -1.0"),
+        (lambda: sector_model(plant(Q - 1, P)), "equation of q: at rest .* x' is -1 per second"),
         (
             lambda: sector_model(plant(sp.Rational(1, 2), sample_time=0.1)),
             r"x\(t \+ T\) - x is 0.5",

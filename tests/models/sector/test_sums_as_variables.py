@@ -53,6 +53,36 @@ def test_a_sum_whose_variables_stand_elsewhere_stays_as_it_is() -> None:
         expression_range(expression, BOX, most_boxes=200)
 
 
+@pytest.mark.parametrize("text", ["(exp(x/(1 + x)) - 1)/x", "(exp(1 - 1/(1 + x)) - 1)/x"])
+def test_a_variable_that_divides_by_itself_keeps_its_singularity(text: str) -> None:
+    """Arrhenius' law about its reference divides by the sum 1 + x and by x, with the limit 1.
+
+    x/(1 + x) rises and falls off as x grows: the range over [-1/2, 1/2] is that of the ends.
+    """
+    symbol = sp.Symbol("x", real=True)
+    expression = sp.sympify(text, {"x": symbol})
+    found = expression_range(expression, {symbol: Interval.of("-0.5", "0.5")})
+    at = [expression_value(expression, {symbol: x}) for x in np.linspace(-0.5, 0.5, 101)]
+
+    assert expression_value(expression, {symbol: 0.0}) == pytest.approx(1.0)
+    assert float(found.outer.lower) <= min(at) and max(at) <= float(found.outer.upper)
+    assert float(found.outer.width) <= 1.001 * (max(at) - min(at))
+    assert found.evidence is not None
+    assert found.evidence.replay() == found.outer
+
+
+def test_a_difference_and_its_negative_are_one_premise() -> None:
+    """A reaction that uses up x and heats y: exp stands in both rows, with opposite signs."""
+    rate = sp.exp(Y / (1 + Y)) * (1 + X) - 1
+    states = tuple(Variable(s, range=Interval.of("-0.2", "0.2")) for s in (X, Y))
+    model = sector_model(
+        Plant(equations=(-rate, 3 * rate - Y + U), states=states, inputs=(Variable(U),))
+    )
+
+    assert len(model.rules) == 4
+    assert len({str(premise.proof.expression) for premise in model.premises if premise.proof}) == 2
+
+
 def test_other_variables_stay_beside_the_sum() -> None:
     """w sin(s)/s, w in [2, 3]: the range is the product's."""
     box = BOX | {W: Interval.of(2, 3)}

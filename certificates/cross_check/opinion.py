@@ -16,13 +16,23 @@ from typing import Any
 from takagi.certificates.cross_check import decay, disturbed, fuzzy, limits, observing
 from takagi.certificates.cross_check.loop import Loop, read_loop
 from takagi.certificates.cross_check.obligation import Definite, Obligation, Obligations
-from takagi.certificates.cross_check.reading import NotReplayed, Refusal, Written, entry
-from takagi.certificates.cross_check.reading import hashes_differ, load, loads, stack
+from takagi.certificates.cross_check.reading import (
+    NotReplayed,
+    Refusal,
+    Written,
+    entry,
+    hashes_differ,
+    line,
+    load,
+    loads,
+    stack,
+    whole,
+)
 
 __all__ = ["NOT_REPLAYED", "Opinion", "claims_of", "judge", "judge_document", "obligations"]
 
 NOT_REPLAYED = "NOT REPLAYED"
-FORMAT, VERSION = "takagi-certificate", "1"
+FORMAT, VERSION = "takagi-certificate", 1
 LOOPS: dict[str, Callable[[Any, Loop], Obligations]] = {
     "decay": decay.decay,
     "no-common-decay": decay.no_common_decay,
@@ -77,7 +87,7 @@ def judge_document(document: Mapping[str, Any]) -> list[Opinion]:
 
 def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | None]]:
     """Yield (kind, obligations) of every claim; None for a kind that has no reading here."""
-    if entry(document, "format") != FORMAT or entry(document, "version") != Written(VERSION):
+    if line(document, "format") != FORMAT or whole(document, "version") != VERSION:
         raise Refusal(f"not a {FORMAT} of version {VERSION}")
     changed = hashes_differ(document)
     if changed:
@@ -86,13 +96,28 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
     if not isinstance(claims, list) or not claims:
         raise Refusal("there are no claims")
     kinds = [entry(claim, "kind") for claim in claims]
+    for claim in claims:
+        line(claim, "kind"), line(claim, "name")
     model, gains = entry(document, "model"), document.get("gains")
     about_plant = isinstance(model, dict) and model.get("kind") == "plant"
     if about_plant and "sector-embedding" not in kinds:
         raise Refusal("claims about a plant, and none that it is its model")
-    loop = read_loop(model, gains) if any(kind in LOOPS for kind in kinds) else None
+    loop, unread = None, ""
+    try:
+        loop = read_loop(model, gains) if any(kind in LOOPS for kind in kinds) else None
+    except (NotReplayed, RecursionError) as reason:
+        unread = str(reason)
     for claim, kind in zip(claims, kinds, strict=True):
-        yield str(kind), obligations(claim, str(kind), loop, model, gains)
+        if unread:
+            yield str(kind), _abstained(unread)
+        else:
+            yield str(kind), obligations(claim, str(kind), loop, model, gains)
+
+
+def _abstained(reason: str) -> Obligations:
+    """Return obligations that end before the first of them."""
+    yield from ()
+    raise NotReplayed(reason)
 
 
 def obligations(
@@ -145,7 +170,7 @@ def _opinion(kind: str, found: Obligations | None) -> Opinion:
             count += isinstance(one, Definite)
             if not one.holds:
                 return Opinion(kind, "UNDECIDED", count, _failed(one))
-    except NotReplayed as reason:
+    except (NotReplayed, RecursionError) as reason:
         return Opinion(kind, NOT_REPLAYED, count, str(reason))
     return Opinion(kind, "DISPROVED" if kind in AGAINST else "PROVED", count)
 

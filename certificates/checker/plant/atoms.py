@@ -1,0 +1,125 @@
+"""Atoms of one ring: variables, functions of arguments told apart by algebra, and roots.
+
+A root stands for a^(1/q) >= 0 where a >= 0.  A number c > 0 is taken out of it,
+
+    (c a)^(p/q) = c^(p/q) a^(p/q),      c^(1/q) = product of the roots of the factors of c,
+
+so that sqrt(2) sqrt(g h) and sqrt(2 g h) are one for a number g.  No more is used of roots than
+that, and r^q = a.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from fractions import Fraction
+from math import isqrt
+
+from takagi.certificates.checker.plant.polynomial import Polynomial, Quotient, Ring
+from takagi.certificates.checker.refusal import Refused
+
+__all__ = ["Atoms"]
+
+MOST_FACTOR = 10_000  # tried as a divisor of a number under a root
+MOST_BITS = 256  # of such a number
+WORK_OF_FACTORS = 20  # in products of terms
+Rule = tuple[int, Polynomial]
+
+
+class Atoms:
+    """A ring and what its atoms stand for.
+
+    Raises
+    ------
+    Refused : zero to a negative power; see ``Ring`` besides.
+    """
+
+    def __init__(self, work: int = 0) -> None:
+        self.ring = Ring(work)
+        self.keys: dict[object, int] = {}
+        self._calls: dict[object, list[tuple[tuple[Quotient, ...], int]]] = {}
+        self._factors: dict[Fraction, list[tuple[int, int]]] = {}
+
+    def named(self, key: object, rule: Rule | None = None) -> int:
+        """Return the atom of this key; it is made, with its rule, where it is new."""
+        if key not in self.keys:
+            number = self.keys[key] = len(self.keys)
+            if rule is not None:
+                self.ring.rules[number] = rule
+        return self.keys[key]
+
+    def opaque(
+        self, function: object, arguments: tuple[Quotient, ...], rule: Rule | None = None
+    ) -> int:
+        """Return the atom of a function of these arguments, the same for equal ones."""
+        known = self._calls.setdefault(function, [])
+        for others, number in known:
+            if all(self.ring.equal(a, b) for a, b in zip(arguments, others, strict=True)):
+                return number
+        number = self.named((function, len(known)), rule)
+        known.append((arguments, number))
+        return number
+
+    def power(self, base: Quotient, exponent: Fraction) -> Quotient:
+        """Return base^(p/q); where q > 1, for a base >= 0."""
+        ring, q = self.ring, exponent.denominator
+        if q == 1:
+            return ring.power(base, int(exponent))
+        if not base.top:
+            if exponent > 0:
+                return base
+            raise Refused("zero to a negative power")
+        if not base.bottom and set(base.top) == {()}:
+            root = _exact_root(base.top[()], q)
+            if root is not None:
+                return ring.power(ring.constant(root), exponent.numerator)
+        number = abs(base.top[max(base.top)])
+        base = Quotient(ring.scaled(base.top, 1 / number), base.bottom)
+        found = self._number_power(number, exponent)
+        if base == ring.constant(1):
+            return found
+        rule = None if base.bottom else (q, base.top)
+        atom = ring.atom(self.opaque(("root", q), (base,), rule))
+        # r^q is the base even where no rule of the ring can say so.
+        whole, rest = divmod(exponent.numerator, q)
+        return ring.multiply(found, ring.multiply(ring.power(base, whole), ring.power(atom, rest)))
+
+    def _number_power(self, value: Fraction, exponent: Fraction) -> Quotient:
+        """Return value^(p/q) of a rational > 0 as a product of roots of whole numbers."""
+        ring, q, found = self.ring, exponent.denominator, self.ring.constant(1)
+        if value not in self._factors:
+            self._factors[value] = _factors(value)
+            ring.work += WORK_OF_FACTORS
+        for factor, power in self._factors[value]:
+            atom = ring.atom(self.named(("root of", q, factor), (q, {(): Fraction(factor)})))
+            whole, rest = divmod(power * exponent.numerator, q)
+            number = ring.constant(Fraction(factor) ** whole)
+            found = ring.multiply(found, ring.multiply(number, ring.power(atom, rest)))
+        return found
+
+
+def _factors(value: Fraction) -> list[tuple[int, int]]:
+    """Return whole numbers > 1 with powers, whose product is the value > 0.
+
+    They are primes but for one that is left when all small ones are found, and for a number too
+    large to be taken apart: the product is exact all the same.
+    """
+    found = Counter[int]()
+    for number, sign in ((value.numerator, 1), (value.denominator, -1)):
+        left, factor = number, 2
+        while number.bit_length() <= MOST_BITS and factor <= MOST_FACTOR and factor**2 <= left:
+            while left % factor == 0:
+                found[factor] += sign
+                left //= factor
+            factor += 1
+        if left > 1:
+            found[left] += sign
+    return sorted((factor, power) for factor, power in found.items() if power)
+
+
+def _exact_root(value: Fraction, q: int) -> Fraction | None:
+    """Return the square root of a rational where it is rational; None otherwise."""
+    if q != 2 or value < 0:
+        return None
+    top, bottom = isqrt(value.numerator), isqrt(value.denominator)
+    exact = top * top == value.numerator and bottom * bottom == value.denominator
+    return Fraction(top, bottom) if exact else None

@@ -1,0 +1,133 @@
+"""Sums c_1 x_1 + ... + c_n x_n that vanish at rest, under a quotient, as in sin(x + y)/(x + y).
+
+Where such a sum s stands in a denominator, every part of the expression that is a s + b is written
+as a t + b with a new variable t.  The expression is then G(s(x), x) exactly, and what is proved of
+G(t, x) for every t in the range of s and every x of the box holds on the box: a superset, in which
+t and x move freely.  The sum vanishes on a hyperplane, whose complement is dense in the box.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from operator import add
+from typing import NamedTuple
+
+from takagi.certificates.checker.plant.derivative import rebuilt
+from takagi.certificates.checker.plant.exact_interval import Ends
+from takagi.certificates.checker.plant.graph import Graph, largest_bits
+
+__all__ = ["LinearSum", "vanishing_sums", "with_variable"]
+
+MOST_BITS = 2_000  # of a coefficient
+MOST_SHOWN = 64  # bits of a coefficient that stands in a name
+
+
+class LinearSum(NamedTuple):
+    """``constant`` and, in the order of names, (variable, factor that is not 0)."""
+
+    factors: tuple[tuple[str, Fraction], ...]
+    constant: Fraction
+
+    def name(self, number: int) -> str:
+        """Return words for the sum that are no variable's name; sums have different numbers."""
+        if len(self.factors) > 4 or any(largest_bits(c) > MOST_SHOWN for _, c in self.factors):
+            return f"sum {number} of variables"
+        parts = (v if abs(c) == 1 else f"{abs(c)}*{v}" for v, c in self.factors)
+        signs = (" - " if c < 0 else " + " for _, c in self.factors)
+        return "".join(map(add, signs, parts)).removeprefix(" + ")
+
+
+def _scaled(a: LinearSum, c: Fraction) -> LinearSum:
+    return LinearSum(tuple((v, c * x) for v, x in a.factors) if c else (), c * a.constant)
+
+
+def _sum(a: LinearSum, b: LinearSum) -> LinearSum:
+    found = dict(a.factors)
+    for v, c in b.factors:
+        found[v] = found.get(v, Fraction(0)) + c
+    return LinearSum(tuple((v, c) for v, c in sorted(found.items()) if c), a.constant + b.constant)
+
+
+def _linear(graph: Graph, root: int) -> dict[int, LinearSum]:
+    """Return the parts of a node that are linear sums with rational factors."""
+    found: dict[int, LinearSum] = {}
+    for number in graph.below([root]):
+        node = graph[number]
+        parts = [found[part] for part in node.parts if part in found]
+        made = None
+        if node.op == "const":
+            made = LinearSum((), node.value)
+        elif node.op == "variable":
+            made = LinearSum(((node.name, Fraction(1)),), Fraction(0))
+        elif node.op == "add" and len(parts) == 2:
+            made = _sum(*parts)
+        elif node.op == "multiply" and len(parts) == 2 and not all(p.factors for p in parts):
+            factor, other = parts if not parts[0].factors else parts[::-1]
+            made = _scaled(other, factor.constant)
+        if made is not None and largest_bits(made.constant) <= MOST_BITS:
+            if all(largest_bits(c) <= MOST_BITS for _, c in made.factors):
+                found[number] = made
+    return found
+
+
+def vanishing_sums(graph: Graph, root: int, sides: Mapping[str, Ends]) -> dict[LinearSum, Ends]:
+    """Return the sums without constant that are factors of denominators and may vanish.
+
+    With 1 as the first variable's factor, and with their exact ranges over the box; variables as
+    they stand are left out, and sums of variables without a range.
+    """
+    linear = _linear(graph, root)
+    found: dict[LinearSum, Ends] = {}
+    for number in graph.below([root]):
+        node = graph[number]
+        below = node.parts[1:] if node.op == "divide" else ()
+        if node.op == "power" and node.value < 0:
+            below = node.parts
+        for factor in (f for part in below for f in _factors(graph, part)):
+            a = linear.get(factor)
+            if a is None or not a.factors or a.constant or graph[factor].op == "variable":
+                continue
+            unit = _scaled(a, 1 / a.factors[0][1])
+            side = _range(unit, sides)
+            if side is not None and side[0] <= 0 <= side[1]:
+                found[unit] = side
+    return found
+
+
+def _factors(graph: Graph, root: int) -> Iterator[int]:
+    left = [root]
+    while left:
+        number = left.pop()
+        node = graph[number]
+        if node.op == "multiply" or (node.op == "power" and node.value.denominator == 1):
+            left += node.parts
+        else:
+            yield number
+
+
+def _range(a: LinearSum, sides: Mapping[str, Ends]) -> Ends | None:
+    """Return the exact range of a sum over a box; None where a variable has no range."""
+    low = high = a.constant
+    for name, c in a.factors:
+        if name not in sides:
+            return None
+        ends = sorted(c * end for end in sides[name])
+        low, high = low + ends[0], high + ends[1]
+    return low, high
+
+
+def with_variable(graph: Graph, root: int, a: LinearSum, variable: int) -> int:
+    """Return the node with c a + b written as c t + b, where t is the variable's node."""
+    linear = _linear(graph, root)
+    found: dict[int, int] = {}
+    for number in graph.below([root]):
+        own = linear.get(number)
+        if own is not None and own.factors:
+            c = own.factors[0][1] / a.factors[0][1]
+            if _scaled(a, c).factors == own.factors:
+                multiple = graph.multiply(graph.constant(c), variable)
+                found[number] = graph.add(multiple, graph.constant(own.constant))
+                continue
+        found[number] = rebuilt(graph, number, tuple(found[part] for part in graph[number].parts))
+    return found[root]

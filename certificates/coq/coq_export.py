@@ -1,0 +1,126 @@
+r"""All matrices of a certificate as a file for Coq, whose kernel decides their definiteness.
+
+The matrices are those that the second checker makes of the claims, from the certificate's own
+numbers: one theorem a claim says that so many matrices are positive definite (or semidefinite),
+for real vectors.  That these matrices are what the claim needs is the checkers' word, not Coq's.
+No text of the certificate enters the file but its numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
+
+from takagi.certificates.coq.numerals import shorter, text_of, whole_numbers
+from takagi.certificates.cross_check.exact import is_definite
+from takagi.certificates.cross_check.obligation import Definite, Obligations
+from takagi.certificates.cross_check.opinion import claims_of
+from takagi.certificates.cross_check.reading import NotReplayed, Refusal
+
+__all__ = ["CoqFile", "coq_file"]
+
+# Coq reads a text recursively: one of some ten thousand characters fits its stack.
+LONGEST_TEXT, MOST_IN_ONE = 8_000, 200
+
+
+@dataclass(frozen=True, slots=True)
+class CoqFile:
+    """The file's text, and how many matrices each claim has in it.
+
+    ``left_out`` : claims without a reading, by number, and why.
+    """
+
+    text: str
+    matrices: Mapping[int, int]
+    left_out: Mapping[int, str]
+
+    @property
+    def count(self) -> int:
+        return sum(self.matrices.values())
+
+
+def coq_file(document: Mapping[str, Any]) -> CoqFile:
+    """Return a certificate's matrices as a Coq file.
+
+    Parameters
+    ----------
+    document : as ``cross_check.reading.load`` returns it, numbers as they are written.
+
+    Raises
+    ------
+    Refusal : the file is no certificate, or a matrix of a claim is not definite, so that there is
+        no theorem to be written.
+    """
+    parts = [files("takagi.certificates.coq").joinpath("definite.v").read_text(encoding="utf-8")]
+    counts: dict[int, int] = {}
+    left_out: dict[int, str] = {}
+    for number, (kind, found) in enumerate(claims_of(dict(document)), start=1):
+        where = f"claim {number} ({kind if kind.replace('-', '').isalnum() else 'unknown'})"
+        strict, weak, reason = _sorted(found, where)
+        counts[number] = len(strict) + len(weak)
+        if reason:
+            left_out[number] = reason
+        parts.append(_section(number, where, strict, weak))
+    parts.append(_summary(counts))
+    return CoqFile("\n".join(parts), counts, left_out)
+
+
+def _sorted(found: Obligations | None, where: str) -> tuple[list[str], list[str], str]:
+    """Return the texts of definite matrices, of semidefinite ones, and what is left out."""
+    strict: dict[str, None] = {}
+    weak: dict[str, None] = {}
+    if found is None:
+        return [], [], "no reading of this kind of claim"
+    try:
+        for one in found:
+            if not isinstance(one, Definite):
+                if not one.holds:
+                    raise Refusal(f"{where}: {one.label} does not hold")
+            elif one.strict:
+                proof = shorter(one.matrix)
+                if proof is None:
+                    raise Refusal(f"{where}: {one.label} is not positive definite")
+                whole, units, rounded = proof
+                row = ",".join(map(str, units)) + ",/;"
+                strict[text_of(whole) + row + text_of(rounded)] = None
+            else:
+                if not is_definite(one.matrix, strict=False):
+                    raise Refusal(f"{where}: {one.label} is not positive semidefinite")
+                weak[text_of(whole_numbers(one.matrix))] = None
+    except (NotReplayed, RecursionError) as reason:
+        return list(strict), list(weak), str(reason)
+    return list(strict), list(weak), ""
+
+
+def _section(number: int, where: str, strict: list[str], weak: list[str]) -> str:
+    lines = [f"(* {where}: {len(strict)} positive definite, {len(weak)} semidefinite matrices *)"]
+    for name, tester, texts in (("strict", "hold", strict), ("weak", "hold_semi", weak)):
+        for k, some in enumerate(_pieces(texts), start=1):
+            theorem = f"claim_{number}_{name}_{k}"
+            lines.append(f'Theorem {theorem} : {tester} {len(some)} "\n' + "\n".join(some))
+            lines.append(
+                f'"%text.\nProof. apply {tester}_sound. vm_cast_no_check (eq_refl true). Qed.'
+            )
+    return "\n".join(lines)
+
+
+def _pieces(texts: list[str]) -> Iterator[list[str]]:
+    some: list[str] = []
+    size = 0
+    for text in texts:
+        if some and (size + len(text) > LONGEST_TEXT or len(some) == MOST_IN_ONE):
+            yield some
+            some, size = [], 0
+        some.append(text)
+        size += len(text)
+    if some:
+        yield some
+
+
+def _summary(counts: Mapping[int, int]) -> str:
+    return (
+        f"(* {sum(counts.values())} matrices of {len(counts)} claims; equal ones stand once. *)\n"
+        "(* What the proof rests on beside Coq's kernel: *)\nPrint Assumptions hold_sound.\n"
+    )

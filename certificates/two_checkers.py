@@ -1,0 +1,113 @@
+"""Both checkers on one certificate: their verdicts side by side, and whether they agree.
+
+The second one may abstain (``NOT REPLAYED``): it has no reading of a kind, or of a step such as the
+range of a table.  Where it does not, it must find a claim proved exactly where the first one does,
+and disproved likewise.  A file that one refuses, the other must refuse too, or prove none of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from takagi.certificates.checker.certificate import check, check_document
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.result import Checked
+from takagi.certificates.cross_check import Opinion, Refusal, judge, judge_document
+from takagi.certificates.cross_check.opinion import NOT_REPLAYED
+
+__all__ = ["Comparison", "Row", "cross_checked", "cross_checked_document"]
+
+REFUSED, NOT_PROVED = "REFUSED", ("UNDECIDED", "REFUSED")
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One claim: what the first checker says and what the second does."""
+
+    name: str
+    first: str
+    second: str
+    inequalities: int
+    reason: str
+
+    @property
+    def agrees(self) -> bool:
+        """Whether nothing that one has proved is open for the other."""
+        if self.second == NOT_REPLAYED or self.first == self.second:
+            return True
+        return self.first in NOT_PROVED and self.second in NOT_PROVED
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Both verdicts on every claim; one row for the whole file where it was refused."""
+
+    rows: Sequence[Row]
+
+    @property
+    def agrees(self) -> bool:
+        return all(row.agrees for row in self.rows)
+
+    @property
+    def replayed(self) -> int:
+        """How many claims the second checker has decided."""
+        return sum(row.second != NOT_REPLAYED for row in self.rows)
+
+    @property
+    def text(self) -> str:
+        """A line for each claim, and one that sums up."""
+        wide = max(len(row.first) for row in self.rows)
+        other = max(len(row.second) for row in self.rows)
+        lines = [
+            f"  {row.first:<{wide}}  {row.second:<{other}}  {row.name}"
+            + (f" ({row.inequalities} matrices)" if row.inequalities else "")
+            + (f": {row.reason}" if row.reason else "")
+            for row in self.rows
+        ]
+        lines.insert(0, "Two checkers, the first one's verdict and the second one's:")
+        count, last = len(self.rows), "they agree" if self.agrees else "THEY DIFFER"
+        return "\n".join([*lines, f"{self.replayed} of {count} claims replayed twice: {last}"])
+
+
+def cross_checked(path: Path | str) -> Comparison:
+    """Return what both checkers say of a certificate file; refusals are rows, not exceptions."""
+    return _compared(lambda: check(path), lambda: judge(Path(path)))
+
+
+def cross_checked_document(document: Mapping[str, Any]) -> Comparison:
+    """Return the same for a certificate in memory."""
+    return _compared(lambda: check_document(document), lambda: judge_document(document))
+
+
+def _compared(first: Callable[[], Checked], second: Callable[[], list[Opinion]]) -> Comparison:
+    refusals = []
+    checked: Checked | None = None
+    opinions: list[Opinion] = []
+    try:
+        checked = first()
+    except CertificateError as error:
+        refusals.append(str(error))
+    try:
+        opinions = second()
+    except Refusal as error:
+        refusals.append(str(error))
+    if not refusals and checked is not None and len(checked.claims) == len(opinions):
+        return Comparison([
+            Row(claim.name, claim.verdict.name, found.verdict, found.inequalities, found.reason)
+            for claim, found in zip(checked.claims, opinions, strict=True)
+        ])  # fmt: skip
+    one = REFUSED if checked is None else checked.verdict.name
+    two = _worst(opinions) if opinions else REFUSED
+    count = sum(found.inequalities for found in opinions)
+    return Comparison([Row("the file", one, two, count, "; ".join(refusals))])
+
+
+def _worst(opinions: Sequence[Opinion]) -> str:
+    verdicts = {found.verdict for found in opinions}
+    for verdict in ("DISPROVED", "UNDECIDED", NOT_REPLAYED):
+        if verdict in verdicts:
+            return verdict
+    return "PROVED"

@@ -1,0 +1,47 @@
+"""What the one-step design makes better: weights on relative changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from takagi.models.errors import ModelError
+
+__all__ = ["Objective"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Objective:
+    """Weights of relative improvements; the sum of weight times logarithm is minimised.
+
+    Attributes
+    ----------
+    wind_class : on the largest multiple of the wind class that the set inside the box bears.
+    overspeed : on the peak of the speed error under the wind class as it is asked for.
+    decay : on the common decay rate at constant wind.
+    pitch : on the standard deviation of the pitch rate in turbulence.
+    tower : on that of the tower's speed; both are estimates about the trim, no bounds
+        (``one_step_motion``).
+    kept : share of the wind class's multiple at the start that no step may fall below.
+    """
+
+    wind_class: float = 1.0
+    overspeed: float = 0.0
+    decay: float = 0.0
+    pitch: float = 0.0
+    tower: float = 0.0
+    kept: float = 1.0
+
+    def __post_init__(self) -> None:
+        given = {field.name: getattr(self, field.name) for field in fields(self)}
+        for name, value in given.items():
+            if not 0 <= value < 1e3:
+                raise ModelError(f"{name} = {value!r} was given; a number from 0 to 1000 is needed")
+        if not 0 < self.kept <= 1:
+            raise ModelError(f"kept = {self.kept!r} was given; a share above 0, up to 1, is needed")
+        if not sum(value for name, value in given.items() if name != "kept") > 0:
+            raise ModelError("all weights are 0; give at least one objective a weight above 0")
+
+    @property
+    def watches_motion(self) -> bool:
+        """Whether pitch or tower count."""
+        return self.pitch > 0 or self.tower > 0

@@ -1,0 +1,62 @@
+"""What is wrong with a field of a plant file, in words: what was given, and what to write."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from takagi.models.errors import did_you_mean
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+__all__ = ["problem_of"]
+
+VARIABLE = '{ unit = "m", range = [-1, 1] }'
+EXAMPLES = {
+    "states": VARIABLE,
+    "inputs": VARIABLE,
+    "disturbances": VARIABLE,
+    "scheduling": VARIABLE,
+    "parameters": '{ value = 9.81, unit = "m/s^2", source = "..." }',
+    "outputs": '{ expression = "x", unit = "m" }',
+    "tables": '{ file = "table.csv", unit = "N", arguments = [{ name = "x", unit = "m" }] }',
+    "mass": '{ x = "m*l^2" }',
+}
+
+
+def problem_of(error: Mapping[str, Any], place: str) -> str:
+    """Return the words for one error of the shape, given as pydantic tells it, and its field."""
+    from takagi.models.plant import entries as e
+
+    kind, message = error["type"], error["msg"]
+    section, _, key = place.rpartition(".")
+    if kind == "extra_forbidden":
+        inner = (e.VariableEntry, e.ParameterEntry, e.OutputEntry, e.TableEntry)
+        known: dict[str, tuple[type[BaseModel], ...]]
+        known = {"": (e.PlantEntry,), "design": (e.DesignEntry,)}
+        found = known.get(section, inner)
+        fields = {name: None for entry in found for name in entry.model_fields}
+        return f"is not known{did_you_mean(key, fields)}; correct its name, or remove it"
+    if kind == "missing" and section.endswith(".range"):
+        return "a range has two numbers; write range = [low, high]"
+    if kind == "missing":
+        return "is missing; add it"
+    if kind == "string_pattern_mismatch":
+        return "a name starts with a letter and has letters a-z, A-Z, digits and _; rename it"
+    if kind in ("model_type", "dict_type"):
+        return _fields_wanted(error["input"], place)
+    if kind == "string_type":
+        return f"{error['input']} was given; a text in quotes is needed"
+    if kind in ("tuple_type", "too_long") and key == "range":
+        return "a range has two numbers; write range = [low, high]"
+    return str(message).removeprefix("Value error, ")
+
+
+def _fields_wanted(given: object, place: str) -> str:
+    """Return what to write where fields in braces, or a section, were expected."""
+    section, _, name = place.partition(".")
+    shown = f'"{given}"' if isinstance(given, str) else str(given)
+    if section in EXAMPLES and name:
+        return f"{shown} was given; fields are needed, such as {name} = {EXAMPLES[section]}"
+    return f"{shown} was given; a section is needed: a line [{place}], and its fields below"

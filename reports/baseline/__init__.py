@@ -1,0 +1,34 @@
+"""A certificate against an earlier one: what got worse, what is lost, and what was changed.
+
+    figures       the numbers by which a claim is stronger or weaker, kind by kind
+    comparison    two certificates: every figure of the old one that the new one does not keep
+    changes       which parameter, gain or option differs
+    shown         the comparison as a table, Markdown, or plain data
+
+Names are looked up when they are used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from takagi.reports.baseline.comparison import Comparison, compare_certificates
+    from takagi.reports.baseline.shown import as_data, as_markdown, as_text
+
+__all__ = ["Comparison", "as_data", "as_markdown", "as_text", "compare_certificates"]
+
+_HOME = {
+    "Comparison": "comparison",
+    "as_data": "shown",
+    "as_markdown": "shown",
+    "as_text": "shown",
+    "compare_certificates": "comparison",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

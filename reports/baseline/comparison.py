@@ -1,0 +1,211 @@
+"""Two certificates side by side: every figure of the old one, and what the new one has of it.
+
+Claims are matched by kind and name, those left by kind and order.  Something got worse when
+
+    a claim that was PROVED has no counterpart, is not PROVED now, or asks something else
+    a figure changed to the worse by more than the tolerance times its old value
+    winds that were covered are not, or a figure over the wind is worse at one of them
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import inf
+from typing import Any
+
+from takagi.certificates.checker.result import Checked, Verdict
+from takagi.reports.baseline.changes import Change, changes
+from takagi.reports.baseline.figures import (
+    Figure,
+    Found,
+    Profile,
+    box_figures,
+    claim_figures,
+    question,
+)
+
+__all__ = ["Comparison", "Moved", "compare_certificates"]
+
+Data = Mapping[str, Any]
+Number = Fraction | float
+BOX = "box of validity"
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """One figure of both certificates.
+
+    ``change``: as a share of the old value, positive to the better; infinite where the old value
+    is none to take a share of.  ``place``: the winds where it is so, for a profile.
+    """
+
+    claim: str
+    figure: str
+    unit: str
+    old: Number
+    new: Number
+    change: Number
+    worse: bool
+    place: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """What became of an old certificate.
+
+    Attributes
+    ----------
+    tolerance : share by which a figure may get worse.
+    moved : every figure that both have.
+    lost : claim -> why nothing of it is left to compare.
+    added : names of claims that are new.
+    changed : which parameters, gains and options differ.
+    """
+
+    tolerance: Fraction
+    moved: tuple[Moved, ...]
+    lost: Mapping[str, str]
+    added: tuple[str, ...]
+    changed: tuple[Change, ...]
+
+    @property
+    def passes(self) -> bool:
+        """Whether nothing got worse by more than the tolerance."""
+        return not self.lost and not any(figure.worse for figure in self.moved)
+
+
+def compare_certificates(
+    old: Data,
+    new: Data,
+    *,
+    checked_old: Checked,
+    checked_new: Checked,
+    tolerance: Fraction = Fraction(1, 20),
+) -> Comparison:
+    """Return what became of the old certificate's claims in the new one.
+
+    Parameters
+    ----------
+    old, new : documents as the strict reader returns them.
+    checked_old, checked_new : the checker's answers to them: only what is PROVED counts.
+    tolerance : share >= 0 of a figure's old value by which it may get worse.
+    """
+    before, after = _labelled(old, checked_old), _labelled(new, checked_new)
+    pairs = _matched(list(before), list(after))
+    moved, lost = list(_box_moved(old, new, tolerance)), {}
+    for label, (claim, verdict) in before.items():
+        if verdict is not Verdict.PROVED:
+            continue
+        why, counterpart = _counterpart(claim, after.get(pairs.get(label, ("", "", 0))))
+        if counterpart is None:
+            lost[_name(label)] = why
+            continue
+        theirs = {figure.name: figure for figure in claim_figures(counterpart, new)}
+        for figure in claim_figures(claim, old):
+            moved.append(_moved(_name(label), figure, theirs.get(figure.name), tolerance))
+    added = tuple(_name(label) for label in after if label not in pairs.values())
+    return Comparison(tolerance, tuple(moved), lost, added, tuple(changes(old, new)))
+
+
+Label = tuple[str, str, int]
+
+
+def _labelled(document: Data, checked: Checked) -> dict[Label, tuple[Data, Verdict]]:
+    """Return the claims by kind, name, and which of those of that name it is."""
+    found: dict[Label, tuple[Data, Verdict]] = {}
+    for claim, answer in zip(document["claims"], checked.claims, strict=True):
+        kind, name = str(claim["kind"]), str(claim["name"])
+        k = next(k for k in range(len(found) + 1) if (kind, name, k) not in found)
+        found[kind, name, k] = claim, answer.verdict
+    return found
+
+
+def _matched(old: Sequence[Label], new: Sequence[Label]) -> dict[Label, Label]:
+    """Return old label -> new label: the same one, else the next of its kind that is left."""
+    found = {label: label for label in old if label in new}
+    left = [label for label in new if label not in found]
+    for label in old:
+        if label in found:
+            continue
+        chosen = next((other for other in left if other[0] == label[0]), None)
+        if chosen is not None:
+            found[label] = chosen
+            left.remove(chosen)
+    return found
+
+
+def _name(label: Label) -> str:
+    kind, name, k = label
+    return f"{name} ({k + 1})" if k else name or kind
+
+
+def _counterpart(claim: Data, found: tuple[Data, Verdict] | None) -> tuple[str, Data | None]:
+    if found is None:
+        return "the new certificate has no such claim", None
+    other, verdict = found
+    if verdict is not Verdict.PROVED:
+        return f"was PROVED, is {verdict.name}", None
+    if question(other) != question(claim):
+        return "the claim of the new certificate asks something else", None
+    return "", other
+
+
+def _box_moved(old: Data, new: Data, tolerance: Fraction) -> Iterator[Moved]:
+    before, after = ({f.name: f for f in box_figures(one["model"])} for one in (old, new))
+    for name in {**before, **after}:
+        # What has no range in one of them is not bounded there.
+        ours, theirs = before.get(name), after.get(name)
+        ours, theirs = ours or _unbounded(theirs), theirs or _unbounded(ours)
+        yield _moved(BOX, ours, theirs, tolerance)
+
+
+def _unbounded(figure: Figure | None) -> Figure:
+    assert figure is not None
+    return Figure(figure.name, figure.unit, inf if figure.larger else -inf, figure.larger)
+
+
+def _moved(claim: str, old: Found, new: Found | None, tolerance: Fraction) -> Moved:
+    """Return one row; a figure that is left out is worse than any."""
+    if isinstance(old, Profile):
+        spans = new.spans if isinstance(new, Profile) else ()
+        rows = [
+            (_change(value, theirs, None), place, value, theirs)
+            for place, value, theirs in _over_wind(old, spans)
+        ]
+        change, place, value, theirs = min(rows, key=lambda row: row[0])
+        worse = change < -tolerance
+        return Moved(claim, old.name, old.unit, value, theirs, change, worse, place)
+    worst = -inf if old.larger else inf
+    theirs = new.value if isinstance(new, Figure) else worst
+    change = _change(old.value, theirs, old.span, larger=old.larger)
+    return Moved(claim, old.name, old.unit, old.value, theirs, change, change < -tolerance)
+
+
+def _over_wind(
+    old: Profile, spans: Sequence[tuple[Fraction, Fraction, Fraction]]
+) -> Iterator[tuple[str, Fraction, Number]]:
+    """Yield each old span with the least new value over it; -inf where winds are not covered."""
+    for low, high, value in old.spans:
+        over = [span for span in spans if span[0] < high and span[1] > low]
+        covered = low
+        for first, last, _ in over:
+            if first <= covered:
+                covered = max(covered, last)
+        least = min((theirs for *_, theirs in over), default=-inf)
+        where = f"{float(low):g} to {float(high):g} m/s"
+        yield where, value, least if covered >= high else -inf
+
+
+def _change(old: Number, new: Number, span: Fraction | None, *, larger: bool = True) -> Number:
+    """Return the change as a share of the old value, or of ``span``; positive to the better."""
+    if old == new:
+        return Fraction(0)
+    gain: Number = new - old if larger else old - new
+    if not (isinstance(gain, Fraction) and isinstance(old, Fraction)):
+        return inf if gain > 0 else -inf
+    size = abs(old) if span is None else span
+    if size == 0:
+        return inf if gain > 0 else -inf
+    return gain / size

@@ -1,0 +1,234 @@
+r"""The numbers by which a claim is stronger or weaker than another of its kind.
+
+Read from the numbers of the file that the checker has proved, exactly.  Of an ellipsoid
+{x'Px <= c} they are
+
+    volume                      rounded down, as the checker shows it
+    reach along x_k alone       sqrt(c / P_kk), the largest x_k in it while the others are at rest
+
+Where a figure depends on the wind it is a ``Profile``: one number for each span of winds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from math import inf
+from typing import Any
+
+from takagi.certificates.checker.definite import is_positive_definite
+from takagi.certificates.checker.kinds.ellipsoid_size import (
+    LARGEST,
+    square_root_below,
+    volume_below,
+)
+from takagi.certificates.checker.matrices import Matrix
+from takagi.certificates.checker.reader import canonical, matrix, number, numbers
+
+__all__ = ["Figure", "Found", "Profile", "box_figures", "claim_figures", "question"]
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One number that is better when it is larger, or smaller.
+
+    ``span``: what a change is a share of; None for the number itself.
+    """
+
+    name: str
+    unit: str
+    value: Fraction | float
+    larger: bool = True
+    span: Fraction | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """A number for each span (low, high) of winds [m/s]; larger is better."""
+
+    name: str
+    unit: str
+    spans: tuple[tuple[Fraction, Fraction, Fraction], ...]
+
+
+Found = Figure | Profile
+Data = Mapping[str, Any]
+Reading = Callable[[Data, Data], Iterator[Found]]
+
+
+def claim_figures(claim: Data, document: Data) -> tuple[Found, ...]:
+    """Return the figures of a claim; none for a kind that has none.
+
+    Parameters
+    ----------
+    claim, document : as the strict reader returns them, accepted by the checker.
+    """
+    read = _READINGS.get(str(claim["kind"]))
+    return () if read is None else tuple(read(claim, document))
+
+
+def question(claim: Data) -> str:
+    """Return what a claim asks, as one text: figures of different questions are not compared."""
+    keys = _QUESTIONS.get(str(claim["kind"]), ())
+    asked = {key: claim[key] for key in keys if key in claim}
+    return canonical({"asked": asked, "bounded": sorted(k for k in _BOUNDS if k in claim)})
+
+
+def box_figures(model: Data) -> Iterator[Figure]:
+    """Yield the ends of the box of a model or plant: the wider, the more is claimed of it."""
+    if model.get("kind") == "plant":
+        groups = (model.get(key, []) for key in ("states", "inputs", "disturbances"))
+        sides = {v["name"]: (v.get("range"), v.get("unit", "")) for group in groups for v in group}
+    else:
+        sides = {name: (side, "") for name, side in model.get("box", {}).items()}
+    for name, (side, unit) in sides.items():
+        if side is None:
+            yield Figure(f"{name}, lower end", unit, -inf, larger=False)
+            yield Figure(f"{name}, upper end", unit, inf)
+            continue
+        low, high = numbers({"range": side}, "range", name, 2)
+        yield Figure(f"{name}, lower end", unit, low, larger=False, span=high - low)
+        yield Figure(f"{name}, upper end", unit, high, span=high - low)
+
+
+def _of(claim: Data, key: str, unit: str, *, larger: bool, name: str = "") -> Iterator[Figure]:
+    """Yield one member of the claim, or each entry of a row."""
+    if claim.get(key) is None:
+        return
+    words = name or key.replace("_", " ")
+    if isinstance(claim[key], list):
+        for k, value in enumerate(numbers(claim, key, key)):
+            yield Figure(f"{words} {k + 1}", unit, value, larger)
+    else:
+        yield Figure(words, unit, number(claim, key, key), larger)
+
+
+def _decay(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _of(claim, "decay_rate", "1/s", larger=True)
+
+
+def _fuzzy(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _decay(claim, document)
+    for k, row in enumerate(claim["rates"]):
+        name = f"rates of weights {k + 1}"
+        if row is None:
+            yield Figure(name, "1/s", inf)
+        else:
+            yield Figure(name, "1/s", min(numbers({"row": row}, "row", name)))
+
+
+def _transient(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _decay(claim, document)
+    yield from _of(claim, "overshoot", "-", larger=False)
+    yield from _of(claim, "settling_time", "s", larger=False)
+
+
+def _rounding(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _decay(claim, document)
+    yield from _of(claim, "relative", "-", larger=True, name="relative rounding of gains")
+    least = min(min(row) for row in matrix(claim, "absolute", "absolute"))
+    yield Figure("absolute rounding of gains, least", "", least)
+
+
+def _enlargement(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _decay(claim, document)
+    yield from _of(claim, "enlargement", "-", larger=True)
+
+
+def _energy(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _of(claim, "gain", "-", larger=False)
+    yield from _of(claim, "energy_bound", "-", larger=True)
+
+
+def _variance(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _of(claim, "norm", "-", larger=False)
+
+
+def _ellipsoid(claim: Data, document: Data) -> Iterator[Found]:
+    P, level = matrix(claim, "P", "P"), number(claim, "level", "level")
+    if not is_positive_definite(P) or level <= 0:
+        return
+    if len(P) <= LARGEST:
+        yield Figure("volume of the set", "", volume_below(Matrix.of(P), level))
+    for k, (name, unit) in enumerate(_states(document, len(P))):
+        yield Figure(f"reach along {name} alone", unit, square_root_below(level / P[k][k]))
+    yield from _of(claim, "disturbance_bounds", "", larger=True, name="bound on disturbance")
+    yield from _of(claim, "disturbance_norm", "", larger=True, name="bound on disturbance")
+
+
+def _inputs(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _ellipsoid(claim, document)
+    yield from _of(claim, "input_limits", "", larger=False, name="limit of input")
+    yield from _of(claim, "rate_limits", "", larger=False, name="limit of rate of input")
+
+
+def _peak(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _of(claim, "gain", "-", larger=False)
+    yield from _of(claim, "disturbance_norm", "", larger=True, name="bound on disturbance")
+
+
+def _states(document: Data, count: int) -> list[tuple[str, str]]:
+    model = document["model"]
+    if model.get("kind") == "plant":
+        return [(str(s["name"]), str(s.get("unit", ""))) for s in model["states"]]
+    named = model.get("state_names", [f"x{k + 1}" for k in range(count)])
+    return [(str(name), "") for name in named]
+
+
+def _coherent(claim: Data, document: Data) -> Iterator[Found]:
+    cells, gains = claim["cells"], document["gains"]
+    yield from _of(claim["settling"], "decay_rate", "1/s", larger=True, name="common decay rate")
+    for key, unit in (("wind_error", "m/s"), ("wind_rate", "m/s^2"), ("decay_rate", "1/s")):
+        words = key.replace("_", " ")
+        yield Profile(words, unit, _spans(cells, key))
+    fastest = max(numbers(gains, "rotor_speed", "gains"))
+    peak = number(claim["peaks"], "speed_error", "peaks")
+    rated = number(document["model"], "rated_rotor_speed", "model")
+    yield Figure("overspeed", "-", (fastest + peak) / rated - 1, larger=False)
+    low, high = numbers(claim["uncertainty"], "inertia", "uncertainty", 2)
+    yield Figure("inertia, lower end", "of nominal", low, larger=False)
+    yield Figure("inertia, upper end", "of nominal", high)
+    frozen = bool(claim["uncertainty"]["frozen_wake"])
+    yield Figure("frozen wake included", "", Fraction(frozen))
+
+
+def _paper(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _of(claim, "speed_overlap", "rad/s", larger=True)
+    yield from _of(claim, "torque_overlap", "N m", larger=True)
+    yield Profile("decay rate", "1/s", _spans(claim["cells"], "decay_rate"))
+
+
+def _spans(cells: list[Data], key: str) -> tuple[tuple[Fraction, Fraction, Fraction], ...]:
+    found = ((*numbers(cell, "wind", "wind", 2), number(cell, key, key)) for cell in cells)
+    return tuple(sorted((low, high, value) for low, high, value in found))
+
+
+_READINGS: dict[str, Reading] = {
+    "decay": _decay,
+    "quadratic-decay": _decay,
+    "observer": _decay,
+    "observed-feedback": _decay,
+    "fuzzy-decay": _fuzzy,
+    "transient": _transient,
+    "gain-rounding": _rounding,
+    "box-enlargement": _enlargement,
+    "l2-gain": _energy,
+    "h2-norm": _variance,
+    "invariant-ellipsoid": _ellipsoid,
+    "input-limits": _inputs,
+    "peak": _peak,
+    "coherent-loop": _coherent,
+    "paper-loop": _paper,
+}
+# By which a disturbance may be bounded; with one that is not, a set is another statement.
+_BOUNDS = ("disturbance_bounds", "disturbance_norm")
+_QUESTIONS = {
+    "region": ("parts",),
+    "transient": ("scales", "settled_share"),
+    "l2-gain": ("disturbance", "output"),
+    "h2-norm": ("disturbance", "output"),
+    "peak": ("disturbance", "output"),
+    "invariant-ellipsoid": ("disturbance",),
+    "input-limits": ("disturbance",),
+}

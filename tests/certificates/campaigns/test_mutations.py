@@ -1,0 +1,118 @@
+"""Changed certificates: refused with the old hashes; with new ones, PROVED only if still true."""
+
+from __future__ import annotations
+
+import random
+import subprocess
+import sys
+from copy import deepcopy
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+campaign: Any = import_module("mutations")
+damage: Any = import_module("damage")
+judge: Any = import_module("judge")
+mutated: Any = import_module("mutated")
+Data = dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def documents() -> dict[str, Data]:
+    """Return certificates of general models, as written."""
+    found = [*mutated.general_models(), *mutated.exclusions()]
+    return {name: damage.as_written(document) for name, document in found}
+
+
+def test_no_mutant_passes_falsely(documents: dict[str, Data]) -> None:
+    """40 of each; some stay true."""
+    rng, true = random.Random(3), 0
+    for name, document in documents.items():
+        counts, wrong = campaign.campaign(name, document, rng, 40)
+        assert wrong == []
+        assert counts["passed"] == counts["unjudged"] == 0
+        true += counts["true"]
+
+    assert true > 10
+
+
+def test_what_is_true_is_not_judged_false(documents: dict[str, Data]) -> None:
+    for name, document in documents.items():
+        if name != "no function for a pair":
+            assert judge.why_false(document, random.Random(1)) == ""
+
+
+@pytest.mark.parametrize(
+    ("kind", "key", "value"),
+    [
+        ("decay", "decay_rate", "0.7"),
+        ("region", "parts", [{"L": [["40"]], "M": [["1"]]}]),
+        ("gain-rounding", "relative", "0.9"),
+        ("box-enlargement", "enlargement", "90"),
+        ("fuzzy-decay", "decay_rate", "2"),
+        ("observer", "L", [[["-1"], ["0"]]]),
+    ],
+)
+def test_the_judge_sees_what_is_false(
+    kind: str, key: str, value: Any, documents: dict[str, Data]
+) -> None:
+    """A campaign whose judge says yes to everything would find nothing."""
+    document = deepcopy(documents["two rules, continuous, products"])
+    document["claims"] = [claim for claim in document["claims"] if claim["kind"] == kind]
+    document["claims"][0][key] = value
+
+    assert judge.why_false(document, random.Random(1)).startswith(kind)
+
+
+def test_the_judge_sees_a_plant_that_is_not_its_model() -> None:
+    """A premise's bound, an entry, an equation, a rest: each changed a little."""
+    plant = damage.as_written(
+        {
+            "model": {
+                "kind": "plant",
+                "sample_time": None,
+                "states": [{"name": "x", "unit": "-", "range": [-2, 2], "rest": 0}],
+                "inputs": [{"name": "u", "unit": "-", "range": None, "rest": 0}],
+                "parameters": {"k": 3},
+                "equations": ["k*u - x^3"],
+                "embedding": {
+                    "premises": [{"name": "z", "expression": "x^2", "lower": 0, "upper": 4}],
+                    "A": [["-z"]],
+                    "B": [["3"]],
+                },
+            },
+            "gains": {"trim": {"state": [0], "input": [0]}},
+        }
+    )
+    reading: Any = import_module("plant_reading")
+    changes: list[tuple[tuple[Any, ...], Any]] = [
+        (("model", "embedding", "premises", 0, "upper"), damage.Number("3.999999")),
+        (("model", "embedding", "premises", 0, "lower"), damage.Number("0.0001")),
+        (("model", "embedding", "A", 0, 0), "z"),
+        (("model", "equations", 0), "k*u - 1.0000001*x^3"),
+        (("model", "parameters", "k"), damage.Number("3.1")),
+        (("gains", "trim", "state", 0), damage.Number("0.001")),
+    ]
+
+    assert reading.why_not_the_plant(plant, random.Random(1)) == ""
+    for place, value in changes:
+        changed = deepcopy(plant)
+        owner: Any = changed
+        for key in place[:-1]:
+            owner = owner[key]
+        owner[place[-1]] = value
+        assert reading.why_not_the_plant(changed, random.Random(1)) != ""
+
+
+@pytest.mark.slow
+def test_the_campaign_lets_nothing_pass(reduced: bool) -> None:
+    """As ``make campaigns`` runs it, with another seed; reduced: a tenth, no turbine."""
+    command = [sys.executable, "benchmarks/mutations.py", "--print-only", "--seed", "2"]
+    command += ["--count", "600", "--without-turbine"] if reduced else ["--count", "6000"]
+
+    ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+
+    assert ran.returncode == 0, ran.stdout + ran.stderr

@@ -1,0 +1,192 @@
+"""Certificates in Coq: what is written is definite, and coqc believes it only when it is true."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+from flint import fmpq, fmpq_mat
+from hypothesis import given
+from hypothesis import strategies as st
+
+from takagi.certificates.coq import coq_file
+from takagi.certificates.coq.numerals import shorter, text_of
+from takagi.certificates.cross_check import Refusal
+from takagi.certificates.cross_check.reading import loads
+from takagi.certificates.document import certificate_document, dumps
+from takagi.cli.export import run as export_verb
+from tests.certificates.kinds.claims import model_data
+from tests.certificates.kinds.test_damage import resealed
+
+Data = dict[str, Any]
+needs_coq = pytest.mark.skipif(shutil.which("coqc") is None, reason="coqc is not installed")
+
+
+def small_certificate(decay_rate: float = 0.3) -> Data:
+    """Return a certificate with definite matrices and, on its edge, semidefinite ones.
+
+    x1' = -x1, x2' = -2 x2 - x1: {x'x <= 1} touches its box |x1| <= 1, so that one matrix is
+    singular.
+    """
+    model = model_data(
+        [[[-1, 0], [-1, -2]], [[-1, 0], [0, -2]]],
+        box={"x1 [-]": [-1, 1], "x2 [-]": [-1, 1]},
+    )
+    decay = {"name": "any", "kind": "decay", "P": [[1, 0], [0, 1]], "decay_rate": decay_rate}
+    ellipsoid: Data = {"name": "any", "kind": "invariant-ellipsoid", "P": [[1, 0], [0, 1]]}
+    ellipsoid |= {"level": 1, "multiplier": 0.1}
+    return certificate_document(model=model, gains=None, claims=[decay, ellipsoid], provenance={})
+
+
+def written(document: Data) -> str:
+    return coq_file(loads(dumps(document))).text
+
+
+def coqc(text: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Return what coqc says of a file."""
+    (folder / "certificate.v").write_text(text, encoding="utf-8")
+    return subprocess.run(
+        ["coqc", "certificate.v"], cwd=folder, capture_output=True, text=True, check=False
+    )
+
+
+@given(st.integers(1, 4), st.integers(-20, 20), st.data())
+def test_shorter_numbers_show_the_same(n: int, power: int, data: Any) -> None:
+    """For M = L L' + I, badly scaled: x'Mx >= y'Ny with y = s x, as a semidefinite difference."""
+    rows = st.lists(st.integers(-9, 9), min_size=n, max_size=n)
+    L = fmpq_mat([[fmpq(v) for v in data.draw(rows)] for _ in range(n)])
+    scale = [fmpq(10) ** (power if i % 2 else 0) for i in range(n)]
+    D = fmpq_mat(n, n, [scale[i] if i == j else 0 for i in range(n) for j in range(n)])
+    one = fmpq_mat(n, n, [int(i == j) for i in range(n) for j in range(n)])
+    found = shorter(D * (L * L.transpose() + one) * D)
+
+    assert found is not None
+    M, s, N = found
+    for i in range(n):
+        assert s[i] ** 2 * (N[i][i] + n - 1) <= M[i][i]
+        for j in range(i):
+            assert abs(M[i][j] - s[i] * s[j] * N[i][j]) <= s[i] * s[j]
+    assert max(abs(v) for row in N for v in row) < 10**6
+
+
+def test_nearly_singular_matrix_gets_the_digits_it_needs() -> None:
+    matrix = fmpq_mat([[fmpq(1), fmpq(1)], [fmpq(1), 1 + fmpq(1, 10**30)]])
+
+    found = shorter(matrix)
+
+    assert found is not None
+    assert max(map(max, found.rounded)) > 10**29
+    assert shorter(fmpq_mat([[1, 1], [1, 1]])) is None
+    assert shorter(fmpq_mat([[-1]])) is None
+
+
+def test_upper_triangle_as_text() -> None:
+    assert text_of([[1, -2, 3], [-2, 5, 0], [3, 0, 7]]) == "1,-2,3,/5,0,/7,/;"
+
+
+def test_every_matrix_of_every_claim_is_there() -> None:
+    """Two blends and P once for decay; the second claim repeats P and adds semidefinite ones."""
+    found = coq_file(loads(dumps(small_certificate())))
+
+    assert found.left_out == {}
+    assert found.matrices == {1: 3, 2: 5}
+    assert len(re.findall(r"^Theorem claim_\d+_(?:strict|weak)_\d+ :", found.text, re.M)) == 3
+
+
+def test_false_claim_has_no_theorem() -> None:
+    with pytest.raises(Refusal, match="not positive definite"):
+        written(small_certificate(decay_rate=3.0))
+
+
+def test_no_text_of_the_certificate_enters_the_file() -> None:
+    """A name that ends Coq's comment and begins a false axiom stays outside."""
+    hostile = small_certificate()
+    hostile["claims"][0]["name"] = "*) Axiom false : False. (*"
+
+    assert "Axiom" not in written(resealed(hostile))
+
+
+def test_verb_writes_the_file(tmp_path: Path, capsys: Any) -> None:
+    certificate, target = tmp_path / "certificate.json", tmp_path / "certificate.v"
+    certificate.write_text(dumps(small_certificate()))
+
+    assert export_verb([str(certificate), "--coq", str(target)]) == 0
+    assert "8 matrices of 2 claims" in capsys.readouterr().out
+    assert target.read_text() == written(small_certificate())
+
+    certificate.write_text(dumps(small_certificate(decay_rate=3.0)))
+    assert export_verb([str(certificate), "--coq", str(target)]) == 2
+
+
+def test_verb_says_what_is_left_to_the_checkers(short: Data, tmp_path: Path, capsys: Any) -> None:
+    """The turbine's matrices are written; that its ranges enclose the plant is not in them."""
+    certificate = tmp_path / "certificate.json"
+    certificate.write_text(dumps(short))
+
+    assert export_verb([str(certificate), "--coq", str(tmp_path / "short.v")]) == 1
+    assert "first checker's word alone" in capsys.readouterr().out
+
+
+@needs_coq
+@pytest.mark.coq
+def test_coq_believes_a_certificate(tmp_path: Path) -> None:
+    """The proof compiles, and rests on the two axioms of Coq's real numbers alone."""
+    done = coqc(written(small_certificate()), tmp_path)
+
+    assert done.returncode == 0, done.stderr
+    axioms = re.findall(r"^(\S+)$|^(\S+) ?:", done.stdout, re.M)
+    names = {first or second for first, second in axioms} - {"Axioms:", "Axioms"}
+    assert names == {
+        "ClassicalDedekindReals.sig_forall_dec",
+        "FunctionalExtensionality.functional_extensionality_dep",
+    }
+
+
+@needs_coq
+@pytest.mark.coq
+@pytest.mark.parametrize("change", ["entry", "pivot", "rounding", "count", "singular", "gone"])
+def test_coq_does_not_believe_a_changed_matrix(change: str, tmp_path: Path) -> None:
+    """A sign, a pivot, a rounded entry too large, a number of matrices that is not there."""
+    text = written(small_certificate())
+    changed = CHANGES[change](text)
+    assert changed != text
+
+    done = coqc(changed, tmp_path)
+
+    assert done.returncode != 0
+    assert "Error" in done.stderr
+
+
+def _first_matrix(text: str, matrix: str) -> str:
+    """Return the file with the first matrix of its first theorem replaced."""
+    place = text.index("Theorem claim_1_strict_1")
+    start = text.index('"\n', place) + 2
+    return text[:start] + matrix + text[text.index(";", start) + 1 :]
+
+
+CHANGES = {
+    "entry": lambda text: _first_matrix(text, "2048,4096,/2048,/;"),
+    "pivot": lambda text: _first_matrix(text, "-2048,0,/2048,/;"),
+    "rounding": lambda text: _first_matrix(text, "2000,0,/2048,/;"),
+    "count": lambda text: re.sub(r"(claim_1_strict_1 : hold )3", r"\g<1>4", text),
+    "singular": lambda text: re.sub(
+        r'(claim_2_weak_1 : hold_semi )\d+ "\n[^"]*"', r'\g<1>1 "\n1,2,/3,/;\n"', text
+    ),
+    "gone": lambda text: re.sub(r'(hold 3 ")[^"]*"', r'\g<1>"', text, count=1),
+}
+
+
+@needs_coq
+@pytest.mark.coq
+@pytest.mark.slow
+def test_coq_believes_the_turbine(whole: Data, short: Data, reduced: bool, tmp_path: Path) -> None:
+    """All matrices of all wind cells; about a minute (reduced: of six cells at rated wind)."""
+    found = coq_file(loads(dumps(short if reduced else whole)))
+
+    assert found.count > (300 if reduced else 4_000)
+    done = coqc(found.text, tmp_path)
+    assert done.returncode == 0, done.stderr

@@ -1,0 +1,301 @@
+"""Files made to harm: refused in bounded memory, with one message, never a traceback or a pass.
+
+Each runs as ``takagi check`` in a process of its own with a bound on its memory.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from takagi.certificates.checker import CertificateError, Verdict, check
+from takagi.certificates.checker.reader import canonical, digest, read_text
+from takagi.certificates.document import certificate_document, dumps
+
+Document = dict[str, Any]
+MEMORY, SECONDS = 800_000_000, 120
+
+
+def line(**claim: Any) -> Document:
+    """Return a certificate of x' = -x, true unless ``claim`` says otherwise."""
+    model = {"kind": "takagi-sugeno", "sample_time": None, "state_names": ["x"], "A": [[[-1]]]}
+    own = {"name": "line", "kind": "decay", "decay_rate": 0.5, "P": [[1]], **claim}
+    return certificate_document(model=model, gains=None, claims=[own], provenance={})
+
+
+def checked(place: Path, text: str | bytes) -> subprocess.CompletedProcess[str]:
+    """Write the text and check it, with so much memory and time."""
+    file = place / "certificate.json"
+    file.write_bytes(text if isinstance(text, bytes) else text.encode())
+
+    command = [sys.executable, "-m", "takagi.cli", "check", str(file)]
+    return subprocess.run(
+        command, capture_output=True, text=True, check=False, preexec_fn=bounded, timeout=SECONDS
+    )
+
+
+def bounded() -> None:
+    """Bound the memory of a process that is about to run."""
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+
+
+def refused(found: subprocess.CompletedProcess[str]) -> str:
+    """Return the one message of a refusal; fails on anything else."""
+    assert (found.returncode, found.stdout) == (2, ""), found
+    assert found.stderr.startswith("Error: ") and found.stderr.count("\n") == 1
+    assert len(found.stderr) < 1000
+    return found.stderr
+
+
+def test_the_certificate_they_are_made_from_passes(tmp_path: Path) -> None:
+    """With the same bound on memory: what follows is refused for what it is."""
+    assert checked(tmp_path, dumps(line())).returncode == 0
+
+
+def in_place_of_p(text: str) -> Callable[[], str]:
+    """Return a maker of the certificate with ``text`` where P stands."""
+    return lambda: dumps(line()).replace('"P":[[1]]', f'"P":{text}')
+
+
+FILES: dict[str, tuple[Callable[[], str | bytes], str]] = {
+    "exponent": (in_place_of_p("[[1e999999999]]"), "exponents go to"),
+    "small exponent": (in_place_of_p("[[1e-999999999]]"), "exponents go to"),
+    "digits": (lambda: in_place_of_p(f"[[{'9' * 10**6}]]")(), "characters; at most"),
+    "fraction digits": (lambda: in_place_of_p(f"[[0.{'1' * 10**6}]]")(), "characters; at most"),
+    "NaN": (in_place_of_p("[[NaN]]"), "is not a number"),
+    "infinity": (in_place_of_p("[[-Infinity]]"), "is not a number"),
+    "twice": (in_place_of_p('[[1]],"P":[[2]]'), "appears twice"),
+    "deep": (lambda: in_place_of_p("[" * 10**6 + "]" * 10**6)(), "nested deeper"),
+    "open": (lambda: "[" * 10**6, "nested deeper"),
+    "deep objects": (lambda: '{"a":' * 10**6, "nested deeper"),
+    "numbers": (lambda: in_place_of_p(f"[[{'1,' * 7_000_000}1]]")(), "entries"),
+    "lists": (lambda: in_place_of_p(f"[{'[],' * 5_000_000}[]]")(), "entries"),
+    "shallow lists": (
+        lambda: in_place_of_p(f"[{('[' * 30 + ']' * 30 + ',') * 200_000}1]")(),
+        "ent",
+    ),
+    "large": (lambda: " " * 16_000_001, "larger than"),
+    "strings": (lambda: '{"a":' + '"x' * 7_000_000, "not JSON"),
+    "backslashes": (lambda: '{"a":"' + "\\" * 15_000_000, "not JSON"),
+    "bytes": (lambda: b"\xff\xfe{}", "not UTF-8"),
+    "half a pair": (in_place_of_p('"\\ud800"'), ""),
+    "zero bytes": (lambda: "\x00" * 1000, "not JSON"),
+    "nothing": (lambda: "", "not JSON"),
+    "words": (lambda: '"certificate"', "an object is needed"),
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_file_that_a_reader_must_not_swallow(name: str, tmp_path: Path) -> None:
+    make, why = FILES[name]
+
+    assert why in refused(checked(tmp_path, make()))
+
+
+@pytest.mark.parametrize("version", ["0", "2", "1.5", '"1"', "true", "null", "1e40", "[1]"])
+def test_another_version_is_refused_by_name(version: str, tmp_path: Path) -> None:
+    text = dumps(line()).replace('"version":1,', f'"version":{version},')
+
+    assert "version" in refused(checked(tmp_path, text))
+
+
+def test_as_many_entries_as_are_read_fit_into_memory(tmp_path: Path) -> None:
+    """Just below the bound on entries: read, and refused for what they are."""
+    numbers = "0.123456," * 1_700_000
+
+    refused(checked(tmp_path, in_place_of_p(f"[[{numbers}1]]")()))
+
+
+def sealed(document: Document) -> str:
+    """Return the text of a forged certificate: its hashes are those of what it says."""
+    read = read_text(json.dumps(document), "forged")
+    hashes = {part: digest(read.get(part)) for part in ("model", "gains", "claims")}
+    return canonical(read | {"provenance": {"sha256": hashes}})
+
+
+def test_numbers_of_many_bits_are_counted_before_they_are_multiplied(tmp_path: Path) -> None:
+    """80 states with numbers from 1e-40 to 1e40 would take many minutes of exact elimination."""
+    n, names = 80, [f"x{k}" for k in range(80)]
+    A = [
+        [-1e38 if i == j else (1 + i + n * j) * 1.23456789e-40 for j in range(n)] for i in range(n)
+    ]
+    P = [[1.0 if i == j else 0.0 for j in range(n)] for i in range(n)]
+    model = {"kind": "takagi-sugeno", "sample_time": None, "state_names": names, "A": [A]}
+    claim = {"name": "d", "kind": "decay", "decay_rate": 0, "P": P}
+    document = {"format": "takagi-certificate", "version": 1, "model": model, "gains": None}
+
+    assert "bits" in refused(checked(tmp_path, sealed(document | {"claims": [claim]})))
+
+
+EXPRESSIONS = {
+    "power": "x^999999999",
+    "tower": "x^9^9^9^9",
+    "number": "9" * 10**5 + "*x",
+    "exponent": "1e999999999*x",
+    "brackets": "(" * 10**5 + "x" + ")" * 10**5,
+    "signs": "-" * 10**5 + "x",
+    "sums": "+".join(["x"] * 10**5),
+    "product": "*".join(["(x+1)"] * 10**4),
+    "nested": "sin(" * 10**4 + "x" + ")" * 10**4,
+    "squares": "((((((((x+1)^64)^64)^64)^64)^64)^64)^64)",
+    "call": "__import__('os').system('id')",
+    "member": "x.__class__",
+    "zero": "x/0",
+    "line": "x\n",
+}
+
+
+MANY = """
+import sys
+from takagi.certificates.checker import CertificateError, check
+for file in sys.argv[1:]:
+    try:
+        print(file, check(file).verdict.name)
+    except CertificateError as error:
+        print(file, "refused", len(str(error)) < 1000)
+"""
+
+
+@pytest.mark.parametrize("member", ["equations", "premise", "entry"])
+def test_expressions_made_to_grow(member: str, tmp_path: Path) -> None:
+    """x' = -x with an expression that is too long, too deep or too large in one place of three."""
+    files = []
+    for name, text in EXPRESSIONS.items():
+        files.append(tmp_path / name)
+        files[-1].write_text(sealed(plant_with(member, text)))
+
+    command = [sys.executable, "-c", MANY, *map(str, files)]
+    found = subprocess.run(
+        command, capture_output=True, text=True, check=False, preexec_fn=bounded, timeout=SECONDS
+    )
+
+    assert (found.returncode, found.stderr) == (0, "")
+    outcomes = found.stdout.splitlines()
+    assert len(outcomes) == len(EXPRESSIONS)
+    assert all(line.endswith(("refused True", "UNDECIDED")) for line in outcomes), outcomes
+
+
+def plant_with(member: str, text: str) -> Document:
+    """Return a certificate of x' = -x with a text in the place of one expression."""
+    premise = {"name": "z1", "expression": "x^2", "lower": 0, "upper": 1, "unit": "-"}
+    model = {
+        "kind": "plant",
+        "name": "plant",
+        "sample_time": None,
+        "states": [{"name": "x", "unit": "-", "range": [-1, 1], "rest": 0}],
+        "inputs": [],
+        "disturbances": [],
+        "parameters": {},
+        "equations": [text if member == "equations" else "-x"],
+        "outputs": [],
+        "embedding": {
+            "premises": [premise | ({"expression": text} if member == "premise" else {})],
+            "A": [[text if member == "entry" else "-1"]],
+            "B": [[]],
+        },
+    }
+    claim = {"name": "is its model", "kind": "sector-embedding"}
+    document = {"format": "takagi-certificate", "version": 1, "model": model, "gains": None}
+    return document | {"claims": [claim]}
+
+
+def test_the_plant_they_are_made_from_passes(tmp_path: Path) -> None:
+    """What is refused above is refused for its expression."""
+    file = tmp_path / "certificate.json"
+    file.write_text(sealed(plant_with("equations", "-x")))
+
+    assert check(file).verdict is Verdict.PROVED
+
+
+@pytest.mark.parametrize("form", [True, 1, [], None, "x\n", "other"])
+def test_an_embedding_that_is_no_object(form: Any, tmp_path: Path) -> None:
+    """Found by benchmarks/fuzz_checker.py: a truth value in the place of the embedding."""
+    model = {"kind": "plant", "name": "p", "sample_time": None, "equations": ["-x"]}
+    state = {"name": "x", "unit": "-", "range": [-1, 1], "rest": 0}
+    lists = {"states": [state], "inputs": [], "disturbances": [], "outputs": [], "parameters": {}}
+    claim = {"name": "is its model", "kind": "sector-embedding"}
+    document = {"format": "takagi-certificate", "version": 1, "gains": None, "claims": [claim]}
+    file = tmp_path / "certificate.json"
+    file.write_text(sealed(document | {"model": {**model, **lists, "embedding": form}}))
+
+    with pytest.raises(CertificateError):
+        check(file)
+
+
+# ------------------------------------------------------------- names of files
+
+
+KNOWN = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"  # of 'abc', FIPS 180-4
+
+
+def recorded(place: Path, *names: str) -> Path:
+    """Write a certificate that names files beside ``plant.data``, which holds 'abc'."""
+    document = line()
+    files = {name: KNOWN for name in ("plant.data", *names)}
+    document["model"]["files_sha256"] = files
+    (place / "plant.data").write_text("abc")
+    file = place / "certificate.json"
+    file.write_text(sealed({k: v for k, v in document.items() if k != "provenance"}))
+    return file
+
+
+def test_the_file_itself_may_be_a_link(tmp_path: Path) -> None:
+    """The user has named it; nothing is hidden from him."""
+    inside = tmp_path / "models"
+    inside.mkdir()
+    certificate = recorded(inside)
+    (inside / "plant.data").rename(tmp_path / "elsewhere")
+    (inside / "plant.data").symlink_to(tmp_path / "elsewhere")
+
+    assert check(certificate, model=inside / "plant.data").verdict is Verdict.PROVED
+
+
+@pytest.mark.parametrize("target", ["../secret", "/etc/hostname", "/dev/zero", "/dev/stdin"])
+def test_a_recorded_name_that_is_a_link_out_of_the_folder(target: str, tmp_path: Path) -> None:
+    inside = tmp_path / "models"
+    inside.mkdir()
+    (tmp_path / "secret").write_text("abc")
+    (inside / "table.csv").symlink_to(target)
+
+    with pytest.raises(CertificateError, match="leads out"):
+        check(recorded(inside, "table.csv"), model=inside / "plant.data")
+
+
+@pytest.mark.parametrize(
+    "name", ["/dev/zero", "/etc/passwd", "../../x", "a/../../x", "~", "C:x", "\\\\host\\x", "a\nb"]
+)
+def test_a_recorded_name_that_leads_out_of_the_folder(name: str, tmp_path: Path) -> None:
+    with pytest.raises(CertificateError):
+        check(recorded(tmp_path, name), model=tmp_path / "plant.data")
+
+
+def test_a_folder_or_a_pipe_in_the_place_of_a_file(tmp_path: Path) -> None:
+    """A pipe that nobody writes to would keep a reader waiting for ever."""
+    import os
+
+    (tmp_path / "folder").mkdir()
+    os.mkfifo(tmp_path / "pipe")
+    for name in ("folder", "pipe"):
+        with pytest.raises(CertificateError, match="not a file"):
+            check(recorded(tmp_path, name), model=tmp_path / "plant.data")
+
+
+@pytest.mark.parametrize("name", ["gains", "model"])
+@pytest.mark.parametrize(
+    "text", ["", "[" * 10**6, '{"law":1e999999999}', "\x00", "a = 1e999999999"]
+)
+def test_companions_are_no_more_trusted(name: str, text: str, tmp_path: Path) -> None:
+    certificate = recorded(tmp_path)
+    other = tmp_path / ("plant.data" if name == "model" else "gains.json")
+    other.write_text(text)
+    companion: dict[str, Any] = {name: other}
+
+    with pytest.raises(CertificateError):
+        check(certificate, **companion)

@@ -1,0 +1,248 @@
+"""A certificate against an older one: from both sides of the tolerance, and what is lost."""
+
+from __future__ import annotations
+
+import json
+from copy import deepcopy
+from fractions import Fraction
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.checker.reader import read_text
+from takagi.certificates.checker.result import Checked, Claim, Verdict
+from takagi.certificates.document import certificate_document
+from takagi.reports.baseline import (
+    Comparison,
+    as_data,
+    as_markdown,
+    as_text,
+    compare_certificates,
+)
+from takagi.reports.baseline.changes import listed_changes
+
+Data = dict[str, Any]
+HALVES = {"name": "line", "kind": "decay", "P": [[1, 0], [0, 1]]}
+
+
+def document(
+    *claims: Data, A: Any = ((-1.0, 0.0), (0.0, -2.0)), configuration: Any = None, **model: Any
+) -> Data:
+    """Return a certificate of x1' = -x1, x2' = -2 x2 without inputs, or of another matrix."""
+    names = ["angle [rad]", "rate [rad/s]"]
+    kind = {"kind": "takagi-sugeno", "sample_time": None, "state_names": names}
+    return certificate_document(
+        model={**kind, "A": [A], **model},
+        gains=None,
+        claims=claims,
+        provenance={"configuration": configuration or {}},
+    )
+
+
+def ellipsoid(level: float, **more: Any) -> Data:
+    """Return the claim that {x1^2 + x2^2 <= level} is invariant."""
+    own = {"name": "set", "kind": "invariant-ellipsoid", "P": [[1, 0], [0, 1]]}
+    return {**own, "level": level, "multiplier": 0.5, **more}
+
+
+def against(old: Data, new: Data, tolerance: str = "0.05") -> Comparison:
+    """Compare two documents that the checker has replayed."""
+    first, second = (read_text(json.dumps(one), "test") for one in (old, new))
+    return compare_certificates(
+        first,
+        second,
+        checked_old=check_document(old),
+        checked_new=check_document(new),
+        tolerance=Fraction(tolerance),
+    )
+
+
+def decay(rate: float) -> Data:
+    return document(HALVES | {"decay_rate": rate})
+
+
+def test_a_figure_may_fall_to_the_tolerance_and_not_below() -> None:
+    """5 % of 0.8 is 0.04: 0.76 passes exactly, 0.7599999 does not; more is never worse."""
+    assert against(decay(0.8), decay(0.76)).passes
+    assert not against(decay(0.8), decay(0.7599999)).passes
+    assert against(decay(0.8), decay(0.9)).passes
+    assert not against(decay(0.8), decay(0.7999999), "0").passes
+    assert against(decay(0.8), decay(0.8), "0").passes
+
+
+@given(st.integers(1, 900), st.integers(1, 900), st.integers(0, 100))
+def test_passing_is_the_inequality(old: int, new: int, percent: int) -> None:
+    """new >= old (1 - tolerance), decided here in whole numbers."""
+    found = against(decay(old / 1000), decay(new / 1000), str(Fraction(percent, 100)))
+
+    assert found.passes == (100 * new >= old * (100 - percent))
+
+
+def test_figures_that_are_better_smaller() -> None:
+    """A gain of 1.05 in the place of 1 is 5 % worse; the reach of a set grows like its root."""
+    gain = {"kind": "l2-gain", "name": "g", "disturbance": "disturbances", "P": [[1, 0], [0, 1]]}
+
+    def file(value: float) -> Data:
+        return document(gain | {"gain": value}, C=[[[1, 0]]], E=[[[1], [0]]])
+
+    assert check_document(file(1.1)).verdict is Verdict.PROVED
+    assert against(file(1.1), file(1.155)).passes
+    assert not against(file(1.1), file(1.1551)).passes
+
+
+def test_a_smaller_set_is_worse_by_volume_before_it_is_by_reach() -> None:
+    """Volume pi c, reach sqrt(c): of c = 0.94, -6 % and -3.05 %."""
+    found = against(document(ellipsoid(1)), document(ellipsoid(0.94)))
+    change = {moved.figure: moved.change for moved in found.moved}
+
+    assert float(change["volume of the set"]) == pytest.approx(-0.06)
+    assert float(change["reach along angle [rad] alone"]) == pytest.approx(0.94**0.5 - 1)
+    assert [moved.figure for moved in found.moved if moved.worse] == ["volume of the set"]
+
+
+def test_a_narrower_box_is_worse_though_no_claim_says_so() -> None:
+    """The box of a model is what every claim is about: ends are compared by its width."""
+    wide, narrow = ({"box": {"angle [rad]": [-1, end]}} for end in (1, 0.89))
+    old, new = (document(HALVES | {"decay_rate": 0.5}, **box) for box in (wide, narrow))
+
+    found = against(old, new)
+
+    assert [moved.figure for moved in found.moved if moved.worse] == ["angle [rad], upper end"]
+    assert float(found.moved[1].change) == pytest.approx(-0.055)
+    assert against(new, old).passes
+    assert not against(decay(0.5), old).passes
+
+
+@pytest.mark.parametrize(
+    ("new", "why"),
+    [
+        (document(ellipsoid(1)), "no such claim"),
+        (decay(1.1), "was PROVED, is UNDECIDED"),
+    ],
+)
+def test_a_lost_claim_is_worse_than_any_figure(new: Data, why: str) -> None:
+    found = against(decay(0.8), new, "1")
+
+    assert not found.passes
+    assert why in found.lost["line"]
+    assert "lost    line" in as_text(found, source="old.json")
+
+
+def test_what_asks_something_else_is_not_compared() -> None:
+    """Poles left of -0.1 say nothing about poles left of -0.5, whatever the claim is called."""
+    region = {"name": "poles", "kind": "region", "P": [[1, 0], [0, 1]]}
+
+    def file(rate: float) -> Data:
+        return document(region | {"parts": [{"L": [[2 * rate]], "M": [[1]]}]})
+
+    assert check_document(file(0.5)).verdict is Verdict.PROVED
+    assert against(file(0.5), file(0.5)).passes
+    assert "asks something else" in against(file(0.5), file(0.1)).lost["poles"]
+
+
+def test_an_unproved_baseline_asks_for_nothing() -> None:
+    """What was never proved cannot be lost."""
+    assert against(decay(1.1), document(ellipsoid(1))).passes
+
+
+def test_equal_names_are_matched_in_order_and_new_ones_by_kind() -> None:
+    sets = document(ellipsoid(1), ellipsoid(4))
+    renamed = document(ellipsoid(4, name="other"), ellipsoid(1))
+
+    assert against(sets, sets).passes
+    assert against(sets, document(ellipsoid(1))).lost.keys() == {"set (2)"}
+    assert against(sets, renamed, "0").passes
+    assert against(document(ellipsoid(1)), sets).added == ("set (2)",)
+
+
+def test_changes_name_parameter_gain_and_option() -> None:
+    old = document(HALVES | {"decay_rate": 0.5}, configuration={"decay_rate": None})
+    faster = ((-1.0, 0.0), (0.0, -3.0))
+    new = document(HALVES | {"decay_rate": 0.5}, A=faster, configuration={"decay_rate": 2})
+
+    assert listed_changes(against(old, new).changed) == [
+        "model: A.1.2.2: -2.0 -> -3.0",
+        "configuration: decay_rate: nothing -> 2",
+    ]
+
+
+def turbine(*cells: tuple[float, float, float], peak: float = 0.05) -> tuple[Data, Checked]:
+    """Return a claim about winds (from, to, class), taken as proved."""
+    listed = [
+        {"wind": [low, high], "wind_error": value, "wind_rate": 1, "decay_rate": 1}
+        for low, high, value in cells
+    ]
+    claim = {
+        "name": "loop",
+        "kind": "coherent-loop",
+        "cells": listed,
+        "settling": {"decay_rate": 0.01},
+        "peaks": {"speed_error": peak},
+        "uncertainty": {"inertia": [0.9, 1.1], "frozen_wake": True},
+    }
+    model = {"kind": "turbine", "rated_rotor_speed": 1.25}
+    data = {"model": model, "gains": {"rotor_speed": [1, 1.25]}, "claims": [claim]}
+    proved = Claim("loop", Verdict.PROVED, "")
+    return read_text(json.dumps(data), "test"), Checked.of([proved], [])
+
+
+@pytest.mark.parametrize(
+    ("cells", "where"),
+    [
+        ([(3, 4, 0.2), (4, 5, 0.1)], ""),
+        ([(3, 3.5, 0.3), (3.5, 4, 0.2), (4, 5, 0.096)], ""),
+        ([(3, 3.5, 0.3), (3.5, 4, 0.18), (4, 5, 0.1)], "3 to 4 m/s"),
+        ([(3, 5, 0.15)], "3 to 4 m/s"),
+        ([(3, 4, 0.2), (4, 4.9, 0.1)], "4 to 5 m/s"),
+        ([(3, 4, 0.2), (4.1, 5, 0.1)], "4 to 5 m/s"),
+    ],
+)
+def test_wind_classes_are_compared_over_the_wind(cells: Any, where: str) -> None:
+    """Cells may be cut anew; a hole between them counts, wherever it is."""
+    old, checked = turbine((3, 4, 0.2), (4, 5, 0.1))
+    new, _ = turbine(*cells)
+
+    found = compare_certificates(old, new, checked_old=checked, checked_new=checked)
+
+    places = {moved.place for moved in found.moved if moved.worse}
+    assert places == ({where} if where else set())
+
+
+def test_overspeed_is_worse_when_it_rises() -> None:
+    """Peak 0.05 above 1.25 is 4 % overspeed; 0.053 is 6 % more of it."""
+    (old, checked), (new, _) = turbine((3, 4, 1)), turbine((3, 4, 1), peak=0.053)
+
+    found = compare_certificates(old, new, checked_old=checked, checked_new=checked)
+
+    assert [moved.figure for moved in found.moved if moved.worse] == ["overspeed"]
+
+
+def test_the_three_forms_say_the_same() -> None:
+    found = against(decay(0.8), decay(0.4))
+
+    text, page = (form(found, source="old.json") for form in (as_text, as_markdown))
+    data = json.loads(json.dumps(as_data(found), allow_nan=False))
+
+    assert "WORSE" in text and "0.8" in text and "(-50 %)" in text
+    assert "| WORSE | line | decay rate [1/s] | 0.8 | -> | 0.4 | (-50 %) |" in page
+    assert (data["passes"], data["figures"][0]["change"]) == (False, -0.5)
+
+
+def test_numbers_that_no_float_holds_are_shown() -> None:
+    """Volume of {1e-40 |x|^2 <= 1e40} in R^10 is beyond 1e308 and is no reason to fail."""
+    n = 10
+    names = [f"x{k}" for k in range(n)]
+    A = [[-int(i == j) for j in range(n)] for i in range(n)]
+    P = [[1e-40 if i == j else 0 for j in range(n)] for i in range(n)]
+    model = {"kind": "takagi-sugeno", "sample_time": None, "state_names": names, "A": [A]}
+    claim = ellipsoid(1e40) | {"P": P}
+    old = certificate_document(model=model, gains=None, claims=[claim], provenance={})
+    new = deepcopy(old)
+
+    found = against(old, new)
+
+    assert found.passes
+    assert json.loads(json.dumps(as_data(found), allow_nan=False))["figures"][0]["old"] is None
