@@ -21,9 +21,9 @@ import signal
 import sys
 import time
 from collections.abc import Iterator
-from copy import deepcopy
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
+from itertools import islice
 from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
@@ -100,19 +100,19 @@ def main() -> int:
     for name in PRELOADED:
         importlib.import_module(name)
     modules = [path for path in targets() if asked.only in str(path.relative_to(CHECKER))]
-    every = [broken for path in modules for broken in broken_modules(path)]
+    every = [(path, k) for path in modules for k in range(changes_in(path))]
     rng = random.Random(asked.seed)
     # Every part of the checker in turn, so that a run that is cut short has seen all of them.
-    parts: dict[str, list[Broken]] = {}
-    for broken in rng.sample(every, len(every)):
-        parts.setdefault(part_of(broken.module), []).append(broken)
+    parts: dict[str, list[tuple[Path, int]]] = {}
+    for path, k in rng.sample(every, len(every)):
+        parts.setdefault(part_of(path), []).append((path, k))
     seen = {part: [len(listed), 0, 0] for part, listed in parts.items()}
     start = time.perf_counter()
     for k in range(asked.count):
         listed = list(parts.values())[k % len(parts)]
         if not listed or time.perf_counter() - start > asked.seconds:
             continue
-        broken = listed.pop()
+        broken = broken_module(*listed.pop())
         counts = seen[part_of(broken.module)]
         counts[1] += 1
         if survives(broken, wide=asked.wide):
@@ -167,16 +167,24 @@ def tests_of(module: Path, *, wide: bool = False) -> list[list[str]]:
 
 def broken_modules(path: Path) -> Iterator[Broken]:
     """Yield the module with each change that is known; strings and annotations stay."""
+    for k in range(changes_in(path)):
+        yield broken_module(path, k)
+
+
+def changes_in(path: Path) -> int:
+    """Return how many changes are known for a module."""
+    return sum(1 for _ in _sites(ast.parse(path.read_text(encoding="utf-8"))))
+
+
+def broken_module(path: Path, k: int) -> Broken:
+    """Return the module with its change number k."""
     tree = ast.parse(path.read_text(encoding="utf-8"), str(path))
-    count = sum(1 for _ in _sites(tree))
-    for k in range(count):
-        copy = deepcopy(tree)
-        node, what = next(site for i, site in enumerate(_sites(copy)) if i == k)
-        line = getattr(node, "lineno", 0)
-        before = ast.unparse(node).splitlines()[0]
-        _change(node, what)
-        after = ast.unparse(node).splitlines()[0]
-        yield Broken(path, line, f"{before}  ->  {after}", ast.fix_missing_locations(copy))
+    node, what = next(islice(_sites(tree), k, None))
+    line = getattr(node, "lineno", 0)
+    before = ast.unparse(node).splitlines()[0]
+    _change(node, what)
+    after = ast.unparse(node).splitlines()[0]
+    return Broken(path, line, f"{before}  ->  {after}", ast.fix_missing_locations(tree))
 
 
 def _sites(tree: ast.AST) -> Iterator[tuple[ast.AST, str]]:

@@ -32,11 +32,11 @@ from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any
 
-from fuzz_mutations import damaged_text, damaged_tree
+from fuzz_mutations import damaged_text, damaged_tree, recorded, resealed
 
 from takagi.certificates import checker
 from takagi.certificates.checker import CertificateError, check
-from takagi.certificates.checker.reader import canonical, digest, read_text
+from takagi.certificates.checker.reader import canonical, read_text
 from takagi.reports import ci_formats
 
 CERTIFICATE, GAINS = "certificate.json", "gains.json"
@@ -182,12 +182,12 @@ class Campaign:
         if model and way < 0.6:
             name = rng.choice([name for name in files if name not in (CERTIFICATE, GAINS)])
             files[name] = damaged_text(files[name], rng)
-            tree = _recorded(tree, name, files[name])
+            tree = recorded(tree, name, files[name])
         elif with_gains and way < 0.6:
             files[GAINS] = damaged_text(files[GAINS], rng)
         else:
             tree = damaged_tree(tree, rng.choice(self.corpus)[0].tree or tree, rng)
-        sealed = _resealed(tree) if rng.random() < 0.97 else tree
+        sealed = resealed(tree) if rng.random() < 0.97 else tree
         files[CERTIFICATE] = canonical(sealed)
         return Case(case.origin, files, sealed, with_gains, model or case.model)
 
@@ -270,23 +270,6 @@ def _shown(checked: Any) -> None:
     for words in (*(part for c in checked.claims for part in (c.name, c.text)), *checked.messages):
         if not words.isprintable() or len(words) > MOST_WORDS:
             raise BadAnswerError(f"{len(words)} characters: {words[:200]!a}")
-
-
-def _resealed(tree: Any) -> Any:
-    """Return the tree with the hashes of what it now says."""
-    if not isinstance(tree, dict):
-        return tree
-    hashes = {part: digest(tree.get(part)) for part in ("model", "gains", "claims")}
-    return tree | {"provenance": {"sha256": hashes}}
-
-
-def _recorded(tree: Any, name: str, text: str) -> Any:
-    """Return the tree with the file's hash recorded as it now is."""
-    found = hashlib.sha256(text.encode(errors="surrogatepass")).hexdigest()
-    model = tree.get("model") if isinstance(tree, dict) else None
-    if not isinstance(model, dict) or not isinstance(model.get("files_sha256"), dict):
-        return tree
-    return tree | {"model": model | {"files_sha256": model["files_sha256"] | {name: found}}}
 
 
 def _limited() -> tuple[int, int]:

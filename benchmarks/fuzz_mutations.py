@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 import random
 from collections.abc import Iterator
 from copy import deepcopy
 from typing import Any
 
-from takagi.certificates.checker.reader import Number
+from takagi.certificates.checker.reader import Number, digest
 
-__all__ = ["damaged_text", "damaged_tree", "places"]
+__all__ = ["damaged_text", "damaged_tree", "places", "recorded", "resealed"]
 
 Path = tuple[Any, ...]
 NUMBERS = ["0", "-0", "1", "-1", "2", "3", "0.5", "1e-30", "1e30", "1e40", "-1e40", "1e-40", "1E+2"]
@@ -188,3 +189,20 @@ def damaged_text(text: str, rng: random.Random) -> str:
             place = rng.randint(0, len(text))
             text = text[:k] + text[place : place + size] + text[k:]
     return text
+
+
+def resealed(tree: Any) -> Any:
+    """Return the tree with the hashes of what it now says."""
+    if not isinstance(tree, dict):
+        return tree
+    hashes = {part: digest(tree.get(part)) for part in ("model", "gains", "claims")}
+    return tree | {"provenance": {"sha256": hashes}}
+
+
+def recorded(tree: Any, name: str, text: str) -> Any:
+    """Return the tree with the file's hash recorded as it now is."""
+    found = hashlib.sha256(text.encode(errors="surrogatepass")).hexdigest()
+    model = tree.get("model") if isinstance(tree, dict) else None
+    if not isinstance(model, dict) or not isinstance(model.get("files_sha256"), dict):
+        return tree
+    return tree | {"model": model | {"files_sha256": model["files_sha256"] | {name: found}}}

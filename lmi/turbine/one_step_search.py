@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, largest_scale
+from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, largest_scale, slacks
 from takagi.lmi.solver.least_over_rate import unknowns_near_least
 from takagi.lmi.term import LMI, Condition, Unknown
 from takagi.lmi.turbine.one_step_condition import (
@@ -266,7 +266,8 @@ def borne(corners: Corners, rest: Corners, functions: Functions, limit: Floats) 
 
     Parameters
     ----------
-    functions : P with its set inside the box, and R; the rest is not read.
+    functions : P with its set inside the box, and R.  Its multiples and multipliers are kept where
+        they hold and are better than what the search over multipliers finds; zero for none.
     limit : (K - 1,) of the multiples.
 
     Returns
@@ -276,11 +277,13 @@ def borne(corners: Corners, rest: Corners, functions: Functions, limit: Floats) 
     found = []
     for k, most in enumerate(limit):
         mine = corners.cell == k
-        found.append(
-            largest_scale(
-                functions.P, corners.A[mine], corners.fixed[mine], corners.error[mine], limit=most
-            )
-        )
+        A, fixed, error = corners.A[mine], corners.fixed[mine], corners.error[mine]
+        best = largest_scale(functions.P, A, fixed, error, limit=most)
+        scale, alpha = min(functions.scales[k], most), functions.multipliers[k]
+        if scale > best[0] and alpha > 0:
+            held = slacks(functions.P, A, fixed + scale * error, np.full(len(A), alpha))
+            best = (scale, alpha) if held.max() < 0 else best
+        found.append(best)
     scales, multipliers = np.array(found).T
     decay = float(decay_rates(functions.R, rest.A).min())
     if scales.min() <= 0:
