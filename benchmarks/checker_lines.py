@@ -50,7 +50,7 @@ BESIDE = {
     "ellipsoid_size": ("invariant_ellipsoid",),
     "input_rate": ("input_limits",),
     "no_common_decay": ("decay", "quadratic", "thresholds"),
-    "certificate": ("quadratic", "document", "reader"),
+    "certificate": ("document", "damaged_files"),
 }
 TURNED: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
     ast.Lt: (ast.LtE, ast.Gt),

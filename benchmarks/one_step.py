@@ -69,12 +69,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--steps", type=int, default=5)
     parser.add_argument("--data", type=Path, default=PAGE.parent / "figures" / "one-step.json")
-    parser.add_argument("--resume", action="store_true", help="keep the rows of the data file")
+    parser.add_argument("--resume", action="store_true", help="keep the gains of the data file")
     given = parser.parse_args()
     family = default_family()
     rows: dict[str, dict[str, Any]] = {}
     if given.resume and given.data.is_file():
         rows = json.loads(given.data.read_text(encoding="utf-8"))
+        # Gains are kept; what they reach is judged anew, so that all rows stand on one analysis.
+        for name, row in rows.items():
+            gains = EffortGains(np.array(row["proportional"]), np.array(row["integral_rate"]))
+            spent = {key: row[key] for key in ("seconds", "steps", "refused") if key in row}
+            rows[name] = judged(family, gains) | spent
     for name, gains in (
         ("two-step", family.law.gains),
         ("reference PI", reference_gains(family.law)),

@@ -165,7 +165,7 @@ class Loop:
         def sides(key: str) -> list[Any]:
             return [
                 [rational(v) for v in box[name]] if name in box else None
-                for name in model.get(key, [])
+                for name in model.get(key) or []
             ]
 
         self.sides = sides("state_names"), sides("input_names")

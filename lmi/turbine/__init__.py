@@ -1,7 +1,11 @@
 """The gains of the multi-region wind-turbine controller.
 
 regional_condition, regional   gains of partial and full load: decay rate, actuator limits
-effort                         gains of the coherent law
+effort                         gains of the coherent law, wind by wind
+one_step                       the same gains and the loop's quadratic functions found together:
+                               _family (the loop as a function of its gains), _condition and _search
+                               (one convex step), _climb (steps that lose nothing), _objective,
+                               _motion (pitch and tower in turbulence, an estimate)
 """
 
 from __future__ import annotations
@@ -11,6 +15,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortDesign, EffortSettings, effort_gains
+    from takagi.lmi.turbine.one_step import OneStepDesign, effort_loop_reach, one_step_gains
+    from takagi.lmi.turbine.one_step_family import LoopFamily
+    from takagi.lmi.turbine.one_step_objective import Objective
     from takagi.lmi.turbine.regional import (
         FULL_LOAD,
         PARTIAL_LOAD,
@@ -28,10 +35,15 @@ __all__ = [
     "ActuatorBound",
     "EffortDesign",
     "EffortSettings",
+    "LoopFamily",
+    "Objective",
+    "OneStepDesign",
     "RegionGains",
     "RegionalGains",
     "Requirement",
     "effort_gains",
+    "effort_loop_reach",
+    "one_step_gains",
     "region_gains",
     "regional_gain_condition",
     "regional_gains",
@@ -42,11 +54,16 @@ _HOME = {
     "EffortDesign": "effort",
     "EffortSettings": "effort",
     "FULL_LOAD": "regional",
+    "LoopFamily": "one_step_family",
+    "Objective": "one_step_objective",
+    "OneStepDesign": "one_step",
     "PARTIAL_LOAD": "regional",
     "RegionGains": "regional",
     "RegionalGains": "regional",
     "Requirement": "regional",
     "effort_gains": "effort",
+    "effort_loop_reach": "one_step",
+    "one_step_gains": "one_step",
     "region_gains": "regional",
     "regional_gain_condition": "regional_condition",
     "regional_gains": "regional",
