@@ -5,8 +5,9 @@
 Every mutant is read twice: with the hashes of the original, where all have to be refused, and with
 hashes made anew, as a forger would.  Of the latter some are PROVED, because what they say is still
 true: a wider limit, a slower rate, another digit far behind the point.  Each of those is judged by
-``judge``, which looks for an exact counterexample; words that no claim is made of are counted
-apart.  A mutant that is DISPROVED has to exclude what it says by ``exact_truth``.
+``judge``, which looks for an exact counterexample, or by ``turbine_judge``, which looks for one in
+floats; words that no claim is made of are counted apart.  A mutant that is DISPROVED has to exclude
+what it says by ``exact_truth``.
 
 The table goes to docs/benchmarks.md.  The exit status is 1 when a mutant passes with the old
 hashes, or when one is PROVED or DISPROVED falsely.
@@ -28,6 +29,7 @@ from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import turbine_judge  # noqa: E402
 from damage import Data, Place, as_written, mutant, resealed, text_of  # noqa: E402
 from exact_truth import cayley, pair_has_function, plus  # noqa: E402
 from judge import why_false  # noqa: E402
@@ -45,7 +47,7 @@ HEADS: tuple[str, ...] = (
 # What stands in a certificate and is no part of any claim.
 WORDS = {"name", "source", "unit", "output_names", "units", "formula", "files_sha256", "provenance"}
 NAMES = {"state_names", "input_names", "disturbance_names"}
-# A turbine's mutants in these fields claim less in one direction; the other one is refused.
+# Where a turbine's mutant may claim less; counted so only if the judge finds it true.
 WEAKER = {"wind_error", "wind_rate", "decay_rate", "integral_limit", "pitch_rate_limit", "peaks"}
 WEAKER |= {"frozen_wake", "effectiveness_limit", "rated_rotor_speed", "inertia", "multiplier"}
 
@@ -58,11 +60,14 @@ def main() -> int:
     reader.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     reader.add_argument("--print-only", action="store_true", help="leave the page as it is")
     reader.add_argument("--without-turbine", action="store_true", help="which takes a second each")
+    reader.add_argument("--only", help="one certificate by name; leaves the page as it is")
     asked = reader.parse_args()
     sources: list[Iterator[tuple[str, Data]]] = [general_models(), exclusions(), plants()]
     if not asked.without_turbine:
         sources.append(turbine())
-    documents = list(chain(*sources))
+    documents = [each for each in chain(*sources) if asked.only in (None, each[0])]
+    if not documents:
+        reader.error(f"no certificate is named {asked.only!r}")
     share = -(-asked.count // len(documents))
     with ProcessPoolExecutor(asked.processes) as pool:
         runs = {
@@ -82,7 +87,7 @@ def main() -> int:
     totals = [sum(counts[key] for counts in seen.values()) for key in KEYS]
     text = table(HEADS, [*rows, ("all", *map(str, totals))])
     print("\n".join([text, *wrong]))
-    if not asked.print_only:
+    if not (asked.print_only or asked.only):
         PAGE.write_text(placed(PAGE.read_text(encoding="utf-8"), "mutations", text), "utf-8")
     return int(bool(wrong))
 
@@ -142,14 +147,17 @@ def judged(
         return "words", ""
     if verdict is Verdict.DISPROVED:
         return ("false", "a function exists") if _pair_has_function(changed) else ("true", "")
-    if changed["model"]["kind"] == "turbine":
-        known = bool(WEAKER & set(map(str, place)))
-        return ("weaker", "") if known else ("unjudged", "the turbine is not read twice")
+    still = "true"
     try:
-        why = why_false(changed, rng)
+        if changed["model"]["kind"] == "turbine":
+            shown = " ".join(claim.text for claim in check(path).claims)
+            why = turbine_judge.why_false(changed, rng, shown)
+            still = "weaker" if WEAKER & set(map(str, place)) else "true"
+        else:
+            why = why_false(changed, rng)
     except (ArithmeticError, KeyError, TypeError, ValueError, AttributeError) as error:
         return "unjudged", f"{type(error).__name__}: {error}"
-    return ("false", why) if why else ("true", "")
+    return ("false", why) if why else (still, "")
 
 
 def _pair_has_function(document: Data) -> bool:

@@ -212,7 +212,9 @@ def words_of(plant: PlantNodes, ranges: Ranges, what: str) -> str:
     count = len(corners_of(plant.premises))
     found = f"{what} of {count} exact vertices"
     found += f" where {box}" if box else " everywhere"
-    found += f"; {len(plant.premises)} premises bounded on {ranges.boxes} boxes by outward rounding"
+    premises, boxes = len(plant.premises), ranges.boxes
+    found += f"; {premises} premise{'s' * (premises != 1)} bounded on "
+    found += f"{boxes} box{'es' * (boxes != 1)} by outward rounding"
     if plant.mass is not None:
         found += "; the mass matrix has no zero determinant there"
     if ranges.removable:

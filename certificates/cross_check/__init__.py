@@ -6,6 +6,8 @@
     decay, disturbed, limits, observing, fuzzy      claims about loops, as obligations
     expression, algebra, interval, embedding        a plant is the blend of its vertices
     coherent              the matrix inequalities of the turbine's claim
+    coherent_ranges, coherent_schedule      its ranges enclose the turbine, cell by cell
+    coherent_surface, coherent_numbers      the coefficient surface; the turbine, law and box
     opinion               what it says of a file; ``two_checkers`` puts it beside the first one's
 
 It imports FLINT and the standard library, and nothing of the first checker, of models or solver.

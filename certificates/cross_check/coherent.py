@@ -12,8 +12,7 @@ T -+ (b'/b) v' in the place of T:
 
 with {x'Px <= 1} inside the stated peaks, those inside the box, and the equilibrium inside the set.
 
-That the stated ranges enclose the plant is not replayed here: for that claim the first checker
-stands alone, and the opinion says so once all inequalities hold.
+That the stated ranges enclose the turbine follows in ``coherent_ranges``, after the matrices.
 """
 
 from __future__ import annotations
@@ -23,10 +22,11 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
+from takagi.certificates.cross_check.coherent_numbers import Turbine
+from takagi.certificates.cross_check.coherent_ranges import enclosed
 from takagi.certificates.cross_check.exact import blocks, negative, scaled, transposed
 from takagi.certificates.cross_check.obligation import Definite, Fact, Obligations
 from takagi.certificates.cross_check.reading import (
-    NotReplayed,
     Refusal,
     entry,
     rational,
@@ -38,6 +38,7 @@ __all__ = ["coherent_loop"]
 
 RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
 SIZES = ("residual", "wind_gain", "inertia_gain", "effectiveness_slope", "reference_slope")
+DECIMALS = 10**7  # what the format gives the numbers of a cell
 WIDTHS = {
     "speed_error": (1, 0, 0),
     "effort_lag": (0, 1, 0),
@@ -47,9 +48,10 @@ WIDTHS = {
 
 
 def coherent_loop(claim: Any, model: Any, gains: Any) -> Obligations:
-    """Yield the inequalities of the module, then say what is not replayed."""
+    """Yield the inequalities of the module, then what encloses the turbine."""
     if entry(model, "kind") != "turbine":
         raise Refusal("a coherent loop needs a turbine")
+    turbine = Turbine(claim, model, gains)
     P = table(claim, "P", (3, 3))
     settling = entry(claim, "settling")
     R, common = table(settling, "P", (3, 3)), rational(settling, "decay_rate")
@@ -69,10 +71,8 @@ def coherent_loop(claim: Any, model: Any, gains: Any) -> Obligations:
         error = rational(cell, "wind_error")
         yield Fact(f"cell {k + 1}: wind error", 0 <= error <= share * winds[k])
         yield from _cell(cell, P, R, common, f"cell {k + 1}")
-    raise NotReplayed(
-        "all matrix inequalities hold; that the stated ranges enclose the turbine is the first "
-        "checker's word alone"
-    )
+    for k, cell in enumerate(cells):
+        yield from enclosed(turbine, cell, k)
 
 
 def _inside(claim: Any, gains: Any, P: fmpq_mat) -> Obligations:
@@ -94,6 +94,9 @@ def _cell(cell: Any, P: fmpq_mat, R: fmpq_mat, common: fmpq, label: str) -> Obli
     alpha, rho = rational(cell, "multiplier"), rational(cell, "decay_rate")
     error, moving = rational(cell, "wind_error"), rational(cell, "wind_rate")
     sizes = (residual, wind_gain, kappa, turning, reference, z, rho, moving)
+    stated = [number for pair in ends for number in pair] + [nu, alpha, rho, common]
+    if any((number * DECIMALS).q != 1 for number in stated):
+        raise Refusal(f"{label}: a number with more than seven decimals")
     yield Fact(f"{label}: signs", alpha > 0 and min(sizes) >= 0 and ends[1][0] > 0)
     w = kappa * (residual + wind_gain * error) + reference * moving
     offset = kappa * residual / ends[1][0]

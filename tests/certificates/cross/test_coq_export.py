@@ -122,13 +122,23 @@ def test_verb_writes_the_file(tmp_path: Path, capsys: Any) -> None:
     assert export_verb([str(certificate), "--coq", str(target)]) == 2
 
 
-def test_verb_says_what_is_left_to_the_checkers(short: Data, tmp_path: Path, capsys: Any) -> None:
-    """The turbine's matrices are written; that its ranges enclose the plant is not in them."""
+def test_verb_writes_the_turbine(short: Data, tmp_path: Path, capsys: Any) -> None:
+    """The turbine's matrices are written; that its ranges enclose the plant was decided before."""
     certificate = tmp_path / "certificate.json"
     certificate.write_text(dumps(short))
 
+    assert export_verb([str(certificate), "--coq", str(tmp_path / "short.v")]) == 0
+    assert "matrices of 1 claims" in capsys.readouterr().out
+
+
+def test_verb_says_what_is_left_to_the_checkers(short: Data, tmp_path: Path, capsys: Any) -> None:
+    """A kind that has no reading ends with 1."""
+    certificate = tmp_path / "certificate.json"
+    short["claims"][0]["kind"] = "paper-loop"
+    certificate.write_text(dumps(resealed(short)))
+
     assert export_verb([str(certificate), "--coq", str(tmp_path / "short.v")]) == 1
-    assert "first checker's word alone" in capsys.readouterr().out
+    assert "no reading of this kind of claim" in capsys.readouterr().out
 
 
 @needs_coq

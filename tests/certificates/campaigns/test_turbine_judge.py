@@ -1,0 +1,181 @@
+"""The turbine's judge: silent about the certificate as designed, loud about false claims."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from copy import deepcopy
+from fractions import Fraction
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates.turbine_design import TurbineDesign
+
+campaign: Any = import_module("mutations")
+damage: Any = import_module("damage")
+judge: Any = import_module("turbine_judge")
+reading: Any = import_module("turbine_loop")
+Data = dict[str, Any]
+Change = Callable[[Data], None]
+
+
+@pytest.fixture(scope="module")
+def document(turbine_design: TurbineDesign) -> Data:
+    """Return the default certificate, as written."""
+    found: Data = damage.as_written(turbine_design.document)
+    return found
+
+
+def why(document: Data, change: Change, statement: str = "") -> str:
+    changed = deepcopy(document)
+    change(changed)
+    found: str = judge.why_false(changed, random.Random(1), statement)
+    return found
+
+
+def times(value: Any, factor: float) -> Any:
+    return damage.Number(repr(float(value) * factor))
+
+
+def every(key: str, factor: float) -> Change:
+    """Return what multiplies one number of every cell."""
+
+    def change(document: Data) -> None:
+        for cell in document["claims"][0]["cells"]:
+            cell[key] = times(cell[key], factor)
+
+    return change
+
+
+def entry(*place: Any, factor: float) -> Change:
+    """Return what multiplies one number of the certificate."""
+
+    def change(document: Data) -> None:
+        owner: Any = document
+        for key in place[:-1]:
+            owner = owner[key]
+        owner[place[-1]] = times(owner[place[-1]], factor)
+
+    return change
+
+
+def narrowed(key: str, end: int) -> Change:
+    """Return what takes a quarter of a range away, in every cell, at one end."""
+
+    def change(document: Data) -> None:
+        for cell in document["claims"][0]["cells"]:
+            mine, other = (Fraction(cell[key][i]) for i in (end, 1 - end))
+            cell[key][end] = damage.Number(repr(float(mine + (other - mine) / 4)))
+
+    return change
+
+
+def test_nothing_is_found_against_the_certificate(document: Data) -> None:
+    for seed in range(3):
+        assert judge.why_false(document, random.Random(seed)) == ""
+
+
+@pytest.mark.parametrize("factor", [3.0, 20.0])
+def test_a_wind_class_that_is_too_large_is_seen(document: Data, factor: float) -> None:
+    assert why(document, every("wind_error", factor)) != ""
+
+
+def test_it_is_the_set_that_such_winds_leave(document: Data) -> None:
+    assert why(document, every("wind_error", 3.0)).startswith("V' + a (V - 1)")
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (every("decay_rate", 2.0), "decay is slower"),
+        (every("multiplier", 20.0), "V' + a (V - 1)"),
+        (every("residual", 0.7), "residual"),
+        (every("wind_gain", 0.7), "wind_gain"),
+        (every("inertia_gain", 0.9), "inertia_gain"),
+        (every("effectiveness_slope", 0.9), "effectiveness_slope"),
+        (every("reference_slope", 0.7), "reference_slope"),
+        (every("lag_disturbance", 0.7), "lag_disturbance"),
+        (entry("claims", 0, "settling", "decay_rate", factor=3.0), "common decay is slower"),
+        (entry("claims", 0, "peaks", "speed_error", factor=0.99), "speed_error reaches"),
+        (entry("gains", "integral_limit", factor=0.1), "integral reaches"),
+        (entry("model", "torque_constant", factor=1.1), ""),
+        (entry("model", "generator_inertia", factor=0.5), ""),
+    ],
+)
+def test_a_false_number_is_seen(document: Data, change: Change, said: str) -> None:
+    found = why(document, change)
+
+    assert found
+    assert found.startswith(said)
+
+
+@pytest.mark.parametrize("end", [0, 1])
+@pytest.mark.parametrize("key", ["stiffness", "loop_gain", "lag_gain", "share_gain"])
+def test_a_range_that_is_too_narrow_is_seen(document: Data, key: str, end: int) -> None:
+    assert why(document, narrowed(key, end)).startswith(key)
+
+
+@pytest.mark.parametrize("key", ["wind_error", "wind_rate", "decay_rate"])
+def test_a_smaller_class_is_still_true(document: Data, key: str) -> None:
+    assert why(document, every(key, 0.9)) == ""
+
+
+@pytest.mark.parametrize(
+    "shown",
+    [
+        "overspeed at most 1 %",
+        "winds 2 to 25 m/s in 70 cells",
+        "inertia 0.8 to 1.1 of nominal",
+        "|v - v_s| up to 1 to 2 m/s",
+        "settles at no less than 1 1/s in one function, up to 2 1/s by wind cell",
+    ],
+)
+def test_what_is_shown_is_compared(document: Data, shown: str) -> None:
+    assert why(document, lambda _: None, shown) != ""
+
+
+def test_a_mutant_that_says_less_is_weaker_by_judgement(document: Data, tmp_path: Path) -> None:
+    """The same mutant with a judge that sees a counterexample is a false PROVED."""
+    changed = deepcopy(document)
+    place = ("claims", 0, "cells", 40, "wind_error")
+    entry(*place, factor=0.5)(changed)
+    path = tmp_path / "certificate.json"
+
+    assert campaign.judged(document, changed, place, path, random.Random(1)) == ("weaker", "")
+
+
+def test_a_proved_mutant_that_is_false_is_called_so(
+    document: Data, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A checker that proves everything is found out."""
+    monkeypatch.setattr(campaign, "said_of", lambda *_: campaign.Verdict.PROVED)
+    path = tmp_path / "certificate.json"
+    path.write_text(damage.text_of(document), encoding="utf-8")
+    changed = deepcopy(document)
+    every("wind_error", 20.0)(changed)
+    place = ("claims", 0, "cells", 3, "wind_error")
+
+    outcome, _ = campaign.judged(document, changed, place, path, random.Random(1))
+
+    assert outcome == "false"
+
+
+def test_the_wake_adds_effectiveness_up_to_the_frozen_one(document: Data) -> None:
+    """-d(T_r/J + Delta)/dbeta by differences is the larger of surface's and frozen wake's."""
+    loop = reading.Loop(document, document["claims"][0])
+    k = np.arange(len(loop.cells))
+    at = loop.at(k, np.column_stack([np.full(len(k), 0.3), np.full(len(k), 0.5), np.ones(len(k))]))
+    trim = loop.law["pitch_min"]
+    trim += reading.psi(at.table["trim_effort"], loop.law["overlap"]) / at.table["effectiveness"]
+    pitch, step = trim + 0.03, 1e-5
+    slope = -(loop.added(at, pitch + step) - loop.added(at, pitch - step)) / (2 * step)
+    speed = at.table["rotor_speed"]
+    own = -loop.c * at.wind**2 * loop.cq(speed, pitch, at.wind, (0, 1))
+    limit = np.maximum(own, at.table["effectiveness_limit"])
+
+    assert np.all(loop.added(at, trim) == 0)
+    assert np.allclose(own + slope, limit, rtol=1e-2, atol=1e-3)

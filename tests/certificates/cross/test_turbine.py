@@ -1,0 +1,323 @@
+"""The turbine's claim by the second checker: its ranges enclose the turbine, or it is not proved.
+
+The numbers compared with are the spline of scipy, sampled plants, and the first checker.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from flint import fmpq
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.interpolate import BSpline
+
+from takagi.certificates.checker.fixed import ONE, enclose
+from takagi.certificates.checker.spline import Spline
+from takagi.certificates.cross_check import judge_document
+from takagi.certificates.cross_check.coherent_numbers import Turbine
+from takagi.certificates.cross_check.coherent_ranges import _ranges, _sizes
+from takagi.certificates.cross_check.coherent_surface import Outside, Span, Surface
+from takagi.certificates.cross_check.reading import loads
+from takagi.certificates.document import dumps
+from takagi.certificates.two_checkers import cross_checked_document
+from tests.certificates.kinds.test_damage import resealed
+
+Data = dict[str, Any]
+RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
+SIZES = ("residual", "wind_gain", "inertia_gain", "effectiveness_slope", "reference_slope")
+ORDERS = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]
+DIGITS = st.integers(-40, 40)
+
+
+def number(value: fmpq) -> float:
+    return int(value.p) / int(value.q)
+
+
+def rational(value: float) -> fmpq:
+    return fmpq(*Fraction(str(value)).as_integer_ratio())
+
+
+@pytest.fixture
+def turbine(short: Data) -> Turbine:
+    read = loads(dumps(short))
+    return Turbine(read["claims"][0], read["model"], read["gains"])
+
+
+@pytest.fixture
+def lowest(whole: Data) -> Data:
+    """Return the certificate of the four cells at the lowest winds."""
+    gains, claim = whole["gains"], whole["claims"][0]
+    nodes = len(gains["wind"])
+    for name, column in gains.items():
+        if isinstance(column, list):
+            gains[name] = column[: 5 - (nodes - len(column))]
+    claim["cells"] = claim["cells"][:4]
+    return dict(resealed(whole))
+
+
+def knots_of(short: Data) -> tuple[list[float], list[float], list[list[float]]]:
+    table = short["model"]["torque_surface"]
+    return table["tip_speed_ratio_knots"], table["pitch_knots"], table["coefficients"]
+
+
+def rectangles(short: Data, seed: int) -> list[tuple[float, float, float, float]]:
+    """Return rectangles in the table: some in one patch, some over several, some on its edge."""
+    rng = random.Random(seed)
+    x, y, _ = knots_of(short)
+    found = [(x[0], x[0], y[-1], y[-1]), (x[6], x[6], y[5], y[8]), (x[5], x[7], y[7], y[7])]
+    for _ in range(12):
+        a, b = sorted(round(rng.uniform(x[0], x[-1]), 3) for _ in range(2))
+        c, d = sorted(round(rng.uniform(y[0], y[-1]), 4) for _ in range(2))
+        found.append((a, min(b, a + rng.choice((0.1, 1))), c, min(d, c + rng.choice((0.01, 0.1)))))
+    return [(a, round(b, 12), c, round(d, 12)) for a, b, c, d in found]
+
+
+def test_surface_is_the_spline_of_scipy(short: Data, turbine: Turbine) -> None:
+    """Values of scipy's spline lie in the span, and a span of one point is the value."""
+    x_knots, y_knots, rows = knots_of(short)
+    for a, b, c, d in rectangles(short, seed=3):
+        over = Span(rational(a), rational(b)), Span(rational(c), rational(d))
+        for dx, dy in ORDERS:
+            span = turbine.surface.over(*over, dx, dy)
+            first = BSpline(np.array(x_knots), np.array(rows), 3).derivative(dx)
+            along = first(np.linspace(a, b, 7))
+            second = BSpline(np.array(y_knots), along.T, 3).derivative(dy)
+            values = second(np.linspace(c, d, 7))
+            slack = 1e-9 * (1 + np.abs(values).max())
+            assert number(span.low) - slack <= values.min(), (dx, dy)
+            assert values.max() <= number(span.high) + slack, (dx, dy)
+            if a == b and c == d:
+                assert number(span.high - span.low) < 1e-9
+
+
+def test_surface_has_the_first_checker_s_ranges(short: Data, turbine: Turbine) -> None:
+    """Powers and the recursion of Cox and de Boor, against blossoms and de Casteljau."""
+    exact = [[Fraction(str(c)) for c in row] for row in knots_of(short)[2]]
+    knots = [[Fraction(str(t)) for t in side] for side in knots_of(short)[:2]]
+    theirs = Spline(knots[0], knots[1], exact)
+    for a, b, c, d in rectangles(short, seed=4)[3:]:
+        over = Span(rational(a), rational(b)), Span(rational(c), rational(d))
+        sides = [enclose(Fraction(str(p)), Fraction(str(q))) for p, q in ((a, b), (c, d))]
+        for order in ORDERS:
+            ours = turbine.surface.over(*over, *order)
+            low, high = (end / ONE for end in theirs.bounds(sides[0], sides[1], *order))
+            assert number(ours.low) == pytest.approx(low, abs=1e-9), order
+            assert number(ours.high) == pytest.approx(high, abs=1e-9), order
+
+
+def test_rectangle_beyond_the_table_is_none(turbine: Turbine) -> None:
+    inside, beyond = Span(fmpq(5), fmpq(6)), Span(fmpq(14), fmpq(15))
+    with pytest.raises(Outside):
+        turbine.surface.over(beyond, Span(fmpq(0), fmpq(0)))
+    with pytest.raises(Outside):
+        turbine.surface.over(inside, Span(fmpq(-1), fmpq(0)))
+
+
+@given(*[DIGITS] * 4, st.fractions(0, 1, max_denominator=9), st.fractions(0, 1, max_denominator=9))
+def test_arithmetic_holds_every_pair(
+    a: int, b: int, c: int, d: int, s: Fraction, t: Fraction
+) -> None:
+    """x o y lies in X o Y for x in X, y in Y."""
+    X, Y = Span.of(fmpq(a), fmpq(b)), Span.of(fmpq(c), fmpq(d))
+    x = a + fmpq(s.numerator, s.denominator) * (b - a)
+    y = c + fmpq(t.numerator, t.denominator) * (d - c)
+    pairs = [(X + Y, x + y), (X - Y, x - y), (X * Y, x * y), (X.squared(), x * x)]
+    if Y.low > 0 or Y.high < 0:
+        pairs.append((X / Y, x / y))
+    else:
+        with pytest.raises(Outside):
+            X / Y
+    for span, value in [*pairs, *((span.rounded(), value) for span, value in pairs)]:
+        assert span.low <= value <= span.high
+    assert X.low >= -X.size and X.high <= X.size
+
+
+def test_true_claim_is_proved(short: Data, lowest: Data) -> None:
+    for document in (short, lowest):
+        assert [one.verdict for one in judge_document(document)] == ["PROVED"]
+
+
+@pytest.mark.slow
+def test_all_wind_cells_are_proved(whole: Data) -> None:
+    """All seventy, with 4742 matrices."""
+    (one,) = judge_document(whole)
+    assert (one.verdict, one.inequalities) == ("PROVED", 4742)
+
+
+def test_stated_numbers_are_hardly_wider_than_the_ranges(short: Data, turbine: Turbine) -> None:
+    """Two units of the seventh decimal at most, so that a slip in an enclosure would show."""
+    for k, cell in enumerate(short["claims"][0]["cells"]):
+        for name, span in _ranges(turbine.cell(k)):
+            low, high = cell[name]
+            assert 0 <= number(span.low) - low < 2.1e-7, (k, name)
+            assert 0 <= high - number(span.high) < 2.1e-7, (k, name)
+        for name, size in _sizes(turbine.cell(k)):
+            assert 0 <= cell[name] - number(size) < 2.1e-7, (k, name)
+
+
+def test_sampled_turbines_lie_in_the_ranges(short: Data, turbine: Turbine) -> None:
+    """Stiffness and wind gain by difference quotients of the torque at sampled points."""
+    x_knots, y_knots, rows = knots_of(short)
+    model, box = short["model"], short["claims"][0]["box"]
+    J = model["rotor_inertia"] + model["gear_ratio"] ** 2 * model["generator_inertia"]
+    surface = BSpline(np.array(x_knots), np.array(rows), 3)
+
+    def torque(speed: float, pitch: float, wind: float) -> float:
+        at = surface(speed * model["rotor_radius"] / wind)
+        c = float(BSpline(np.array(y_knots), at, 3)(pitch))
+        return float(model["torque_constant"] / J * wind**2 * c)
+
+    rng, h = random.Random(5), 1e-5
+    gains = short["gains"]
+    for k, cell in enumerate(short["claims"][0]["cells"]):
+        band = turbine.cell(k).band
+        for _ in range(60):
+            v = rng.uniform(*cell["wind"])
+            speed = np.interp(v, gains["wind"], gains["rotor_speed"])
+            speed += rng.uniform(-1, 1) * box["speed_error"]
+            pitch = rng.uniform(number(band.low), number(band.high))
+            a = (torque(speed + h, pitch, v) - torque(speed - h, pitch, v)) / (2 * h)
+            for kappa in (1 / 1.1, 1 / 0.9):
+                assert cell["stiffness"][0] - 1e-6 <= kappa * a <= cell["stiffness"][1] + 1e-6
+            d = (torque(speed, pitch, v + h) - torque(speed, pitch, v - h)) / (2 * h)
+            assert abs(d) <= cell["wind_gain"] + 1e-6
+
+
+@pytest.mark.parametrize("name", RANGES)
+@pytest.mark.parametrize("end", [0, 1])
+def test_narrower_range_is_not_proved(short: Data, name: str, end: int) -> None:
+    """One micro-unit inside; all matrices still hold, since the hull has become smaller."""
+    for cell in short["claims"][0]["cells"]:
+        low, high = cell[name]
+        if high - low > 1e-5:
+            cell[name][end] = round(cell[name][end] + (1e-6, -1e-6)[end], 7)
+            break
+    else:
+        short["claims"][0]["cells"][1][name] = [5.1, 5.1]
+    (one,) = judge_document(resealed(short))
+
+    assert one.verdict == "UNDECIDED"
+    assert f"range of {name} does not hold" in one.reason or name == "lag_rate"
+
+
+@pytest.mark.parametrize("name", [*SIZES, "lag_disturbance"])
+def test_smaller_size_is_not_proved(short: Data, lowest: Data, name: str) -> None:
+    """One micro-unit less in the cell that shows most of it; the reference moves below rated."""
+    document = lowest if name == "reference_slope" else short
+    cell = max(document["claims"][0]["cells"], key=lambda cell: float(cell[name]))
+    assert cell[name] > 1e-6, "no cell shows this size"
+    cell[name] = round(cell[name] - 1e-6, 7)
+    (one,) = judge_document(resealed(document))
+
+    assert one.verdict == "UNDECIDED"
+    assert f"size of {name} does not hold" in one.reason
+
+
+def scaled(*path: Any, by: float) -> Callable[[Data], None]:
+    """Return the damage that multiplies one number."""
+
+    def damage(document: Data) -> None:
+        owner: Any = document
+        for key in path[:-1]:
+            owner = owner[key]
+        owner[path[-1]] = float(f"{owner[path[-1]] * by:.12g}")
+
+    return damage
+
+
+def pitch_ends_early(document: Data) -> None:
+    document["model"]["pitch_max"] = document["gains"]["pitch_max"] = 0.01
+
+
+def surface_rises(document: Data) -> None:
+    """Two per cent more torque at all tip-speed ratios and pitch angles."""
+    table = document["model"]["torque_surface"]
+    table["coefficients"] = [[c * 1.02 for c in row] for row in table["coefficients"]]
+
+
+def pitch_knots_move(document: Data) -> None:
+    knots = document["model"]["torque_surface"]["pitch_knots"]
+    places = [k for k, (a, b) in enumerate(pairwise(knots)) if 0 <= a < b < 0.1]
+    for k in places:
+        knots[k] += 0.002
+
+
+def feeds_forward(document: Data) -> None:
+    """The law feeds a rate forward where its reference speed stands still."""
+    document["gains"]["inertia_feedforward"][0] = 0.1
+
+
+DAMAGES: dict[str, Callable[[Data], None]] = {
+    "torque": scaled("model", "torque_constant", by=1.01),
+    "radius": scaled("model", "rotor_radius", by=1.001),
+    "inertia": scaled("model", "rotor_inertia", by=0.99),
+    "gear": scaled("model", "gear_ratio", by=1.01),
+    "drive": scaled("model", "pitch_time_constant", by=1.5),
+    "rate limit": scaled("model", "pitch_rate_limit", by=0.1),
+    "largest pitch": pitch_ends_early,
+    "surface": surface_rises,
+    "knots": pitch_knots_move,
+    "speed": scaled("gains", "rotor_speed", 2, by=1.01),
+    "effort": scaled("gains", "trim_effort", 2, by=1.2),
+    "effectiveness": scaled("gains", "effectiveness", 2, by=0.95),
+    "frozen wake": scaled("gains", "effectiveness_limit", 3, by=3.0),
+    "proportional": scaled("gains", "proportional", 2, by=1.02),
+    "feed-forward": feeds_forward,
+    "lead": scaled("gains", "pitch_lead", by=0.5),
+    "ramp": scaled("gains", "overlap", by=1.3),
+    "effort torque": scaled("gains", "effort_torque", by=0.98),
+    "box, speed": scaled("claims", 0, "box", "speed_error", by=1.1),
+    "box, lag": scaled("claims", 0, "box", "effort_lag", by=1.1),
+    "box, signal": scaled("claims", 0, "box", "speed_signal", by=1.1),
+    "box, wind": scaled("claims", 0, "box", "wind_share", by=1.5),
+    "heavier": scaled("claims", 0, "uncertainty", "inertia", 1, by=1.02),
+    "lighter": scaled("claims", 0, "uncertainty", "inertia", 0, by=0.98),
+    "faster wind": scaled("claims", 0, "cells", 3, "wind_rate", by=3.0),
+    "more wind": scaled("claims", 0, "cells", 3, "wind_error", by=3.0),
+}
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+def test_damaged_claim_is_not_proved(short: Data, name: str) -> None:
+    """Turbine, law, box or wind class are others than those that the ranges are stated for."""
+    DAMAGES[name](short)
+    found = cross_checked_document(resealed(short))
+
+    assert found.rows[0].second != "PROVED", name
+    assert found.agrees, found.text
+
+
+def test_tables_that_do_not_fit_are_refused(short: Data) -> None:
+    short["gains"]["rotor_speed"].pop()
+
+    assert cross_checked_document(resealed(short)).rows[0].second == "REFUSED"
+
+
+def test_knots_that_do_not_increase_are_refused(short: Data) -> None:
+    knots = short["model"]["torque_surface"]["pitch_knots"]
+    knots[6] = knots[5]
+
+    assert cross_checked_document(resealed(short)).rows[0].second == "REFUSED"
+
+
+def test_surface_reads_the_certificate_alone(short: Data) -> None:
+    """One coefficient of the table moves the value on its patch and leaves others alone."""
+    table = short["model"]["torque_surface"]
+    before = Surface(loads(dumps(table)))
+    table["coefficients"][10][10] += 0.001
+    after = Surface(loads(dumps(table)))
+    x, y = table["tip_speed_ratio_knots"], table["pitch_knots"]
+
+    def value(surface: Surface, k: int) -> Span:
+        at_x, at_y = (Span(rational(knots[k]), rational(knots[k])) for knots in (x, y))
+        return surface.over(at_x, at_y)
+
+    assert value(before, 12) != value(after, 12)
+    assert value(before, 20) == value(after, 20)
