@@ -37,7 +37,7 @@ WIDTHS = {
 def why_false(document: Data, rng: random.Random, statement: str = "") -> str:
     """Return what is false in a turbine's certificate, and where; empty when nothing was seen.
 
-    statement : what the checker shows for the claim; its overspeed and common rate are read.
+    statement : what the checker shows for the claim; its numbers are compared.
     """
     draw = np.random.default_rng(rng.getrandbits(32))
     for claim in document["claims"]:
