@@ -28,6 +28,9 @@ from takagi.certificates.cross_check.reading import NotReplayed, Refusal, ration
 __all__ = ["Outside", "Span", "Surface"]
 
 DEGREE, BITS, MOST_PATCHES = 3, 80, 400
+MOST_FUNCTIONS = 128  # of one direction
+# What the format allows: a coefficient of torque is a fraction of 1.
+NARROWEST, LARGEST = fmpq(1, 1000), 1024
 
 
 class Outside(Exception):
@@ -95,8 +98,12 @@ class _Side:
         rises = all(a < b for a, b in zip(breaks, breaks[1:], strict=False))
         if len(knots) < 2 * DEGREE + 2 or not clamped or not rises:
             raise Refusal(f"{key}: clamped knots of a cubic spline that increase are needed")
+        if any(b - a < NARROWEST for a, b in zip(breaks, breaks[1:], strict=False)):
+            raise Refusal(f"{key}: knots closer than a thousandth")
         self.knots, self.breaks = knots, breaks
         self.count = len(knots) - DEGREE - 1
+        if self.count > MOST_FUNCTIONS:
+            raise NotReplayed(f"{key}: a surface with more than {MOST_FUNCTIONS} functions a side")
         self._bases: dict[int, fmpq_mat] = {}
 
     def patches(self, over: Span) -> list[tuple[int, fmpq, fmpq]]:
@@ -157,6 +164,8 @@ class Surface:
     def __init__(self, owner: Any) -> None:
         self.x, self.y = _Side(owner, "tip_speed_ratio_knots"), _Side(owner, "pitch_knots")
         self.c = table(owner, "coefficients", (self.x.count, self.y.count))
+        if any(abs(c) > LARGEST for c in self.c.entries()):
+            raise Refusal(f"coefficients: one beyond {LARGEST} in size")
         self._patches: dict[tuple[int, int], fmpq_mat] = {}
 
     def over(self, x: Span, y: Span, dx: int = 0, dy: int = 0) -> Span:
