@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import pytest
+
+from tests.cli.cubic import CUBIC
 
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import TurbineDesign
@@ -60,3 +63,14 @@ def asked(
 
     monkeypatch.setattr(turbine_design, "design_turbine", design_turbine)
     return seen
+
+
+@pytest.fixture
+def cubic(tmp_path: Path) -> Path:
+    """A plant file: x' = x + x^3 + u on |x| <= 1, whose vertices are 1 and 2.
+
+    With u = -k x it decays at k - 2, and no faster.
+    """
+    path = tmp_path / "cubic.toml"
+    path.write_text(CUBIC, encoding="utf-8")
+    return path

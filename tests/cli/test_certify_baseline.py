@@ -10,35 +10,12 @@ import pytest
 
 from takagi.certificates.document import certificate_document, dumps
 from takagi.cli.main import main
+from tests.cli.cubic import CUBIC
 
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import TurbineDesign
 
 Capture = pytest.CaptureFixture[str]
-
-CUBIC = """
-format = 1
-kind = "plant"
-units = "unchecked"
-name = "cubic"
-
-[states]
-x = { range = [-1, 1] }
-
-[inputs]
-u = {}
-
-[equations]
-x = "x + x^3 + u"
-"""
-
-
-@pytest.fixture
-def cubic(tmp_path: Path) -> Path:
-    """x' = x + x^3 + u on |x| <= 1: with u = -K x it decays at K - 2, and no faster."""
-    path = tmp_path / "cubic.toml"
-    path.write_text(CUBIC)
-    return path
 
 
 def gain_file(path: Path, gain: float) -> Path:

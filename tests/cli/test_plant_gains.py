@@ -12,32 +12,9 @@ import pytest
 
 from takagi.certificates.checker import Verdict, check
 from takagi.cli.main import main
+from tests.cli.cubic import CUBIC
 
 Capture = pytest.CaptureFixture[str]
-
-# x' = x + x^3 + u on |x| <= 1: the vertices are 1 and 2, so u = -k x holds it for k > 2.
-CUBIC = """
-format = 1
-kind = "plant"
-units = "unchecked"
-name = "Cubic"
-
-[states]
-x = { range = [-1, 1] }
-
-[inputs]
-u = {}
-
-[equations]
-x = "x + x^3 + u"
-"""
-
-
-@pytest.fixture
-def cubic(tmp_path: Path) -> Path:
-    path = tmp_path / "cubic.toml"
-    path.write_text(CUBIC, encoding="utf-8")
-    return path
 
 
 @pytest.fixture
