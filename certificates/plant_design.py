@@ -6,9 +6,7 @@ The one place where the floors below meet for plants in general: everything that
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.certificates.plant_certificate import Demands, plant_certificate
-from takagi.certificates.plant_gains import Found, demands_of, find_gains
+from takagi.certificates.plant_gains import Found, demands_of, find_gains, regional_gains
+from takagi.certificates.step_clock import StepClock
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import Plant
 
@@ -132,26 +131,24 @@ def design_plant(
         for it.
     """
     asked = settings or PlantSettings()
-    clock = _Clock(tell)
+    clock = StepClock(tell)
     model = _model(plant, asked, clock)
     work = _Work(plant, asked, model, demands_of(plant, model, asked), tuple(files), clock)
     if not plant.inputs:
         return work.certified(None, None, ("no inputs: an analysis",))
+    with clock("gains"):
+        regional = regional_gains(plant, model, asked)
+    if regional is not None:
+        first = _rounded(work, regional)
+        if first.proved:
+            return first
     with clock("gains"):
         found = find_gains(plant, model, asked)
     if not found.design.found:
         with clock("what would help"):
             reason = _reason(found, model)
         return NoPlantDesign(plant, asked, model, found.design, reason)
-    last: PlantDesign | None = None
-    for digits in DIGITS:
-        K = rounded_gains(np.asarray(found.design.require()[0]), digits)
-        notes = (*found.notes, f"gains to {digits} significant digits")
-        last = work.certified(K, found.design, notes)
-        if not _may_be_the_digits(last):
-            break
-    assert last is not None  # there is always a number of digits
-    return last
+    return _rounded(work, found)
 
 
 def certify_plant(
@@ -175,11 +172,24 @@ def certify_plant(
     ModelError : as ``design_plant``, and gains that do not fit the model.
     """
     asked = settings or PlantSettings()
-    clock = _Clock(tell)
+    clock = StepClock(tell)
     model = _model(plant, asked, clock)
     K = gains(model) if callable(gains) else np.asarray(gains, dtype=np.float64)
     work = _Work(plant, asked, model, demands_of(plant, model, asked), tuple(files), clock)
     return work.certified(K, None, ("gains were given",))
+
+
+def _rounded(work: _Work, found: Found) -> PlantDesign:
+    """Return the design with gains of as few digits as can be proved."""
+    last: PlantDesign | None = None
+    for digits in DIGITS:
+        K = rounded_gains(np.asarray(found.design.require()[0]), digits)
+        notes = (*found.notes, f"gains to {digits} significant digits")
+        last = work.certified(K, found.design, notes)
+        if not _may_be_the_digits(last):
+            break
+    assert last is not None  # there is always a number of digits
+    return last
 
 
 def rounded_gains(gains: Floats, digits: int) -> Floats:
@@ -196,26 +206,14 @@ def rounded_gains(gains: Floats, digits: int) -> Floats:
     return np.array(rounded)
 
 
-class _Clock:
-    """Times the steps and tells of them."""
-
-    def __init__(self, tell: Tell | None) -> None:
-        self._tell = tell
-        self.seconds: dict[str, float] = {}
-
-    @contextmanager
-    def __call__(self, step: str) -> Iterator[None]:
-        if self._tell is not None:
-            self._tell(step)
-        started = time.perf_counter()
-        yield
-        self.seconds[step] = self.seconds.get(step, 0.0) + time.perf_counter() - started
-
-
-def _model(plant: Plant, asked: PlantSettings, clock: _Clock) -> TSModel:
+def _model(plant: Plant, asked: PlantSettings, clock: StepClock) -> TSModel:
     from takagi.models.sector.model import sector_model
 
     with clock("model"):
+        if plant.blending is not None:
+            from takagi.models.blending.modelling import blended_model
+
+            return blended_model(plant, choice=asked.choice, rest=asked.rest)
         return sector_model(plant, choice=asked.choice, rest=asked.rest)
 
 
@@ -237,7 +235,7 @@ class _Work:
     model: TSModel
     demands: Demands
     files: tuple[Path, ...]
-    clock: _Clock
+    clock: StepClock
 
     def certified(
         self, gains: Floats | None, design: Design | None, notes: tuple[str, ...]

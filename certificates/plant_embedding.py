@@ -17,7 +17,9 @@ import numpy as np
 from takagi.certificates.checker.plant_embedding import plant_family
 from takagi.certificates.checker.reader import read_text
 from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.plant_blend import blend_claim, blend_data, blend_of
 from takagi.certificates.plant_tables import tables_data
+from takagi.certificates.plant_text import number_data, rational_symbol, text_data
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -48,7 +50,10 @@ def plant_and_claim(
     if not is_embedded(model):
         return None, [], ()
     try:
-        return plant_data(model), [embedding_claim(model)], ()
+        claims = [embedding_claim(model)]
+        if blend_of(model) is not None:
+            claims.append(blend_claim(model))
+        return plant_data(model), claims, ()
     except ModelError as error:
         return None, [], (f"claims about the vertices alone: {error}",)
 
@@ -65,7 +70,8 @@ def law_members(model_data: Mapping[str, Any]) -> dict[str, Any]:
         key: [float(_exact(variable["rest"])) for variable in model_data[group]]
         for key, group in (("state", "states"), ("input", "inputs"))
     }
-    return {"premises": model_data["embedding"]["premises"], "trim": trim}
+    blend = {"blending": model_data["blending"]} if "blending" in model_data else {}
+    return {"premises": model_data["embedding"]["premises"], "trim": trim, **blend}
 
 
 def _exact(rest: float | int | str) -> Fraction:
@@ -112,6 +118,7 @@ def plant_data(model: TSModel) -> dict[str, Any]:
         "source": model.source,
         "sample_time": model.sample_time,
         **_plant(form),
+        **_blend(model),
         "embedding": _embedding(model, form),
     }
     _check_vertices(model, data)
@@ -140,7 +147,7 @@ def _plant(form: SymbolicForm) -> dict[str, Any]:
             _variable(variable, symbol, problem)
             for variable, symbol in zip(variables, symbols, strict=True)
         ]
-    found["parameters"] = {p.symbol.name: _number(p.value) for p in plant.parameters}
+    found["parameters"] = {p.symbol.name: number_data(p.value) for p in plant.parameters}
     found["equations"] = _texts(plant.equations)
     found["outputs"] = [
         {"name": y.name, "unit": y.unit, "expression": text}
@@ -156,15 +163,20 @@ def _variable(variable: Variable, symbol: sp.Symbol, problem: Problem) -> dict[s
     rest = problem.rest[variable.symbol]
     found: dict[str, Any] = {"name": variable.name, "unit": variable.unit, "range": None}
     if not rest.is_Rational:
-        found["rest"] = _text(rest)
+        found["rest"] = text_data(rest)
     else:
         resting = Fraction(int(rest.p), int(rest.q))
-        found["rest"] = _number(resting)
+        found["rest"] = number_data(resting)
         # The box of the model, which may be less than the plant's ranges.
         side = problem.box.get(symbol)
         if side is not None:
-            found["range"] = [_number(end + resting) for end in (side.lower, side.upper)]
+            found["range"] = [number_data(end + resting) for end in (side.lower, side.upper)]
     return found if symbol.name == variable.name else found | {"symbol": symbol.name}
+
+
+def _blend(model: TSModel) -> dict[str, Any]:
+    blending = blend_of(model)
+    return {} if blending is None else {"blending": blend_data(blending)}
 
 
 def _given_equations(problem: Problem) -> dict[str, Any]:
@@ -178,7 +190,9 @@ def _given_equations(problem: Problem) -> dict[str, Any]:
                 "name": symbol.name,
                 "unit": equations.units.get(symbol, "-"),
                 "rest": 0,
-                "range": None if side is None else [_number(side.lower), _number(side.upper)],
+                "range": None
+                if side is None
+                else [number_data(side.lower), number_data(side.upper)],
             }
             for symbol, side in zip(symbols, sides, strict=True)
         ]
@@ -207,13 +221,13 @@ def _embedding(model: TSModel, form: SymbolicForm) -> dict[str, Any]:
             f"model {model.name!r} has the premises {', '.join(names)}, which are not those that "
             "it was derived with; certify the model as sector_model returns it"
         )
-    constants = {s: _rational(v) for s, v in factored.constants.items()}
+    constants = {s: rational_symbol(v) for s, v in factored.constants.items()}
     premises = [
         {
             "name": premise.name,
-            "expression": _text(expression.xreplace(constants)),
-            "lower": _number(premise.lower),
-            "upper": _number(premise.upper),
+            "expression": text_data(expression.xreplace(constants)),
+            "lower": number_data(premise.lower),
+            "upper": number_data(premise.upper),
             "unit": premise.unit,
         }
         for premise, expression in zip(model.premises, factored.premises.values(), strict=True)
@@ -246,29 +260,5 @@ def _check_vertices(model: TSModel, data: Mapping[str, Any]) -> None:
             )
 
 
-# ---------------------------------------------------------------------- numbers and texts
-
-
-def _number(value: Fraction) -> float | int | str:
-    """Return the number as JSON has it, or as text where no float prints it."""
-    if value.denominator == 1 and abs(value) < 10**15:
-        return int(value)
-    written = float(value)
-    return written if Fraction(repr(written)) == value else str(value)
-
-
-def _rational(value: Fraction) -> sp.Rational:
-    import sympy as sp
-
-    return sp.Rational(value.numerator, value.denominator)
-
-
-def _text(expression: sp.Expr) -> str:
-    """Return the expression in the grammar of plant files; numbers may be as long as they are."""
-    from takagi.models.sector.problem import cleaned
-
-    return str(cleaned([expression], {})[0]).replace("**", "^").replace("Abs(", "abs(")
-
-
 def _texts(expressions: Iterable[sp.Expr]) -> list[str]:
-    return [_text(expression) for expression in expressions]
+    return [text_data(expression) for expression in expressions]

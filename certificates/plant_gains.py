@@ -11,12 +11,14 @@ the ellipsoid in which the limits hold may shrink to half its mean semi-axis at 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.certificates.blend_regions import errorless, expanded, one_gain
+from takagi.certificates.plant_blend import unknown_premises
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.ts_model import TSModel
 
-__all__ = ["Found", "demands_of", "find_gains", "input_limits"]
+__all__ = ["Found", "demands_of", "find_gains", "input_limits", "regional_gains"]
 
 Floats = NDArray[np.float64]
 EFFORT = 2.0
@@ -65,6 +67,26 @@ def find_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> Found:
     if asked.decay_rate is not None:
         return ask.found(ask(asked.decay_rate))
     return _moderate(ask, model)
+
+
+def regional_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> Found | None:
+    """Return gains that go with the share of a blend, sought without the actuators' errors.
+
+    None where nothing is unknown to the law, where a relaxation was asked for, where both
+    actuators act alike so that there is nothing to schedule, or where there are no such gains.
+    Whether they bear the errors is for the certificate to say.
+    """
+    if not any(unknown_premises(model)) or asked.relaxation is not None:
+        return None
+    found = errorless(plant, model, asked)
+    if found is None:
+        return None
+    nominal, rules = found
+    design = find_gains(nominal.plant, nominal.model, asked)
+    if not design.design.found:
+        return None
+    note = "one gain for each region, sought without the actuators' errors"
+    return replace(design, design=expanded(design.design, rules), notes=(*design.notes, note))
 
 
 def demands_of(plant: Plant, model: TSModel, asked: PlantSettings) -> Demands:
@@ -141,6 +163,7 @@ def _question(plant: Plant, model: TSModel, asked: PlantSettings) -> _Question:
     asked.require_names(
         states=tuple(v.name for v in plant.states), inputs=tuple(v.name for v in plant.inputs)
     )
+    asked, told = one_gain(model, asked)
     limits = input_limits(plant, asked)
     region = _region(model, asked)
     box = _state_box(model)
@@ -157,7 +180,7 @@ def _question(plant: Plant, model: TSModel, asked: PlantSettings) -> _Question:
         options = {"input_limit": input_limit, "state_box": box, "saturation": None}
         note = "inputs are limited: gains with the largest ellipsoid in which all limits hold"
         names = (asked.relaxation or ALL_PAIRS,)
-        return _Question(attraction_pdc, model, options, names, limited=True, notes=(note,))
+        return _Question(attraction_pdc, model, options, names, limited=True, notes=(*told, note))
     options = {"region": region, "gain_bound": asked.gain_bound}
     if asked.initial:
         options["initial_box"] = [asked.initial[v.name] for v in plant.states]
@@ -166,7 +189,7 @@ def _question(plant: Plant, model: TSModel, asked: PlantSettings) -> _Question:
     # The largest rate by every relaxation takes minutes: one is enough for it.
     again = () if asked.decay_rate == "max" else ("auto",)
     names = (ALL_PAIRS, *again) if asked.relaxation is None else (asked.relaxation,)
-    return _Question(pdc, model, options, names, limited=False)
+    return _Question(pdc, model, options, names, limited=False, notes=told)
 
 
 def _region(model: TSModel, asked: PlantSettings) -> Region | None:

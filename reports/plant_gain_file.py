@@ -34,6 +34,15 @@ FORMULAS = {
 }
 
 
+BLEND = {
+    "blend": "u = u* - ... is the rate of law.blending.effort, U; low: idle - direction psi(-U)/b, "
+    "high: idle + direction psi(U)/b, with b the actuator's effectiveness, in SI",
+    "ramp": "psi(s) = 0 for s <= -overlap, (s + overlap)^2/(4 overlap) up to overlap, s above",
+    "share": "F = (psi(U) - psi(U*))/(U - U*), psi'(U*) where U = U*; a premise in it is measured; "
+    "gains do not depend on a premise in an actuator's error, take 0 for the error",
+}
+
+
 class _Entry(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -110,7 +119,7 @@ def plant_gain_file(design: PlantDesign) -> dict[str, Any]:
         "law": design.document["gains"],
         "states": [_signal(variable, rest) for variable, rest in rests],
         "inputs": [_signal(variable, rest) for variable, rest in held],
-        "formulas": FORMULAS,
+        "formulas": FORMULAS | (BLEND if plant.blending is not None else {}),
         "notes": list(design.notes),
         "certificate": {
             "verdict": design.verdict.name,

@@ -52,6 +52,7 @@ def simulate_plant(
     *,
     starts: Sequence[Mapping[str, float]] | None = None,
     duration: float | None = None,
+    errors: Mapping[str, float] | None = None,
 ) -> PlantSimulation:
     """Return the motions of the plant itself under the design's law, disturbances at rest.
 
@@ -60,6 +61,7 @@ def simulate_plant(
     starts : state -> value in SI, not named ones at rest; None takes the corners of the box, drawn
         in to the ellipsoid of the certificate's function.
     duration : in s; None takes some time constants of the slowest pole.
+    errors : blended actuator -> by what share it moves the plant more than it is told.
 
     Raises
     ------
@@ -75,7 +77,7 @@ def simulate_plant(
         begin, scale = corner_starts(loop)
     else:
         begin, scale = [_start(loop, given) for given in starts], 1.0
-    return PlantSimulation(loop, motions(loop, begin, duration=duration), scale)
+    return PlantSimulation(loop, motions(loop, begin, duration=duration, errors=errors), scale)
 
 
 def corner_starts(loop: PlantLoop) -> tuple[list[Start], float]:
@@ -140,12 +142,22 @@ def simulation_data(found: PlantSimulation) -> dict[str, Any]:
                     variable.name: float(np.abs(motion.input[:, k]).max())
                     for k, variable in enumerate(loop.plant.inputs)
                 },
+                **_actuators(loop, motion),
                 "left_the_box": _left(loop, motion),
                 "diverged": not motion.whole,
             }
             for motion in found.motions
         ],
     }
+
+
+def _actuators(loop: PlantLoop, motion: Motion) -> dict[str, dict[str, list[float]]]:
+    """Return the least and largest command of each blended actuator; nothing without a blend."""
+    if loop.blend is None:
+        return {}
+    low, high = motion.acting.min(axis=0), motion.acting.max(axis=0)
+    pairs = zip(loop.blend.blending.actuators, low, high, strict=True)
+    return {"actuators": {a.name: [float(least), float(most)] for a, least, most in pairs}}
 
 
 def _start(loop: PlantLoop, given: Mapping[str, float]) -> Start:

@@ -12,5 +12,6 @@ schema          prints that schema
 csv_table       tables from CSV
 table_entry     a table that a plant file names: its place, units and function
 loader          TOML file -> Plant
+blending_section    two actuators of a file that share one effort -> the plant behind their blend
 design_settings, design_section    what is asked of a design; the section [design] of a file
 """

@@ -34,8 +34,8 @@ def load_settings(name_or_path: str | Path) -> PlantSettings:
     asked = entry.design
     rate = asked.decay_rate
     values = {name: _float(getattr(asked, name)) for name in ("gain_bound", "damping", "fastest")}
-    limits = _in_si(document, "input_limit", asked.input_limit, entry.inputs, "input")
-    initial = _in_si(document, "initial", asked.initial, entry.states, "state")
+    limits = _in_si(document, "input_limit", asked.input_limit, entry.commanded, "input")
+    initial = _in_si(document, "initial", asked.initial, entry.all_states, "state")
     try:
         found = PlantSettings(
             choice=asked.choice,
@@ -46,7 +46,7 @@ def load_settings(name_or_path: str | Path) -> PlantSettings:
             initial=initial,
             **values,
         )
-        found.require_names(states=tuple(entry.states), inputs=tuple(entry.inputs))
+        found.require_names(states=tuple(entry.all_states), inputs=tuple(entry.commanded))
     except ModelError as error:
         # Every message begins with the field's name.
         field = str(error).split()[0]

@@ -104,6 +104,49 @@ class TableEntry(_Entry):
     source: Text = ""
 
 
+class EffortEntry(_Entry):
+    """The effort that two actuators share: a state, moved by its rate."""
+
+    unit: UnitText = "-"
+    range: Annotated[
+        tuple[Figure, Figure],
+        Field(description="[low, high] in the unit, with 0 inside: the hand-over is around 0"),
+    ]
+    overlap: Annotated[
+        Figure, Field(description="between -overlap and overlap both actuators act; positive")
+    ]
+    rest: Annotated[Figure, Field(description="effort at the operating point")] = Decimal(0)
+    rate: Annotated[
+        Figure | None, Field(description="largest rate of the effort, in the unit per second")
+    ] = None
+    description: Text = ""
+
+
+class ActuatorEntry(_Entry):
+    """One of the two actuators; its input's rest is where it idles, its range are its limits."""
+
+    input: Name
+    direction: Annotated[
+        Literal[-1, 1],
+        Field(description="1 if raising the input raises the effort, -1 if it lowers it"),
+    ]
+    effectiveness: Annotated[
+        Expression, Field(description="effort per unit of the input, positive on the box")
+    ]
+    error: Annotated[
+        Figure,
+        Field(description="share by which it may move the plant more or less, e.g. 0.1 for 10 %"),
+    ] = Decimal(0)
+
+
+class BlendingEntry(_Entry):
+    """Two actuators that share one effort: the low one below 0, the high one above."""
+
+    effort: EffortEntry
+    low: ActuatorEntry
+    high: ActuatorEntry
+
+
 class DesignEntry(_Entry):
     """What is asked of a design; every field may be left out."""
 
@@ -171,9 +214,43 @@ class PlantEntry(_Entry):
     premises: Annotated[
         dict[Name, Expression], Field(description="premise -> expression; empty leaves the choice")
     ] = {}
+    blending: Annotated[
+        BlendingEntry | None,
+        Field(description="two inputs that share one effort, handed over by a ramp"),
+    ] = None
     design: Annotated[
         DesignEntry, Field(description="what `takagi design` is asked for, unless told otherwise")
     ] = DesignEntry()
+
+    @property
+    def all_states(self) -> dict[str, VariableEntry]:
+        """The states, and the effort of a blend."""
+        if self.blending is None:
+            return self.states
+        effort = self.blending.effort
+        entry = VariableEntry(
+            unit=effort.unit, range=effort.range, rest=effort.rest, description=effort.description
+        )
+        return {**self.states, "effort": entry}
+
+    @property
+    def commanded(self) -> dict[str, VariableEntry]:
+        """The inputs that the law commands: with a blend its effort's rate, not its actuators."""
+        if self.blending is None:
+            return self.inputs
+        effort, most = self.blending.effort, self.blending.effort.rate
+        blended = (self.blending.low.input, self.blending.high.input)
+        unit = "1/s" if effort.unit == "-" else f"{effort.unit}/s"
+        if "/" in effort.unit:
+            top, bottom = effort.unit.split("/", 1)
+            unit = f"{top}/({bottom.strip('()')} s)"
+        rate = VariableEntry(
+            unit=unit,
+            range=None if most is None else (-most, most),
+            description="rate of the effort",
+        )
+        rest = {name: entry for name, entry in self.inputs.items() if name not in blended}
+        return {**rest, "effort_rate": rate}
 
 
 def plant_file_schema() -> dict[str, Any]:

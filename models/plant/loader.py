@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -132,7 +133,13 @@ class _Reader:
             ),
         )
         self.at("", lambda: check_coverage(found))
-        return found
+        return found if entry.blending is None else self.behind_blend(found, scope)
+
+    def behind_blend(self, plant: Plant, scope: Scope) -> Plant:
+        from takagi.models.plant.blending_section import behind_blend
+
+        read = partial(self.expression, scope=scope)
+        return behind_blend(self.document, self.entry, plant, self.variable, read)
 
     def at(self, field: str, work: Callable[[], Found]) -> Found:
         """Return what ``work`` does; its error gets the place in the file."""

@@ -14,6 +14,8 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     import sympy as sp
 
+    from takagi.models.blending.blending import Blending
+
 __all__ = ["Output", "Parameter", "Plant", "Variable"]
 
 
@@ -84,6 +86,8 @@ class Plant:
     units : "checked" if every unit is to fit (``takagi.models.plant.dimensions``), "unchecked" if
         nobody looked.
     name, description, source : what it is, in one line, and where its equations come from.
+    blending : of a plant behind a blend (``takagi.models.blending``): what it was made of, with
+        the plant as it was written; None for others.
 
     Two plants are equal if all of this is, symbol by symbol; expressions are compared as sympy
     holds them, not simplified.
@@ -108,6 +112,7 @@ class Plant:
     name: str = ""
     description: str = ""
     source: str = ""
+    blending: Blending | None = None
 
     def __post_init__(self) -> None:
         if not self.states or len(self.equations) != len(self.states):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
@@ -38,6 +40,7 @@ class Motion:
     input : (k, m), u itself.
     value : (k,) V / level; empty where there is no proved function or no level.
     whole : False where the motion left for infinity, or the plant has no value there.
+    acting : (k, 2), what the two actuators of a blend are told; empty without one.
     """
 
     name: str
@@ -46,14 +49,21 @@ class Motion:
     input: Floats
     value: Floats
     whole: bool = True
+    acting: Floats = field(default_factory=lambda: np.zeros((0, 2)))
 
 
 def plant_rate(plant: Plant) -> Callable[[Floats, Floats], Floats]:
     """Return (x, u) -> x' of the plant itself, disturbances at rest; x(t + T) in discrete time.
 
-    Evaluated from the plant's equations in floating point, apart from any model of it.
+    Evaluated from the plant's equations in floating point, apart from any model of it; of a blended
+    plant from those that were written, with its two actuators.
     """
     import sympy as sp
+
+    if plant.blending is not None:
+        from takagi.models.blending.running import RunningBlend
+
+        return RunningBlend(plant.blending).rate()
 
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     values |= {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.disturbances}
@@ -107,24 +117,48 @@ def around(loop: PlantLoop, count: int) -> list[tuple[str, Floats]]:
 
 
 def motions(
-    loop: PlantLoop, begin: Sequence[tuple[str, Floats]], *, duration: float | None = None
+    loop: PlantLoop,
+    begin: Sequence[tuple[str, Floats]],
+    *,
+    duration: float | None = None,
+    errors: Mapping[str, float] | None = None,
 ) -> tuple[Motion, ...]:
-    """Return the motions from the given deviations, all over the same time [s]."""
+    """Return the motions from the given deviations, all over the same time [s].
+
+    Parameters
+    ----------
+    errors : blended actuator -> delta, by what share it moves the plant more than it is told.
+
+    Raises
+    ------
+    ModelError : errors of a plant without a blend, or of no blended actuator.
+    """
     rate = plant_rate(loop.plant)
+    if errors:
+        from takagi.models.blending.running import RunningBlend
+
+        if loop.plant.blending is None:
+            raise ModelError(f"errors of {', '.join(errors)}: the plant has no blended actuators")
+        rate = RunningBlend(loop.plant.blending, errors).rate()
     move = _iterated if loop.discrete else _integrated
     end = horizon(loop) if duration is None else duration
     return tuple(move(loop, rate, name, np.asarray(x0, float), end) for name, x0 in begin)
 
 
-def horizon(loop: PlantLoop) -> float:
-    """Return how long to look [s]: until the slowest pole at rest has decayed to a thousandth."""
+def horizon(loop: PlantLoop, *, longest: float = LONGEST) -> float:
+    """Return how long to look [s]: until the slowest pole at rest has decayed to a thousandth.
+
+    Parameters
+    ----------
+    longest : s, where that would take longer, in continuous time.
+    """
     matrices, K = loop.at_rest()
     poles = np.linalg.eigvals(matrices.A if K is None else matrices.A - matrices.B @ K)
     step = loop.model.sample_time
     rates = -np.real(poles) if step is None else -np.log(np.maximum(np.abs(poles), 1e-9)) / step
     moving = np.abs(rates)[np.abs(rates) > 1e-6]
-    longest = TIMES / float(moving.min()) if moving.size else 10.0
-    return min(longest, LONGEST if step is None else STEPS * step)
+    settled = TIMES / float(moving.min()) if moving.size else 10.0
+    return min(settled, longest if step is None else STEPS * step)
 
 
 def _integrated(
@@ -173,7 +207,10 @@ def _motion(loop: PlantLoop, name: str, time: Floats, state: Floats, *, whole: b
     if loop.bounded:
         P, level = loop.ellipsoid
         value = np.einsum("ki,ij,kj->k", state, P, state) / level
-    return Motion(name, time, state, commands, value, whole)
+    acting = np.zeros((0, 2))
+    if loop.blend is not None:
+        acting = np.array([loop.blend.commands(loop.state + x) for x in state])
+    return Motion(name, time, state, commands, value, whole, acting)
 
 
 def _box(loop: PlantLoop) -> Floats:

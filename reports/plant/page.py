@@ -84,6 +84,7 @@ def _sections(
     design: PlantDesign, say: Tell, *, timings: bool
 ) -> tuple[list[Section], dict[str, str]]:
     from takagi.reports.html.provenance_section import provenance_section
+    from takagi.reports.plant.blend_section import actuators_csv, blend_section
     from takagi.reports.plant.certificate_section import certificate_section
     from takagi.reports.plant.derivation_section import derivation_section
     from takagi.reports.plant.gains_section import gains_section
@@ -109,6 +110,10 @@ def _sections(
         plant_section(design),
         derivation_section(design, weights),
     ]
+    blended: dict[str, str] = {}
+    if loop.blend is not None:
+        found.append(blend_section(loop, loop.blend))
+        blended["actuators.csv"] = actuators_csv(loop.blend, loop)
     if loop.gains is not None:
         found.append(gains_section(design, loop))
     found.append(certificate_section(design, loop))
@@ -121,7 +126,7 @@ def _sections(
         Section("check", "How to check it", {"law": loop.gains is not None}),
         provenance_section(design, timings=timings),
     ]
-    return found, {**weights.data, **moved.data}
+    return found, {**weights.data, **blended, **moved.data}
 
 
 def _rendered(section: Section) -> str:

@@ -17,6 +17,7 @@ from takagi.models.ts_model import Matrices, TSModel
 
 if TYPE_CHECKING:
     from takagi.certificates.plant_design import PlantDesign
+    from takagi.models.blending.running import RunningBlend
 
 __all__ = ["PlantLoop", "plant_loop"]
 
@@ -75,12 +76,22 @@ class PlantLoop:
         labels = (*self.model.inputs, *self.model.disturbances)
         return {label.split(" [")[0]: 0.0 for label in labels}
 
+    @cached_property
+    def blend(self) -> RunningBlend | None:
+        """The blend of two actuators in the plant, as it runs; None without one."""
+        if self.plant.blending is None:
+            return None
+        from takagi.models.blending.running import RunningBlend
+
+        return RunningBlend(self.plant.blending)
+
     def premise_values(self, deviation: Floats) -> Floats:
-        """Return z at x = x* + deviation, inputs and disturbances at rest."""
+        """Return z at x = x* + deviation, inputs and disturbances at rest, the share as it is."""
         if not self.model.premises:
             return np.zeros(0)
         point = dict(zip(self.names, map(float, deviation), strict=True))
-        return self.model.premise_values(**self._others, **point)
+        known = {} if self.blend is None else self.blend.signals(self.state + deviation)
+        return self.model.premise_values(**(self._others | known), **point)
 
     def memberships(self, deviation: Floats) -> Floats:
         """Return h (r,); outside the box premises stay at their nearer bound, as at run time."""

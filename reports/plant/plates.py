@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
     from takagi.reports.plant.plant_loop import PlantLoop
 
-__all__ = ["Drawn", "bode_drawings", "bode_plates", "motion_plates", "poles_plate", "weights_plate"]
+__all__ = ["Drawn", "bode_drawings", "bode_plates", "csv_text", "motion_plates", "poles_plate",
+           "weights_plate"]  # fmt: skip
 
 AROUND = 12
 MOST_LINES = 6
@@ -151,23 +152,28 @@ def _curve_csv(curve: PremiseCurve) -> str:
     head = [*curve.variables, f"{curve.premise.name} [{unit}]", "w0 [-]", "w1 [-]"]
     grids = np.meshgrid(*curve.axes)
     w0, w1 = curve.premise.weights(curve.value, clip=True)
-    return _csv(head, np.column_stack([part.ravel() for part in (*grids, curve.value, w0, w1)]))
+    return csv_text(head, np.column_stack([part.ravel() for part in (*grids, curve.value, w0, w1)]))
 
 
 def _motions_csv(loop: PlantLoop, shown: Sequence[Motion]) -> str:
     inputs = [f"{v.name} [{v.unit}]" for v in loop.plant.inputs] if shown[0].input.size else []
     valued = bool(shown[0].value.size)
-    head = ["run [-]", "time [s]", *loop.model.states, *inputs, *(["V/level [-]"] * valued)]
+    blend = loop.blend
+    blended = [] if blend is None else [a.variable.label for a in blend.blending.actuators]
+    head = ["run [-]", "time [s]", *loop.model.states, *inputs, *blended]
+    head += ["V/level [-]"] * valued
     blocks = []
     for number, motion in enumerate(shown, 1):
         parts = [np.full(len(motion.time), number), motion.time, motion.state]
         parts += [motion.input] if inputs else []
+        parts += [motion.acting] if blended else []
         parts += [motion.value] if valued else []
         blocks.append(np.column_stack(parts))
-    return _csv(head, np.concatenate(blocks))
+    return csv_text(head, np.concatenate(blocks))
 
 
-def _csv(head: Sequence[str], rows: np.ndarray) -> str:
+def csv_text(head: Sequence[str], rows: np.ndarray) -> str:
+    """Return a table with a line of headings, numbers to eight digits."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(head)

@@ -21,6 +21,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from takagi.certificates.checker.plant.expression import Scope, read_expression
+from takagi.certificates.checker.plant.file_blend import FileBlend
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.plant_units import in_si
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable, read_plant
@@ -43,24 +44,29 @@ def compare_plant(model: Any, path: Path) -> str:
     file, plant = read_toml(path, Decimal, what="plant file"), read_plant(model, "model")
     if file.get("kind") != "plant":
         raise CertificateError(f"{path}: the certificate is about a plant, this is no plant file")
-    return _Comparison(model, plant, file, path).whole()
+    return Comparison(model, plant, file, path).whole()
 
 
-class _Comparison:
+class Comparison:
     def __init__(self, model: Any, plant: PlantNodes, file: dict[str, Any], path: Path) -> None:
         self.model, self.plant, self.file, self.path = model, plant, file, path
         self.algebra = Algebra(plant.graph, plant.tables)
         self.names: dict[str, int] = {}
+        self.blend = FileBlend.of(file, model, path)
 
     def whole(self) -> str:
         self.sample_time()
         self.parameters()
         outside = {**self.section("disturbances"), **self.section("scheduling")}
-        moved = self.variables("states", self.section("states"), self.plant.states)
-        moved += self.variables("disturbances", outside, self.plant.disturbances)
+        outside |= self.blend.errors
+        states = {**self.section("states"), **self.blend.states}
+        moved = self.variables("states", states, self.plant.states)
+        signals = self.blend.without_share(self.plant.disturbances)
+        moved += self.variables("disturbances", outside, signals)
         if moved:
             raise self.error(f"{', '.join(moved)} rests elsewhere there")
-        solved = self.variables("inputs", self.section("inputs"), self.plant.inputs)
+        inputs = self.blend.without_actuators(self.section("inputs"))
+        solved = self.variables("inputs", inputs, self.plant.inputs)
         tables = self.section("tables")
         missing = sorted(set(self.plant.tables) - set(tables))
         if missing:
@@ -121,7 +127,8 @@ class _Comparison:
 
     def parameters(self) -> None:
         theirs = self.section("parameters")
-        ours = self.model.get("parameters", {})
+        # Those that the blend adds stand in the model's equations, which its claim is about.
+        ours = self.blend.without_parameters(self.model.get("parameters", {}))
         self.same(theirs, set(theirs), set(ours), "parameters")
         for name, entry in theirs.items():
             where = f"parameters.{name}"
@@ -162,12 +169,14 @@ class _Comparison:
         return moved
 
     def expressions(self, tables: Mapping[str, int]) -> None:
-        scope = Scope(self.names, tables)
         states = [variable.name for variable in self.plant.states]
+        own, f = self.blend.equations(states, self.plant, self.names)
+        scope = Scope(self.names, tables)
         equations = self.section("equations")
-        self.same(equations, set(equations), set(states), "equations")
-        for name, node in zip(states, self.plant.f, strict=True):
+        self.same(equations, set(equations), set(own), "equations")
+        for name, node in zip(own, f, strict=True):
             self.equal(equations[name], node, scope, f"equations.{name}")
+        self.blend.compare(self, scope)
         mass = self.section("mass")
         if bool(mass) != (self.plant.mass is not None):
             raise self.error("the one has a mass matrix, the other none")

@@ -13,6 +13,7 @@ from takagi.certificates.checker.reader import read_text
 from takagi.certificates.checker.result import Checked, Claim
 from takagi.certificates.document import certificate_document
 from takagi.certificates.plant_embedding import embedding_claim, plant_data
+from takagi.models.blending import blended_model
 from takagi.models.plant.loader import load_plant
 from takagi.models.sector.model import sector_model
 from takagi.models.ts_model import TSModel
@@ -22,7 +23,8 @@ CLAIM = {"name": "the plant is its model", "kind": "sector-embedding"}
 
 def library_model(name: str) -> TSModel:
     """Return the model of a plant that comes with the package."""
-    return sector_model(load_plant(name))
+    plant = load_plant(name)
+    return sector_model(plant) if plant.blending is None else blended_model(plant)
 
 
 def as_read(data: Any) -> Any:

@@ -1,0 +1,173 @@
+"""The blend of a certificate's plant: two actuators, one effort, read strictly into nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.effort_ramp import psi, share
+from takagi.certificates.checker.plant.expression import NAME, Scope, read_expression
+from takagi.certificates.checker.plant.graph import FUNCTIONS
+from takagi.certificates.checker.plant.reading import PlantNodes, Variable
+from takagi.certificates.checker.reader import Number, integer, member, text
+from takagi.certificates.checker.refusal import CertificateError
+
+__all__ = ["Acting", "Blend", "read_blend", "secant"]
+
+
+@dataclass(frozen=True)
+class Acting:
+    """One actuator: ``sign`` is 1 for the high one, -1 for the low one.
+
+    ``effectiveness`` is a node; ``error`` the signal delta, None where it does what it is told.
+    """
+
+    name: str
+    unit: str
+    sign: int
+    direction: int
+    effectiveness: int
+    idle: Fraction
+    side: tuple[Fraction, Fraction] | None
+    error: Variable | None
+
+
+@dataclass(frozen=True)
+class Blend:
+    """All that is said of the blend; ``names`` are those that the plant as written may use."""
+
+    effort: Variable
+    rate: Variable
+    share: Variable
+    rest: Fraction
+    ends: tuple[Fraction, Fraction]
+    overlap: Fraction
+    low: Acting
+    high: Acting
+    equations: list[str]
+    names: dict[str, int]
+    tables: dict[str, int]
+
+    @property
+    def actuators(self) -> tuple[Acting, Acting]:
+        return self.low, self.high
+
+
+def secant(s: Fraction, rest: Fraction, overlap: Fraction) -> Fraction:
+    """Return the slope of psi from rest to s; its derivative where they are one."""
+    if s != rest:
+        return (psi(s, overlap) - psi(rest, overlap)) / (s - rest)
+    return share(s, overlap)
+
+
+def read_blend(model: Any, plant: PlantNodes, where: str) -> Blend:
+    """Return the member ``blending`` of a model of kind ``plant``.
+
+    Raises
+    ------
+    CertificateError : a part that is missing or misshapen, a variable that is not there, an overlap
+        that is not positive, an effort without a range, an actuator's name that is taken.
+    """
+    given = member(model, "blending", where)
+    where = f"{where}.blending"
+    names = names_of(model, plant)
+    effort = _variable(given, "effort", plant.states, where)
+    rest = plant.graph.value(effort.rest)
+    if rest is None or effort.side is None:
+        raise CertificateError(f"{where}.effort: a rest that is a fraction and a range are needed")
+    overlap = _rational(plant, member(given, "overlap", where), f"{where}.overlap")
+    if overlap <= 0:
+        raise CertificateError(f"{where}.overlap: a positive number is needed")
+    equations = member(given, "equations", where)
+    if not isinstance(equations, list) or len(equations) != len(plant.states) - 1:
+        raise CertificateError(f"{where}.equations: one for each state but the effort is needed")
+    tables = {name: table.arguments for name, table in plant.tables.items()}
+    rate = _variable(given, "rate", plant.inputs, where)
+    share = _variable(given, "share", plant.disturbances, where)
+    added = {effort.name, rate.name, share.name}
+    for key in ("low", "high"):
+        named = member(member(given, key, where), "error", f"{where}.{key}")
+        added |= {named} if isinstance(named, str) else set()
+    # The plant as it was written knows nothing of what the blend adds.
+    own = {name: node for name, node in names.items() if name not in added}
+    scope = Scope(own, tables)
+    low, high = (
+        _acting(member(given, key, where), plant, scope, sign, f"{where}.{key}")
+        for key, sign in (("low", -1), ("high", 1))
+    )
+    taken = {*names, *tables, *FUNCTIONS, "pi"}
+    if low.name == high.name or {low.name, high.name} & taken:
+        raise CertificateError(f"{where}: the actuators need names of their own")
+    return Blend(
+        effort,
+        rate,
+        share,
+        rest,
+        (rest + effort.side[0], rest + effort.side[1]),
+        overlap,
+        low,
+        high,
+        equations,
+        own,
+        tables,
+    )
+
+
+def names_of(model: Any, plant: PlantNodes) -> dict[str, int]:
+    """Return the names that equations may use: parameters and variables, each with its node."""
+    g = plant.graph
+    found = {
+        name: read_expression(str(value), g, Scope({}), f"model.parameters.{name[:60]!a}")
+        for name, value in model.get("parameters", {}).items()
+    }
+    for variable in (*plant.states, *plant.inputs, *plant.disturbances):
+        found[variable.name] = g.add(variable.rest, g.variable(variable.symbol))
+    return found
+
+
+def _variable(given: Any, key: str, variables: list[Variable], where: str) -> Variable:
+    name = text(given, key, where)
+    for variable in variables:
+        if variable.name == name:
+            return variable
+    raise CertificateError(f"{where}.{key}: {name[:60]!a} is none of the model's")
+
+
+def _acting(given: Any, plant: PlantNodes, scope: Scope, sign: int, where: str) -> Acting:
+    name = text(given, "input", where)
+    if not NAME.fullmatch(name):
+        raise CertificateError(f"{where}.input: {name[:60]!a} is no name")
+    direction = integer(given, "direction", where)
+    if direction not in (-1, 1):
+        raise CertificateError(f"{where}.direction: 1 or -1 is needed")
+    written = member(given, "effectiveness", where)
+    ends = member(given, "range", where)
+    side = None
+    if ends is not None:
+        if not isinstance(ends, list) or len(ends) != 2:
+            raise CertificateError(f"{where}.range: two numbers are needed")
+        low, high = (_rational(plant, end, f"{where}.range") for end in ends)
+        side = low, high
+    error = None
+    if member(given, "error", where) is not None:
+        error = _variable(given, "error", plant.disturbances, where)
+    return Acting(
+        name,
+        text(given, "unit", where),
+        sign,
+        direction,
+        read_expression(written, plant.graph, scope, f"{where}.effectiveness"),
+        _rational(plant, member(given, "idle", where), f"{where}.idle"),
+        side,
+        error,
+    )
+
+
+def _rational(plant: PlantNodes, value: Any, where: str) -> Fraction:
+    if isinstance(value, Number):
+        return Fraction(value)
+    found = plant.graph.value(read_expression(value, plant.graph, Scope({}), where))
+    if found is None:
+        raise CertificateError(f"{where}: a rational number is needed")
+    return found

@@ -1,0 +1,60 @@
+"""Two actuators that share one effort, handed over by a ramp, for any plant.
+
+hand_over       psi, its slope, and the range of its secants, exactly
+blending        Actuator, Blending: who acts where, and how well it is known
+substitution    the plant behind the blend: one input, the rate of the effort
+reach           whether the actuators can deliver what is asked of them on the box
+modelling       its Takagi-Sugeno model
+running         shares, commands and actuators over a motion, in floating point
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from takagi.models.blending.blending import Actuator, Blending
+    from takagi.models.blending.hand_over import (
+        ramp,
+        ramp_slope,
+        share_range,
+        share_value,
+    )
+    from takagi.models.blending.modelling import blended_model
+    from takagi.models.blending.running import RunningBlend
+    from takagi.models.blending.substitution import blended_plant
+
+__all__ = [
+    "Actuator",
+    "Blending",
+    "RunningBlend",
+    "blended_model",
+    "blended_plant",
+    "ramp",
+    "ramp_slope",
+    "share_range",
+    "share_value",
+]
+
+_HOME = {
+    "Actuator": "blending",
+    "Blending": "blending",
+    "RunningBlend": "running",
+    "blended_model": "modelling",
+    "blended_plant": "substitution",
+    "ramp": "hand_over",
+    "ramp_slope": "hand_over",
+    "share_range": "hand_over",
+    "share_value": "hand_over",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOME:
+        return getattr(import_module(f"takagi.models.blending.{_HOME[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,171 @@
+r"""A plant with two actuators behind a blend, as a plant with one input: the rate of the effort.
+
+With U the effort, U* its rest and F the secant share of the high actuator (``hand_over``),
+
+    psi(U)  = psi(U*)  + F (U - U*)            psi(-U) = psi(-U*) - (1 - F)(U - U*)
+
+exactly.  So the actuators' commands v = idle +- direction psi(+-U)/b are written with F as a
+signal that schedules, whose range is known exactly, and with the effort as a state, U' = effort
+rate.  An actuator that is wrong by delta in its motion from rest is at v* + (1 + delta)(v - v*),
+delta a signal too.  The law knows F, which follows from its own state U; it does not know delta.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from takagi.models.blending.blending import SHARE, Actuator, Blending
+from takagi.models.blending.reach import check_reach
+from takagi.models.enclosure.interval import Interval
+from takagi.models.errors import ModelError
+from takagi.models.plant.plant import Parameter, Plant, Variable
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+__all__ = ["actuator_laws", "blended_plant", "blending_parameters"]
+
+FROM = "from [blending]"
+
+
+def blended_plant(blending: Blending) -> Plant:
+    """Return the plant behind the blend: the states and the effort, the effort's rate as an input.
+
+    Signals that schedule: ``share``, F with its exact range, and ``<actuator>_error`` for each
+    actuator with an error.  ``plant.blending`` keeps what it was made of.
+
+    Raises
+    ------
+    ModelError : discrete time, premises that are fixed in actuators, a name that is taken, and what
+        ``check_reach`` finds: an effectiveness that vanishes on the box, a command beyond limits.
+    """
+    import sympy as sp
+
+    plant = blending.plant
+    if plant.sample_time is not None:
+        raise ModelError("blending: the plant is of discrete time; the effort moves in continuous")
+    check_reach(blending)
+    parameters = blending_parameters(blending)
+    rows = [_behind(row, blending) for row in plant.equations]
+    mass = None if plant.mass is None else sp.diag(plant.mass, sp.Matrix([[1]]))
+    moved = [a.variable.symbol for a in blending.actuators]
+    for symbol, premise in plant.premises.items():
+        if premise.has(*moved):
+            raise ModelError(f"premise {symbol}: it depends on a blended actuator; leave it out")
+    return replace(
+        plant,
+        equations=(*rows, blending.rate.symbol),
+        states=(*plant.states, blending.effort),
+        inputs=(*(v for v in plant.inputs if v.symbol not in moved), blending.rate),
+        disturbances=(*plant.disturbances, *_signals(blending)),
+        parameters=(*plant.parameters, *parameters),
+        mass=mass,
+        blending=blending,
+    )
+
+
+def actuator_laws(blending: Blending) -> dict[sp.Symbol, sp.Expr]:
+    """Return symbol of an actuator -> where it is, in effort, share, errors and parameters."""
+    found = {}
+    for a in blending.actuators:
+        still, moved = _parts(blending, a)
+        found[a.variable.symbol] = still + moved / a.effectiveness
+    return found
+
+
+def _behind(row: sp.Expr, blending: Blending) -> sp.Expr:
+    """Return one row with the actuators where they are.
+
+    Where the row is affine in them, the effectiveness of the row is divided by that of the law
+    first, so that what cancels is gone.
+    """
+    import sympy as sp
+
+    symbols = [a.variable.symbol for a in blending.actuators]
+    slopes = [sp.diff(row, symbol) for symbol in symbols]
+    if any(slope.has(*symbols) for slope in slopes):
+        return row.subs(actuator_laws(blending), simultaneous=True)
+    found = row.subs(dict.fromkeys(symbols, 0))
+    for actuator, slope in zip(blending.actuators, slopes, strict=True):
+        if slope != 0:
+            still, moved = _parts(blending, actuator)
+            found += slope * still + _ratio(slope, actuator.effectiveness) * moved
+    return found
+
+
+def _ratio(slope: sp.Expr, effectiveness: sp.Expr) -> sp.Expr:
+    import sympy as sp
+
+    ratio = slope / effectiveness
+    return sp.factor(sp.cancel(ratio)) if ratio.is_rational_function() else ratio
+
+
+def _parts(blending: Blending, actuator: Actuator) -> tuple[sp.Expr, sp.Expr]:
+    """Return (still, moved): the actuator is at still + moved / effectiveness.
+
+    v = idle + step / b as commanded, v* + (1 + delta)(v - v*) where it is wrong by delta.
+    """
+    share, effort = _symbol(SHARE), blending.effort
+    known = {p.symbol.name for p in blending_parameters(blending)}
+
+    def number(name: str) -> sp.Expr:
+        return _symbol(name) if name in known else 0
+
+    part = share if actuator is blending.high else share - 1
+    delivered = number(f"{actuator.name}_effort_rest") + part * (
+        effort.symbol - number("effort_rest")
+    )
+    step = blending.sign(actuator) * actuator.direction * delivered
+    idle = number(f"{actuator.name}_idle")
+    if actuator.error == 0:
+        return idle, step
+    wrong = 1 + _symbol(actuator.error_name)
+    if blending.delivered(actuator, effort.rest) == 0:
+        return idle, wrong * step
+    rest = number(f"{actuator.name}_rest")
+    return rest + wrong * (idle - rest), wrong * step
+
+
+def blending_parameters(blending: Blending) -> tuple[Parameter, ...]:
+    """Return the numbers that stand in the blended equations; those that are 0 are left out."""
+    unit = blending.effort.unit
+    found = [("effort_rest", blending.effort.rest, unit)]
+    for a in blending.actuators:
+        delivered = blending.delivered(a, blending.effort.rest)
+        found.append((f"{a.name}_effort_rest", delivered, unit))
+        found.append((f"{a.name}_idle", a.variable.rest, a.variable.unit))
+        if a.error and delivered:
+            found.append((f"{a.name}_rest", blending.at_rest(a), a.variable.unit))
+    return tuple(
+        Parameter(_symbol(name), value, unit, FROM) for name, value, unit in found if value
+    )
+
+
+def _signals(blending: Blending) -> tuple[Variable, ...]:
+    share = Variable(
+        _symbol(SHARE),
+        range=blending.share,
+        rest=blending.share_at_rest,
+        description=f"share of {blending.high.name} in the effort's motion from rest",
+        schedules=True,
+    )
+    errors = (
+        Variable(
+            _symbol(a.error_name),
+            range=Interval(-a.error, a.error),
+            rest=Fraction(0),
+            description=f"by what share {a.name} moves the plant more than commanded",
+            schedules=True,
+        )
+        for a in blending.actuators
+        if a.error
+    )
+    return share, *errors
+
+
+def _symbol(name: str) -> sp.Symbol:
+    import sympy as sp
+
+    return sp.Symbol(name, real=True)

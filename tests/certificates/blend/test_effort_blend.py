@@ -1,0 +1,286 @@
+"""Claims of kind ``effort-blend``: true ones are proved, broken ones never, by both checkers."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from functools import cache, partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates import Verdict
+from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.cross_check import judge_document
+from takagi.certificates.cross_check.reading import Refusal
+from takagi.certificates.plant_design import PlantDesign, certify_plant
+from takagi.models.plant.design_settings import PlantSettings
+from tests.certificates.kinds.test_damage import resealed
+from tests.models.blending.plants import plant_of
+
+Data = dict[str, Any]
+GAIN = [[4.0, 6.0]]
+
+
+@cache
+def design() -> PlantDesign:
+    """The room under one gain for all rules."""
+    with TemporaryDirectory() as folder:
+        plant = plant_of(Path(folder))
+    return certify_plant(plant, lambda model: np.array([GAIN] * len(model.A)), PlantSettings())
+
+
+def changed(change: Callable[[Data], None]) -> Data:
+    """The certificate with the claims about model and blend alone, changed and sealed again."""
+    found = copy.deepcopy(dict(design().document))
+    found["claims"] = [
+        c for c in found["claims"] if c["kind"] in ("sector-embedding", "effort-blend")
+    ]
+    change(found)
+    return resealed(found)
+
+
+def blend(document: Data, **parts: Any) -> None:
+    """Change parts of the blend in model and law alike."""
+    for owner in (document["model"], document["gains"]):
+        for place, value in parts.items():
+            *path, last = place.split("__")
+            inner = owner["blending"]
+            for step in path:
+                inner = inner[step]
+            inner[last] = value
+
+
+def verdicts(document: Data) -> list[str]:
+    """First checker's word on each claim, or the refusal's."""
+    try:
+        return [claim.verdict.name for claim in check_document(document).claims]
+    except CertificateError:
+        return ["REFUSED"]
+
+
+def second(document: Data) -> list[str]:
+    try:
+        return [opinion.verdict for opinion in judge_document(document)]
+    except Refusal:
+        return ["REFUSED"]
+
+
+def test_the_blend_is_proved_by_both_checkers() -> None:
+    document = changed(lambda _: None)
+
+    assert design().verdict is Verdict.PROVED
+    assert verdicts(document) == ["PROVED", "PROVED"]
+    assert second(document) == ["PROVED", "PROVED"]
+    text = check_document(document).claims[1].text
+    assert "heating has a share between 0.0416666 and 0.958334 of its motion" in text
+    assert "heating keeps [0, 3] and moves the plant 0.8 to 1.2 times as much as told" in text
+    assert "cooling keeps [0, 1.5] and moves the plant 0.9 to 1.1 times" in text
+
+
+def share_range(low: str, high: str) -> Callable[[Data], None]:
+    def change(document: Data) -> None:
+        signals = document["model"]["disturbances"]
+        next(s for s in signals if s["name"] == "share")["range"] = [low, high]
+
+    return change
+
+
+def without_error(document: Data) -> None:
+    blend(document, high__error=None)
+
+
+def other_gain(document: Data) -> None:
+    """A gain that goes with an error of an actuator, which no law can know."""
+    document["gains"]["K"] = [GAIN] * 7 + [[[4.5, 6.0]]]
+
+
+def other_law(document: Data) -> None:
+    # Not in place: in memory model and law may share one blend.
+    document["gains"]["blending"] = {**document["gains"]["blending"], "overlap": 0.4}
+
+
+def as_a_disturbance(document: Data) -> None:
+    """The share moved from A to E: then "without disturbance" would mean at its rest."""
+    embedding = document["model"]["embedding"]
+    names = [signal["name"] for signal in document["model"]["disturbances"]]
+    assert names[0] == "share"
+    embedding["E"][0][0] = "0.001"
+
+
+BROKEN: dict[str, Callable[[Data], None]] = {
+    # The secants of a wider hand-over are flatter at the ends: 1/2 -+ ... of the range.
+    "a wider overlap": lambda d: blend(d, overlap=0.6),
+    "a narrower overlap": lambda d: blend(d, overlap=0.4),
+    "no overlap": lambda d: blend(d, overlap=0),
+    "a share that starts too high": share_range("0.0417", "1"),
+    "a share that ends too low": share_range("0", "0.9583"),
+    "a limit a hair too low": lambda d: blend(d, high__range=[0, 2.9999]),
+    "a limit without room": lambda d: blend(d, high__range=[-1, 0]),
+    "another effectiveness": lambda d: blend(d, high__effectiveness="2.001 + x"),
+    "an effectiveness that vanishes": lambda d: blend(d, high__effectiveness="1 + x"),
+    "another direction": lambda d: blend(d, low__direction=1, low__range=None),
+    "another idling": lambda d: blend(d, low__idle=0.001),
+    "another equation": lambda d: blend(d, equations=["a*x - 2*cooling + (2.001 + x)*heating"]),
+    "an equation too many": lambda d: blend(d, equations=["x", "x"]),
+    "no error of an actuator": without_error,
+    "the error of the other": lambda d: blend(d, high__error="cooling_error"),
+    "the share as an error": lambda d: blend(d, high__error="share"),
+    "another effort": lambda d: blend(d, effort="x"),
+    "an equation with the share": lambda d: blend(
+        d, equations=["a*x - 2*cooling + (2 + x)*heating + share - share"]
+    ),
+    "an effectiveness with an error": lambda d: blend(
+        d, low__effectiveness="2 + cooling_error - cooling_error"
+    ),
+    "a share that pushes": as_a_disturbance,
+    "a name of the plant": lambda d: blend(d, low__input="x"),
+    "gains that know an error": other_gain,
+    "a law with another blend": other_law,
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_blend_is_not_proved(name: str) -> None:
+    """Undecided or refused, and the second checker proves it just as little."""
+    document = changed(BROKEN[name])
+
+    assert "PROVED" not in verdicts(document)[-1:]
+    assert "PROVED" not in second(document)[-1:]
+
+
+def test_the_other_side_of_the_thresholds() -> None:
+    """Shares from 1/24 to 23/24 and a limit of exactly 3 are enough."""
+    document = changed(lambda d: blend(d, high__range=[0, 3], low__range=[0, 1.5]))
+    assert verdicts(document)[-1] == second(document)[-1] == "PROVED"
+
+
+def test_gains_may_go_with_what_is_known() -> None:
+    """Regional gains by the share: the same in all rules that differ in errors alone."""
+
+    def by_share(document: Data) -> None:
+        names = [p["name"] for p in document["model"]["embedding"]["premises"]]
+        assert names == ["high_share", "cooling_off", "heating_off"]
+        document["gains"]["K"] = [[[4.0 + (k >= 4), 6.0]] for k in range(8)]
+
+    document = changed(by_share)
+
+    assert verdicts(document)[-1] == second(document)[-1] == "PROVED"
+
+
+def test_a_plant_behind_a_blend_needs_the_claim_beside_its_file(tmp_path: Path) -> None:
+    """Without it nothing says that the file's two actuators make the certificate's equations."""
+    from takagi.certificates import load_certificate
+    from takagi.certificates.checker import check
+
+    plant_of(tmp_path)
+    model = tmp_path / "room.toml"
+    found = design_of_file(model)
+    path = tmp_path / "certificate.json"
+    found.certificate.save(path)
+    assert check(path, model=model).verdict is Verdict.PROVED
+    assert load_certificate(path).verdict is Verdict.PROVED
+
+    document = copy.deepcopy(dict(found.document))
+    document["claims"] = [c for c in document["claims"] if c["kind"] != "effort-blend"]
+    path.write_text(dumped(resealed(document)), encoding="utf-8")
+    with pytest.raises(CertificateError, match="no claim 'effort-blend'"):
+        check(path, model=model)
+
+
+def design_of_file(path: Path) -> PlantDesign:
+    from takagi.models.plant.loader import load_plant, plant_files
+
+    def one(model: Any) -> Any:
+        return np.array([GAIN] * len(model.A))
+
+    return certify_plant(load_plant(path), one, PlantSettings(), files=plant_files(path))
+
+
+def dumped(document: Data) -> str:
+    from takagi.certificates.document import dumps
+
+    return dumps(document)
+
+
+OTHER_FILES = (
+    "overlap = 0.5 -> overlap = 0.51",
+    "rate = 20 -> rate = 21",
+    "range = [-3, 3], overlap -> range = [-2.9, 3], overlap",
+    '"2 + x", error -> "2 + x^3", error',
+    "error = 0.1 -> error = 0.05",
+    "heating = { range = [0, 3] } -> heating = { range = [0, 4] }",
+    "heating = { range = [0, 3] } -> heating = {}",
+    "+ (2 + x)*heating -> + (2 + 2*x)*heating",
+    "a = { value = 0.5 } -> a = { value = 0.6 }",
+)
+
+
+@pytest.mark.parametrize("change", OTHER_FILES)
+def test_another_file_is_told_apart(change: str, tmp_path: Path) -> None:
+    """By the numbers and equations of the file, not by its hash."""
+    import json
+
+    from takagi.certificates.checker.plant.plant_file import compare_plant
+    from takagi.certificates.checker.reader import read_text
+
+    model = read_text(json.dumps(design().document["model"]), "model")
+    plant_of(tmp_path)
+    assert compare_plant(model, tmp_path / "room.toml") == ""
+    plant_of(tmp_path, a=change)
+    with pytest.raises(CertificateError, match="not the certificate's plant"):
+        compare_plant(model, tmp_path / "room.toml")
+
+
+STRANGE = (
+    "error = 0.1 -> error = 'a lot'",
+    "rate = 20 -> rate = 'fast'",
+    "overlap = 0.5 -> overlap = [1]",
+    "direction = -1 -> direction = 'down'",
+    "heating = { range = [0, 3] } -> heating = 3",
+    "heating = { range = [0, 3] } -> heating = { range = 3 }",
+    'input = "cooling" -> input = 3',
+    '"2 + x", error -> 2, error',
+    "effort = { range = [-3, 3], overlap = 0.5, rate = 20 } -> effort = 3",
+    "[blending] -> [other]",
+)
+
+
+@pytest.mark.parametrize("change", STRANGE)
+def test_a_strange_file_is_refused_without_a_traceback(change: str, tmp_path: Path) -> None:
+    """Files that `takagi design` would not read, given to the checker."""
+    import json
+
+    from takagi.certificates.checker.plant.plant_file import compare_plant
+    from takagi.certificates.checker.reader import read_text
+    from tests.models.blending.plants import ROOM
+
+    model = read_text(json.dumps(design().document["model"]), "model")
+    old, new = change.split(" -> ")
+    path = tmp_path / "room.toml"
+    path.write_text(ROOM.replace(old, new, 1), encoding="utf-8")
+
+    with pytest.raises(CertificateError):
+        compare_plant(model, path)
+
+
+NOTHING: list[Any] = [None, True, "", [], {}, [[]], 1, -1, "1/0", "x"]
+ODD: list[Any] = [True, "", [], {}, [[]], [1], [None, 1], -1, "1/0", "effort"]
+
+
+def test_damaged_blends_are_refused_without_a_traceback() -> None:
+    """Each part of the blend put to strange values, in model and law alike."""
+    for part in ("effort", "rate", "share", "overlap", "low", "high", "equations"):
+        for value in NOTHING:
+            document = changed(partial(blend, **{part: value}))
+            assert verdicts(document)[-1] != "PROVED"
+            assert second(document)[-1] != "PROVED"
+    for part in ("input", "unit", "direction", "effectiveness", "idle", "range"):
+        for odd in ODD:
+            document = changed(partial(blend, **{f"low__{part}": odd}))
+            # What the first still proves, such as another word for a unit, the second does too.
+            assert verdicts(document)[-1] != "PROVED" or second(document)[-1] == "PROVED"

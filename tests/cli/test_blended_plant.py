@@ -1,0 +1,135 @@
+"""`takagi design`, `check` and `simulate` for a plant with two actuators behind a blend."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from takagi.cli.main import main
+from tests.models.blending.plants import ROOM
+
+Capture = pytest.CaptureFixture[str]
+
+
+class Sections(HTMLParser):
+    """Anchors of a page's sections, and the text of one."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.anchors: list[str] = []
+        self.words: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag == "section":
+            self.anchors.append(dict(attrs).get("id") or "")
+
+    def handle_data(self, data: str) -> None:
+        if self.anchors and self.anchors[-1] == "blend":
+            self.words.append(data)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One design, read by all tests; without errors, so that it has one rule and is quick."""
+    place = tmp_path_factory.mktemp("room")
+    text = ROOM.replace(", error = 0.1", "").replace(", error = 0.2", "")
+    (place / "room.toml").write_text(text, encoding="utf-8")
+    options = ["--decay-rate", "0.2"]
+    assert main(["design", str(place / "room.toml"), "--out", str(place / "out"), *options]) == 0
+    return place
+
+
+def test_the_design_is_proved_and_checked_with_its_files(folder: Path, capsys: Capture) -> None:
+    out, model = folder / "out", str(folder / "room.toml")
+    files = ["--gains", str(out / "gains.json"), "--model", model]
+
+    assert main(["check", str(out / "certificate.json"), *files]) == 0
+    assert (
+        "Room behind its blend, with both actuators within their limits" in capsys.readouterr().out
+    )
+
+
+def test_a_certificate_is_compared_with_itself(folder: Path, capsys: Capture) -> None:
+    """The share's range has ends that no decimal is, 1/24: they stand there as texts."""
+    certificate = folder / "out" / "certificate.json"
+    model = json.loads(certificate.read_text(encoding="utf-8"))["model"]
+    ranges = {signal["name"]: signal["range"] for signal in model["disturbances"]}
+    assert "/" in str(ranges["share"])
+
+    assert main(["compare", str(certificate), str(certificate)]) == 0
+    assert "nothing got worse" in capsys.readouterr().out
+
+
+def test_a_turbine_does_not_read_its_gains(folder: Path, capsys: Capture) -> None:
+    gains = str(folder / "out" / "gains.json")
+
+    assert main(["simulate", "nrel5mw", "--law-from", gains]) == 2
+    assert f"{gains}: the law is 'pdc', not a wind turbine's" in capsys.readouterr().err
+
+
+def test_the_gain_file_has_the_whole_law(folder: Path) -> None:
+    gains = json.loads((folder / "out" / "gains.json").read_text(encoding="utf-8"))
+    blend = gains["law"]["blending"]
+
+    assert [signal["name"] for signal in gains["inputs"]] == ["effort_rate"]
+    assert blend["overlap"] == 0.5
+    assert (blend["low"]["input"], blend["low"]["direction"]) == ("cooling", -1)
+    assert (blend["high"]["effectiveness"], blend["high"]["range"]) == ("x + 2", [0, 3])
+    assert "(s + overlap)^2/(4 overlap)" in gains["formulas"]["ramp"]
+
+
+def test_a_gain_file_with_another_blend_is_refused(folder: Path, capsys: Capture) -> None:
+    out = folder / "out"
+    gains = json.loads((out / "gains.json").read_text(encoding="utf-8"))
+    gains["law"]["blending"]["overlap"] = 0.4
+    other = folder / "other.json"
+    other.write_text(json.dumps(gains), encoding="utf-8")
+
+    assert main(["check", str(out / "certificate.json"), "--gains", str(other)]) == 2
+    assert "law" in capsys.readouterr().err
+
+
+def test_the_report_shows_both_actuators(folder: Path) -> None:
+    out = folder / "out"
+    page = Sections()
+    page.feed((out / "report.html").read_text(encoding="utf-8"))
+
+    assert "blend" in page.anchors
+    words = " ".join(" ".join(page.words).split())
+    assert "The law commands one effort" in words
+    assert "cooling takes what lies below, heating what lies above" in words
+    assert (out / "figures" / "hand-over.svg").is_file()
+    rows = list(csv.reader(io.StringIO((out / "figures" / "actuators.csv").read_text())))
+    table = np.array(rows[1:], dtype=float)
+    np.testing.assert_allclose(table[:, 1] + table[:, 2], table[:, 0], atol=1e-6)
+    assert rows[0][-2:] == ["cooling [-]", "heating [-]"]
+
+
+def test_a_motion_goes_through_the_hand_over(folder: Path, capsys: Capture) -> None:
+    """From a warm room cooling acts first; both stay within their limits."""
+    gains = ["--gains", str(folder / "out" / "gains.json")]
+    start = ["--start", "x=0.1,effort=0.5", "--duration", "30"]
+
+    assert main(["simulate", str(folder / "room.toml"), *gains, *start, "--json"]) == 0
+    (run,) = json.loads(capsys.readouterr().out)["runs"]
+    assert run["settled_after"] is not None
+    for name, most in (("cooling", 1.5), ("heating", 3.0)):
+        low, high = run["actuators"][name]
+        assert 0 <= low < high <= most
+    assert run["actuators"]["cooling"][1] > 0.125 / 2  # more than at rest
+
+
+def test_a_bad_blend_is_said_with_its_line(folder: Path, capsys: Capture) -> None:
+    bad = folder / "bad.toml"
+    bad.write_text(ROOM.replace("overlap = 0.5", "overlap = -0.5"), encoding="utf-8")
+
+    assert main(["design", str(bad), "--out", str(folder / "none")]) == 2
+    told = capsys.readouterr().err
+    assert "bad.toml:" in told and "'blending.effort.overlap'" in told
+    assert not (folder / "none").exists()

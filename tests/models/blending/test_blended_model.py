@@ -1,0 +1,146 @@
+"""The model of a blended plant is the plant with its two actuators, wherever it is."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from takagi.models import ModelError, Plant, TSModel
+from takagi.models.blending import RunningBlend, blended_model
+from takagi.models.law import PdcLaw
+from tests.models.blending.plants import ROOM, plant_of
+
+Floats = NDArray[np.float64]
+# Rests where cooling alone acts, against a load of 1.
+LOADED = ROOM.replace("range = [-3, 3]", "range = [-3, 3], rest = -1").replace(
+    '"a*x - 2', '"1 + a*x - 2'
+)
+ROOMS = {"handing over": (ROOM, 0.0, 0.0), "cooled": (LOADED, -1.0, 1.0)}
+
+
+@cache
+def made(text: str) -> tuple[Plant, TSModel]:
+    with TemporaryDirectory() as folder:
+        plant = plant_of(Path(folder), text)
+    return plant, blended_model(plant)
+
+
+def by_hand(
+    x: float, effort: float, errors: tuple[float, float], rest: float = 0.0, load: float = 0.0
+) -> float:
+    """x' of the room from its equation, psi written by max, actuators wrong about their rest."""
+
+    def psi(s: float) -> float:
+        return max(s - 0.5, 0.0) + min(max(s + 0.5, 0.0), 1.0) ** 2 / 2
+
+    cooling, heating = psi(-effort) / 2, psi(effort) / (2 + x)
+    cooling0, heating0 = psi(-rest) / 2, psi(rest) / 2
+    cooling = cooling0 + (1 + errors[0]) * (cooling - cooling0)
+    heating = heating0 + (1 + errors[1]) * (heating - heating0)
+    return load + 0.5 * x - 2 * cooling + (2 + x) * heating
+
+
+@pytest.mark.parametrize("name", ROOMS)
+@settings(max_examples=80, derandomize=True, deadline=None)
+@given(
+    x=st.floats(-1, 1),
+    effort=st.floats(-3, 3),
+    low=st.floats(-0.1, 0.1),
+    high=st.floats(-0.2, 0.2),
+)
+def test_the_model_equals_the_two_actuators(
+    name: str, x: float, effort: float, low: float, high: float
+) -> None:
+    """sum h_i (A_i x + B_i u) is x' by hand, with weights >= 0 that sum to one."""
+    text, rest, load = ROOMS[name]
+    plant, model = made(text)
+    assert plant.blending is not None
+    state = np.array([x, effort])
+    known = RunningBlend(plant.blending).signals(state)
+    signals = {**known, "cooling_error": low, "heating_error": high}
+    moved = {"effort": effort} if rest == 0 else {"delta_effort": effort - rest}
+    point = {"x": x, **moved, "effort_rate": 0.0, **signals}
+    values = model.premise_values(**point)
+    h = model.memberships(values)
+    now = model.blend(values)
+
+    assert h.min() >= 0
+    assert h.sum() == pytest.approx(1, abs=1e-12)
+    wanted = by_hand(x, effort, (low, high), rest, load)
+    assert (now.A @ (state - np.array([0.0, rest])))[0] == pytest.approx(wanted, abs=1e-10)
+    np.testing.assert_allclose(now.B, np.array([[0.0], [1.0]]), atol=1e-12)
+
+
+@settings(max_examples=50, derandomize=True, deadline=None)
+@given(
+    x=st.floats(-1, 1), effort=st.floats(-3, 3), low=st.floats(-0.5, 0.5), high=st.floats(-0.5, 0.5)
+)
+def test_the_running_plant_is_the_one_by_hand(
+    x: float, effort: float, low: float, high: float
+) -> None:
+    """Another way to the same rate, which knows nothing of shares."""
+    plant, _ = made(ROOM)
+    assert plant.blending is not None
+    errors = {"cooling": low, "heating": high}
+    rate = RunningBlend(plant.blending, errors).rate()
+
+    found = rate(np.array([x, effort]), np.array([7.0]))
+    assert found == pytest.approx([by_hand(x, effort, (low, high)), 7.0], abs=1e-12)
+
+
+def test_the_share_cancels_where_both_act_alike(tmp_path: Path) -> None:
+    """Actuators that do as told, with the plant's own effectiveness: x' = a x + U, one rule."""
+    plant = plant_of(tmp_path, a=", error = 0.1 -> ", b=", error = 0.2 -> ")
+    model = blended_model(plant)
+
+    assert len(model.rules) == 1
+    np.testing.assert_allclose(model.A[0], np.array([[0.5, 1.0], [0.0, 0.0]]))
+
+
+def test_a_wrong_effectiveness_in_the_law_stays_in_the_model(tmp_path: Path) -> None:
+    """The law says 2 where the plant has 2 + x: x' = a x - psi(-U) + (2 + x)/2 psi(U)."""
+    plant = plant_of(
+        tmp_path, a=", error = 0.1 -> ", b=", error = 0.2 -> ", c='ness = "2 + x" -> ness = "2"'
+    )
+    model = blended_model(plant)
+    assert plant.blending is not None
+    for x, effort in ((0.7, 2.0), (-0.9, 1.0), (0.3, -2.0), (0.5, 0.0)):
+        state = np.array([x, effort])
+        known = RunningBlend(plant.blending).signals(state)
+        now = model.blend(model.premise_values(x=x, effort=effort, effort_rate=0.0, **known))
+        low, high = (max(s - 0.5, 0) + min(max(s + 0.5, 0), 1) ** 2 / 2 for s in (-effort, effort))
+        wanted = 0.5 * x - low + (2 + x) / 2 * high
+        assert (now.A @ state)[0] == pytest.approx(wanted, abs=1e-10)
+
+
+def test_a_law_that_is_scheduled_by_the_share_follows_the_effort(tmp_path: Path) -> None:
+    """Gains 1 and 3 at the ends of the share: the command is that of the blend of both."""
+    plant = plant_of(tmp_path)
+    model = blended_model(plant)
+    shares = [rule[0] for rule in model.rules]
+    gains = np.array([[[0.0, 1.0 + 2.0 * corner]] for corner in shares])
+    law = PdcLaw(model, gains, np.zeros(2), np.zeros(1))
+    assert model.premises[0].name == "high_share"
+    low, high = (float(end) for end in (model.premises[0].lower, model.premises[0].upper))
+
+    for effort in (-3.0, -0.2, 1e-13, 0.4, 3.0):
+        share = (max(effort - 0.5, 0) + min(max(effort + 0.5, 0), 1) ** 2 / 2 - 0.125) / effort
+        share = 0.5 if abs(effort) < 1e-6 else share
+        weight = (share - low) / (high - low)
+        command = law.command(np.array([0.0, effort]))
+        assert command[0] == pytest.approx(-(1 + 2 * weight) * effort, abs=1e-9)
+
+
+def test_an_error_of_no_actuator_is_refused(tmp_path: Path) -> None:
+    plant = plant_of(tmp_path)
+    assert plant.blending is not None
+
+    with pytest.raises(ModelError, match="error of fan: the blended actuators are cooling and"):
+        RunningBlend(plant.blending, {"fan": 0.1})
