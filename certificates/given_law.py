@@ -16,11 +16,10 @@ from takagi.certificates.checker.result import Checked
 from takagi.certificates.coherent import (
     DEFAULT_UNCERTAINTY,
     coherent_candidate,
-    coherent_claim,
 )
-from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
+from takagi.certificates.coherent_synthesis import widened
 from takagi.certificates.failing_winds import failing_winds
-from takagi.certificates.provenance import provenance
+from takagi.certificates.loop_claims import loop_document
 from takagi.certificates.turbine_scale import scaled_box
 from takagi.models.embedding.coherent import LoopBox, Uncertainty
 from takagi.models.errors import ModelError
@@ -140,14 +139,9 @@ def certify_law(
             f"no common quadratic function; {failing_winds(candidate.cells)}. Reduce the "
             "uncertainty, or change the gains there"
         )
+    candidate = widened(turbine, law, candidate, tell=tell)
     if tell is not None:
         tell("exact proof")
-    document = certificate_document(
-        model=turbine_data(turbine, files),
-        gains=coherent_law_data(law),
-        claims=[coherent_claim(candidate)],
-        provenance=provenance(
-            _Asked(law.name, box, uncertainty), {"joint analysis": candidate.words}
-        ),
-    )
+    asked = _Asked(law.name, box, uncertainty)
+    document = loop_document(turbine, law, candidate, asked, files=files)
     return document, check_document(document)

@@ -93,6 +93,7 @@ def gain_file(design: TurbineDesign) -> dict[str, Any]:
         "law": law,
         "states": list(design.law.state_names),
         "schedule": _schedule(design),
+        "execution": _execution(design),
         "ramp": None if design.coherent is None else _ramp(design.coherent),
         "filter": _filter(design),
         "trim": _trim(design),
@@ -138,6 +139,23 @@ def _schedule(design: TurbineDesign) -> dict[str, str]:
         "within 0 and rated; pitch leads by pitch_lead v_s' d/dv_s [psi(U) / b] at fixed e - x, "
         "and stays at or above pitch_min",
         "outside": "the wind is held at the first or last node",
+    }
+
+
+def _execution(design: TurbineDesign) -> dict[str, str]:
+    """Return what one sample does; ``takagi.models.law.sampled`` runs it."""
+    often = {
+        "every": "T = 0.01 to 0.02 s; what is sent holds until the next sample",
+        "rates": "limits.torque_rate and limits.pitch_rate are the actuators'; what is sent may be "
+        "held to them",
+    }
+    if design.coherent is None:
+        return often | {"integrals": "x + T x', held nowhere"}
+    return often | {
+        "schedule wind": "v_s after = v_hat + (v_s - v_hat) exp(-T / wind_filter), v_hat held "
+        "within the table's winds",
+        "its rate": "v_s' = (v_s after - v_s) / T, in the feed-forward of this sample",
+        "integral": "x after = x - T integral_rate e, held within +-integral_limit",
     }
 
 

@@ -187,6 +187,9 @@ class GainFile(_Strict):
     law: Annotated[CoherentLawTables | PaperLawTables, Field(discriminator="name")]
     states: list[str]
     schedule: dict[str, str]
+    execution: dict[str, str] | None = Field(
+        default=None, description="one sample of the law as a program, in words and formulas"
+    )
     ramp: RampEntry | None
     filter: FilterEntry
     trim: Columns

@@ -1,10 +1,12 @@
 """Controller laws as values: the protocol that they share, and one law a file.
 
 law                          Law, Measurement, Command
+sampled                      a law as the discrete program that a controller runs
 pdc                          one gain a rule: u = u* - sum h_i K_i (x - x*), for any plant
 coherent, effort, schedule, feedforward    one effort shared by torque and pitch, its ramp, its
                              tables, and what it makes of its schedule wind's rate
-paper, coupling_filter, ramps, regional_schedule    the published law and its parts
+paper, coupling_filter, ramps, regional_schedule, reference_filter    the published law and its
+                             parts
 paper_equilibrium, paper_rest, paper_one_integrator, paper_two_integrators,
 paper_linearisation          where the published law rests, and how it behaves there
 """
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
     from takagi.models.law.law import Command, Law, Measurement
     from takagi.models.law.paper import PaperLaw, PaperRule, paper_law
     from takagi.models.law.pdc import PdcLaw
+    from takagi.models.law.reference_filter import FilteredReferenceLaw, ReferenceFilter
+    from takagi.models.law.sampled import SampledLaw
     from takagi.models.law.schedule import EffortSchedule, effort_schedule
 
 __all__ = [
@@ -34,11 +38,14 @@ __all__ = [
     "EffortGains",
     "EffortSchedule",
     "Feedforward",
+    "FilteredReferenceLaw",
     "Law",
     "Measurement",
     "PaperLaw",
     "PaperRule",
     "PdcLaw",
+    "ReferenceFilter",
+    "SampledLaw",
     "effort_schedule",
     "known_rate_feedforward",
     "no_feedforward",
@@ -53,11 +60,14 @@ _HOME = {
     "EffortGains": "coherent",
     "EffortSchedule": "schedule",
     "Feedforward": "feedforward",
+    "FilteredReferenceLaw": "reference_filter",
     "Law": "law",
     "Measurement": "law",
     "PaperLaw": "paper",
     "PaperRule": "paper",
     "PdcLaw": "pdc",
+    "ReferenceFilter": "reference_filter",
+    "SampledLaw": "sampled",
     "effort_schedule": "schedule",
     "known_rate_feedforward": "feedforward",
     "no_feedforward": "feedforward",

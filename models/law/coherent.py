@@ -29,6 +29,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from dataclasses import dataclass
+from math import exp
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,6 +44,8 @@ from takagi.models.turbine.data import Turbine
 __all__ = ["CoherentLaw", "EffortGains"]
 
 Array = NDArray[np.float64]
+# The shortest that a sample time of 20 ms resolves; the observer before it smooths already.
+DEFAULT_WIND_FILTER = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,7 +97,7 @@ class CoherentLaw:
     effort_torque: float
     pitch_min: float
     pitch_max: float
-    wind_filter: float = 5.0
+    wind_filter: float = DEFAULT_WIND_FILTER
     integral_limit: float = 0.1
     name: str = "coherent"
     state_names: tuple[str, ...] = ("speed integral [rad/s]", "schedule wind [m/s]")
@@ -120,7 +123,7 @@ class CoherentLaw:
         gains: EffortGains,
         *,
         feedforward: Feedforward | None = None,
-        wind_filter: float = 5.0,
+        wind_filter: float = DEFAULT_WIND_FILTER,
         integral_limit: float = 0.1,
     ) -> CoherentLaw:
         """Return the law with the turbine's limits.
@@ -157,13 +160,17 @@ class CoherentLaw:
 
     def command(self, state: ArrayLike, measurement: Measurement) -> Command:
         """Return torque [N m, high-speed shaft] and pitch reference [rad]."""
+        wind = self._schedule_wind(state, measurement)
+        return self._command(state, measurement, self._wind_rate(wind, measurement))
+
+    def _command(self, state: ArrayLike, measurement: Measurement, rate: float) -> Command:
+        """Return the command with ``rate`` [m/s^2] as v_f'."""
         x, wind = float(np.asarray(state)[0]), self._schedule_wind(state, measurement)
         k, share = self._place(wind)
         table, ahead = self.schedule, self.feedforward
         signal = measurement.rotor_speed - _between(table.rotor_speed, k, share) - x
         effort = _between(table.trim_effort, k, share)
         effort += _between(self.gains.proportional, k, share) * signal
-        rate = self._wind_rate(wind, measurement)
         limit = float(ahead.effort_limit[k])
         taken = min(max(float(ahead.inertia[k]) * rate, -limit), limit)
         reserve = _ramp(-effort, table.overlap) + taken
@@ -187,6 +194,36 @@ class CoherentLaw:
         if abs(x) >= self.integral_limit and rate * x > 0:
             rate = 0.0
         return np.array([rate, self._wind_rate(wind, measurement)])
+
+    def advance(self, state: ArrayLike, measurement: Measurement, time: float) -> Array:
+        """Return the state ``time`` [s] later, the measurement held.
+
+        The filter is discretised exactly, v_f <- v_hat + (v_f - v_hat) exp(-time / tau_f), so that
+        any ratio of sample time to tau_f is stable; the integral takes an Euler step and stops at
+        its limit.
+        """
+        x, wind = (float(value) for value in np.asarray(state))
+        rate = float(self.state_rate(state, measurement)[0])
+        limit = self.integral_limit
+        if self.wind_filter > 0:
+            seen = self._inside(measurement.wind_estimate)
+            wind = seen + (wind - seen) * exp(-time / self.wind_filter)
+        return np.array([min(max(x + time * rate, -limit), limit), wind])
+
+    def sample(
+        self, state: ArrayLike, measurement: Measurement, time: float
+    ) -> tuple[Command, Array]:
+        """Return the command at a sample and the state at the next one, ``time`` [s] later.
+
+        What is fed forward is the mean of v_f' until then, (v_f after - v_f) / time: on a ramp of
+        the estimate that is the ramp's own rate, where v_f' at the sample would be more by
+        (time / tau_f) / (1 - exp(-time / tau_f)), 21 % for 20 ms and tau_f = 50 ms.
+        """
+        later = self.advance(state, measurement, time)
+        if self.wind_filter <= 0:
+            return self.command(state, measurement), later
+        rate = (float(later[1]) - float(np.asarray(state)[1])) / time
+        return self._command(state, measurement, rate), later
 
     def pitch_share(self, wind: float) -> float:
         """Return f1 = psi'(q*(v)), the share of pitch in the loop at the trim."""

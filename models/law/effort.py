@@ -19,12 +19,12 @@ Array = NDArray[np.float64]
 
 
 def effort_ramp(effort: ArrayLike, overlap: float) -> Array:
-    """Return psi(s), the part of the effort above the corner [rad/s^2].
+    """Return psi(s), the part of the effort above the corner.
 
     Parameters
     ----------
-    effort : s [rad/s^2], any shape.
-    overlap : eps > 0 [rad/s^2], half the width over which both actuators act.
+    effort : s, any shape; in a turbine's law [rad/s^2].
+    overlap : eps > 0 in the same unit, half the width over which both actuators act.
     """
     s = np.asarray(effort, dtype=np.float64)
     middle = (np.clip(s, -overlap, overlap) + overlap) ** 2 / (4 * overlap)

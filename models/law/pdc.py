@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,12 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 from takagi.models.errors import ModelError
 from takagi.models.ts_model import TSModel
 
+if TYPE_CHECKING:
+    from takagi.models.blending.running import RunningBlend
+
 __all__ = ["PdcLaw"]
 
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class PdcLaw:
     """u = u* - sum_i h_i(z) K_i (x - x*); premises z, memberships h and rules are a model's.
 
@@ -52,6 +57,16 @@ class PdcLaw:
         """T in s of a law in discrete time; None for continuous time."""
         return self.model.sample_time
 
+    @cached_property
+    def blend(self) -> RunningBlend | None:
+        """The blend of two actuators behind the effort that is commanded; None without one."""
+        form = None if self.model.derivation is None else self.model.derivation.form
+        if form is None or form.plant is None or form.plant.blending is None:
+            return None
+        from takagi.models.blending.running import RunningBlend
+
+        return RunningBlend(form.plant.blending)
+
     @property
     def is_scheduled(self) -> bool:
         """Whether any gain differs from another; one that does not needs no premise."""
@@ -66,7 +81,8 @@ class PdcLaw:
         Parameters
         ----------
         signals : inputs and disturbances that premises depend on, by name, as deviations from
-            rest; 0 for those that are not given.
+            rest; 0 for those that are not given, but for the share of a blend, which follows from
+            the effort in the state.
 
         Raises
         ------
@@ -81,6 +97,8 @@ class PdcLaw:
         if not self.model.premises:
             return np.full(len(self.model.rules), 1.0 / len(self.model.rules))
         others = {_name(label): 0.0 for label in (*self.model.inputs, *self.model.disturbances)}
+        if self.blend is not None:
+            others |= self.blend.signals(x)
         for key, value in signals.items():
             if key not in others:
                 raise ModelError(

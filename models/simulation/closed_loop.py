@@ -1,9 +1,9 @@
 """A law on a plant in a wind: fixed-step Runge-Kutta, the law sampled and held.
 
-At every controller sample the law sees (speed, pitch, wind estimate) and its command holds until
-the next one, as in a digital controller.  Torque follows its command within the rate limit, from
-sample to sample; pitch goes through the drive.  The states of the law and of the observer are
-advanced by one Euler step per sample.
+At every controller sample the law sees (speed, pitch, wind estimate) and what it sends holds until
+the next one, as in a digital controller (``takagi.models.law.sampled``); with a computation time it
+takes effect that much later.  Torque follows its command within the plant's rate limit, from sample
+to sample; pitch goes through the drive.  The observer takes one Euler step per sample.
 """
 
 from __future__ import annotations
@@ -17,15 +17,21 @@ from numpy.typing import NDArray
 
 from takagi.models.errors import ModelError
 from takagi.models.law.law import Command, Law, Measurement
+from takagi.models.law.sampled import SampledLaw
 from takagi.models.simulation.dynamics import Dynamics, Loads, State, dynamics
 from takagi.models.simulation.history import History
 from takagi.models.simulation.plant import Flag, Plant
+from takagi.models.simulation.steps import (
+    fitting_step,
+    sampled_program,
+    step_counts,
+    whole_steps,
+)
 from takagi.models.simulation.wind import WindSeries
 
-__all__ = ["TIME_STEP", "Diverged", "Observer", "simulate"]
+__all__ = ["Diverged", "Observer", "simulate"]
 
 Array = NDArray[np.float64]
-TIME_STEP = 0.02
 
 
 class Observer(Protocol):
@@ -71,11 +77,11 @@ class _Sample(NamedTuple):
 
 def simulate(
     plant: Plant,
-    law: Law,
+    law: Law | SampledLaw,
     wind: WindSeries,
     *,
     observer: Observer | None = None,
-    time_step: float = TIME_STEP,
+    time_step: float | None = None,
     controller_step: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> History:
@@ -83,10 +89,12 @@ def simulate(
 
     Parameters
     ----------
+    law : a law, or a ``SampledLaw`` with its own sample time, computation time and rate limits.
     observer : gives the wind estimate; None lets the law see the true wind.
-    time_step : of the plant's fourth-order Runge-Kutta integration [s]; 0.02 resolves all modes.
+    time_step : of the plant's fourth-order Runge-Kutta integration [s]; None takes the largest one
+        up to 0.02, which resolves all modes, that fits the sampling.
     controller_step : sampling of law, observer, torque and records [s], a multiple of time_step;
-        None takes time_step.
+        None takes the law's own sample time, or time_step.
     progress : called with the share done, in (0, 1], about a hundred times.
 
     Raises
@@ -94,20 +102,22 @@ def simulate(
     ModelError : steps that do not fit.
     Diverged : a ModelError; the states grow beyond all numbers, the message says when.
     """
-    period = time_step if controller_step is None else controller_step
-    inner, samples = _steps(time_step, period, wind)
+    program = sampled_program(law, time_step, controller_step)
+    if time_step is None:
+        time_step = fitting_step(program.sample_time, program.computation_time)
+    inner, samples = step_counts(time_step, program.sample_time, wind)
     record: list[_Sample] = []
-    for sample in _march(plant, law, wind, observer, time_step, inner, samples):
+    for sample in _march(plant, program, wind, observer, time_step, inner, samples):
         record.append(sample)
         if progress is not None and len(record) % max(1, samples // 100) == 0:
             progress(min(len(record) / samples, 1.0))
-    time = wind.time[0] + period * np.arange(samples + 1)
-    return _history(plant, law, wind, time, record)
+    time = wind.time[0] + program.sample_time * np.arange(samples + 1)
+    return _history(plant, program, wind, time, record)
 
 
 def _march(
     plant: Plant,
-    law: Law,
+    program: SampledLaw,
     wind: WindSeries,
     observer: Observer | None,
     time_step: float,
@@ -116,9 +126,11 @@ def _march(
 ) -> Iterator[_Sample]:
     """Yield one sample per controller step, the last one at the end of the wind."""
     run, period = dynamics(plant), time_step * inner
+    late = whole_steps(program.computation_time, time_step, "computation time")
     start, point = plant.initial_state(float(wind.speed[0]))
-    state, torque = [float(value) for value in start], point.torque
-    law_state = np.asarray(law.initial_state(float(wind.speed[0])), dtype=np.float64)
+    state = [float(value) for value in start]
+    before = Command(point.torque, point.pitch)
+    within = program.start(float(wind.speed[0]), before)
     estimator = np.zeros(0)
     if observer is not None:
         estimator = observer.initial_state(point.rotor_speed, float(wind.speed[0]))
@@ -126,48 +138,33 @@ def _march(
     # The wind at half steps, for the middle of a Runge-Kutta step.
     winds = wind.at(wind.time[0] + np.arange(2 * inner * samples + 1) * (time_step / 2)).tolist()
     for first in range(0, 2 * inner * samples + 1, 2 * inner):
-        if not isfinite(sum(state) + float(np.sum(law_state))):
-            raise Diverged(law.name, wind.name, first / 2 * time_step)
+        if not isfinite(sum(state) + float(np.sum(within.law_state))):
+            raise Diverged(program.name, wind.name, first / 2 * time_step)
         v = winds[first]
         seen = v if observer is None else observer.wind_estimate(estimator)
         measurement = Measurement(state[speed_at], state[1], seen)
-        command = law.command(law_state, measurement)
-        torque, limits = _limit_torque(plant, torque, float(command.torque), period)
-        reference = float(command.pitch)
-        loads = run.loads(state, reference, v)
+        law_state = within.law_state
+        command, within = program.step(within, measurement)
+        torque, limits = _limit_torque(plant, before.torque, float(command.torque), period)
+        given = Command(torque, float(command.pitch))
+        loads = run.loads(state, given.pitch, v)
         loads = loads._replace(flags=loads.flags | limits)
         yield _Sample(state, v, seen, command, torque, loads, law_state)
-        law_state = law_state + period * law.state_rate(law_state, measurement)
         if observer is not None:
             speed, pitch = measurement.rotor_speed, measurement.pitch
-            rate = observer.state_rate(estimator, speed, pitch, torque)
+            mean = torque + late / inner * (before.torque - torque)
+            rate = observer.state_rate(estimator, speed, pitch, mean)
             estimator = estimator + period * rate
         for step in range(first, min(first + 2 * inner, len(winds) - 1), 2):
-            state = _runge_kutta(run, state, torque, reference, winds, step, time_step)
+            acting = before if step < first + 2 * late else given
+            state = _runge_kutta(run, state, acting.torque, acting.pitch, winds, step, time_step)
+        before = given
 
 
 def _measured_speed(plant: Plant) -> int:
     """Return which state is the measured speed: filtered, the generator's, or the rotor's."""
     places = (plant.index(name) for name in ("filtered", "generator", "rotor speed"))
     return next(place for place in places if place is not None)
-
-
-def _steps(time_step: float, period: float, wind: WindSeries) -> tuple[int, int]:
-    """Return (time steps per controller sample, controller samples)."""
-    if not (time_step > 0 and isfinite(period)):
-        raise ModelError(f"time step {time_step:g} s was given; it must be above 0")
-    inner = round(period / time_step)
-    if inner < 1 or abs(inner * time_step - period) > 1e-9 * period:
-        raise ModelError(
-            f"controller step {period:g} s was given with time step {time_step:g} s; it must be "
-            "a whole multiple of it"
-        )
-    samples = int(wind.duration / period + 1e-9)
-    if samples < 1:
-        raise ModelError(
-            f"wind {wind.name!r} lasts {wind.duration:g} s, less than one step of {period:g} s"
-        )
-    return inner, samples
 
 
 def _limit_torque(plant: Plant, before: float, wanted: float, period: float) -> tuple[float, int]:
@@ -209,7 +206,7 @@ def _runge_kutta(
 
 
 def _history(
-    plant: Plant, law: Law, wind: WindSeries, time: Array, record: list[_Sample]
+    plant: Plant, law: SampledLaw, wind: WindSeries, time: Array, record: list[_Sample]
 ) -> History:
     turbine = plant.turbine
     states = np.array([sample.state for sample in record])

@@ -13,7 +13,8 @@ import numpy as np
 
 from takagi.models.errors import ModelError
 from takagi.models.law.law import Law
-from takagi.models.simulation.closed_loop import TIME_STEP, Observer, simulate
+from takagi.models.law.sampled import SampledLaw
+from takagi.models.simulation.closed_loop import Observer, simulate
 from takagi.models.simulation.history import History
 from takagi.models.simulation.metrics import Metrics, measure
 from takagi.models.simulation.plant import Plant, validation_plant
@@ -45,14 +46,17 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Case:
-    """One law in one wind; ``label`` names the law in tables.  Can be sent to another process."""
+    """One law in one wind; ``label`` names the law in tables.  Can be sent to another process.
+
+    ``law`` may be sampled in its own time; ``time_step`` None lets the sampling choose it.
+    """
 
     label: str
     plant: Plant
-    law: Law
+    law: Law | SampledLaw
     wind: WindSeries
     observer: Observer | None = None
-    time_step: float = TIME_STEP
+    time_step: float | None = None
     skip: float = 0.0
 
 
@@ -122,12 +126,12 @@ def transition_winds(turbine: Turbine, *, duration: float = 120.0) -> tuple[Wind
 
 def paper_scenario(
     turbine: Turbine,
-    laws: Mapping[str, Law],
+    laws: Mapping[str, Law | SampledLaw],
     *,
     observer: Observer | None,
     plant: Plant | None = None,
     winds: Sequence[WindSeries] | None = None,
-    time_step: float = TIME_STEP,
+    time_step: float | None = None,
     skip: float = 0.0,
     processes: int = 1,
     progress: Progress | None = None,
@@ -157,11 +161,11 @@ def paper_scenario(
 
 def transition_scenario(
     turbine: Turbine,
-    laws: Mapping[str, Law],
+    laws: Mapping[str, Law | SampledLaw],
     *,
     observer: Observer | None,
     plant: Plant | None = None,
-    time_step: float = TIME_STEP,
+    time_step: float | None = None,
     processes: int = 1,
     progress: Progress | None = None,
 ) -> tuple[Result, ...]:
@@ -235,10 +239,10 @@ def _run(case: Case, progress: Progress | None = None) -> Result:
 
 def _cases(
     plant: Plant,
-    laws: Mapping[str, Law],
+    laws: Mapping[str, Law | SampledLaw],
     winds: Sequence[WindSeries],
     observer: Observer | None,
-    time_step: float,
+    time_step: float | None,
     skip: float,
 ) -> list[Case]:
     if not laws:

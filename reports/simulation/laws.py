@@ -66,7 +66,8 @@ def chosen_laws(
     Parameters
     ----------
     names : from ``LAW_NAMES``.
-    settings : of the design, whose law is the coherent one; None takes the defaults.
+    settings : of the design, whose law is the coherent one; None takes the defaults with gains in
+        two steps, which take seconds.
     files, tell : see ``design_turbine``.
 
     Raises
@@ -80,7 +81,9 @@ def chosen_laws(
     from takagi.certificates.turbine_design import design_turbine
     from takagi.certificates.turbine_scale import default_settings
 
-    asked = replace(settings or default_settings(turbine), law="coherent")
+    if settings is None:
+        settings = replace(default_settings(turbine), synthesis="two-step")
+    asked = replace(settings, law="coherent")
     design = design_turbine(turbine, asked, files=files, tell=tell)
     laws = {name: _law(name, design) for name in asked_for}
     return ChosenLaws(laws, design.observer.observer)

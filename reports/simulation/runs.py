@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.simulation.closed_loop import Diverged
+from takagi.models.law.sampled import SampledLaw, require_times
+from takagi.models.simulation.closed_loop import Diverged, Observer
 from takagi.models.simulation.history import History
 from takagi.models.simulation.metrics import Metrics
 from takagi.models.simulation.plant import Flag, Plant, validation_plant
 from takagi.models.simulation.scenario import Case, run_cases
+from takagi.models.simulation.steps import TIME_STEP, fitting_step
 from takagi.models.simulation.wind import WindSeries
 from takagi.models.turbine.data import Turbine
 from takagi.reports.simulation.laws import ChosenLaws
 
-__all__ = ["WAKES", "Run", "Simulation", "run_simulation", "simulation_plant"]
+__all__ = ["WAKES", "Run", "Simulation", "require_sampling", "run_simulation", "simulation_plant"]
 
 WAKES = ("equilibrium", "dynamic")
 # From these shares on, a reader should know [-].
@@ -25,6 +27,8 @@ FIGHTING = 5.0
 RESTLESS = 1.0
 # A turbine would have been shut down by its safety system long before [% above rated].
 RUNAWAY = 20.0
+# Sample times that can be asked for [s].
+MOST_OFTEN, RAREST = 0.001, 1.0
 
 FLAG_WORDS = {
     Flag.TIP_SPEED_RATIO_CLIPPED: "outside the coefficient table (tip-speed ratio)",
@@ -78,7 +82,10 @@ class Run:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Simulation:
-    """What was simulated, and what came out: laws in their order, winds within."""
+    """What was simulated, and what came out: laws in their order, winds within.
+
+    ``sample_time`` [s] is how often the laws run, ``computation_time`` [s] how late they send.
+    """
 
     turbine: Turbine
     scenario: str
@@ -86,6 +93,8 @@ class Simulation:
     winds: tuple[WindSeries, ...]
     chosen: ChosenLaws
     runs: tuple[Run, ...]
+    sample_time: float = TIME_STEP
+    computation_time: float = 0.0
 
     @property
     def diverged(self) -> tuple[Run, ...]:
@@ -108,6 +117,22 @@ def simulation_plant(turbine: Turbine, wake: str) -> Plant:
     return validation_plant(turbine, wake=wake == "dynamic")
 
 
+def require_sampling(sample_time: float, computation_time: float) -> None:
+    """Refuse times that make no program, or whose steps the plant cannot be integrated with.
+
+    Raises
+    ------
+    ModelError : says which time, and what fits.
+    """
+    if not MOST_OFTEN <= sample_time <= RAREST:
+        raise ModelError(
+            f"sample time {sample_time:g} s was given; {MOST_OFTEN:g} to {RAREST:g} s is needed "
+            "(a turbine controller runs every 0.01 to 0.02 s)"
+        )
+    require_times(sample_time, computation_time)
+    fitting_step(sample_time, computation_time)
+
+
 def run_simulation(
     turbine: Turbine,
     chosen: ChosenLaws,
@@ -115,6 +140,8 @@ def run_simulation(
     *,
     scenario: str,
     wake: str = "equilibrium",
+    sample_time: float = TIME_STEP,
+    computation_time: float = 0.0,
     tell: Tell | None = None,
 ) -> Simulation:
     """Return every law in every wind on the validation plant, from rest at each first wind.
@@ -123,25 +150,35 @@ def run_simulation(
     ----------
     scenario : its name, for titles.
     wake : one of ``WAKES``.
+    sample_time, computation_time : of the laws' program [s], see ``SampledLaw``.
     tell : called with the step in words and the share done.
 
     Raises
     ------
-    ModelError : an unknown wake.
+    ModelError : an unknown wake, or times that make no program.
     """
     plant = simulation_plant(turbine, wake)
-    runs = tuple(_runs(plant, chosen, winds, tell))
-    return Simulation(turbine, scenario, wake, tuple(winds), chosen, runs)
+    sampled = {
+        name: SampledLaw(law, sample_time, computation_time) for name, law in chosen.laws.items()
+    }
+    runs = tuple(_runs(plant, sampled, chosen.observer, winds, tell))
+    return Simulation(
+        turbine, scenario, wake, tuple(winds), chosen, runs, sample_time, computation_time
+    )
 
 
 def _runs(
-    plant: Plant, chosen: ChosenLaws, winds: Sequence[WindSeries], tell: Tell | None
+    plant: Plant,
+    laws: Mapping[str, SampledLaw],
+    observer: Observer | None,
+    winds: Sequence[WindSeries],
+    tell: Tell | None,
 ) -> Iterator[Run]:
-    total, done = len(chosen.laws) * len(winds), 0
-    for name, law in chosen.laws.items():
+    total, done = len(laws) * len(winds), 0
+    for name, law in laws.items():
         for wind in winds:
             progress = _part(tell, f"{name}, {wind.name}", done, total)
-            yield _run(Case(name, plant, law, wind, chosen.observer), progress)
+            yield _run(Case(name, plant, law, wind, observer), progress)
             done += 1
 
 

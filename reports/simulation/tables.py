@@ -78,7 +78,8 @@ def as_markdown(simulation: Simulation, *, figures: Sequence[str] = ()) -> str:
         "",
         f"{about[0].upper()}{about[1:]}. Nonlinear plant with second-order pitch drive, limits on "
         f"pitch, its rate and the torque rate, and tower fore-aft mode; {PLANT[simulation.wake]}; "
-        f"{observer}. Every loop starts at rest at the first wind.",
+        f"{observer}. The laws run every {1e3 * simulation.sample_time:g} ms"
+        f"{_late(simulation)}. Every loop starts at rest at the first wind.",
         "",
         "| wind | law | " + " | ".join(titles) + " |",
         "|---|---|" + "---:|" * len(titles),
@@ -91,6 +92,11 @@ def as_markdown(simulation: Simulation, *, figures: Sequence[str] = ()) -> str:
     for figure in figures:
         lines += ["", f"![{figure}]({figure})"]
     return "\n".join(lines) + "\n"
+
+
+def _late(simulation: Simulation) -> str:
+    late = 1e3 * simulation.computation_time
+    return f" and send {late:g} ms later" if late else ""
 
 
 def shown(row: dict[str, Any], name: str) -> str:
@@ -117,12 +123,19 @@ def as_json(simulation: Simulation, *, files: Sequence[str] = ()) -> str:
         "turbine": simulation.turbine.name,
         "scenario": simulation.scenario,
         "wake": simulation.wake,
+        "sample_time": simulation.sample_time,
+        "computation_time": simulation.computation_time,
         "winds": [
             {"name": wind.name, "duration": wind.duration, "mean": float(np.mean(wind.speed))}
             for wind in simulation.winds
         ],
         "laws": {name: LAW_NAMES.get(name, "") for name in simulation.chosen.laws},
-        "units": {"duration": "s", **{name: unit for name, (_, unit, _) in COLUMNS.items()}},
+        "units": {
+            "duration": "s",
+            "sample_time": "s",
+            "computation_time": "s",
+            **{name: unit for name, (_, unit, _) in COLUMNS.items()},
+        },
         "rows": table_rows(simulation),
         "files": list(files),
     }

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import copy
 import json
+from math import exp
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
 from takagi.certificates.checker import CertificateError, check
 from takagi.certificates.document import dumps
 from takagi.certificates.turbine_design import TurbineDesign
+from takagi.models.law.law import Measurement
 from takagi.models.turbine.trim import trim
 from takagi.reports.gain_file import dump_gains, gain_file, gain_file_schema
 from takagi.reports.gain_file_schema import GainFile
@@ -67,6 +70,24 @@ def test_every_number_of_the_law_has_a_unit(turbine_design: TurbineDesign) -> No
     columns = {f"law.{name}" for name in content["law"] if name != "name"}
 
     assert columns <= set(content["units"])
+
+
+def test_one_sample_is_written_out(turbine_design: TurbineDesign) -> None:
+    """What a controller does every T: filter, its rate, integral; and the law does the same."""
+    law, execution = turbine_design.coherent, gain_file(turbine_design)["execution"]
+    assert law is not None
+    x, v_s, seen, T = 0.01, 14.0, 14.5, 0.02
+    e = 0.005
+    omega = float(np.interp(v_s, law.schedule.wind, law.schedule.rotor_speed)) + e
+
+    _, after = law.sample([x, v_s], Measurement(omega, 0.1, seen), T)
+
+    assert set(execution) == {"every", "rates", "schedule wind", "its rate", "integral"}
+    assert "v_hat + (v_s - v_hat) exp(-T / wind_filter)" in execution["schedule wind"]
+    assert after[1] == pytest.approx(seen + (v_s - seen) * exp(-T / law.wind_filter))
+    k = int(np.searchsorted(law.schedule.wind, v_s, side="right")) - 1
+    assert "x - T integral_rate e" in execution["integral"]
+    assert after[0] == pytest.approx(x - T * law.gains.integral_rate[k] * e, abs=1e-9)
 
 
 def test_trim_table_is_the_turbines(turbine_design: TurbineDesign) -> None:

@@ -1,0 +1,65 @@
+"""The law of a gain file on the nonlinear plant, with the observer of the same file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from takagi.certificates.checker.reader import member, number, read_json
+from takagi.certificates.gain_file_law import law_from_gains
+from takagi.models.errors import ModelError
+from takagi.models.law.coherent import CoherentLaw
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.derating import derated
+from takagi.models.turbine.wind_observer import WindObserver
+from takagi.reports.simulation.laws import ChosenLaws
+
+__all__ = ["filed_laws"]
+
+
+def filed_laws(
+    turbine: Turbine, path: Path, beside: Sequence[str] = ()
+) -> tuple[Turbine, ChosenLaws]:
+    """Return the law of a gain file, beside it the reference's own controller if asked.
+
+    The turbine comes back de-rated with a law that is, where it can be at rated speed, so that
+    its numbers are relative to the torque that it is held at.
+
+    Parameters
+    ----------
+    turbine : the one that the gains were designed for.
+    path : the gain file, as `takagi design` writes it.
+    beside : no name, or "baseline".
+
+    Raises
+    ------
+    CertificateError : a file that is no turbine's gain file, or has no observer.
+    ModelError : another law beside it, which would have to be designed anew; or the reference's
+        own beside a de-rated one, since it has no de-rated form.
+    """
+    for name in beside:
+        if name != "baseline":
+            raise ModelError(
+                f"law {name!r} was asked for beside the law of {path}; only baseline can stand "
+                "beside it, another law is designed anew: simulate it in a run of its own"
+            )
+    law = law_from_gains(path, turbine)
+    held = law.rated_torque if isinstance(law, CoherentLaw) else law.coupling.rated_torque
+    if beside and held != turbine.rated_torque:
+        raise ModelError(
+            f"{path}: the law is de-rated to {held:.6g} N m and baseline has no de-rated form; "
+            "leave --law baseline out"
+        )
+    stated = member(read_json(Path(path)), "observer", str(path))
+    l1, l2 = (float(number(stated, name, f"{path}: observer")) for name in ("l1", "l2"))
+    laws = {law.name: law, **{name: BaselineLaw(turbine) for name in beside}}
+    return _as_held(turbine, held), ChosenLaws(laws, WindObserver(turbine, l1, l2))
+
+
+def _as_held(turbine: Turbine, torque: float) -> Turbine:
+    try:
+        return derated(turbine, torque)
+    except ModelError:
+        # With a lower speed too: a run starts at the trim of rated speed, which it has not.
+        return turbine

@@ -1,0 +1,79 @@
+"""Options about a turbine's law: each reaches its field, and nonsense is refused by name."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from takagi.cli.design_options import design_settings
+from takagi.models.errors import ModelError
+from takagi.models.turbine import nrel5mw
+
+TURBINE = nrel5mw()
+
+
+def test_each_option_sets_its_field() -> None:
+    """Of the coherent law, and of the laws of the paper; what is not given keeps its default."""
+    coherent = design_settings(TURBINE, torque_setpoint="80%", pitch_effectiveness_share=0.8)
+    paper = design_settings(
+        TURBINE,
+        law="paper-two-integrators",
+        ramp_shape="linear",
+        ramp_placement=0.0,
+        tracking_time=2.0,
+        torque_setpoint="40 kNm",
+    )
+
+    assert coherent.torque_setpoint == pytest.approx(0.8 * TURBINE.rated_torque)
+    assert coherent.effectiveness_share == 0.8
+    assert (paper.ramp_shape, paper.ramp_placement, paper.tracking_time) == ("linear", 0.0, 2.0)
+    assert paper.torque_setpoint == 40e3
+    plain = design_settings(TURBINE)
+    assert plain.torque_setpoint is None and plain.effectiveness_share == 0.6
+    assert (plain.ramp_shape, plain.ramp_placement, plain.tracking_time) == ("smooth", 0.5, 5.0)
+
+
+def test_the_wind_filter_is_the_coherent_laws() -> None:
+    """It reaches its field; a filter that is none, and one for another law, are refused."""
+    assert design_settings(TURBINE, wind_filter=0.3).wind_filter == 0.3
+    assert design_settings(TURBINE).wind_filter == 0.05
+    for given in (0.0, -1.0, float("inf"), float("nan")):
+        with pytest.raises(ModelError, match=r"--wind-filter: .* must be positive"):
+            design_settings(TURBINE, wind_filter=given)
+    with pytest.raises(ModelError, match="--wind-filter belongs to the law coherent"):
+        design_settings(TURBINE, law="paper", wind_filter=1.0)
+
+
+def test_a_low_torque_goes_with_a_low_speed() -> None:
+    """70 % of the torque is too little at full speed, and enough at 11 rpm."""
+    with pytest.raises(ModelError, match=r"--torque-setpoint 70%: .*lower the speed set-point"):
+        design_settings(TURBINE, torque_setpoint="70%")
+
+    asked = design_settings(TURBINE, torque_setpoint="70%", speed_setpoint="11rpm")
+    assert asked.torque_setpoint == pytest.approx(0.7 * TURBINE.rated_torque)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"torque_setpoint": "80"}, "a number with its unit"),
+        ({"torque_setpoint": "80 rpm"}, "--torque-setpoint 80 rpm: unit 'rpm'"),
+        ({"torque_setpoint": "120%"}, "at or below the rated torque"),
+        ({"torque_setpoint": "-5%"}, "above 0"),
+        ({"pitch_effectiveness_share": 0.0}, "--pitch-effectiveness-share: 0 was given"),
+        ({"pitch_effectiveness_share": float("nan")}, "--pitch-effectiveness-share: nan"),
+        ({"wind_filter": 0.0}, "--wind-filter: 0 was given"),
+        ({"wind_filter": 101.0}, "--wind-filter: 101 was given; .* at most 100 s"),
+        ({"ramp_shape": "linear"}, "--ramp-shape belongs to the laws of the paper"),
+        ({"law": "paper", "ramp_shape": "cubic"}, "smooth or linear"),
+        ({"law": "paper", "ramp_placement": 1.5}, "--ramp-placement: 1.5"),
+        ({"law": "paper", "tracking_time": 2.0}, "law paper-two-integrators"),
+        ({"law": "paper-two-integrators", "tracking_time": 0.0}, "--tracking-time: 0"),
+        ({"law": "paper", "pitch_effectiveness_share": 0.6}, "belongs to the law coherent"),
+    ],
+)
+def test_nonsense_is_refused_by_name(options: dict[str, Any], words: str) -> None:
+    """The option, what was given, and what is needed."""
+    with pytest.raises(ModelError, match=words):
+        design_settings(TURBINE, **options)

@@ -1,0 +1,108 @@
+"""`takagi simulate`: a law from its gain file, and how often the laws run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from takagi.certificates.document import coherent_law_data
+from takagi.cli.main import main
+from takagi.models.law import CoherentLaw, EffortGains, effort_schedule
+from takagi.models.turbine import Turbine, nrel5mw
+from takagi.models.turbine.derating import derated
+
+Capture = pytest.CaptureFixture[str]
+QUICK = ("simulate", "nrel5mw", "--scenario", "step", "--duration", "4", "--json")
+
+
+def gain_file(turbine: Turbine, folder: Path) -> Path:
+    """Return a gain file with a law for this turbine, and the observer's gains."""
+    schedule = effort_schedule(turbine)
+    count = len(schedule.wind)
+    gains = EffortGains([0.6] * count, [0.15] * (count - 1))  # type: ignore[arg-type]
+    law = coherent_law_data(CoherentLaw.of(turbine, schedule, gains))
+    observer = {"l1": 1.8, "l2": 49.0}
+    content = {"format": "takagi-gains", "version": 2, "law": law, "observer": observer}
+    path = folder / "gains.json"
+    path.write_text(json.dumps(content), encoding="utf-8")
+    return path
+
+
+def answer(capsys: Capture, *options: str) -> dict[str, Any]:
+    assert main([*QUICK, *options]) == 0
+    found: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return found
+
+
+def test_a_law_comes_from_its_file(tmp_path: Path, capsys: Capture) -> None:
+    """It alone, or beside the reference's own controller; nothing is designed."""
+    path = str(gain_file(nrel5mw(), tmp_path))
+
+    alone = answer(capsys, "--law-from", path)
+    beside = answer(capsys, "--law-from", path, "--law", "baseline")
+
+    assert list(alone["laws"]) == ["coherent"]
+    assert list(beside["laws"]) == ["coherent", "baseline"]
+    assert alone["rows"] == [row for row in beside["rows"] if row["law"] == "coherent"]
+
+
+def test_a_derated_law_gives_its_power(tmp_path: Path, capsys: Capture) -> None:
+    """80 % of 5 MW above its rated wind; torque at its set-point is no fight of the actuators."""
+    turbine = nrel5mw()
+    path = str(gain_file(derated(turbine, 0.8 * turbine.rated_torque), tmp_path))
+
+    gust = ("--scenario", "gust", "--duration", "14.5")
+    after = answer(capsys, "--law-from", path, *gust)["rows"][2]
+
+    assert after["wind"] == "gust at 15.1 m/s"  # 4.5 m/s above the de-rated wind
+    assert after["mean_power"] == pytest.approx(4e3, rel=0.03)
+    assert after["both_active"] == 0.0
+    assert main([*QUICK, "--law-from", path, "--law", "baseline"]) == 2
+    assert "no de-rated form" in capsys.readouterr().err
+
+
+def test_the_sampling_is_as_asked(capsys: Capture) -> None:
+    """Another record, and the answer says how it was sampled."""
+    usual = answer(capsys, "--law", "baseline")
+    rare = answer(capsys, "--law", "baseline", "--sample-time", "0.1", "--computation-time", "0.05")
+
+    assert (usual["sample_time"], usual["computation_time"]) == (0.02, 0.0)
+    assert (rare["sample_time"], rare["computation_time"]) == (0.1, 0.05)
+    assert usual["rows"] != rare["rows"]
+
+
+def test_the_table_says_how_the_laws_ran(capsys: Capture) -> None:
+    """In words, where it is not every 20 ms."""
+    command = [word for word in QUICK if word != "--json"]
+    assert main([*command, "--law", "baseline", "--sample-time", "0.01"]) == 0
+
+    assert "laws every 10 ms" in capsys.readouterr().out.splitlines()[0]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--sample-time", "0"], "sample time 0 s was given; 0.001 to 1 s"),
+        (["--sample-time", "nan"], "sample time nan s"),
+        (["--computation-time", "0.03"], "0 up to the sample time"),
+        (["--computation-time", "0.0037177"], "a simple fraction of the sample time"),
+        (["--law-from", "nowhere.json"], "nowhere.json: cannot be read"),
+    ],
+)
+def test_misuse_is_told_before_any_work(options: list[str], words: str, capsys: Capture) -> None:
+    """Status 2, and one message."""
+    law = [] if "--law-from" in options else ["--law", "baseline"]
+    assert main([*QUICK, *law, *options]) == 2
+
+    assert words in capsys.readouterr().err
+
+
+def test_another_law_cannot_stand_beside_a_file(tmp_path: Path, capsys: Capture) -> None:
+    """It would be designed anew, for the defaults."""
+    path = str(gain_file(nrel5mw(), tmp_path))
+
+    assert main([*QUICK, "--law-from", path, "--law", "paper"]) == 2
+    assert "simulate it in a run of its own" in capsys.readouterr().err
