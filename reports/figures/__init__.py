@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from takagi.reports.figures.overlaps import OverlapRow, overlaps_figure
     from takagi.reports.figures.poles import poles_figure
     from takagi.reports.figures.response import ResponseLine, response_figure
+    from takagi.reports.figures.rests import rests_figure
     from takagi.reports.figures.scenario import ScenarioRun, scenario_figure
     from takagi.reports.figures.style import decimate
     from takagi.reports.figures.writing import figure_to_pdf, figure_to_png, figure_to_svg
@@ -37,6 +38,7 @@ __all__ = [
     "poles_figure",
     "power_surface_figure",
     "response_figure",
+    "rests_figure",
     "scenario_figure",
     "trim_figure",
 ]
@@ -57,6 +59,7 @@ _HOME = {
     "poles_figure": "poles",
     "power_surface_figure": "operation",
     "response_figure": "response",
+    "rests_figure": "rests",
     "scenario_figure": "scenario",
     "trim_figure": "operation",
 }

@@ -1,0 +1,84 @@
+"""Draws docs/figures/equilibria.svg: how often the loop of each law rests at every constant wind.
+
+    python benchmarks/equilibria.py [--gains FILE] [--out DIR]
+
+Without a gain file the coherent law has the gains that ``--two-step`` gives it.  Every answer in
+the figure is PROVED by ``takagi check``'s own checker, or the script stops; about four minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+from typing import get_args
+
+from takagi.certificates.equilibrium import ClosedLoopRests, RestCell, closed_loop_equilibria
+from takagi.certificates.gain_file_law import law_from_gains
+from takagi.certificates.paper_design import designed_law
+from takagi.certificates.turbine_design import DesignSettings
+from takagi.certificates.turbine_regions import regional_design
+from takagi.lmi.turbine.effort import effort_gains
+from takagi.models.law.coherent import CoherentLaw
+from takagi.models.law.paper import PaperLaw, PaperLawName
+from takagi.models.law.schedule import effort_schedule
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.loader import nrel5mw
+from takagi.reports.figures.rests import rests_figure
+from takagi.reports.figures.writing import figure_to_svg
+from takagi.reports.output import write_folder
+
+FIGURES = Path(__file__).parent.parent / "docs" / "figures"
+PLACEMENTS = {"paper": (0.0, 0.5, 0.9, 1.0), "paper-two-integrators": (0.0, 0.5)}
+
+
+def main() -> None:
+    """Count the rests of all laws, and draw them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--gains", type=Path, help="gain file of a coherent law")
+    parser.add_argument("--out", type=Path, default=FIGURES)
+    asked = parser.parse_args()
+    turbine = nrel5mw()
+    loops: dict[str, CoherentLaw | PaperLaw] = {"coherent": coherent(turbine, asked.gains)}
+    loops |= published(turbine)
+    found = {name: spans(turbine, name, law) for name, law in loops.items()}
+    words = "Number of rests of each law over constant wind"
+    drawn = figure_to_svg(rests_figure(found), name="equilibria", description=words)
+    write_folder(asked.out, {"equilibria.svg": drawn + "\n"})
+
+
+def coherent(turbine: Turbine, gains: Path | None) -> CoherentLaw | PaperLaw:
+    """Return the law of a gain file, or the one with gains found wind by wind."""
+    if gains is not None:
+        return law_from_gains(gains, turbine)
+    schedule = effort_schedule(turbine)
+    return CoherentLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
+
+
+def published(turbine: Turbine) -> dict[str, PaperLaw]:
+    """Return the paper's laws by name and placement of the ramp."""
+    models = regional_design(turbine)
+    return {
+        f"{law}, placement {place:g}": designed_law(
+            turbine, DesignSettings(law=law, ramp_placement=place), models
+        )
+        for law in get_args(PaperLawName)
+        for place in PLACEMENTS[law]
+    }
+
+
+def spans(turbine: Turbine, name: str, law: CoherentLaw | PaperLaw) -> tuple[RestCell, ...]:
+    """Return the proved cells of a loop, neighbours with one answer joined."""
+    began = time.perf_counter()
+    rests: ClosedLoopRests = closed_loop_equilibria(turbine, law)
+    verdict = rests.check().verdict.name
+    print(f"{name}: {verdict}, {time.perf_counter() - began:.0f} s", flush=True)
+    for cell in rests.spans():
+        print(f"  {cell.wind[0]:.6g} to {cell.wind[1]:.6g} m/s: {cell.rests}", flush=True)
+    if verdict != "PROVED":
+        raise SystemExit(f"{name}: the checker says {verdict}; nothing was drawn")
+    return rests.spans()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,80 @@
+"""Where a loop rests at constant winds, as a value, and as a claim that the checker replays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.checker.result import Checked
+from takagi.certificates.document import certificate_document
+
+__all__ = ["ClosedLoopRests", "RestCell"]
+
+
+@dataclass(frozen=True, slots=True)
+class RestCell:
+    """What the loop does at every wind of a range.
+
+    Attributes
+    ----------
+    wind : (v_1, v_2) [m/s].
+    rests : "one", "one at the trim", "one off the trim", "none", "several", "continuum", or
+        "unknown".
+    reason : why it is unknown, else empty.
+    """
+
+    wind: tuple[float, float]
+    rests: str
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClosedLoopRests:
+    """The cells in order of wind, and what they speak of.
+
+    Attributes
+    ----------
+    law : the law's name.
+    cells : they follow each other without a gap.
+    model, gains : the turbine and the law as they are emitted, which the answers are about.
+    """
+
+    law: str
+    cells: tuple[RestCell, ...]
+    model: Mapping[str, Any]
+    gains: Mapping[str, Any]
+
+    def spans(self) -> tuple[RestCell, ...]:
+        """Return neighbouring cells with one answer as one."""
+        found: list[RestCell] = []
+        for cell in self.cells:
+            if found and found[-1].rests == cell.rests and found[-1].wind[1] == cell.wind[0]:
+                joined = (found[-1].wind[0], cell.wind[1])
+                found[-1] = RestCell(joined, cell.rests, found[-1].reason)
+            else:
+                found.append(cell)
+        return tuple(found)
+
+    def claim(self) -> dict[str, Any]:
+        """Return the claim of kind ``equilibrium`` about the cells that are decided."""
+        return {
+            "name": f"rests of the loop with law {self.law}",
+            "kind": "equilibrium",
+            "cells": [
+                {"wind": list(cell.wind), "rests": cell.rests}
+                for cell in self.cells
+                if cell.rests != "unknown"
+            ],
+        }
+
+    def document(self) -> dict[str, Any]:
+        """Return a certificate with this claim alone."""
+        return certificate_document(
+            model=self.model, gains=self.gains, claims=[self.claim()], provenance={}
+        )
+
+    def check(self) -> Checked:
+        """Return the checker's verdict, replayed from the written document."""
+        return check_document(self.document())

@@ -1,0 +1,103 @@
+"""Finds, wind cell by wind cell, how often a turbine's closed loop rests."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
+from typing import Any
+
+from takagi.certificates.checker.equilibrium import RestReader, rest_reader
+from takagi.certificates.checker.reader import read_text
+from takagi.certificates.checker.refusal import Refused
+from takagi.certificates.document import coherent_law_data, turbine_data
+from takagi.certificates.equilibrium.answers import ClosedLoopRests, RestCell
+from takagi.certificates.paper import paper_law_data
+from takagi.models.enclosure.interval import exact
+from takagi.models.errors import ModelError
+from takagi.models.law.coherent import CoherentLaw
+from takagi.models.law.paper import PaperLaw
+from takagi.models.turbine.data import Turbine
+
+__all__ = ["closed_loop_equilibria"]
+
+Tell = Callable[[str], None]
+NARROWEST = 0.01
+DECIMALS = 9
+
+
+def closed_loop_equilibria(
+    turbine: Turbine,
+    law: CoherentLaw | PaperLaw,
+    *,
+    winds: tuple[float, float] | None = None,
+    narrowest: float = NARROWEST,
+    tell: Tell | None = None,
+) -> ClosedLoopRests:
+    """Return how often the closed loop rests at every constant wind, estimate exact.
+
+    Each answer is proved, in outward rounded arithmetic about the emitted decimals, for all winds
+    of its cell; "unknown" where no proof was found.  See docs/equilibria.md for what is counted.
+
+    Parameters
+    ----------
+    winds : range [m/s]; None takes all that the law knows.
+    narrowest : a cell without an answer is halved down to this width [m/s].
+    tell : called with a word before each m/s.
+
+    Raises
+    ------
+    ModelError : a law of another kind, winds outside those that the law knows, or a width that is
+        not positive.
+    """
+    model, gains = _emitted(turbine, law)
+    read = read_text(json.dumps({"model": model, "gains": gains}), "loop")
+    name, known, answer = rest_reader(read["model"], read["gains"])
+    low, high = winds or (float(known[0]), float(known[1]))
+    if not float(known[0]) <= low < high <= float(known[1]):
+        raise ModelError(
+            f"winds {low:.6g} to {high:.6g} m/s were given; an increasing range within "
+            f"{float(known[0]):.6g} to {float(known[1]):.6g} m/s is needed"
+        )
+    if not narrowest > 0:
+        raise ModelError(f"narrowest cell {narrowest!r} m/s was given; it must be positive")
+    cells: list[RestCell] = []
+    for first, last in pairwise(_nodes(gains, low, high)):
+        if tell is not None:
+            tell(f"rests at {first:.4g} to {last:.4g} m/s")
+        cells += _cells(answer, first, last, narrowest)
+    return ClosedLoopRests(name, tuple(cells), model, gains)
+
+
+def _emitted(
+    turbine: Turbine, law: CoherentLaw | PaperLaw
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    if isinstance(law, CoherentLaw):
+        return turbine_data(turbine, []), coherent_law_data(law)
+    if isinstance(law, PaperLaw):
+        return turbine_data(turbine, []), paper_law_data(law)
+    raise ModelError(
+        f"a law of type {type(law).__name__} was given; the rests of a CoherentLaw or a PaperLaw "
+        "can be counted"
+    )
+
+
+def _nodes(gains: dict[str, Any], low: float, high: float) -> Sequence[float]:
+    """Return the winds at which a table of the law bends, and both ends."""
+    tables = [gains] if "wind" in gains else [gains["partial"], gains["full"]]
+    inner = {float(v) for table in tables for v in table["wind"] if low < float(v) < high}
+    return sorted({low, high, *inner})
+
+
+def _cells(answer: RestReader, low: float, high: float, narrowest: float) -> Iterator[RestCell]:
+    try:
+        yield RestCell((low, high), answer((exact(low), exact(high))))
+        return
+    except Refused as error:
+        reason = str(error)
+    middle = round((low + high) / 2, DECIMALS)
+    if high - low <= narrowest or not low < middle < high:
+        yield RestCell((low, high), "unknown", reason)
+        return
+    yield from _cells(answer, low, middle, narrowest)
+    yield from _cells(answer, middle, high, narrowest)
