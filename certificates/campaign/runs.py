@@ -1,0 +1,143 @@
+"""Thousands of random runs of the certified loop, and what they say about the certificate.
+
+A run proves nothing.  Ten thousand without a violation say that the theorem, its proof and its
+reading agree as far as was tried; one with a violation says that one of the three is wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.certificates.campaign.batch import Records, run_batch
+from takagi.certificates.campaign.beyond import INSIDE, Beyond
+from takagi.certificates.campaign.bounds import BOUNDS
+from takagi.certificates.campaign.loop import CertifiedLoop, certified_loop
+from takagi.models.errors import ModelError
+
+__all__ = ["DURATION", "TOLERANCE", "Campaign", "run_campaign"]
+
+Floats = NDArray[np.float64]
+Tell = Callable[[str, float], None]
+
+DURATION = 60.0
+# Of a bound: what a share may exceed 1 by, for steps of finite length.  Every campaign measures how
+# far steps half as long change a share (``Records.halving``), and must stay below this.
+TOLERANCE = 1e-4
+# A step is this part of the pitch drive's time constant, the fastest of the loop.
+STEP_SHARE = 0.1
+# Runs that are advanced together: their arrays stay in the processor's cache.
+TOGETHER = 2500
+MOST_RUNS = 10_000_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Campaign:
+    """The runs of a campaign; ``records`` has one column per run.
+
+    Attributes
+    ----------
+    beyond : ``INSIDE``, or how the certificate was left.
+    step : the longest step [s];  duration : of every run [s].
+    """
+
+    loop: CertifiedLoop
+    beyond: Beyond
+    duration: float
+    step: float
+    seed: int
+    tolerance: float
+    records: Records
+
+    @property
+    def runs(self) -> int:
+        """How many."""
+        return len(self.records.start_wind)
+
+    @property
+    def broken(self) -> NDArray[np.bool_]:
+        """(bounds, n) which run exceeded which bound."""
+        return np.asarray(np.isfinite(self.records.broken_at))
+
+    @property
+    def violations(self) -> int:
+        """Runs that exceeded a bound, or left the coefficient table."""
+        lost = np.isfinite(self.records.lost_at)
+        return int(np.count_nonzero(self.broken.any(axis=0) | lost))
+
+    @property
+    def coarse(self) -> bool:
+        """Whether steps half as long change a share by more than the tolerance."""
+        return float(self.records.halving.max()) > self.tolerance
+
+    def largest(self, bound: str) -> float:
+        """Return the largest share of a bound that any run used; nan if none was asked."""
+        row = self.records.share[BOUNDS.index(bound)]
+        return float(np.nanmax(row)) if np.any(~np.isnan(row)) else float("nan")
+
+
+def run_campaign(
+    document: Mapping[str, Any],
+    *,
+    runs: int = 10_000,
+    duration: float = DURATION,
+    seed: int = 0,
+    beyond: Beyond = INSIDE,
+    tell: Tell | None = None,
+) -> Campaign:
+    """Return what random runs of the loop of a certificate did, compared with its bounds.
+
+    Parameters
+    ----------
+    document : a certificate with a claim of kind ``coherent-loop``, as plain data (its JSON).
+    runs : number of runs;  duration : of each [s].
+    seed : the same one gives the same runs.
+    beyond : how the certificate is left; not at all unless given.
+    tell : called with words and the part that is done.
+
+    Raises
+    ------
+    ModelError : no such claim; numbers that make no sense.
+    """
+    if not 1 <= runs <= MOST_RUNS:
+        raise ModelError(f"{runs} runs were asked for; 1 to {MOST_RUNS} are possible")
+    if not 0 < duration < np.inf:
+        raise ModelError(f"a duration of {duration:g} s was asked for; it must be above 0")
+    if seed < 0:
+        raise ModelError(f"seed {seed} was given; 0 or more is needed")
+    loop = certified_loop(document)
+    step = STEP_SHARE * loop.pitch_lag
+    sizes = [min(TOGETHER, runs - begun) for begun in range(0, runs, TOGETHER)]
+    found = []
+    for i, size in enumerate(sizes):
+
+        def told(part: float, before: int = sum(sizes[:i]), size: int = size) -> None:
+            if tell is not None:
+                tell(f"{beyond.name}: {runs} runs", (before + part * size) / runs)
+
+        found.append(
+            run_batch(
+                loop,
+                size,
+                np.random.default_rng([seed, i]),
+                duration=duration,
+                longest_step=step,
+                tolerance=TOLERANCE,
+                beyond=beyond,
+                tell=told,
+            )
+        )
+    return Campaign(loop, beyond, duration, step, seed, TOLERANCE, _joined(found))
+
+
+def _joined(found: list[Records]) -> Records:
+    columns = {
+        field.name: np.concatenate([getattr(each, field.name) for each in found], axis=-1)
+        for field in fields(Records)
+        if field.name != "halving"
+    }
+    return Records(**columns, halving=np.max([each.halving for each in found], axis=0))

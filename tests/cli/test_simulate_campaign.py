@@ -1,0 +1,134 @@
+"""`takagi simulate --certificate`: tables, files, exit status, and what is refused."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from takagi.certificates.checker.reader import digest, read_text
+from takagi.cli.main import main
+
+if TYPE_CHECKING:
+    from takagi.certificates.turbine_design import TurbineDesign
+
+Capture = pytest.CaptureFixture[str]
+
+
+@pytest.fixture(scope="module")
+def certificate(finished: TurbineDesign, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The default design's certificate as a file."""
+    from takagi.certificates.document import dumps
+
+    path = tmp_path_factory.mktemp("campaign") / "certificate.json"
+    path.write_text(dumps(finished.document), encoding="utf-8")
+    return path
+
+
+def asked(certificate: Path, *more: str) -> list[str]:
+    """A short campaign."""
+    return ["simulate", "nrel5mw", "--certificate", str(certificate), "--runs", "60",
+            "--duration", "0.25", *more]  # fmt: skip
+
+
+def test_no_violation_is_status_0_and_leaves_all_files(
+    certificate: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """The table, one row per run, the same bytes for the same seed; nothing on standard error."""
+    folders = [tmp_path / name for name in ("first", "second")]
+    for folder in folders:
+        assert main(asked(certificate, "--seed", "3", "--out", str(folder))) == 0
+    shown = capsys.readouterr()
+    names = sorted(str(p.relative_to(folders[0])) for p in folders[0].rglob("*") if p.is_file())
+
+    assert shown.err == ""
+    assert "no violation of any certified bound" in shown.out
+    assert max(map(len, shown.out.splitlines())) <= 100
+    assert names == ["campaign.json", "figures/inside.png", "figures/inside.svg", "runs.csv",
+                     "summary.md"]  # fmt: skip
+    for name in names:
+        assert (folders[0] / name).read_bytes() == (folders[1] / name).read_bytes()
+    with open(folders[0] / "runs.csv", encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 60
+    # A bar ends a cell of Markdown, so that each row of a table must have as many as its head.
+    written = (folders[0] / "summary.md").read_text().replace("\\|", "").split("| winds |")[0]
+    table = [line for line in written.split("\n") if line.startswith("| ")]
+    assert len(table) == 12 and len({line.count("|") for line in table}) == 1
+    assert all(float(row["largest share of set [-]"]) <= 1.0001 for row in rows)
+    found = json.loads((folders[0] / "campaign.json").read_text())
+    assert (found["verdict"], found["inside"]["violations"]) == ("PROVED", 0)
+
+
+def test_beyond_says_what_breaks_first(certificate: Path, tmp_path: Path, capsys: Capture) -> None:
+    """Status 0, for nothing is promised there; figures of what broke; JSON names the files."""
+    more = ("--beyond", "8", "--beyond", "start=4", "--out", str(tmp_path), "--json")
+    status = main(asked(certificate, *more))
+    found = json.loads(capsys.readouterr().out)
+
+    assert status == 0
+    assert found["inside"] is None
+    assert [row["beyond"] for row in found["beyond"]] == ["wind=8", "start=4"]
+    assert found["beyond"][1]["largest_value"] > 3
+    assert all(Path(name).is_file() for name in found["files"])
+    assert any("first-breaks.svg" in name for name in found["files"])
+    assert main(asked(certificate, "--beyond", "start=4")) == 0
+    assert "speed error" in capsys.readouterr().out
+
+
+def test_a_violated_bound_is_status_1(certificate: Path, tmp_path: Path, capsys: Capture) -> None:
+    """A forger's certificate: a peak made a tenth smaller, hashes made to fit."""
+    document = json.loads(certificate.read_text())
+    document["claims"][0]["peaks"]["speed_error"] *= 0.9
+    read = read_text(json.dumps(document), "document")
+    hashes = {part: digest(read.get(part)) for part in ("model", "gains", "claims")}
+    document["provenance"]["sha256"] = hashes
+    forged = tmp_path / "forged.json"
+    forged.write_text(json.dumps(document), encoding="utf-8")
+
+    assert main(asked(forged)) == 1
+    shown = capsys.readouterr().out
+    assert "violate a certified bound" in shown
+    assert "UNDECIDED" in shown
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--law", "paper"], "--law is about a scenario"),
+        (["--wake", "dynamic"], "--wake is about a scenario"),
+        (["--beyond", "torque=2"], "'torque' is not one of"),
+        (["--beyond", "start=1"], "starts up to V = 1 are within the certificate"),
+        (["--runs", "0"], "0 runs were asked for"),
+        (["--duration", "-1"], "a duration of -1 s"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(
+    certificate: Path, more: list[str], words: str, capsys: Capture
+) -> None:
+    """Status 2 and one line."""
+    assert main(asked(certificate, *more)) == 2
+    assert words in " ".join(capsys.readouterr().err.split())
+
+
+def test_runs_need_a_certificate(capsys: Capture) -> None:
+    """Alone --runs would be ignored, which misleads."""
+    assert main(["simulate", "nrel5mw", "--runs", "5"]) == 2
+    assert "--certificate FILE" in capsys.readouterr().err
+
+
+def test_a_file_about_another_model_is_refused(certificate: Path, capsys: Capture) -> None:
+    """And one that is not there."""
+    assert main(["simulate", "iea15mw", "--certificate", str(certificate)]) == 2
+    assert main(["simulate", "nrel5mw", "--certificate", "nowhere.json"]) == 2
+    assert "nowhere.json" in capsys.readouterr().err
+
+
+def test_plants_have_no_campaign(certificate: Path, capsys: Capture) -> None:
+    """The option is about turbines."""
+    assert main(["simulate", "cart_pole", "--certificate", str(certificate)]) == 2
+    shown: Any = capsys.readouterr().err
+    assert "--certificate is about a turbine" in " ".join(shown.split()) or "turbine" in shown
