@@ -1,0 +1,88 @@
+"""Sweeps: one result for each point of a grid, kept in a journal, made by several processes.
+
+A **map** says what is asked at a point.  It is a ``SweepMap`` (frozen dataclass):
+
+    name       the law, as ``takagi sweep --law`` names it
+    axes       ``Axis`` values: name, SI unit, values; the points are their product
+    settings   JSON-able; everything that a result depends on besides the point: the law's settings
+               and the model's numbers.  It is hashed into the journal's header, which refuses to
+               go on with other settings.
+    point      a function at the top of a module, ``point(task) -> dict``
+    shared     what all points have in common, such as the ``Turbine``: any value that pickle can
+               send and that follows from ``settings``; sent to each process once, and not hashed.
+               Read-only mappings, which a ``Turbine`` has, may be in it.
+    prepare    ``prepare(settings, shared)``, a function at the top of a module, called once in each
+               process: what it returns, which need not be picklable, is each task's ``shared``.
+               None: ``shared`` itself is.
+    beside     maps to compare with, such as one point of another law; each is made, with a journal
+               of its own, in a folder of its name below
+
+``point`` gets a ``Task``: ``task.at`` (axis name -> value), ``task.settings``, ``task.shared``.  It
+returns a dict of what JSON knows, without NaN, that holds at least
+
+    "verdict"  "PROVED", "PARTLY" (some of what was asked) or "UNDECIDED"
+    "reason"   why not all of it is PROVED, in words; None where it is
+
+and whatever its figures need beside that, with the unit in the key.  A ``ModelError`` of the point
+is the answer UNDECIDED with its words; any other error is FAILED with its words, and is tried again
+when the sweep is resumed.  Neither ends the sweep.
+
+A module with maps of a law gives the command line two names, and its figures a third:
+
+    AXES       the ``AxisKind`` values that ``--over`` knows
+    build      ``build(law, turbine, files, axes, tell) -> SweepMap``; raises ``ModelError`` where a
+               value lies outside what the turbine's tables allow, naming the axis and the remedy
+    pages      in ``takagi.reports.sweep``: ``pages(result: SweepResult) -> {file name: content}``
+
+and a line in ``takagi.cli.sweep_laws``.  ``run_sweep(map, folder, workers=..., tell=...)`` makes
+the ``SweepResult``: the map and its points in the order of the grid.
+
+Importing this package imports nothing heavy: names are looked up when they are used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from takagi.certificates.sweep.axis import Axis, AxisKind, parse_axes
+    from takagi.certificates.sweep.grid import PointResult, SweepMap, SweepResult, Task
+    from takagi.certificates.sweep.journal import Journal, JournalError
+    from takagi.certificates.sweep.runner import run_sweep
+
+__all__ = [
+    "Axis",
+    "AxisKind",
+    "Journal",
+    "JournalError",
+    "PointResult",
+    "SweepMap",
+    "SweepResult",
+    "Task",
+    "parse_axes",
+    "run_sweep",
+]
+
+_HOME = {
+    "Axis": "axis",
+    "AxisKind": "axis",
+    "Journal": "journal",
+    "JournalError": "journal",
+    "PointResult": "grid",
+    "SweepMap": "grid",
+    "SweepResult": "grid",
+    "Task": "grid",
+    "parse_axes": "axis",
+    "run_sweep": "runner",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOME:
+        return getattr(import_module(f"takagi.certificates.sweep.{_HOME[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,145 @@
+"""What a candidate about the coherent loop comes to: the checker's verdict, a point's numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.coherent import CoherentCandidate, coherent_claim
+from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
+from takagi.certificates.failing_winds import failing_winds
+from takagi.certificates.sweep.grid import UNDECIDED
+from takagi.certificates.sweep.wind_ranges import WindRange
+from takagi.models.law.coherent import CoherentLaw
+from takagi.models.turbine.aerodynamics import rotor_power
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.trim import rated_wind
+
+__all__ = ["answer", "checked", "energy_cost", "range_class"]
+
+REMEDY = (
+    "reduce the uncertainty (inertia, frozen-wake, power-coefficient), the box (speed-error) or "
+    "the bandwidth"
+)
+DIGITS = 6
+
+
+def checked(turbine: Turbine, law: CoherentLaw, candidate: CoherentCandidate) -> Claim:
+    """Return the independent checker's verdict on the candidate's claim, as it would be written.
+
+    Raises
+    ------
+    ModelError : the candidate has no P.
+    """
+    document = certificate_document(
+        model=turbine_data(turbine, []),
+        gains=coherent_law_data(law),
+        claims=[coherent_claim(candidate)],
+        provenance={},
+    )
+    return check_document(document).claims[0]
+
+
+def answer(
+    turbine: Turbine,
+    law: CoherentLaw,
+    candidate: CoherentCandidate,
+    ranges: Sequence[WindRange],
+) -> dict[str, Any]:
+    """Return a point's result: verdict, reason, and what is then guaranteed; units in the keys.
+
+    Wind class, overspeed and decay are given only where the checker says PROVED.  ``ranges`` says
+    the least over the wind cells that touch a range; ``cells`` says all.
+    """
+    common = {
+        "energy_cost [%]": energy_cost(turbine, law),
+        "largest_gain [1/s]": float(law.gains.proportional.max()),
+    }
+    if candidate.P is None:
+        words = failing_winds(candidate.cells)
+        return {"verdict": UNDECIDED, "reason": f"{words}; {REMEDY}", **common}
+    claim = checked(turbine, law, candidate)
+    if claim.verdict is not Verdict.PROVED:
+        return {
+            "verdict": claim.verdict.name,
+            "reason": f"{claim.text}; {REMEDY}",
+            **common,
+        }
+    return {
+        "verdict": claim.verdict.name,
+        "reason": None,
+        **common,
+        **_guaranteed(turbine, law, candidate),
+        "ranges": [range_class(candidate, each) for each in ranges],
+        "cells": _cells(candidate),
+    }
+
+
+def energy_cost(turbine: Turbine, law: CoherentLaw) -> float:
+    """Return what the overlap costs at rated wind [% of rated power], at the law's trim.
+
+    There the rotor could give rated power; the ramp splits the effort, so that some of it is shed
+    by pitch and torque rests below rated.
+    """
+    wind = rated_wind(turbine)
+    table = law.schedule
+    speed = float(np.interp(wind, table.wind, table.rotor_speed))
+    effort = float(np.interp(wind, table.wind, table.trim_effort))
+    torque = table.torque(wind, turbine)
+    available = float(rotor_power(turbine, speed, turbine.pitch_min, wind))
+    if effort >= table.overlap:
+        return 0.0
+    return _short(100 * (1 - turbine.gear_ratio * torque * speed / available))
+
+
+def range_class(candidate: CoherentCandidate, winds: WindRange) -> dict[str, Any]:
+    """Return the least wind class and decay over the cells that touch a range of winds."""
+    low = np.array([float(cell.wind.lower) for cell in candidate.cells])
+    high = np.array([float(cell.wind.upper) for cell in candidate.cells])
+    inside = (high > winds.low) & (low < winds.high)
+    if not inside.any():
+        return {"name": winds.name, "winds [m/s]": [winds.low, winds.high]}
+    share = (high - low)[inside]
+    return {
+        "name": winds.name,
+        "winds [m/s]": [winds.low, winds.high],
+        "least_wind_error [m/s]": float(candidate.wind_error[inside].min()),
+        "mean_wind_error [m/s]": _short(float(share @ candidate.wind_error[inside] / share.sum())),
+        "least_wind_rate [m/s^2]": float(candidate.wind_rate[inside].min()),
+        "mean_wind_rate [m/s^2]": _short(float(share @ candidate.wind_rate[inside] / share.sum())),
+        "least_decay [1/s]": float(candidate.decay_rate[inside].min()),
+    }
+
+
+def _guaranteed(turbine: Turbine, law: CoherentLaw, candidate: CoherentCandidate) -> dict[str, Any]:
+    """Return overspeed, common decay and pitch rate; the claim's decimals, rounded outward."""
+    peaks = coherent_claim(candidate)["peaks"]
+    most = float(law.schedule.rotor_speed.max()) + peaks["speed_error"]
+    asked = max(float(cell.pitch_rate) for cell in candidate.cells)
+    least = min(float(cell.lag_rate.lower) for cell in candidate.cells)
+    return {
+        "overspeed [%]": float(np.ceil(1e4 * (100 * (most / turbine.rated_rotor_speed - 1))) / 1e4),
+        "speed_error [rad/s]": float(peaks["speed_error"]),
+        "common_decay [1/s]": float(candidate.common_rate),
+        "pitch_rate_asked [deg/s]": _short(float(np.rad2deg(asked))),
+        "pitch_rate_passed [-]": _short(least * turbine.pitch_time_constant),
+    }
+
+
+def _cells(candidate: CoherentCandidate) -> dict[str, Any]:
+    edges = [float(cell.wind.lower) for cell in candidate.cells]
+    edges.append(float(candidate.cells[-1].wind.upper))
+    return {
+        "wind [m/s]": edges,
+        "wind_error [m/s]": candidate.wind_error.tolist(),
+        "wind_rate [m/s^2]": candidate.wind_rate.tolist(),
+        "decay [1/s]": candidate.decay_rate.tolist(),
+    }
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

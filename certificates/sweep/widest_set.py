@@ -1,0 +1,131 @@
+"""The quadratic function whose set bears the largest wind errors, for some cells of the loop.
+
+``coherent_candidate`` looks for the function that bears most of the whole wind class in its worst
+cell.  Here that function is improved further, so that the mean over wind of the logarithms of the
+wind errors grows (``lmi.turbine.one_step_search`` with its gains fixed), and the cells may be those
+of a part of the winds.  The result is a candidate, as ever; the checker decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.certificates.coherent_bearing import AskedLoops, CoherentCandidate, borne_with
+from takagi.certificates.failing_winds import failing_winds
+from takagi.certificates.sweep.loop_settings import LoopSettings
+from takagi.certificates.wind_class import asked_rates, calmer
+from takagi.lmi.analysis.invariant_ellipsoid import invariant_ellipsoid
+from takagi.lmi.turbine.one_step_borne import Functions, borne
+from takagi.lmi.turbine.one_step_family import Corners
+from takagi.lmi.turbine.one_step_search import Weights, joint_step
+from takagi.models.embedding.coherent import CellLoop
+from takagi.models.embedding.loop_cell import LoopBox, LoopCell
+from takagi.models.embedding.vertices import loop_vertices
+
+__all__ = ["widest_candidate", "widest_functions"]
+
+Floats = NDArray[np.float64]
+
+# How often all rates are halved where no function bears them, and how often one is improved.
+ATTEMPTS, CALMER, IMPROVEMENTS = 6, 0.5, 8
+# An improvement of the mean by less than this ends the search.
+SETTLED = 3e-3
+
+
+def widest_candidate(loop: LoopSettings) -> CoherentCandidate:
+    """Return the candidate whose function bears the largest wind errors over the law's winds.
+
+    Raises
+    ------
+    ModelError : the box asks for what tables or actuators do not have; names the wind cell.
+    """
+    on, count = loop.box, len(loop.law.schedule.wind) - 1
+    loops = [CellLoop(loop.turbine, loop.law, on, loop.uncertainty, k) for k in range(count)]
+    rates = asked_rates(loops, on, loop.shape)
+    middle = [float(each.law.wind.centre) for each in loops]
+    error = np.interp(middle, loop.shape.wind, loop.shape.error)
+    for attempt in range(ATTEMPTS):
+        cells = [each.enclosed(rate) for each, rate in zip(loops, rates, strict=True)]
+        found = widest_functions(cells, error, on)
+        if found is not None:
+            asked = AskedLoops(on, loop.uncertainty, loops, rates, error)
+            return borne_with(found.P, asked)
+        last = attempt >= ATTEMPTS - 2
+        rates = [Fraction(0) if last else calmer(rate, CALMER) for rate in rates]
+    return CoherentCandidate.without(on, loop.uncertainty, cells, diagnosis=failing_winds(cells))
+
+
+def widest_functions(cells: Sequence[LoopCell], error: Floats, box: LoopBox) -> Functions | None:
+    """Return P, and the multiples of the wind errors that it bears; None where no P bears any.
+
+    Parameters
+    ----------
+    cells : enclosed at the wind rates that are asked for.
+    error : (K - 1,) proportions of the wind errors [m/s].
+    """
+    return _Search.over(cells, error, box).widest()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Search:
+    """Corners of the cells at their wind rates, and what is asked of the set."""
+
+    windy: Corners
+    still: Corners
+    directions: Floats
+    shares: Floats
+    limits: Floats
+    pace: Floats
+
+    @classmethod
+    def over(cls, cells: Sequence[LoopCell], error: Floats, box: LoopBox) -> _Search:
+        found = [loop_vertices(cell) for cell in cells]
+        index = np.arange(len(cells))
+        windy = Corners(
+            np.concatenate([v.A for v in found]),
+            np.concatenate([v.fixed for v in found]),
+            np.concatenate([e * v.per_wind_error for v, e in zip(found, error, strict=True)]),
+            np.repeat(index, [len(v.A) for v in found]),
+        )
+        rest = np.concatenate([v.at_rest for v in found])
+        none = np.zeros((len(rest), 3))
+        still = Corners(rest, none, none, np.repeat(index, [len(v.at_rest) for v in found]))
+        width = np.array([float(cell.wind.width) for cell in cells])
+        widest = float(box.wind_share) * np.array([float(cell.wind.lower) for cell in cells])
+        return cls(
+            windy,
+            still,
+            box.directions,
+            width / width.sum(),
+            widest / error,
+            np.array([float(cell.integral_rate.lower) for cell in cells]),
+        )
+
+    def widest(self) -> Functions | None:
+        w = self.windy
+        first = invariant_ellipsoid(
+            w.A, w.fixed + w.error, w.cell, self.directions, speed=self.pace[w.cell], rounds=3
+        )
+        if first.P is None:
+            return None
+        none = np.zeros(len(self.shares))
+        start = Functions(np.asarray(first.P), none, none, np.eye(3), 0.0)
+        best = borne(w, self.still, start, self.limits)
+        weights = Weights(self.shares, 0.0, 0.0, np.zeros(0), self.shares)
+        if best is None:
+            return None
+        for _ in range(IMPROVEMENTS):
+            step = joint_step(w, self.still, best, self.directions, weights)
+            new = None if step is None else borne(w, self.still, step.functions, self.limits)
+            if new is None:
+                break
+            gained = float(self.shares @ np.log(new.scales / best.scales))
+            best = new if gained > 0 else best
+            if gained < SETTLED:
+                break
+        return best
