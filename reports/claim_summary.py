@@ -30,7 +30,8 @@ class ClaimSummary:
         largest of one function for all winds [1/s].
     peaks : bound on each state's modulus on the invariant set, by name.
     overspeed : bound on rotor speed above rated, as a share of it [-].
-    inertia : true over nominal inertia, (low, high).   frozen_wake : whether pitch effectiveness
+    inertia : true over nominal inertia, (low, high);   power_coefficient : true over tabulated.
+    frozen_wake : whether pitch effectiveness
         may reach the frozen-wake value.
     P : the Lyapunov matrix, rows.
     """
@@ -46,6 +47,7 @@ class ClaimSummary:
     peaks: Mapping[str, float]
     overspeed: float
     inertia: tuple[float, float]
+    power_coefficient: tuple[float, float]
     frozen_wake: bool
     P: tuple[tuple[float, ...], ...]
 
@@ -71,6 +73,7 @@ def _summary(
     cells = stated["cells"]
     decays = tuple(float(cell["decay_rate"]) for cell in cells)
     low, high = stated["uncertainty"]["inertia"]
+    least, most = stated["uncertainty"].get("power_coefficient", (1.0, 1.0))
     return ClaimSummary(
         verdict=checked.verdict,
         winds=tuple((float(cell["wind"][0]), float(cell["wind"][1])) for cell in cells),
@@ -83,6 +86,7 @@ def _summary(
         peaks={name: float(value) for name, value in stated["peaks"].items()},
         overspeed=(fastest + float(stated["peaks"]["speed_error"])) / rated_speed - 1,
         inertia=(float(low), float(high)),
+        power_coefficient=(float(least), float(most)),
         frozen_wake=bool(stated["uncertainty"]["frozen_wake"]),
         P=tuple(tuple(float(value) for value in row) for row in stated["P"]),
     )

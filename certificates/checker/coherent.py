@@ -179,9 +179,10 @@ def _statement(
     least = {name: at_least(min(column), 3) for name, column in columns.items()}
     most = {name: at_least(max(column), 3) for name, column in columns.items()}
     wake = "equilibrium to frozen wake" if uncertainty.frozen_wake else "equilibrium wake"
+    power = f", c_P {_span(*uncertainty.power)} of the table's" if uncertainty.wrong_table else ""
     return (
         f"winds {_span(law.wind[0], law.wind[-1])} m/s in {len(cells)} cells, inertia "
-        f"{_span(*uncertainty.inertia)} of nominal, pitch effectiveness {wake}: the set is "
+        f"{_span(*uncertainty.inertia)} of nominal{power}, pitch effectiveness {wake}: the set is "
         f"invariant for |v - v_s| up to {least['wind_error']} to {most['wind_error']} m/s and "
         f"|v_s'| up to {least['wind_rate']} to {most['wind_rate']} m/s^2 (by wind cell); overspeed "
         f"at most {at_most(overspeed, 3)} %; at constant wind v = v_s the loop settles at no less "

@@ -157,10 +157,14 @@ class Box:
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """True over nominal inertia, and whether pitch may work as with a frozen wake."""
+    """True over nominal inertia, whether pitch may work as with a frozen wake, true over table c_P.
+
+    A file without ``power_coefficient`` speaks of the table's c_P.
+    """
 
     inertia: tuple[Fraction, Fraction]
     frozen_wake: bool
+    power: tuple[Fraction, Fraction]
 
     @classmethod
     def read(cls, claim: Any, where: str) -> Uncertainty:
@@ -172,12 +176,22 @@ class Uncertainty:
         frozen = member(stated, "frozen_wake", place)
         if not isinstance(frozen, bool):
             raise CertificateError(f"{place}.frozen_wake: true or false is needed")
-        return cls((low, high), frozen)
+        least = most = Fraction(1)
+        if "power_coefficient" in stated:
+            least, most = numbers(stated, "power_coefficient", place, 2)
+        if not 0 < least <= 1 <= most:
+            raise CertificateError(f"{place}.power_coefficient: 0 < low <= 1 <= high is needed")
+        return cls((low, high), frozen, (least, most))
 
     @property
     def kappa(self) -> tuple[Fraction, Fraction]:
         """Nominal over true inertia: what every torque is multiplied by."""
         return 1 / self.inertia[1], 1 / self.inertia[0]
+
+    @property
+    def wrong_table(self) -> bool:
+        """Whether more than the table's power coefficient is covered."""
+        return self.power[0] < self.power[1]
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ from fractions import Fraction
 
 from takagi.certificates.checker.coherent_inputs import Box, Law, Plant, Uncertainty
 from takagi.certificates.checker.coherent_moving import Moving
-from takagi.certificates.checker.coherent_residual import psi, residual, share
+from takagi.certificates.checker.coherent_residual import residual
+from takagi.certificates.checker.effort_ramp import psi, share
 from takagi.certificates.checker.fixed import (
     BITS,
     ONE,
@@ -47,6 +48,7 @@ class Loop:
     ) -> None:
         self.plant, self.law, self.box, self.k = plant, law, box, k
         self.frozen, self.kappa = uncertainty.frozen_wake, uncertainty.kappa
+        self.power = uncertainty.power
         self.wind = enclose(law.wind[k], law.wind[k + 1])
         self.c = point(plant.torque_per_inertia)
         self.b = self._range(law.effectiveness)
@@ -130,19 +132,20 @@ class Loop:
     def _enclosed_ranges(self) -> dict[str, Q]:
         """Return the coefficients that come from the surface."""
         kappa, gamma = enclose(*self.kappa), self._range(self.law.gamma)
+        power = enclose(*self.power)
         ratio = self._tip_speed(self.box.speed_error, Fraction(0))
         at_trim = self._tip_speed(Fraction(0), Fraction(0))
         steep = mul(self.plant.surface.bounds(ratio, self.pitch, 1, 0), self.wind)
         return {
-            "stiffness": mul(kappa, mul(steep, mul(self.c, point(self.plant.radius)))),
+            "stiffness": mul(mul(kappa, power), mul(steep, mul(self.c, point(self.plant.radius)))),
             "loop_gain": mul(mul(kappa, gamma), self._curve_gain(at_trim)),
             "lag_gain": mul(kappa, self._sigma(at_trim, self.pitch)),
         }
 
     def _magnitudes(self) -> Iterator[tuple[str, int]]:
         """Yield the coefficients that enter by their size, over 2^96."""
-        yield "residual", residual(self.plant, self.law, self.k)
-        yield "wind_gain", magnitude(self._wind_gain())
+        yield "residual", residual(self.plant, self.law, self.k, self.power)
+        yield "wind_gain", magnitude(mul(enclose(*self.power), self._wind_gain()))
 
     def _wind_gain(self) -> Q:
         """Return dT_r/dv / J = c v (2 c_Q - lambda c_Q,lambda)."""
@@ -155,9 +158,9 @@ class Loop:
         return mul(mul(inner, wind), self.c)
 
     def _sigma(self, ratio: Q, pitch: Q) -> Q:
-        """Return -dT_r/dbeta / (J b), up to the frozen wake's where that is asked."""
+        """Return -s dT_r/dbeta / (J b), up to the frozen wake's where that is asked."""
         slope_ = mul(mul(self.plant.surface.bounds(ratio, pitch, 0, 1), square(self.wind)), self.c)
-        sigma = div((-slope_[1], -slope_[0]), self.b)
+        sigma = mul(enclose(*self.power), div((-slope_[1], -slope_[0]), self.b))
         if not self.frozen:
             return sigma
         return sigma[0], max(sigma[1], div(self._range(self.law.limit), self.b)[1])

@@ -17,7 +17,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 from takagi.certificates.checker.coherent_inputs import Box, Law, Plant
-from takagi.certificates.checker.coherent_residual import psi, share, slope
+from takagi.certificates.checker.coherent_residual import slope
+from takagi.certificates.checker.effort_ramp import psi, share
 from takagi.certificates.checker.fixed import ONE, add, div, enclose, magnitude, mul, point, sub
 
 __all__ = ["Moving"]

@@ -4,6 +4,9 @@ r"""How far the law's tables leave the trim between their nodes: r(v), enclosed 
 
 with lambda = R omega* / v, beta = beta_min + psi(q*) / b, and omega*, q*, b linear in v.  r' is
 Lipschitz, so |r| <= max(|r(v_1)|, |r(v_2)|) + (width^2 / 8) sup |r''|.
+
+With a true power coefficient s times the table's the trim is left by r + (s - 1) T_r* / J, where
+T_r* / J = r + (n_g / J) (T_rated - E psi(-q*)).
 """
 
 from __future__ import annotations
@@ -11,6 +14,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from takagi.certificates.checker.coherent_inputs import Law, Plant
+from takagi.certificates.checker.effort_ramp import psi, share
 from takagi.certificates.checker.fixed import (
     ONE,
     Q,
@@ -24,21 +28,9 @@ from takagi.certificates.checker.fixed import (
     sub,
 )
 
-__all__ = ["psi", "residual", "share", "slope"]
+__all__ = ["residual", "slope"]
 
 Jet = tuple[Q, Q, Q]
-
-
-def psi(s: Fraction, eps: Fraction) -> Fraction:
-    """Return the effort ramp."""
-    if s <= -eps:
-        return Fraction(0)
-    return s if s >= eps else (s + eps) ** 2 / (4 * eps)
-
-
-def share(s: Fraction, eps: Fraction) -> Fraction:
-    """Return the ramp's slope, in [0, 1]."""
-    return min(max((s + eps) / (2 * eps), Fraction(0)), Fraction(1))
 
 
 def slope(column: list[Fraction], wind: list[Fraction], k: int) -> Fraction:
@@ -46,21 +38,30 @@ def slope(column: list[Fraction], wind: list[Fraction], k: int) -> Fraction:
     return (column[k + 1] - column[k]) / (wind[k + 1] - wind[k])
 
 
-def residual(plant: Plant, law: Law, k: int) -> int:
-    """Return a bound of |r| over interval k, as an integer over 2^96."""
+def residual(plant: Plant, law: Law, k: int, power: tuple[Fraction, Fraction]) -> int:
+    """Return a bound of |r + (s - 1) T_r* / J| over interval k, as an integer over 2^96."""
     width = law.wind[k + 1] - law.wind[k]
     ends = max(magnitude(_at_node(plant, law, i)) for i in (k, k + 1))
     bent = magnitude(_curvature(plant, law, k))
-    return ends + mul((0, bent), point(width**2 / 8))[1]
+    left = ends + mul((0, bent), point(width**2 / 8))[1]
+    wrong = max(1 - power[0], power[1] - 1)
+    # psi is monotone, so the demanded torque lies between its values at the ends.
+    trim = max(abs(_demanded(plant, law, i)) for i in (k, k + 1))
+    return mul((0, left), point(1 + wrong))[1] + point(wrong * trim)[1]
 
 
 def _at_node(plant: Plant, law: Law, i: int) -> Q:
     ratio = point(plant.radius * law.speed[i] / law.wind[i])
-    shed, reserve = psi(law.effort[i], law.overlap), psi(-law.effort[i], law.overlap)
+    shed = psi(law.effort[i], law.overlap)
     pitch = point(law.pitch_min + shed / law.effectiveness[i])
     scale = mul(point(plant.torque_per_inertia), point(law.wind[i] ** 2))
-    demanded = (law.rated_torque - law.effort_torque * reserve) * plant.gear_per_inertia
-    return sub(mul(plant.surface.bounds(ratio, pitch), scale), point(demanded))
+    return sub(mul(plant.surface.bounds(ratio, pitch), scale), point(_demanded(plant, law, i)))
+
+
+def _demanded(plant: Plant, law: Law, i: int) -> Fraction:
+    """Return (n_g / J) (T_rated - E psi(-q*)), what the law's torque takes at node i."""
+    reserve = psi(-law.effort[i], law.overlap)
+    return (law.rated_torque - law.effort_torque * reserve) * plant.gear_per_inertia
 
 
 def _curvature(plant: Plant, law: Law, k: int) -> Q:

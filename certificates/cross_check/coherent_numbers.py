@@ -7,9 +7,10 @@ from typing import Any
 from flint import fmpq
 
 from takagi.certificates.cross_check.coherent_surface import Span, Surface
+from takagi.certificates.cross_check.effort_ramp import ramp, ramp_slope
 from takagi.certificates.cross_check.reading import Refusal, entry, rational, rationals
 
-__all__ = ["Cell", "Turbine", "ramp", "ramp_slope"]
+__all__ = ["Cell", "Turbine"]
 
 CONSTANTS = (
     "torque_constant",
@@ -20,18 +21,6 @@ CONSTANTS = (
     "rated_rotor_speed",
 )
 ZERO, FULL = fmpq(0), fmpq(1)
-
-
-def ramp(s: fmpq, eps: fmpq) -> fmpq:
-    """Return psi: 0 up to -eps, (s + eps)^2 / (4 eps) to eps, s beyond."""
-    if -eps < s < eps:
-        return (s + eps) ** 2 / (4 * eps)
-    return max(s, ZERO)
-
-
-def ramp_slope(s: fmpq, eps: fmpq) -> fmpq:
-    """Return F = psi', which does not fall."""
-    return max(ZERO, min(FULL, (s / eps + 1) / 2))
 
 
 class Turbine:
@@ -62,6 +51,11 @@ class Turbine:
         self.frozen = entry(uncertainty, "frozen_wake")
         if type(self.frozen) is not bool:
             raise Refusal("frozen_wake: true or false is needed")
+        said = "power_coefficient" in uncertainty
+        worst, best = rationals(uncertainty, "power_coefficient", 2) if said else (FULL, FULL)
+        if worst <= 0 or worst > 1 or best < 1:
+            raise Refusal("power_coefficient: 0 < low <= 1 <= high is needed")
+        self.power = Span(worst, best)
 
     def _read_plant(self, model: Any) -> None:
         values = {name: rational(model, name) for name in CONSTANTS}

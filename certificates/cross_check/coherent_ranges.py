@@ -7,11 +7,14 @@ between the least and the largest q* + gamma s, |s| <= box, and pitch
 
 each cell of the law's winds has, with lambda = R omega / v (``coherent_loop`` has the matrices),
 
-    a = kappa c R v c_Q,lambda                               omega* -+ box, band
-    S = kappa s,  s = -c v^2 c_Q,beta / b up to b_fw / b      omega*, band
+    a = kappa p c R v c_Q,lambda                             omega* -+ box, band
+    S = kappa s,  s = -p c v^2 c_Q,beta / b up to b_fw / b    omega*, band
     G = kappa gamma (m - F (m - s)),  F = psi'(U)            along beta = beta_min + psi(U) / b
-    wind gain  c v (2 c_Q - lambda c_Q,lambda)               omega* -+ box, band, v -+ its share
-    residual   max |r(v_k)| + w^2 / 8 sup |r''|,  r = c v^2 c_Q + m psi(-q*) - n_g T_rated / J
+    wind gain  p c v (2 c_Q - lambda c_Q,lambda)             omega* -+ box, band, v -+ its share
+    residual   max |r(v_k)| + w^2 / 8 sup |r''|,  r = c v^2 c_Q + m psi(-q*) - n_g T_rated / J,
+               and |p - 1| of the trim's torque
+
+p is the true over the tabulated power coefficient.
 
 over products of intervals, U in pieces; what moves with v_s' is in ``coherent_schedule``.
 Derived in docs/coherent-loop.md, sections Speed, Effort lag, Family and Residual.
@@ -23,9 +26,10 @@ from typing import Any
 
 from flint import fmpq
 
-from takagi.certificates.cross_check.coherent_numbers import Cell, Turbine, ramp, ramp_slope
+from takagi.certificates.cross_check.coherent_numbers import Cell, Turbine
 from takagi.certificates.cross_check.coherent_schedule import schedule
 from takagi.certificates.cross_check.coherent_surface import Outside, Span
+from takagi.certificates.cross_check.effort_ramp import ramp, ramp_slope
 from takagi.certificates.cross_check.obligation import Fact, Obligations
 from takagi.certificates.cross_check.reading import rational, rationals
 
@@ -57,7 +61,7 @@ def _ranges(at: Cell) -> list[tuple[str, Span]]:
     ratio = at.ratio(turbine.speed_error, ZERO)
     steep = turbine.surface.over(ratio, at.band, 1, 0) * at.wind
     return [
-        ("stiffness", at.kappa * steep.times(turbine.c * turbine.radius)),
+        ("stiffness", at.kappa * turbine.power * steep.times(turbine.c * turbine.radius)),
         ("loop_gain", at.kappa * at.gamma * _held(at)),
         ("lag_gain", at.kappa * _pitch_gain(at, at.band)),
         ("share_gain", Span(at.share.low * at.gamma.low, at.share.high * at.gamma.high)),
@@ -68,7 +72,7 @@ def _pitch_gain(at: Cell, pitch: Span) -> Span:
     """Return the range of s = -dT/dbeta / (J b) over a pitch range at the reference speed."""
     turbine = at.turbine
     slope = turbine.surface.over(at.ratio(ZERO, ZERO), pitch, 0, 1)
-    found = -(at.wind.squared() * slope).times(turbine.c) / at.b
+    found = -(at.wind.squared() * slope * turbine.power).times(turbine.c) / at.b
     if not turbine.frozen:
         return found
     return Span(found.low, max(found.high, (at.frozen / at.b).high))
@@ -107,14 +111,21 @@ def _sizes(at: Cell) -> list[tuple[str, fmpq]]:
     wind = at.wind + Span(-away, away)
     return [
         ("inertia_gain", at.kappa.high),
-        ("wind_gain", (inner * wind).times(turbine.c).size),
+        ("wind_gain", (inner * wind * turbine.power).times(turbine.c).size),
         ("residual", _residual(at)),
     ]
 
 
 def _residual(at: Cell) -> fmpq:
-    width = at.wind.high - at.wind.low
-    return max(_at_node(at, 0), _at_node(at, 1)) + width**2 / 8 * _bend(at).size
+    turbine, width = at.turbine, at.wind.high - at.wind.low
+    r = max(_at_node(at, 0), _at_node(at, 1)) + width**2 / 8 * _bend(at).size
+    # (s - 1) c v^2 c_Q at the trim, where c v^2 c_Q = r + rated - m psi(-q*), psi monotone.
+    off = max(1 - turbine.power.low, turbine.power.high - 1)
+    asked = [
+        turbine.rated - turbine.m * ramp(-q, turbine.overlap)
+        for q in (at.effort.low, at.effort.high)
+    ]
+    return r + off * (r + max(abs(each) for each in asked))
 
 
 def _at_node(at: Cell, side: int) -> fmpq:

@@ -16,12 +16,13 @@ from typing import Any
 
 from flint import fmpq
 
-from takagi.certificates.cross_check.coherent_numbers import Cell, ramp
+from takagi.certificates.cross_check.coherent_numbers import Cell
 from takagi.certificates.cross_check.coherent_surface import Span
+from takagi.certificates.cross_check.effort_ramp import ramp
 from takagi.certificates.cross_check.obligation import Fact, Obligations
 from takagi.certificates.cross_check.reading import rational, rationals
 
-__all__ = ["schedule"]
+__all__ = ["asked_slope", "schedule"]
 
 ZERO, FULL = fmpq(0), fmpq(1)
 
@@ -31,7 +32,7 @@ def schedule(at: Cell, cell: Any, label: str) -> Obligations:
     turbine, rho = at.turbine, rational(cell, "wind_rate")
     yield Fact(f"{label}: wind rate", rho >= 0)
     tau, theta = turbine.drive, turbine.lead / turbine.drive
-    N = _asked(at)
+    N = asked_slope(at)
     led = theta * rho * (N / at.b).size
     room = (turbine.rate_limit - led) * at.b.low * tau / turbine.effort_lag
     yield Fact(f"{label}: the lead is below the pitch rate limit", room > 0)
@@ -56,7 +57,7 @@ def schedule(at: Cell, cell: Any, label: str) -> Obligations:
     yield Fact(f"{label}: pitch asked for below its limit", pitch <= turbine.pitch_max)
 
 
-def _asked(at: Cell) -> Span:
+def asked_slope(at: Cell) -> Span:
     """Return the range of N."""
     turbine = at.turbine
     s = Span(-turbine.speed_signal, turbine.speed_signal)

@@ -5,9 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
+import numpy as np
+from numpy.typing import NDArray
+
 from takagi.models.enclosure.interval import Interval
 
-__all__ = ["LoopBox", "LoopCell", "Uncertainty"]
+__all__ = ["NOMINAL", "LoopBox", "LoopCell", "Uncertainty"]
+
+NOMINAL = Interval(Fraction(1), Fraction(1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +32,12 @@ class LoopBox:
     speed_signal: Fraction
     wind_share: Fraction
 
+    @property
+    def directions(self) -> NDArray[np.float64]:
+        """(3, 3) rows h_i: (e, zeta, x) is in the box where |h_i' (e, zeta, x)| <= 1."""
+        e, z, y = (float(b) for b in (self.speed_error, self.effort_lag, self.speed_signal))
+        return np.array([[1 / e, 0, 0], [0, 1 / z, 0], [1 / y, 0, -1 / y]])
+
 
 @dataclass(frozen=True, slots=True)
 class Uncertainty:
@@ -36,10 +47,13 @@ class Uncertainty:
     ----------
     inertia : the true inertia over the nominal one, e.g. [0.9, 1.1].
     frozen_wake : whether pitch effectiveness may reach the frozen-wake value.
+    power_coefficient : the true c_P over the table's, e.g. [0.98, 1.02]; one factor for all pitch
+        angles and tip-speed ratios.
     """
 
     inertia: Interval
     frozen_wake: bool
+    power_coefficient: Interval = NOMINAL
 
 
 @dataclass(frozen=True, slots=True)

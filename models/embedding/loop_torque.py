@@ -1,12 +1,16 @@
-"""Ranges of the aerodynamic torque's slopes on one wind cell, from the surface's Bernstein form."""
+"""Ranges of the aerodynamic torque's slopes on one wind cell, from the surface's Bernstein form.
+
+The true torque is s T_r with s, the true over the tabulated power coefficient, in a range.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 
 from takagi.models.embedding.jet import Jet
 from takagi.models.embedding.law_interval import LawInterval, hull
-from takagi.models.embedding.loop_cell import LoopBox
+from takagi.models.embedding.loop_cell import LoopBox, Uncertainty
 from takagi.models.enclosure.interval import Interval, exact
 from takagi.models.errors import ModelError
 from takagi.models.turbine.data import Turbine
@@ -14,20 +18,28 @@ from takagi.models.turbine.data import Turbine
 __all__ = ["DIGITS", "LoopTorque"]
 
 DIGITS = 14
+# The range of a derivative (dx, dy) of the torque coefficient over a rectangle.
+Ranges = Callable[[Interval, Interval, int, int], Interval]
 
 
 class LoopTorque:
-    """T_r / J = c v^2 c_Q(omega R / v, beta) around the trim of one interval, as rationals.
+    """s T_r / J, T_r / J = c v^2 c_Q(omega R / v, beta), around one interval's trim, as rationals.
 
     Attributes
     ----------
-    inertia : J [kg m^2];  share : m = n_g E / J [-].
+    inertia : J [kg m^2];  share : m = n_g E / J [-];  power : s [-].
     """
 
     def __init__(
-        self, turbine: Turbine, interval: LawInterval, box: LoopBox, *, frozen_wake: bool
+        self,
+        turbine: Turbine,
+        interval: LawInterval,
+        box: LoopBox,
+        uncertainty: Uncertainty,
+        ranges: Ranges | None = None,
     ) -> None:
-        self.turbine, self.law, self.box, self.frozen_wake = turbine, interval, box, frozen_wake
+        self.law, self.box, self._ranges = interval, box, ranges or turbine.torque.bounds
+        self.frozen_wake, self.power = uncertainty.frozen_wake, uncertainty.power_coefficient
         gear = exact(turbine.gear_ratio)
         self.inertia = exact(turbine.rotor_inertia) + gear**2 * exact(turbine.generator_inertia)
         self.constant = exact(turbine.torque_constant) / self.inertia
@@ -51,7 +63,7 @@ class LoopTorque:
 
     def _surface(self, ratio: Interval, pitch: Interval, dx: int = 0, dy: int = 0) -> Interval:
         try:
-            return self.turbine.torque.bounds(ratio, pitch, dx, dy).outward(DIGITS)
+            return self._ranges(ratio, pitch, dx, dy).outward(DIGITS)
         except ModelError as error:
             raise ModelError(
                 f"wind cell {self.law.wind} m/s: {error}; reduce the speed error "
@@ -60,23 +72,24 @@ class LoopTorque:
             ) from error
 
     def speed_slope(self, pitch: Interval) -> Interval:
-        """Return dT_r/domega / J = c R v c_Q,lambda."""
+        """Return s dT_r/domega / J = s c R v c_Q,lambda."""
         ratio = self._ratio(self.box.speed_error, Fraction(0))
-        return self._surface(ratio, pitch, 1, 0) * self.law.wind * (self.constant * self.radius)
+        slope = self._surface(ratio, pitch, 1, 0) * self.law.wind * (self.constant * self.radius)
+        return self.power * slope
 
     def wind_slope(self, pitch: Interval) -> Interval:
-        """Return dT_r/dv / J = c v (2 c_Q - lambda c_Q,lambda)."""
+        """Return s dT_r/dv / J = s c v (2 c_Q - lambda c_Q,lambda)."""
         error = self.box.wind_share * self.law.wind.lower
         ratio = self._ratio(self.box.speed_error, error)
         wind = Interval(self.law.wind.lower - error, self.law.wind.upper + error)
         inner = self._surface(ratio, pitch) * 2 - ratio * self._surface(ratio, pitch, 1, 0)
-        return inner * wind * self.constant
+        return self.power * (inner * wind * self.constant)
 
     def sigma(self, pitch: Interval) -> Interval:
-        """Return -dT_r/dbeta / (J b) at omega* over a pitch range, frozen wake included."""
+        """Return -s dT_r/dbeta / (J b) at omega* over a pitch range, frozen wake included."""
         ratio = self._ratio(Fraction(0), Fraction(0))
         slope = self._surface(ratio, pitch, 0, 1) * self.law.wind**2 * self.constant
-        sigma = -slope / self.law.effectiveness
+        sigma = self.power * (-slope / self.law.effectiveness)
         if not self.frozen_wake:
             return sigma.outward(DIGITS)
         frozen = hull(self.law.ends["limit"]) / self.law.effectiveness
@@ -99,13 +112,18 @@ class LoopTorque:
         return found
 
     def residual(self) -> Fraction:
-        """Return a bound of |r| over the cell.
+        """Return a bound of |r + (s - 1) T_r* / J| over the cell, T_r* the trim's torque.
 
         |r(v)| <= max(|r(v_1)|, |r(v_2)|) + (width^2 / 8) sup |r''|, the error of linear
-        interpolation of a C^1 function whose slope is Lipschitz.
+        interpolation of a C^1 function whose slope is Lipschitz; and T_r* / J is r +
+        n_g T_rated / J - m psi(-q*), the last two of which lie between their values at the ends.
         """
         ends = [self._residual_at(i).magnitude for i in (0, 1)]
-        return max(ends) + self.law.width**2 / 8 * self._residual_curvature().magnitude
+        tables = max(ends) + self.law.width**2 / 8 * self._residual_curvature().magnitude
+        wrong = (self.power - 1).magnitude
+        efforts = self.law.ends["effort"]
+        trim = max(abs(self.rated_effort - self.share * self.law.psi(-q)) for q in efforts)
+        return (1 + wrong) * tables + wrong * trim
 
     def _residual_at(self, i: int) -> Interval:
         law, wind, q = self.law, self.law.ends["wind"][i], self.law.ends["effort"][i]

@@ -54,6 +54,12 @@ def certificate_context(design: TurbineDesign) -> dict[str, Any]:
     return context
 
 
+def _power(uncertainty: Mapping[str, Any]) -> Tex | None:
+    """Return the interval of true over tabulated c_P; None where it is the table's alone."""
+    low, high = uncertainty.get("power_coefficient", (1, 1))
+    return interval([low, high]) if low < high else None
+
+
 def _loop(claim: Mapping[str, Any], design: TurbineDesign) -> dict[str, Any]:
     """Return the numbers of theorem and tables, read from the claim that is checked."""
     cells: Sequence[Mapping[str, Any]] = claim["cells"]
@@ -70,6 +76,7 @@ def _loop(claim: Mapping[str, Any], design: TurbineDesign) -> dict[str, Any]:
         "count": len(cells),
         "inertia": interval(inertia),
         "frozen_wake": claim["uncertainty"]["frozen_wake"],
+        "power": _power(claim["uncertainty"]),
         "box": {name: decimal(value) for name, value in claim["box"].items()},
         "peaks": [Tex(f"{_PEAKS[name]} {decimal(v)}") for name, v in
                   claim["peaks"].items()],

@@ -7,7 +7,7 @@ from typing import Any
 from takagi.certificates.turbine_design import TurbineDesign
 from takagi.models.law.coherent import CoherentLaw
 from takagi.reports.appendix.plant import DEGREES
-from takagi.reports.appendix.tex import NONE, Tex, escape, fixed, scientific
+from takagi.reports.appendix.tex import NONE, Tex, decimal, escape, fixed, scientific
 
 __all__ = ["law_context"]
 
@@ -20,7 +20,7 @@ def law_context(design: TurbineDesign) -> dict[str, Any]:
     return {
         "coherent": True,
         "overlap": scientific(law.schedule.overlap),
-        "wind_filter": fixed(law.wind_filter, 1),
+        "wind_filter": decimal(law.wind_filter),
         "pitch_lead": fixed(law.feedforward.pitch_lead, 3),
         "integral_limit": scientific(law.integral_limit),
         "effort_torque": scientific(law.effort_torque, 8),

@@ -6,6 +6,7 @@ import random
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
 from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,10 @@ import pytest
 from takagi.certificates.checker import CertificateError, Verdict, check
 from takagi.certificates.checker.certificate import check_document
 from takagi.certificates.checker.coherent_corners import BOUNDS, RANGES
-from takagi.certificates.document import dumps
+from takagi.certificates.coherent import DEFAULT_UNCERTAINTY, coherent_candidate, coherent_claim
+from takagi.certificates.document import certificate_document, dumps
+from takagi.certificates.two_checkers import cross_checked_document
+from takagi.models.enclosure.interval import Interval
 
 Document = dict[str, Any]
 Reseal = Callable[[Document], Document]
@@ -58,6 +62,60 @@ def test_the_name_is_the_checkers_own(short: Document, reseal: Reseal) -> None:
 
     assert claim.verdict is Verdict.PROVED
     assert claim.name == f"coherent loop, {claim.text.split(' m/s')[0][6:]} m/s, equilibrium wake"
+
+
+def test_a_wrong_power_coefficient_has_to_be_in_the_ranges(short: Document, reseal: Reseal) -> None:
+    """Claimed beside ranges that were enclosed for the table's own c_P it is not proved."""
+    short["claims"][0]["uncertainty"]["power_coefficient"] = [0.999, 1.001]
+
+    claim = check_document(reseal(short)).claims[0]
+
+    assert claim.verdict is Verdict.UNDECIDED
+    assert "leaves the stated range" in claim.text or "exceeds the stated bound" in claim.text
+
+
+@pytest.mark.parametrize("range_", [[0.0, 1.0], [1.01, 1.02], [0.98, 0.99], [1.0]])
+def test_power_coefficients_around_the_table_are_needed(
+    range_: list[float], short: Document, reseal: Reseal
+) -> None:
+    """The law's trim is the table's, so the interval has to hold 1."""
+    short["claims"][0]["uncertainty"]["power_coefficient"] = range_
+
+    assert outcome(short, reseal) == "refused"
+
+
+def test_a_file_without_a_power_coefficient_speaks_of_the_table(
+    short: Document, reseal: Reseal
+) -> None:
+    """It says the same as one that states the table's, and does not mention another."""
+    stated = check_document(short).claims[0].text
+    del short["claims"][0]["uncertainty"]["power_coefficient"]
+
+    claim = check_document(reseal(short)).claims[0]
+
+    assert claim.verdict is Verdict.PROVED
+    assert claim.text == stated and "c_P" not in claim.text
+
+
+@pytest.mark.slow
+def test_two_per_cent_of_power_are_proved_and_five_are_not(built: Any) -> None:
+    """From both sides: near rated wind 5 % of the torque is more than the set holds."""
+    for wrong, expected in ((2, Verdict.PROVED), (5, Verdict.UNDECIDED)):
+        around = Interval.of(f"0.{100 - wrong}", f"1.{wrong:02d}")
+        uncertainty = replace(DEFAULT_UNCERTAINTY, power_coefficient=around)
+        candidate = coherent_candidate(built.turbine, built.law, uncertainty=uncertainty)
+        sealed = certificate_document(
+            model=built.document["model"],
+            gains=built.document["gains"],
+            claims=[coherent_claim(candidate)],
+            provenance={},
+        )
+        claim = check_document(sealed).claims[0]
+
+        assert claim.verdict is expected
+        if expected is Verdict.PROVED:
+            assert "c_P 0.98 to 1.02 of the table's" in claim.text
+            assert cross_checked_document(sealed).agrees
 
 
 def leaves(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:

@@ -1,0 +1,26 @@
+r"""The ramp by which two actuators share one effort, and its slope.
+
+    psi(s) = 0                      s <= -eps
+             (s + eps)^2 / (4 eps)  -eps <= s <= eps
+             s                      eps <= s
+
+Neither falls with s, so that the range of either over an interval is that of its ends.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+__all__ = ["psi", "share"]
+
+
+def psi(s: Fraction, eps: Fraction) -> Fraction:
+    """Return the effort ramp."""
+    if s <= -eps:
+        return Fraction(0)
+    return s if s >= eps else (s + eps) ** 2 / (4 * eps)
+
+
+def share(s: Fraction, eps: Fraction) -> Fraction:
+    """Return the ramp's slope, in [0, 1]."""
+    return min(max((s + eps) / (2 * eps), Fraction(0)), Fraction(1))

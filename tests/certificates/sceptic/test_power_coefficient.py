@@ -1,0 +1,91 @@
+"""A wrong power coefficient widens five coefficients; each of them has to be stated wider."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.result import Verdict
+from tests.certificates.conftest import resealed
+
+WIDER = {
+    "stiffness": "leaves the stated range",
+    "loop_gain": "leaves the stated range",
+    "lag_gain": "leaves the stated range",
+    "residual": "exceeds the stated bound",
+    "wind_gain": "exceeds the stated bound",
+}
+
+
+LESS, MORE = [0.9, 1.0], [1.0, 1.1]
+
+
+# A better coefficient moves no pitch further than the frozen wake does, a worse one no wind.
+@pytest.mark.parametrize(
+    ("name", "power"),
+    [
+        ("stiffness", LESS),
+        ("stiffness", MORE),
+        ("loop_gain", LESS),
+        ("lag_gain", LESS),
+        ("residual", LESS),
+        ("residual", MORE),
+        ("wind_gain", MORE),
+    ],
+)
+def test_each_coefficient_needs_its_share(
+    short: dict[str, Any], name: str, power: list[float]
+) -> None:
+    """All others are stated far too wide: what is left to fail is the one of the table alone."""
+    claim = short["claims"][0]
+    claim["uncertainty"]["power_coefficient"] = power
+    for cell in claim["cells"]:
+        for other in WIDER.keys() - {name}:
+            ranged = isinstance(cell[other], list)
+            cell[other] = [-1000.0, 1000.0] if ranged else 1000.0
+
+    checked = check_document(resealed(short))
+
+    assert checked.verdict is Verdict.UNDECIDED
+    assert f"the loop's {name} {WIDER[name]}" in checked.claims[0].text
+
+
+@pytest.mark.parametrize("power", [[1.1, 0.9], [1.01, 1.02], [0.9, 0.99], [0, 1], [-1, 1]])
+def test_an_interval_that_does_not_hold_one_is_refused(
+    short: dict[str, Any], power: list[float]
+) -> None:
+    """Ends the wrong way round would shrink every coefficient instead of widening it."""
+    short["claims"][0]["uncertainty"]["power_coefficient"] = power
+
+    with pytest.raises(CertificateError, match="power_coefficient"):
+        check_document(resealed(short))
+
+
+def test_the_residual_has_the_trim_torque_and_its_own_share(short: dict[str, Any]) -> None:
+    """(1 + p) r + p T, where T is the larger demanded torque of both nodes over the inertia."""
+    from fractions import Fraction
+
+    from takagi.certificates.checker.coherent_inputs import Law, Plant
+    from takagi.certificates.checker.coherent_residual import residual
+    from takagi.certificates.checker.fixed import ONE
+    from takagi.certificates.checker.reader import read_text
+    from takagi.certificates.document import dumps
+
+    read = read_text(dumps(short), "certificate")
+    plant, law = Plant.read(read["model"]), Law.read(read["gains"])
+    one, p = Fraction(1), Fraction(3, 100)
+    for k in range(len(law.wind) - 1):
+        alone = residual(plant, law, k, (one, one))
+        asked = []
+        for q in law.effort[k : k + 2]:
+            reserve = max(-q, Fraction(0))
+            if abs(q) < law.overlap:
+                reserve = (law.overlap - q) ** 2 / (4 * law.overlap)
+            asked.append((law.rated_torque - law.effort_torque * reserve) * plant.gear_per_inertia)
+        needed = (1 + p) * Fraction(alone, ONE) + p * max(asked)
+
+        for power in ((1 - p, one), (one, 1 + p), (1 - p, 1 + p / 2)):
+            assert abs(Fraction(residual(plant, law, k, power), ONE) - needed) < Fraction(1, 10**20)

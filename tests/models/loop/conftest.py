@@ -1,0 +1,36 @@
+"""One turbine, a law with plain gains, and its enclosed loop, for all tests here."""
+
+from __future__ import annotations
+
+import pytest
+
+from takagi.models.embedding.coherent import coherent_cells
+from takagi.models.embedding.loop_cell import LoopCell
+from takagi.models.law.coherent import CoherentLaw, EffortGains
+from takagi.models.law.schedule import effort_schedule
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.loader import nrel5mw
+from tests.models.loop.loop_points import (
+    BOX,
+    WIDE,
+    plain_gains,
+    rates_of,
+)
+
+
+@pytest.fixture(scope="module")
+def turbine() -> Turbine:
+    return nrel5mw()
+
+
+@pytest.fixture(scope="module")
+def law(turbine: Turbine) -> CoherentLaw:
+    """Return the law with plain gains: as much as torque in reserve allows."""
+    schedule = effort_schedule(turbine)
+    gamma, nu = plain_gains(turbine, schedule)
+    return CoherentLaw.of(turbine, schedule, EffortGains(gamma, nu))
+
+
+@pytest.fixture(scope="module")
+def cells(turbine: Turbine, law: CoherentLaw) -> list[LoopCell]:
+    return list(coherent_cells(turbine, law, BOX, WIDE, rates_of(law)))
