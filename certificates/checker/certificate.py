@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.checker.claim_kinds import KINDS, OWN_READING
+from takagi.certificates.checker.claim_kinds import KINDS, OWN_READING, RESTING, own_reading
 from takagi.certificates.checker.companions import compare_gains, compare_model, unconnected
 from takagi.certificates.checker.family import read_family
 from takagi.certificates.checker.reader import digest, integer, member, read_json, read_text, text
@@ -73,8 +73,8 @@ def _replayed(data: dict[str, Any], path: str) -> Checked:
         text(claim, "name", where)
         if kind in KINDS and family is not None:
             found.append(KINDS[kind](claim, family, where))
-        elif kind in OWN_READING:
-            found.append(OWN_READING[kind](claim, model, gains, where))
+        elif kind in OWN_READING or kind in RESTING:
+            found.append(own_reading(claim, data, found, where))
         else:
             raise CertificateError(f"{where}.kind: {kind!r} is not one that this checker replays")
     return Checked.of(found, [])

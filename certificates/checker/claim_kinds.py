@@ -6,7 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 from takagi.certificates.checker.coherent import check_coherent
+from takagi.certificates.checker.equilibrium import check_equilibrium
 from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kinds.actuator_rates import check_actuator_rates
 from takagi.certificates.checker.kinds.box_enlargement import check_box_enlargement
 from takagi.certificates.checker.kinds.decay import check_decay
 from takagi.certificates.checker.kinds.fuzzy_decay import check_fuzzy_decay
@@ -20,13 +22,15 @@ from takagi.certificates.checker.kinds.observer import check_observed_feedback, 
 from takagi.certificates.checker.kinds.peak import check_peak
 from takagi.certificates.checker.kinds.region import check_region
 from takagi.certificates.checker.kinds.transient import check_transient
+from takagi.certificates.checker.kinds.wind_rate import check_wind_rate
 from takagi.certificates.checker.paper import check_paper
+from takagi.certificates.checker.plant_blend import check_effort_blend
 from takagi.certificates.checker.plant_embedding import check_embedding
 from takagi.certificates.checker.plant_secant import check_secant_embedding
 from takagi.certificates.checker.quadratic import check_impossibility, check_quadratic
 from takagi.certificates.checker.result import Claim
 
-__all__ = ["KINDS", "OWN_READING"]
+__all__ = ["KINDS", "OWN_READING", "RESTING", "own_reading"]
 
 # Claims about the loop that model and gains make.
 KINDS: dict[str, Callable[[Any, Family, str], Claim]] = {
@@ -49,8 +53,23 @@ KINDS: dict[str, Callable[[Any, Family, str], Claim]] = {
 OWN_READING: dict[str, Callable[[Any, Any, Any, str], Claim]] = {
     "coherent-loop": check_coherent,
     "paper-loop": check_paper,
+    "equilibrium": check_equilibrium,
+    "effort-blend": check_effort_blend,
     "sector-embedding": check_embedding,
     "secant-embedding": check_secant_embedding,
     "quadratic-decay": lambda claim, _model, _gains, where: check_quadratic(claim, where),
     "no-common-quadratic": lambda claim, _model, _gains, where: check_impossibility(claim, where),
 }
+# Claims that rest on an earlier one: given the whole file and the verdicts before them.
+RESTING: dict[str, Callable[[Any, Any, list[Claim], str], Claim]] = {
+    "wind-rate": check_wind_rate,
+    "actuator-rates": check_actuator_rates,
+}
+
+
+def own_reading(claim: Any, data: Any, found: list[Claim], where: str) -> Claim:
+    """Return the verdict on a claim of ``OWN_READING`` or ``RESTING``."""
+    kind = claim["kind"]
+    if kind in RESTING:
+        return RESTING[kind](claim, data, found, where)
+    return OWN_READING[kind](claim, data["model"], data.get("gains"), where)

@@ -56,10 +56,19 @@ def compare_model(data: dict[str, Any], model: Path | str | None) -> str:
     """Return what a reader has to know; refuses data files that have changed since."""
     if model is None:
         return "checked without a model file: the verdict is about the plant inside the certificate"
-    recorded = member(member(data, "model", "certificate"), "files_sha256", "model")
+    if "model" not in data:
+        raise CertificateError(
+            "certificate: 'model' is missing; give a certificate, such as the certificate.json of "
+            "a design"
+        )
+    recorded = member(data["model"], "files_sha256", "model")
     path = Path(model)
     if not isinstance(recorded, dict) or path.name not in recorded:
-        raise CertificateError(f"{model}: not a file that the certificate was made from")
+        made_from = ", ".join(islice(recorded, MOST_TOLD)) if isinstance(recorded, dict) else ""
+        raise CertificateError(
+            f"{model}: not a file that the certificate was made from; it names "
+            f"{made_from or 'none'}: give the path of that model"
+        )
     for name in recorded:
         file = path.parent / _inside(name)
         if name != path.name and not file.resolve().is_relative_to(path.parent.resolve()):
@@ -76,10 +85,22 @@ def compare_model(data: dict[str, Any], model: Path | str | None) -> str:
 def _compared(data: dict[str, Any], path: Path) -> str:
     """Compare the numbers and equations of a file that the checker can read."""
     if path.suffix == ".toml" and data["model"].get("kind") == "plant":
+        _require_blend_claim(data)
         return compare_plant(data["model"], path)
     if path.suffix == ".toml" and data["model"].get("kind") == "turbine":
-        compare_turbine(data["model"], data.get("gains"), path)
+        return compare_turbine(data["model"], data.get("gains"), path)
     return ""
+
+
+def _require_blend_claim(data: dict[str, Any]) -> None:
+    """Refuse a plant behind a blend without the claim that this is the plant of the file."""
+    if "blending" not in data["model"]:
+        return
+    if not any(claim.get("kind") == "effort-blend" for claim in data["claims"]):
+        raise CertificateError(
+            "the certificate has a blend, but no claim 'effort-blend' that ties it to the plant "
+            "with its two actuators; make it again with 'takagi certify'"
+        )
 
 
 def _what_changed(data: dict[str, Any], path: Path) -> str:

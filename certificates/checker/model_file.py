@@ -7,6 +7,7 @@ numbers are the file's.  Here they are computed again from the TOML file and its
     torque constant 1/2 rho pi R^3        to 1e-12 of itself
     lambda c_Q(lambda, beta) = c_P        at every entry of the table, to 1e-9
     the law's frozen-wake limit           at every wind node, to its last decimal
+    the law's rated torque                to 1e-12 of itself, or lower, which is told
 
 Numbers are read as the decimals that are written; pi is a rational with 50 digits.
 """
@@ -37,6 +38,7 @@ FACTORS = {
     "kg/m^3": Fraction(1),
     "m/s": Fraction(1),
     "N m": Fraction(1),
+    "N m/s": Fraction(1),
     "kN m": Fraction(1000),
     "rad": Fraction(1),
     "rad/s": Fraction(1),
@@ -57,6 +59,8 @@ FIGURES = {
     "pitch_min": ("pitch", "minimum"),
     "pitch_max": ("pitch", "maximum"),
 }
+# Figures that only some claims need: compared where the certificate states them.
+MORE_FIGURES = {"torque_rate_limit": ("generator", "torque_rate_limit")}
 RELATIVE = Fraction(1, 10**12)
 TABLE_TOLERANCE = Fraction(1, 10**9)
 LIMIT_TOLERANCE = Fraction(1, 10**6)
@@ -64,8 +68,8 @@ EDGE = Fraction(1, 10**20)
 LARGEST_EXPONENT, MOST_DIGITS = 40, 100
 
 
-def compare_turbine(model: Any, gains: Any, path: Path) -> None:
-    """Compare plant and frozen-wake limit with a turbine file.
+def compare_turbine(model: Any, gains: Any, path: Path) -> str:
+    """Compare plant and frozen-wake limit with a turbine file; return what a reader has to know.
 
     Raises
     ------
@@ -73,7 +77,7 @@ def compare_turbine(model: Any, gains: Any, path: Path) -> None:
     """
     file = read_toml(path, _decimal, what="turbine file")
     try:
-        _compare(model, gains, file, path)
+        return _compare(model, gains, file, path)
     except (ValueError, ArithmeticError) as error:
         if isinstance(error, CertificateError):
             raise
@@ -81,15 +85,16 @@ def compare_turbine(model: Any, gains: Any, path: Path) -> None:
         raise CertificateError(f"{path}: not the certificate's turbine: {error}") from error
 
 
-def _compare(model: Any, gains: Any, file: dict[str, Any], path: Path) -> None:
-    for key, (section, name) in FIGURES.items():
+def _compare(model: Any, gains: Any, file: dict[str, Any], path: Path) -> str:
+    stated = {key: place for key, place in MORE_FIGURES.items() if key in model}
+    for key, (section, name) in (FIGURES | stated).items():
         _same(number(model, key, "model"), _figure(file, section, name, path), key, path)
     radius = _figure(file, "rotor", "radius", path)
     density = _figure(file, "rotor", "air_density", path)
     constant = number(model, "torque_constant", "model")
     _same(constant, density * PI * radius**3 / 2, "torque_constant", path)
     rated = _figure(file, "generator", "rated_torque", path)
-    _same(number(gains, "rated_torque", "gains"), rated, "rated_torque", path)
+    derated = _derated(number(gains, "rated_torque", "gains"), rated, path)
     spline = _compare_surface(model, file, path)
     if isinstance(gains, dict) and "effectiveness_limit" in gains:
         winds = _column(file, "wind", path)
@@ -97,6 +102,18 @@ def _compare(model: Any, gains: Any, file: dict[str, Any], path: Path) -> None:
         if len(winds) != len(slopes):
             raise CertificateError(f"{path}: frozen_wake columns of different length")
         _compare_limit(model, gains, winds, slopes, path)
+    return derated
+
+
+def _derated(held: Fraction, rated: Fraction, path: Path) -> str:
+    """Return words on a law that holds torque below the file's rated one; refuses one above it."""
+    if not 0 < held < (1 - RELATIVE) * rated:
+        _same(held, rated, "rated_torque", path)
+        return ""
+    return (
+        f"de-rated: the law holds torque at {float(held):.12g} N m, "
+        f"{float(100 * held / rated):.4g} % of the rated torque in {path.name}"
+    )
 
 
 def _decimal(written: str) -> Fraction:

@@ -36,7 +36,7 @@ from takagi.certificates.checker.fixed import (
 from takagi.certificates.checker.paper_inputs import Overlaps, PaperLaw, Region
 from takagi.certificates.checker.refusal import Refused
 
-__all__ = ["Ends", "Loop", "interpolated"]
+__all__ = ["Ends", "Loop", "blended", "interpolated"]
 
 HALF: Q = (ONE // 2, ONE // 2)
 
@@ -109,7 +109,7 @@ class Loop:
             (torque_rest, law.partial, self.partial_weights),
             (angle_rest, law.full, self.full_weights),
         ):
-            rates.append((rest / _blended(region, 2, weights)).by(pace) - self.error)
+            rates.append((rest / blended(region, 2, weights)).by(pace) - self.error)
         return rates
 
     def choices(self) -> list[tuple[int, bool]]:
@@ -257,7 +257,7 @@ class Loop:
     @cached_property
     def torque_command(self) -> Dual:
         region, weights = self.law.partial, self.partial_weights
-        speed, integral = _blended(region, 0, weights), _blended(region, 2, weights)
+        speed, integral = blended(region, 0, weights), blended(region, 2, weights)
         return integral * self.state[2] - speed * self.error
 
     def _torque(self, end: int | None) -> tuple[Dual, Dual]:
@@ -296,7 +296,7 @@ class Loop:
     @cached_property
     def pitch_command(self) -> Dual:
         speed, angle, integral = (
-            _blended(self.law.full, kind, self.full_weights) for kind in range(3)
+            blended(self.law.full, kind, self.full_weights) for kind in range(3)
         )
         return integral * self.state[-1] - speed * self.error - angle * self.pitch
 
@@ -373,7 +373,7 @@ def _weight(premise: Dual, bounds: tuple[Fraction, Fraction]) -> Dual:
     return shifted.clamped(ZERO, (ONE, ONE))
 
 
-def _blended(region: Region, kind: int, weights: list[Dual]) -> Dual:
+def blended(region: Region, kind: int, weights: list[Dual]) -> Dual:
     """Return a gain: affine in each weight, so that corners of the weights give all ranges."""
     table = region.gains[kind]
     value = _corner_range(table, [w.value for w in weights])

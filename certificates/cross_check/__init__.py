@@ -8,6 +8,7 @@
     coherent              the matrix inequalities of the turbine's claim
     coherent_ranges, coherent_schedule      its ranges enclose the turbine, cell by cell
     coherent_surface, coherent_numbers      the coefficient surface; the turbine, law and box
+    wind_rate, actuator_rates      what rests on the turbine's claim
     opinion               what it says of a file; ``two_checkers`` puts it beside the first one's
 
 It imports FLINT and the standard library, and nothing of the first checker, of models or solver.

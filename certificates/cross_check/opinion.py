@@ -49,6 +49,7 @@ LOOPS: dict[str, Callable[[Any, Loop], Obligations]] = {
     "observer": observing.observer,
     "observed-feedback": observing.observed_feedback,
 }
+RESTING = ("wind-rate", "actuator-rates")
 AGAINST = ("no-common-decay", "no-common-quadratic")
 
 
@@ -77,12 +78,27 @@ def judge(path: Path) -> list[Opinion]:
     ------
     Refusal : the file cannot be read, is no certificate, or is not the one that was hashed.
     """
-    return [_opinion(kind, found) for kind, found in claims_of(load(path))]
+    return _judged(load(path))
 
 
 def judge_document(document: Mapping[str, Any]) -> list[Opinion]:
     """Return the opinion on a certificate in memory; see ``judge``."""
-    return [_opinion(kind, found) for kind, found in claims_of(loads(json.dumps(document)))]
+    return _judged(loads(json.dumps(document)))
+
+
+def _judged(document: dict[str, Any]) -> list[Opinion]:
+    """Return the opinions; a claim that rests on another is worth no more than that one."""
+    found: list[Opinion] = []
+    for claim, (kind, obliged) in zip(entry(document, "claims"), claims_of(document), strict=True):
+        one = _opinion(kind, obliged)
+        if kind in RESTING and one.verdict == "PROVED":
+            below = found[whole(claim, "loop")]
+            if below.verdict != "PROVED":
+                reason = f"the claim that it rests on is {below.verdict}"
+                verdict = NOT_REPLAYED if below.verdict == NOT_REPLAYED else "UNDECIDED"
+                one = Opinion(kind, verdict, one.inequalities, reason)
+        found.append(one)
+    return found
 
 
 def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | None]]:
@@ -110,8 +126,21 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
     for claim, kind in zip(claims, kinds, strict=True):
         if unread:
             yield str(kind), _abstained(unread)
+        elif kind in RESTING:
+            yield str(kind), _resting(claim, str(kind), document)
         else:
             yield str(kind), obligations(claim, str(kind), loop, model, gains)
+
+
+def _resting(claim: Any, kind: str, document: Any) -> Obligations:
+    """Return what a claim adds to the one that it rests on."""
+    if kind == "wind-rate":
+        from takagi.certificates.cross_check.wind_rate import wind_rate
+
+        return wind_rate(claim, document)
+    from takagi.certificates.cross_check.actuator_rates import actuator_rates
+
+    return actuator_rates(claim, document)
 
 
 def _abstained(reason: str) -> Obligations:
@@ -132,6 +161,10 @@ def obligations(
         from takagi.certificates.cross_check.embedding import embedded
 
         return embedded(model, gains)
+    if kind == "effort-blend":
+        from takagi.certificates.cross_check.blend import effort_blend
+
+        return effort_blend(model, gains)
     if kind == "coherent-loop":
         from takagi.certificates.cross_check.coherent import coherent_loop
 

@@ -1,0 +1,88 @@
+"""How fast the actuators move on a certified set: the candidate of a claim ``actuator-rates``.
+
+The bounds themselves are those of the checker (``certificates/checker/kinds/actuator_rates.py``),
+rounded up; what is found here is B, in floating point, and the largest |v_s''| that the torque's
+rate limit leaves.  Nothing is proved here.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from takagi.certificates.checker.coherent_inputs import Law
+from takagi.certificates.checker.kinds.actuator_rates import CellRates, cell_rates, torque_step
+from takagi.certificates.checker.reader import number, read_text
+
+__all__ = ["actuator_rates_claim"]
+
+# Of B found in floating point.
+RESERVE = 1 + 1e-6
+DIGITS = 7
+
+
+def actuator_rates_claim(
+    model: Mapping[str, Any], gains: Mapping[str, Any], loop: Mapping[str, Any], *, place: int = 0
+) -> dict[str, Any]:
+    """Return the claim as plain data.
+
+    A cell's ``torque_rate`` is the least that holds.  Where the schedule wind's rate is fed to
+    torque it is the turbine's limit, with the largest |v_s''| that this leaves, if it leaves any.
+
+    Parameters
+    ----------
+    model, gains : as the certificate states them.
+    loop : its claim of kind ``coherent-loop``;  place : of that claim in the file.
+    """
+    parts = {"model": dict(model), "gains": dict(gains), "loop": dict(loop)}
+    data = read_text(json.dumps(parts), "candidate")
+    bounds = cell_rates(data, data["loop"], "loop")
+    P = np.linalg.inv(np.array(loop["P"], dtype=np.float64))
+    signal = [_signal_rate(bound, P) for bound in bounds]
+    rests = [b.torque_rate(B, Fraction(0)) for b, B in zip(bounds, signal, strict=True)]
+    limit = number(data["model"], "torque_rate_limit", "model")
+    rates = [number(cell, "wind_rate", "loop") for cell in data["loop"]["cells"]]
+    return {
+        "name": "actuator rates of the coherent loop",
+        "kind": "actuator-rates",
+        "loop": place,
+        "torque_step": float(_up(torque_step(Law.read(data["gains"]), rates))),
+        "cells": [
+            {
+                "pitch_rate": float(_pitch(bound, data["model"])),
+                "signal_rate": float(B),
+                **_torque(bound, rest, limit),
+            }
+            for bound, B, rest in zip(bounds, signal, rests, strict=True)
+        ],
+    }
+
+
+def _signal_rate(bound: CellRates, inverse: Any) -> Fraction:
+    """Return max sqrt(h P^-1 h') over the corners, rounded up."""
+    rows = np.array([[float(entry) for entry in h] for h in bound.corners])
+    largest = float(np.sqrt(np.einsum("ci,ij,cj->c", rows, inverse, rows).max()))
+    return _up(Fraction(largest * RESERVE))
+
+
+def _pitch(bound: CellRates, model: Any) -> Fraction:
+    """Return the bound of the pitch rate, in short decimals where it is below the limit."""
+    limit = number(model, "pitch_rate_limit", "model")
+    return min(limit, _up(bound.pitch))
+
+
+def _torque(bound: CellRates, rest: Fraction, limit: Fraction) -> dict[str, float]:
+    """Return the torque's rate, and |v_s''| [m/s^3]: 0 without a feed-forward or without room."""
+    if not bound.fed or rest >= limit:
+        return {"torque_rate": float(_up(rest)), "schedule_bend": 0.0}
+    bend = math.floor((limit - rest) / bound.fed * 10**DIGITS) / 10**DIGITS
+    return {"torque_rate": float(limit), "schedule_bend": bend}
+
+
+def _up(value: Fraction) -> Fraction:
+    return Fraction(math.ceil(value * 10**DIGITS), 10**DIGITS)

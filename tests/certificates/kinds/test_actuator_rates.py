@@ -1,0 +1,221 @@
+"""How fast pitch and torque move on the certified set: against the law itself, and damaged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import deepcopy
+from fractions import Fraction
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates.actuator_rates import actuator_rates_claim
+from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.checker.kinds.actuator_rates import torque_step
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.models.law.effort import effort_ramp
+from takagi.models.law.law import Measurement
+from takagi.models.turbine.aerodynamics import rotor_torque
+
+PROVED, UNDECIDED = "PROVED", "UNDECIDED"
+
+
+@pytest.fixture(scope="session")
+def rates(built: Any) -> dict[str, Any]:
+    """Return the claim about the whole loop."""
+    document = built.document
+    return actuator_rates_claim(document["model"], document["gains"], document["claims"][0])
+
+
+@pytest.fixture(scope="session")
+def short_rates(short_document: dict[str, Any], reseal: Any) -> dict[str, Any]:
+    """Return the short certificate with its own claim about rates."""
+    document = deepcopy(short_document)
+    loop = document["claims"][0]
+    claim = actuator_rates_claim(document["model"], document["gains"], loop)
+    return dict(reseal(document | {"claims": [loop, claim]}))
+
+
+def verdicts(document: dict[str, Any], reseal: Any) -> tuple[str, str]:
+    """Return what both checkers say of the second claim."""
+    sealed = reseal(document)
+    return check_document(sealed).claims[1].verdict.name, judge_document(sealed)[1].verdict
+
+
+def test_the_default_loop_is_proved_by_both(built: Any, rates: dict[str, Any], reseal: Any) -> None:
+    """And the words name the winds where torque may be asked for faster than the turbine allows."""
+    document = reseal(built.document | {"claims": [built.document["claims"][0], rates]})
+    found = check_document(document).claims[1]
+
+    assert (found.verdict.name, judge_document(document)[1].verdict) == (PROVED, PROVED)
+    limit = built.turbine.torque_rate_limit
+    beyond = [cell["torque_rate"] > limit for cell in rates["cells"]]
+    assert 0 < sum(beyond) < 10
+    low = built.document["claims"][0]["cells"][beyond.index(True)]["wind"][0]
+    high = built.document["claims"][0]["cells"][len(beyond) - 1 - beyond[::-1].index(True)]["wind"][
+        1
+    ]
+    assert f", NOT for {low:g} to {high:g} m/s; it steps" in found.text
+    assert f"in {len(beyond) - sum(beyond)} within the turbine's limit of 15000 N m/s" in found.text
+    assert "in 12 of them, while |v_s''| is at most" in found.text
+    fed = [cell for cell in rates["cells"] if cell["schedule_bend"] > 0]
+    assert fed
+    assert all(cell["torque_rate"] == limit for cell in fed)
+    assert all(cell["pitch_rate"] <= built.turbine.pitch_rate_limit for cell in rates["cells"])
+
+
+def point(built: Any, k: int, draw: Any) -> tuple[Any, ...]:
+    """Return a state on the edge of the set in cell k, winds in its class, and the plant's motion.
+
+    Of the nominal turbine's equations, written out here.
+    """
+    turbine, law, loop = built.turbine, built.law, built.document["claims"][0]
+    table, cell = law.schedule, loop["cells"][k]
+    v_s = float(draw.uniform(*cell["wind"]))
+    rate = cell["wind_rate"] * draw.choice([-1.0, 1.0])
+    root = np.linalg.cholesky(np.linalg.inv(np.array(loop["P"])))
+    toward = draw.normal(size=3)
+    e, zeta, x = root @ (toward / np.linalg.norm(toward))
+    speed, q, b, gamma = (
+        float(np.interp(v_s, table.wind, column))
+        for column in (
+            table.rotor_speed,
+            table.trim_effort,
+            table.effectiveness,
+            law.gains.proportional,
+        )
+    )
+    shed = float(effort_ramp(q + gamma * (e - x), table.overlap))
+    pitch = turbine.pitch_min + max((shed - zeta) / b, 0.0)
+    v = v_s + cell["wind_error"] * draw.choice([-1.0, 1.0])
+    state, seen = np.array([x, v_s]), v_s + law.wind_filter * rate
+    measured = Measurement(speed + e, pitch, seen)
+    asked = law.command(state, measured)
+    inertia = turbine.inertia * draw.choice([0.9, 1.1])
+    torque = float(rotor_torque(turbine, speed + e, pitch, v))
+    turned = (torque - turbine.gear_ratio * asked.torque) / inertia
+    drive = (asked.pitch - pitch) / turbine.pitch_time_constant
+    limit = turbine.pitch_rate_limit
+    return state, measured, asked, turned, min(max(drive, -limit), limit), rate
+
+
+def test_the_law_on_the_plant_moves_no_faster(built: Any, rates: dict[str, Any]) -> None:
+    """Differences of the law's own commands along the plant's motion, 40 states in every cell."""
+    law, draw, step = built.law, np.random.default_rng(3), 1e-5
+    used, turned_most = [], []
+    for k, bound in enumerate(rates["cells"]):
+        edge = 0.0
+        for _ in range(40):
+            state, seen, asked, turned, drive, rate = point(built, k, draw)
+            assert abs(drive) <= bound["pitch_rate"] * (1 + 1e-9)
+            turned_most.append(abs(drive) / bound["pitch_rate"])
+            later = state + step * law.state_rate(state, seen)
+            bend = bound["schedule_bend"] * draw.choice([-1.0, 1.0])
+            wind = float(later[1]) + law.wind_filter * (rate + step * bend)
+            if not built.document["claims"][0]["cells"][k]["wind"][0] < later[1]:
+                continue
+            if later[1] >= built.document["claims"][0]["cells"][k]["wind"][1]:
+                continue
+            after = Measurement(seen.rotor_speed + step * turned, seen.pitch + step * drive, wind)
+            moved = abs(law.command(later, after).torque - asked.torque) / step
+            edge = max(edge, moved)
+            # Second order in the step: far below the rounding up of a bound.
+            assert moved <= bound["torque_rate"] * (1 + 1e-6) + 1.0
+        used.append(edge / max(bound["torque_rate"], 1.0))
+    # The bounds are not idle: somewhere most of them is used.
+    assert max(used) > 0.5
+    assert max(turned_most) > 0.7
+
+
+DAMAGES: dict[str, Callable[[dict[str, float]], float]] = {
+    "pitch_rate": lambda cell: cell["pitch_rate"] * 0.999,
+    "signal_rate": lambda cell: cell["signal_rate"] * 0.9999,
+    "torque_rate": lambda cell: cell["torque_rate"] * 0.9999,
+    "schedule_bend": lambda cell: -1e-6,
+}
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+@pytest.mark.parametrize("k", [0, 5])
+def test_each_number_of_a_cell_counts(
+    short_rates: dict[str, Any], reseal: Any, name: str, k: int
+) -> None:
+    """A little less than what is needed is refused by both checkers."""
+    changed = deepcopy(short_rates)
+    cell = changed["claims"][1]["cells"][k]
+    cell[name] = DAMAGES[name](cell)
+
+    assert verdicts(short_rates, reseal) == (PROVED, PROVED)
+    assert verdicts(changed, reseal) == (UNDECIDED, UNDECIDED)
+
+
+def test_what_is_fed_forward_counts(built: Any, rates: dict[str, Any], reseal: Any) -> None:
+    """|v_s''| a little larger, and a step at the nodes a little smaller, in the whole loop."""
+    loop = built.document["claims"][0]
+    k = next(k for k, cell in enumerate(rates["cells"]) if cell["schedule_bend"] > 0)
+    for place, value in (("schedule_bend", 1.001), ("torque_step", 0.9999)):
+        claim = deepcopy(rates)
+        owner = claim if place == "torque_step" else claim["cells"][k]
+        owner[place] = round(owner[place] * value, 9)
+        checked = check_document(reseal(built.document | {"claims": [loop, claim]})).claims[1]
+        assert checked.verdict.name == UNDECIDED
+        assert "torque" in checked.text
+
+
+def test_the_step_at_a_node_is_that_of_the_law(built: Any, rates: dict[str, Any]) -> None:
+    """The feed-forward just below and above each node, over all rates: the largest is the bound."""
+    ahead, E = built.law.feedforward, built.law.effort_torque
+    rho = [cell["wind_rate"] for cell in built.document["claims"][0]["cells"]]
+    largest = 0.0
+    for k in range(len(rho) - 1):
+        rate = np.linspace(0, min(rho[k : k + 2]), 2001)
+        sides = [
+            np.clip(ahead.inertia[i] * rate, -ahead.effort_limit[i], ahead.effort_limit[i])
+            for i in (k, k + 1)
+        ]
+        largest = max(largest, float(np.abs(sides[0] - sides[1]).max()))
+
+    assert E * largest <= rates["torque_step"]
+    assert E * largest > 0.999 * rates["torque_step"]
+
+
+def test_steps_by_hand() -> None:
+    """f = 2 held within 3, beside f = 1 held within 1: at s = 1.5 they are 3 and 1."""
+
+    def step(f: list[int], g: list[int], rates: list[int]) -> Any:
+        law: Any = SimpleNamespace(inertia=f, inertia_limit=g, effort_torque=10)
+        return torque_step(law, [Fraction(rate) for rate in rates])
+
+    assert step([2, 1], [3, 1], [5, 5]) == 20
+    assert step([2, 1], [3, 1], [5, 1]) == 10
+    assert step([2, 1], [3, 1], [0, 5]) == 0
+    assert step([2, 1], [100, 100], [5, 7]) == 50
+    assert step([-2, 1], [3, 1], [5, 5]) == 40
+    # Apart between their limits alone: 2 and 4 at s = 2, both 4 at s = 4.
+    assert step([1, 2], [4, 4], [9, 9]) == 20
+
+
+def test_what_is_no_claim_is_refused(short_rates: dict[str, Any], reseal: Any) -> None:
+    """A cell too few, a turbine without a stated torque rate."""
+    few, bare = deepcopy(short_rates), deepcopy(short_rates)
+    few["claims"][1]["cells"].pop()
+    del bare["model"]["torque_rate_limit"]
+    with pytest.raises(CertificateError, match="one per wind cell"):
+        check_document(reseal(few))
+    with pytest.raises(Refusal):
+        judge_document(reseal(few))
+    with pytest.raises(CertificateError, match="torque_rate_limit"):
+        check_document(reseal(bare))
+
+
+def test_a_loop_that_is_not_proved_carries_no_rates(
+    short_rates: dict[str, Any], reseal: Any
+) -> None:
+    """Both checkers look at the loop's verdict first."""
+    changed = deepcopy(short_rates)
+    changed["claims"][0]["cells"][1]["decay_rate"] = 3.0
+
+    assert verdicts(changed, reseal) == (UNDECIDED, UNDECIDED)

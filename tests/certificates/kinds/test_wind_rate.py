@@ -1,0 +1,288 @@
+"""How fast a known wind may move: thresholds, and a claim whose numbers are damaged."""
+
+from __future__ import annotations
+
+import math
+from copy import deepcopy
+from typing import Any
+
+import pytest
+
+from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.known_wind import rate_range, wind_rate_claim
+
+PROVED, UNDECIDED = "PROVED", "UNDECIDED"
+
+
+@pytest.fixture(scope="session")
+def known(built: Any, reseal: Any) -> dict[str, Any]:
+    """Return the short certificate's sister in full load: cells from 14 to 17 m/s, and a claim."""
+    document = deepcopy(built.document)
+    gains, loop = document["gains"], document["claims"][0]
+    first = next(k for k, v in enumerate(gains["wind"]) if v >= 14.0)
+    count = 6
+    for name, column in gains.items():
+        if isinstance(column, list):
+            per_interval = name in ("integral_rate", "inertia_feedforward", "feedforward_limit")
+            gains[name] = column[first : first + count + (not per_interval)]
+    loop["cells"] = loop["cells"][first : first + count]
+    claim = wind_rate_claim(loop, gains["wind_filter"])
+    return dict(reseal(document | {"claims": [loop, claim]}))
+
+
+def verdicts(document: dict[str, Any], reseal: Any) -> tuple[str, str]:
+    """Return what both checkers say of the second claim."""
+    sealed = reseal(document)
+    first = check_document(sealed).claims[1].verdict.name
+    return first, judge_document(sealed)[1].verdict
+
+
+def uniform(document: dict[str, Any], rate: float, error: float) -> dict[str, Any]:
+    """Return the certificate with one range over all its winds, at one rate."""
+    changed = deepcopy(document)
+    ends = [changed["gains"]["wind"][0], changed["gains"]["wind"][-1]]
+    changed["claims"][1]["ranges"] = [
+        {
+            "wind": ends,
+            "estimate_rate": [rate, rate],
+            "schedule_rate": [rate, rate],
+            "estimate_error": error,
+        }
+    ]
+    return changed
+
+
+def test_the_default_law_bears_two_metres_per_second_squared_in_full_load(
+    built: Any, reseal: Any
+) -> None:
+    """|v'| <= 2 m/s^2 where the wind is known, from 13.06 m/s in all winds, from 13 m/s alone."""
+    loop, gains = built.document["claims"][0], built.document["gains"]
+    claim = wind_rate_claim(loop, gains["wind_filter"])
+    assert claim is not None
+    whole, upper = claim["ranges"]
+    at = dict(zip(whole["wind"], whole["estimate_rate"], strict=True))
+
+    assert (whole["wind"][0], whole["wind"][-1]) == (3.0, 25.0)
+    assert all(rate >= 2.0 for wind, rate in at.items() if wind >= 13.06)
+    assert min(whole["estimate_rate"]) > 0
+    assert upper["wind"][0] < 13.0
+    assert upper["estimate_rate"] == [2.0, 2.0]
+    assert upper["estimate_error"] > 0.01
+    assert verdicts(built.document | {"claims": [loop, claim]}, reseal) == (PROVED, PROVED)
+
+
+@pytest.mark.parametrize(("more", "verdict"), [(0.0, PROVED), (1e-7, UNDECIDED)])
+def test_the_least_wind_error_is_the_threshold(
+    known: dict[str, Any], reseal: Any, more: float, verdict: str
+) -> None:
+    """eta + tau_f r <= min delta, with equality and 1e-7 m/s beyond."""
+    loop, tau = known["claims"][0], known["gains"]["wind_filter"]
+    error = min(cell["wind_error"] for cell in loop["cells"]) - tau * 1.0
+    changed = uniform(known, 1.0, round(error + more, 9))
+
+    assert verdicts(changed, reseal) == (verdict, verdict)
+
+
+@pytest.mark.parametrize(("rate", "verdict"), [(2.0, PROVED), (2.000001, UNDECIDED)])
+def test_the_least_wind_rate_is_the_threshold(
+    known: dict[str, Any], reseal: Any, rate: float, verdict: str
+) -> None:
+    """r <= min rho, which is 2 m/s^2 there."""
+    assert verdicts(uniform(known, rate, 0.0), reseal) == (verdict, verdict)
+
+
+@pytest.mark.parametrize(("more", "verdict"), [(0.0, PROVED), (1e-6, UNDECIDED)])
+def test_a_wind_cell_ends_between_the_nodes_of_a_range(
+    known: dict[str, Any], reseal: Any, more: float, verdict: str
+) -> None:
+    """phi rises through a cell that bears less than the next: its upper end is the threshold."""
+    known = deepcopy(known)
+    cells, tau = known["claims"][0]["cells"], known["gains"]["wind_filter"]
+    # Less than is proved is proved as well.
+    cells[0]["wind_error"] = 0.1
+    low, high, edge = cells[0]["wind"][0] + 0.05, cells[-1]["wind"][1] - 0.1, cells[0]["wind"][1]
+    low, high = round(low, 6), round(high, 6)
+    slope = 0.15 / (high - low)
+    error = cells[0]["wind_error"] - tau * (0.1 + slope * (edge - low)) + more
+    changed = uniform(known, 0.1, math.floor(error * 1e9) / 1e9)
+    changed["claims"][1]["ranges"][0] |= {"wind": [low, high], "schedule_rate": [0.1, 0.25]}
+
+    assert verdicts(changed, reseal) == (verdict, verdict)
+
+
+def sloped(known: dict[str, Any], more: float = 0.0) -> dict[str, Any]:
+    """Return phi = r = 0.4 + (v - 15) / 10 on 15 to 17 m/s, with r raised at 17 m/s."""
+    changed = uniform(known, 1.0, 0.0)
+    changed["claims"][1]["ranges"][0] |= {
+        "wind": [15.0, 17.0],
+        "schedule_rate": [0.4, 0.6],
+        "estimate_rate": [0.4, 0.6 + more],
+    }
+    return changed
+
+
+@pytest.mark.parametrize(("more", "verdict"), [(0.0, PROVED), (1e-9, UNDECIDED)])
+def test_a_rate_that_is_a_line_needs_no_reserve(
+    known: dict[str, Any], reseal: Any, more: float, verdict: str
+) -> None:
+    """phi(s +- tau phi) = phi(s) (1 +- tau phi') exactly where phi is one line."""
+    assert verdicts(sloped(known, more), reseal) == (verdict, verdict)
+
+
+def test_a_step_of_the_rate_is_not_followed(known: dict[str, Any], reseal: Any) -> None:
+    """Falling out of fast winds, the filter still moves fast where only slow motion is allowed."""
+    changed = uniform(known, 1.0, 0.0)
+    changed["claims"][1]["ranges"][0] |= {
+        "wind": [14.5, 15.0, 15.001, 16.0],
+        "schedule_rate": [0.1, 0.1, 1.0, 1.0],
+        "estimate_rate": [0.1, 0.1, 1.0, 1.0],
+    }
+
+    assert verdicts(changed, reseal) == (UNDECIDED, UNDECIDED)
+
+
+ONE_SIDED = {
+    "falling off a step": ([14.5, 15.0, 15.001, 16.0], [0.1, 0.1, 1.0, 1.0], [0.1] * 4),
+    "rising onto a step": ([14.5, 15.0, 15.001, 16.0], [1.0, 1.0, 0.1, 0.1], [0.1] * 4),
+    # The estimate passes the bump while the filter is between two nodes, 0.025 m/s behind or ahead.
+    "a bump to rise through": (
+        [14.5, 15.0, 15.01, 15.02, 16.0],
+        [0.5] * 5,
+        [0.5, 0.5, 0.501, 0.5, 0.5],
+    ),
+    # So close to an end that the filter comes from one side only.
+    "a bump to fall through": (
+        [15.0, 15.01, 15.0102, 15.0104, 16.0],
+        [0.5] * 5,
+        [0.5, 0.5, 0.50001, 0.5, 0.5],
+    ),
+    "a bump at the top": (
+        [15.0, 15.9896, 15.9898, 15.99, 16.0],
+        [0.5] * 5,
+        [0.5, 0.5, 0.50001, 0.5, 0.5],
+    ),
+}
+
+
+@pytest.mark.parametrize("way", ONE_SIDED)
+def test_what_fails_one_way_or_between_nodes_is_refused(
+    known: dict[str, Any], reseal: Any, way: str
+) -> None:
+    """Each fails in one place alone; without the bump it holds."""
+    wind, phi, rate = ONE_SIDED[way]
+    changed = uniform(known, 1.0, 0.0)
+    stated = changed["claims"][1]["ranges"][0]
+    stated |= {"wind": wind, "schedule_rate": phi, "estimate_rate": rate}
+
+    assert verdicts(changed, reseal) == (UNDECIDED, UNDECIDED)
+    if "bump" in way:
+        stated["estimate_rate"] = phi
+        assert verdicts(changed, reseal) == (PROVED, PROVED)
+
+
+def test_the_words_state_the_numbers(known: dict[str, Any], reseal: Any) -> None:
+    """Overspeed, filter, range, error, and the winds from which each rate is allowed."""
+    changed = uniform(known, 1.0, 0.0)
+    changed["claims"][1]["ranges"][0] |= {
+        "wind": [14.5, 15.0, 16.0, 16.5],
+        "schedule_rate": [0.1, 0.1, 0.6, 0.6],
+        "estimate_rate": [0.09, 0.09, 0.55, 0.55],
+        "estimate_error": 0.0123,
+    }
+    gains, loop = changed["gains"], changed["claims"][0]
+    fastest = max(gains["rotor_speed"]) + loop["peaks"]["speed_error"]
+    over = 100 * (fastest / changed["model"]["rated_rotor_speed"] - 1)
+    text = check_document(reseal(changed)).claims[1].text
+
+    assert "wind filter of 0.05 s" in text
+    assert f"overspeed at most {math.ceil(over * 100) / 100:g} %" in text
+    assert "wind and estimate within 14.5 to 16.5 m/s, known to 0.0123 m/s" in text
+    assert "at least 0.09 m/s^2 everywhere" in text
+    # 0.09 + 0.46 (v - 15) = 0.1, 0.2, 0.5, rounded up.
+    for rate, start in (("0.1", "15.0218"), ("0.2", "15.2392"), ("0.5", "15.8914")):
+        assert f"{rate} m/s^2 from {start} m/s on" in text
+    assert "0.05 m/s^2 from" not in text
+    assert "1 m/s^2 from" not in text.replace("0.1 m/s^2 from", "")
+    exact = check_document(reseal(uniform(known, 1.0, 0.0))).claims[1].text
+    assert "known exactly: at least 1 m/s^2 everywhere" in exact
+
+
+def test_more_filter_than_was_claimed_for_is_refused(known: dict[str, Any], reseal: Any) -> None:
+    """tau_f is the law's own: 5 s in place of 0.05 s."""
+    changed = deepcopy(known)
+    changed["gains"]["wind_filter"] = 5.0
+
+    assert verdicts(changed, reseal) == (UNDECIDED, UNDECIDED)
+
+
+def test_what_rests_on_an_open_claim_is_open(known: dict[str, Any], reseal: Any) -> None:
+    """A loop that is not proved carries nothing, in both checkers."""
+    changed = deepcopy(known)
+    changed["claims"][0]["cells"][2]["decay_rate"] = 5.0
+
+    assert verdicts(changed, reseal) == (UNDECIDED, UNDECIDED)
+    assert "not proved" in check_document(reseal(changed)).claims[1].text
+
+
+@pytest.mark.parametrize("place", [1, 2, -1, 0.5])
+def test_only_an_earlier_loop_is_rested_on(
+    known: dict[str, Any], reseal: Any, place: float
+) -> None:
+    """Not itself, nothing that is not there, and no claim of another kind."""
+    changed = deepcopy(known)
+    changed["claims"][1]["loop"] = place
+    with pytest.raises(CertificateError):
+        check_document(reseal(changed))
+    with pytest.raises(Refusal):
+        judge_document(reseal(changed))
+
+
+def test_a_loop_that_comes_later_is_refused(known: dict[str, Any], reseal: Any) -> None:
+    """The verdict it would rest on has not been found yet."""
+    changed = deepcopy(known)
+    loop, claim = changed["claims"]
+    changed["claims"] = [claim | {"loop": 1}, loop]
+    with pytest.raises(CertificateError, match="earlier"):
+        check_document(reseal(changed))
+    with pytest.raises(Refusal):
+        judge_document(reseal(changed))
+
+
+DAMAGES = {
+    "no ranges": lambda c: c.__setitem__("ranges", []),
+    "winds fall": lambda c: c["ranges"][0]["wind"].__setitem__(1, 0.1),
+    "a rate is missing": lambda c: c["ranges"][0]["estimate_rate"].pop(),
+    "a negative rate": lambda c: c["ranges"][0]["estimate_rate"].__setitem__(0, -0.1),
+    "a negative error": lambda c: c["ranges"][0].__setitem__("estimate_error", -0.1),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_what_is_no_claim_is_refused(known: dict[str, Any], reseal: Any, damage: str) -> None:
+    """By both checkers, with words."""
+    changed = deepcopy(known)
+    DAMAGES[damage](changed["claims"][1])
+    with pytest.raises(CertificateError):
+        check_document(reseal(changed))
+    with pytest.raises(Refusal):
+        judge_document(reseal(changed))
+
+
+def test_winds_beyond_the_law_are_not_claimed(known: dict[str, Any], reseal: Any) -> None:
+    """The law has no tables there."""
+    changed = uniform(known, 1.0, 0.0)
+    changed["claims"][1]["ranges"][0]["wind"][1] += 0.5
+
+    assert verdicts(changed, reseal) == (UNDECIDED, UNDECIDED)
+
+
+def test_a_class_without_room_gives_no_claim(known: dict[str, Any]) -> None:
+    """No filter, a class at rest: nothing is claimed; too large an error leaves rate 0."""
+    loop = known["claims"][0]
+    at_rest = loop | {"cells": [cell | {"wind_rate": 0.0} for cell in loop["cells"]]}
+
+    assert wind_rate_claim(loop, 0.0) is None
+    assert wind_rate_claim(at_rest, 0.05) is None
+    assert rate_range(loop["cells"], 0.05, estimate_error=1.0).estimate_rate.max() == 0
