@@ -5,7 +5,9 @@
     coherent, paper   the claims about the loops with the coherent and the published laws
     certification     claims about Takagi-Sugeno models: ``certify``
     requests/         what may be asked of a certificate, one request a file
+    equilibrium/      where a turbine's loop rests at constant winds: one rest, none, several
     turbine_design    from a turbine to a checked design
+    gain_file_law     the law of a gain file, to run
 
 Importing this package imports nothing heavy: names are looked up when they are used.
 """
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
     from takagi.certificates.checker.certificate import check
     from takagi.certificates.checker.refusal import CertificateError
     from takagi.certificates.checker.result import Checked, Claim, Verdict
+    from takagi.certificates.equilibrium.search import closed_loop_equilibria
+    from takagi.certificates.gain_file_law import law_from_gains
     from takagi.certificates.turbine_design import DesignSettings, TurbineDesign, design_turbine
 
 __all__ = [
@@ -32,7 +36,9 @@ __all__ = [
     "Verdict",
     "certify",
     "check",
+    "closed_loop_equilibria",
     "design_turbine",
+    "law_from_gains",
     "load_certificate",
 ]
 
@@ -46,7 +52,9 @@ _HOME = {
     "Verdict": "checker.result",
     "certify": "certification",
     "check": "checker.certificate",
+    "closed_loop_equilibria": "equilibrium.search",
     "design_turbine": "turbine_design",
+    "law_from_gains": "gain_file_law",
     "load_certificate": "certification",
 }
 

@@ -6,20 +6,19 @@ Nothing is proved here.  The result is a candidate claim; ``takagi.certificates.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.wind_class import RESERVE, WindClass, asked_rates, calmer, cell_class
-from takagi.lmi.analysis.decay_rate import max_decay_rate
-from takagi.lmi.analysis.invariant_ellipsoid import Ellipsoid, decay_rates, invariant_ellipsoid
+from takagi.certificates.coherent_bearing import SHRINK, AskedLoops, CoherentCandidate, borne_with
+from takagi.certificates.wind_class import WindClass, asked_rates, calmer
+from takagi.lmi.analysis.invariant_ellipsoid import Ellipsoid, invariant_ellipsoid
 from takagi.models.embedding.coherent import CellLoop
 from takagi.models.embedding.loop_cell import LoopBox, LoopCell, Uncertainty
-from takagi.models.embedding.vertices import LoopVertices, loop_vertices
+from takagi.models.embedding.vertices import loop_vertices
 from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
 from takagi.models.law.coherent import CoherentLaw
@@ -28,6 +27,7 @@ from takagi.models.turbine.data import Turbine
 __all__ = [
     "DEFAULT_BOX",
     "DEFAULT_UNCERTAINTY",
+    "SHRINK",
     "CoherentCandidate",
     "WindClass",
     "coherent_candidate",
@@ -44,39 +44,8 @@ DEFAULT_BOX = LoopBox(
     wind_share=Fraction("0.03"),
 )
 DEFAULT_UNCERTAINTY = Uncertainty(Interval.of("0.9", "1.1"), frozen_wake=True)
-SHRINK = 1 + 1e-5
 # All rates are lowered by this factor, so often, where no quadratic function bears them.
 CALMER, ATTEMPTS = 0.5, 6
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CoherentCandidate:
-    """Everything a claim states, in floating point but for the enclosures.
-
-    Attributes
-    ----------
-    cells : the enclosed loops.
-    P : (3, 3) in (e, zeta, x), or None where no common P was found.
-    multipliers, wind_error, wind_rate, decay_rate : one per cell; a cell that is not believed to
-        hold has wind class and decay 0.
-    common_rate : the largest decay rate of one quadratic function over all cells [1/s], and
-        settling_P : (3, 3) that function; both for constant wind.
-    diagnosis : why there is no P, in words.
-    words : the solver's.
-    """
-
-    box: LoopBox
-    uncertainty: Uncertainty
-    cells: tuple[LoopCell, ...]
-    P: Floats | None
-    multipliers: Floats
-    wind_error: Floats
-    wind_rate: Floats
-    decay_rate: Floats
-    settling_P: Floats
-    common_rate: float
-    diagnosis: str
-    words: str
 
 
 def coherent_candidate(
@@ -86,6 +55,8 @@ def coherent_candidate(
     box: LoopBox = DEFAULT_BOX,
     uncertainty: Uncertainty = DEFAULT_UNCERTAINTY,
     wind_class: WindClass | None = None,
+    P: Floats | None = None,
+    rates: Sequence[Fraction] | None = None,
     tell: Tell | None = None,
 ) -> CoherentCandidate:
     """Return the candidate certificate of the coherent loop: one P for all winds and corners.
@@ -95,6 +66,9 @@ def coherent_candidate(
     box : the region around the trim that is enclosed.
     wind_class : wind rates asked for, and proportions of wind errors; the default follows what
         torque and pitch can do at each wind.
+    P : (3, 3) found elsewhere, its set inside the box; where it does not hold in all cells, and
+        for None, one is found here.
+    rates : |v_s'| of each cell [m/s^2] to try; None takes what the wind class asks for.
     tell : called with a word on progress.
 
     Raises
@@ -105,50 +79,26 @@ def coherent_candidate(
     shape = wind_class or WindClass()
     say("enclosing the closed loop")
     loops = [CellLoop(turbine, law, box, uncertainty, k) for k in range(len(law.schedule.wind) - 1)]
-    rates = asked_rates(loops, box, shape)
+    asked = asked_rates(loops, box, shape) if rates is None else list(rates)
     middle = np.array([float(loop.law.wind.centre) for loop in loops])
     error = np.interp(middle, shape.wind, shape.error)
+    if P is not None and _inside(P, box):
+        given = borne_with(P, AskedLoops(box, uncertainty, loops, asked, error), tell=say)
+        if given.wind_error.min() > 0:
+            return given
     say("one quadratic function for all winds")
     for attempt in range(ATTEMPTS):
-        cells = tuple(loop.enclosed(rate) for loop, rate in zip(loops, rates, strict=True))
+        cells = tuple(loop.enclosed(rate) for loop, rate in zip(loops, asked, strict=True))
         found = _common(cells, law, box, error)
         if found.P is not None:
             break
         last = attempt >= ATTEMPTS - 2
-        rates = [Fraction(0) if last else calmer(rate, CALMER) for rate in rates]
-    none = np.zeros(len(cells))
-    empty = CoherentCandidate(
-        box,
-        uncertainty,
-        cells,
-        None,
-        none,
-        none,
-        none,
-        none,
-        np.eye(3),
-        0.0,
-        found.diagnosis,
-        found.words,
-    )
-    if found.P is None:
-        return empty
-    P = np.round(found.P * SHRINK, 4)
-    borne = [cell_class(P, *each) for each in zip(loops, rates, error, strict=True)]
-    corners = [loop_vertices(each.cell) for each in borne]
-    say("the largest common decay rate")
-    settling, common = _settling(P, corners)
-    decay = [max(float(decay_rates(P, v.at_rest).min()), 0.0) for v in corners]
-    return replace(
-        empty,
-        cells=tuple(each.cell for each in borne),
-        P=P,
-        settling_P=settling,
-        common_rate=common,
-        multipliers=np.array([round(each.multiplier, 7) for each in borne]),
-        wind_error=np.array([each.wind_error for each in borne]),
-        wind_rate=np.array([float(each.cell.wind_rate) for each in borne]),
-        decay_rate=_down(RESERVE * np.array(decay)),
+        asked = [Fraction(0) if last else calmer(rate, CALMER) for rate in asked]
+    if found.P is not None:
+        loops_asked = AskedLoops(box, uncertainty, loops, asked, error)
+        return borne_with(found.P, loops_asked, words=found.words, tell=say)
+    return CoherentCandidate.without(
+        box, uncertainty, cells, diagnosis=found.diagnosis, words=found.words
     )
 
 
@@ -163,31 +113,17 @@ def _common(
         np.concatenate([v.A for v in corners]),
         np.concatenate(d),
         np.repeat(np.arange(len(cells)), sizes),
-        _directions(box),
+        box.directions,
         speed=np.repeat(law.gains.integral_rate, sizes),
     )
 
 
-def _settling(P: Floats, corners: list[LoopVertices]) -> tuple[Floats, float]:
-    """Return the quadratic function with the largest decay rate over all corners, and the rate.
-
-    The largest rate is a generalised eigenvalue problem; where it fails, P itself serves.
-    """
-    A = np.concatenate([v.at_rest for v in corners])
-    answer = max_decay_rate(A)
-    candidate = P if answer.P is None else np.asarray(answer.P)
-    rounded = np.round(candidate * (1e3 / np.linalg.eigvalsh(candidate)[0]), 3)
-    rate = RESERVE * float(decay_rates(rounded, A).min())
-    return rounded, max(math.floor(rate * 1e6) / 1e6, 0.0)
-
-
-def _directions(box: LoopBox) -> Floats:
-    e, z, y = (float(b) for b in (box.speed_error, box.effort_lag, box.speed_signal))
-    return np.array([[1 / e, 0, 0], [0, 1 / z, 0], [1 / y, 0, -1 / y]])
-
-
-def _down(values: Floats) -> Floats:
-    return np.asarray(np.floor(values * 1e5) / 1e5, dtype=np.float64)
+def _inside(P: Floats, box: LoopBox) -> bool:
+    """Return whether {x' P x <= 1} lies inside the box."""
+    h = box.directions
+    return float(np.linalg.eigvalsh(P)[0]) > 0 and bool(
+        np.all(np.einsum("di,ij,dj->d", h, np.linalg.inv(P), h) <= 1)
+    )
 
 
 def coherent_claim(candidate: CoherentCandidate) -> dict[str, Any]:
@@ -201,7 +137,7 @@ def coherent_claim(candidate: CoherentCandidate) -> dict[str, Any]:
         raise ModelError(f"there is no candidate to state: {candidate.diagnosis}")
     box, cells = candidate.box, candidate.cells
     wake = "frozen wake included" if candidate.uncertainty.frozen_wake else "equilibrium wake"
-    inertia = candidate.uncertainty.inertia
+    inertia, power = candidate.uncertainty.inertia, candidate.uncertainty.power_coefficient
     low, high = float(cells[0].wind.lower), float(cells[-1].wind.upper)
     return {
         "name": f"coherent loop, {low:g} to {high:g} m/s, {wake}",
@@ -210,6 +146,7 @@ def coherent_claim(candidate: CoherentCandidate) -> dict[str, Any]:
         "uncertainty": {
             "inertia": [float(inertia.lower), float(inertia.upper)],
             "frozen_wake": candidate.uncertainty.frozen_wake,
+            "power_coefficient": [float(power.lower), float(power.upper)],
         },
         "box": {
             "speed_error": float(box.speed_error),

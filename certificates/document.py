@@ -69,6 +69,7 @@ def turbine_data(turbine: Turbine, files: Sequence[Path]) -> dict[str, Any]:
         "pitch_rate_limit",
         "pitch_min",
         "pitch_max",
+        "torque_rate_limit",
     )
     return {
         "kind": "turbine",

@@ -5,22 +5,31 @@ Nothing is proved here.  The result is candidate claims; ``takagi.certificates.c
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from takagi.certificates.paper_search import FoundCell, PaperSearch, Unproved, search_cells
+from takagi.certificates.paper_search import (
+    NARROWEST,
+    FoundCell,
+    PaperSearch,
+    Unproved,
+    search_cells,
+)
 from takagi.models.embedding.paper_tables import schedule_band
 from takagi.models.law.coupling_filter import CouplingFilter
 from takagi.models.law.paper import PaperLaw
+from takagi.models.law.paper_rest import Equilibrium
 from takagi.models.law.ramps import Ramp
 from takagi.models.law.regional_schedule import RegionalSchedule
 from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
 
 __all__ = [
+    "WINDOW",
     "PaperCandidate",
+    "claiming_what_holds",
     "merged",
     "overlap_candidates",
     "paper_candidate",
@@ -45,12 +54,14 @@ class PaperCandidate:
     ----------
     winds : the ranges that were asked for [m/s].
     cells : those that hold;  unproved : ranges without one, each with a reason.
+    rests : wind [m/s] -> where the law rests, at the ends of all cells that were looked at.
     """
 
     law: PaperLaw
     winds: tuple[Span, ...]
     cells: tuple[FoundCell, ...]
     unproved: tuple[Unproved, ...]
+    rests: Mapping[float, Equilibrium] = field(default_factory=dict)
 
     @property
     def covered(self) -> list[Span]:
@@ -70,7 +81,11 @@ def merged(spans: Sequence[Span]) -> list[Span]:
 
 
 def paper_candidate(
-    law: PaperLaw, *, winds: Sequence[Span] | None = None, narrowest: float | None = None
+    law: PaperLaw,
+    *,
+    winds: Sequence[Span] | None = None,
+    narrowest: float | None = None,
+    ladder: tuple[float, ...] = (),
 ) -> PaperCandidate:
     """Return cells in which the loop with a law of the paper contracts, at constant winds.
 
@@ -78,12 +93,15 @@ def paper_candidate(
     ----------
     winds : ranges [m/s]; None takes cut-in to cut-out.
     narrowest : a failing cell is halved down to this width [m/s]; None takes the default.
+    ladder : half widths in speed [rad/s] of the sets to try, from the largest down; empty takes a
+        small one and grows it as far as it goes.
 
     Raises
     ------
     ModelError : a law that no claim covers (another filter, gains that depend on the premise d).
     """
-    search = PaperSearch.of(law) if narrowest is None else PaperSearch.of(law, narrowest=narrowest)
+    width = NARROWEST if narrowest is None else narrowest
+    search = PaperSearch.of(law, narrowest=width, ladder=ladder)
     asked = tuple(winds) if winds else ((law.turbine.cut_in, law.turbine.cut_out),)
     found = [cell for span in asked for cell in search_cells(search, span)]
     return PaperCandidate(
@@ -91,6 +109,7 @@ def paper_candidate(
         asked,
         tuple(cell for cell in found if isinstance(cell, FoundCell)),
         tuple(cell for cell in found if isinstance(cell, Unproved)),
+        search.points,
     )
 
 
@@ -112,10 +131,10 @@ def overlap_candidates(law: PaperLaw) -> Iterator[PaperCandidate]:
                 speed_overlap=_short(coupling.speed_ramp.width * speed),
                 torque_overlap=_short(coupling.torque_overlap * torque),
             )
-            yield _claiming_what_holds(paper_candidate(moved, winds=windows, narrowest=WINDOW / 8))
+            yield claiming_what_holds(paper_candidate(moved, winds=windows, narrowest=WINDOW / 8))
 
 
-def _claiming_what_holds(candidate: PaperCandidate) -> PaperCandidate:
+def claiming_what_holds(candidate: PaperCandidate) -> PaperCandidate:
     """Return the candidate about the windows that are covered whole; unchanged without any."""
     covered = candidate.covered
     holding = [

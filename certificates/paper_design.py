@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from takagi.certificates.paper import (
     paper_law_data,
 )
 from takagi.certificates.provenance import provenance
+from takagi.certificates.step_clock import StepClock
 from takagi.models.turbine.data import Turbine
 
 if TYPE_CHECKING:
@@ -28,20 +28,12 @@ if TYPE_CHECKING:
     from takagi.models.law.paper import PaperLaw
     from takagi.models.ts_model import TSModel
 
-__all__ = ["StepClock", "designed_law", "paper_design"]
+__all__ = ["designed_law", "paper_design"]
 
 Floats = NDArray[np.float64]
 
 # Decimals of the emitted gains: N m s/rad and N m/rad; s, - and 1/rad.
 TORQUE_DIGITS, PITCH_DIGITS = 1, 6
-
-
-class StepClock(Protocol):
-    """Times steps by name."""
-
-    seconds: dict[str, float]
-
-    def __call__(self, step: str) -> AbstractContextManager[None]: ...
 
 
 def paper_design(
@@ -139,8 +131,11 @@ def designed_law(
             turbine,
             speed_overlap=asked.speed_overlap,
             torque_overlap=asked.torque_overlap,
+            placement=asked.ramp_placement,
+            shape=asked.ramp_shape,
             speed_setpoint=asked.speed_setpoint,
         ),
+        tracking_time=asked.tracking_time,
         name="paper" if asked.law == "paper" else "paper-two-integrators",
         speed_setpoint=asked.speed_setpoint,
     )

@@ -19,13 +19,15 @@ from takagi.models.law.paper import PaperLaw
 from takagi.models.law.paper_equilibrium import equilibrium
 from takagi.models.law.paper_rest import Equilibrium
 
-__all__ = ["FoundCell", "PaperSearch", "Unproved", "search_cells"]
+__all__ = ["NARROWEST", "FoundCell", "PaperSearch", "Unproved", "search_cells"]
 
 Floats = NDArray[np.float64]
 
 # Half widths of the set in rotor speed [rad/s]: where to start, and what to grow to from there.
 STARTS = (0.001, 0.0005)
 LARGER = (0.002, 0.005, 0.015)
+# A proved decay rate is good enough at this share of the slowest that the loop has where it rests.
+BRISK = 0.1
 # Units in which the states' sizes are comparable: rad/s, rad, rad, rad.
 UNITS = np.array([0.01, 0.01, 0.1, 0.1])
 PROBE = 1e-6
@@ -63,16 +65,24 @@ class Unproved:
 
 @dataclass(slots=True, eq=False)
 class PaperSearch:
-    """The law, its figures, and the rest points found so far."""
+    """The law, its figures, and the rest points found so far.
+
+    ``ladder``: half widths in speed [rad/s] to try from the largest down, until one contracts at
+    ``BRISK`` of the slowest rate that the loop has where it rests; empty takes the first of
+    ``STARTS`` and grows it as far as it goes.
+    """
 
     law: PaperLaw
     figures: LoopFigures
     narrowest: float
+    ladder: tuple[float, ...] = ()
     points: dict[float, Equilibrium] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, law: PaperLaw, *, narrowest: float = NARROWEST) -> PaperSearch:
-        return cls(law, loop_figures(law), narrowest)
+    def of(
+        cls, law: PaperLaw, *, narrowest: float = NARROWEST, ladder: tuple[float, ...] = ()
+    ) -> PaperSearch:
+        return cls(law, loop_figures(law), narrowest, ladder)
 
     def rest(self, wind: float) -> Equilibrium:
         """Return where the law rests, computed once."""
@@ -103,9 +113,13 @@ class PaperSearch:
         except ModelError as error:
             return Unproved(wind, str(error))
         # The probe's units are all scaled alike, which leaves A as it is.
-        candidates = lyapunov_candidates((probe.low + probe.high) / 2)
+        middle = (probe.low + probe.high) / 2
+        candidates = lyapunov_candidates(middle)
         if not candidates:
             return Unproved(wind, "the loop is not stable where it rests")
+        if self.ladder:
+            slowest = -max(np.linalg.eigvals(A).real.max() for A in middle)
+            return self._laddered(wind, centre, bound, candidates, rest, slowest)
         best: FoundCell | None = None
         for size in STARTS:
             best = best or self._sized(wind, centre, bound, candidates, size, rest)
@@ -117,6 +131,30 @@ class PaperSearch:
                 return best
             best = larger
         return best
+
+    def _laddered(
+        self,
+        wind: tuple[float, float],
+        centre: Floats,
+        bound: Floats,
+        candidates: list[Floats],
+        rest: str,
+        slowest: float,
+    ) -> FoundCell | Unproved:
+        best: FoundCell | None = None
+        for size in self.ladder:
+            found = self._sized(wind, centre, bound, candidates, size, rest)
+            if found is not None and (best is None or found.decay_rate > best.decay_rate):
+                best = found
+            if best is not None and best.decay_rate >= BRISK * slowest:
+                break
+        if best is not None:
+            return best
+        return Unproved(
+            wind,
+            f"stable where it rests (slowest at {slowest:.2g} 1/s), but no quadratic function "
+            f"contracts on sets of {self.ladder[-1]:g} to {self.ladder[0]:g} rad/s in speed",
+        )
 
     def _sized(
         self,

@@ -6,9 +6,7 @@ appendix, simulation) reads the ``TurbineDesign`` made here.
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,21 +17,28 @@ from takagi.certificates.coherent import (
     DEFAULT_BOX,
     DEFAULT_UNCERTAINTY,
     CoherentCandidate,
-    coherent_candidate,
-    coherent_claim,
 )
-from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
-from takagi.certificates.failing_winds import failing_winds
-from takagi.certificates.provenance import provenance
+from takagi.certificates.coherent_synthesis import (
+    SYNTHESES,
+    CoherentSynthesis,
+    Synthesis,
+    coherent_synthesis,
+)
+from takagi.certificates.loop_claims import loop_document
+from takagi.certificates.step_clock import StepClock
+from takagi.lmi.turbine.one_step_objective import OBJECTIVES, Objective
 from takagi.models.embedding.coherent import LoopBox, Uncertainty
 from takagi.models.errors import ModelError
+from takagi.models.law.coherent import DEFAULT_WIND_FILTER
 from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.derating import derated
 
 if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortDesign, EffortSettings
     from takagi.lmi.turbine.regional import RegionalGains
     from takagi.models.law.coherent import CoherentLaw
     from takagi.models.law.law import Law
+    from takagi.models.law.ramps import Shape
     from takagi.models.ts_model import TSModel
     from takagi.models.turbine.wind_observer import WindObserver
 
@@ -58,7 +63,15 @@ class DesignSettings:
     speed_overlap : eps_omega of the coupling filter [rad/s] (paper laws).
     torque_overlap : eps_T of the coupling filter [N m] (paper laws).
     speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated speed.
+    torque_setpoint : de-rated torque [N m, high-speed shaft]; None takes the rated torque.
+    wind_filter : tau_f, of the coherent law's low-pass on the wind estimate [s].
+    effectiveness_share : b of the coherent law over the frozen wake's pitch effectiveness [-].
+    ramp_shape, ramp_placement : of the coupling filter in speed, see ``coupling_filter`` (paper).
+    tracking_time : of the anti-windup [s] (paper-two-integrators).
     effort : what is asked of the coherent gains; None takes the defaults.
+    synthesis : "one-step" finds the coherent gains together with the loop's quadratic functions;
+        "two-step" finds them wind by wind, and the functions afterwards.
+    objective : what the one-step synthesis makes better.
     box, uncertainty : what the coherent certificate covers.
     """
 
@@ -67,14 +80,33 @@ class DesignSettings:
     speed_overlap: float = 0.1
     torque_overlap: float = 2000.0
     speed_setpoint: float | None = None
+    torque_setpoint: float | None = None
+    wind_filter: float = DEFAULT_WIND_FILTER
+    effectiveness_share: float = 0.6
+    ramp_shape: Shape = "smooth"
+    ramp_placement: float = 0.5
+    tracking_time: float = 5.0
     effort: EffortSettings | None = None
+    synthesis: Synthesis = "one-step"
+    objective: Objective = OBJECTIVES["balanced"]
     box: LoopBox = DEFAULT_BOX
     uncertainty: Uncertainty = DEFAULT_UNCERTAINTY
 
     def __post_init__(self) -> None:
         if self.law not in LAWS:
             raise ModelError(f"law {self.law!r} was given; choose one of {', '.join(LAWS)}")
-        for name in ("overlap", "speed_overlap", "torque_overlap"):
+        if self.synthesis not in SYNTHESES:
+            raise ModelError(
+                f"synthesis {self.synthesis!r} was given; choose one of {', '.join(SYNTHESES)}"
+            )
+        for name in (
+            "overlap",
+            "speed_overlap",
+            "torque_overlap",
+            "wind_filter",
+            "effectiveness_share",
+            "tracking_time",
+        ):
             if not getattr(self, name) > 0:
                 raise ModelError(f"{name} = {getattr(self, name)!r} was given; it must be positive")
 
@@ -112,6 +144,7 @@ class TurbineDesign:
     document : the certificate as it is written.
     checked : what the independent checker says about it.
     seconds : step -> time it took.
+    synthesis : what finding gains and functions together gained; None for the paper's laws.
     """
 
     turbine: Turbine
@@ -126,6 +159,7 @@ class TurbineDesign:
     document: Mapping[str, Any]
     checked: Checked
     seconds: Mapping[str, float] = field(default_factory=dict)
+    synthesis: CoherentSynthesis | None = None
 
     @property
     def coherent(self) -> CoherentLaw | None:
@@ -157,7 +191,8 @@ def design_turbine(
     from takagi.certificates.turbine_scale import default_settings
 
     asked = settings or default_settings(turbine)
-    clock = _Clock(tell)
+    turbine = derated(turbine, asked.torque_setpoint, speed_setpoint=asked.speed_setpoint)
+    clock = StepClock(tell)
     models = _regions(turbine, asked, clock)
     with clock("wind observer"):
         observer = _observer(turbine, asked)
@@ -168,45 +203,12 @@ def design_turbine(
     return _coherent(turbine, asked, models, observer, files, clock)
 
 
-class _Clock:
-    """Times the steps and tells of them."""
-
-    def __init__(self, tell: Tell | None) -> None:
-        self._tell = tell
-        self.seconds: dict[str, float] = {}
-
-    @contextmanager
-    def __call__(self, step: str) -> Iterator[None]:
-        if self._tell is not None:
-            self._tell(step)
-        started = time.perf_counter()
-        yield
-        self.seconds[step] = time.perf_counter() - started
-
-
 def _regions(
-    turbine: Turbine, asked: DesignSettings, clock: _Clock
+    turbine: Turbine, asked: DesignSettings, clock: StepClock
 ) -> tuple[TSModel, TSModel, RegionalGains]:
-    from takagi.certificates.turbine_scale import region_requirements
-    from takagi.lmi.turbine.regional import regional_gains
-    from takagi.models.turbine.full_load import full_load_model
-    from takagi.models.turbine.partial_load import partial_load_model
+    from takagi.certificates.turbine_regions import regional_design
 
-    with clock("partial-load model"):
-        low = partial_load_model(turbine, speed_setpoint=asked.speed_setpoint)
-    with clock("full-load model"):
-        high = full_load_model(turbine, speed_setpoint=asked.speed_setpoint)
-    with clock("regional gains"):
-        partial_load, full_load = region_requirements(turbine)
-        gains = regional_gains(
-            turbine,
-            partial_load=partial_load,
-            full_load=full_load,
-            partial_model=low,
-            full_model=high,
-            speed_setpoint=asked.speed_setpoint,
-        )
-    return low, high, gains
+    return regional_design(turbine, speed_setpoint=asked.speed_setpoint, step=clock)
 
 
 def _observer(turbine: Turbine, asked: DesignSettings) -> ObserverDesign:
@@ -227,7 +229,7 @@ def _coherent(
     models: tuple[TSModel, TSModel, RegionalGains],
     observer: ObserverDesign,
     files: Sequence[Path],
-    clock: _Clock,
+    clock: StepClock,
 ) -> TurbineDesign:
     from takagi.lmi.turbine.effort import effort_gains
     from takagi.models.law.coherent import CoherentLaw
@@ -235,25 +237,26 @@ def _coherent(
 
     with clock("gains of the coherent law"):
         schedule = effort_schedule(
-            turbine, overlap=asked.overlap, speed_setpoint=asked.speed_setpoint
+            turbine,
+            overlap=asked.overlap,
+            effectiveness_share=asked.effectiveness_share,
+            speed_setpoint=asked.speed_setpoint,
         )
         effort = effort_gains(turbine, schedule, asked.effort)
-        law = CoherentLaw.of(turbine, schedule, effort.gains)
+        law = CoherentLaw.of(turbine, schedule, effort.gains, wind_filter=asked.wind_filter)
     with clock("joint analysis of the blended loop"):
-        candidate = coherent_candidate(turbine, law, box=asked.box, uncertainty=asked.uncertainty)
-        if candidate.P is None:
-            raise ModelError(
-                "joint analysis: no common quadratic function over all winds was found; "
-                f"{failing_winds(candidate.cells)}. Reduce the uncertainty or the box, or change "
-                "the bandwidth"
-            )
-    with clock("exact proof"):
-        document = certificate_document(
-            model=turbine_data(turbine, files),
-            gains=coherent_law_data(law),
-            claims=[coherent_claim(candidate)],
-            provenance=provenance(asked, {"joint analysis": candidate.words}),
+        found = coherent_synthesis(
+            turbine,
+            law,
+            box=asked.box,
+            uncertainty=asked.uncertainty,
+            synthesis=asked.synthesis,
+            objective=asked.objective,
+            tell=clock.told,
         )
+        law, candidate = found.law, found.candidate
+    with clock("exact proof"):
+        document = loop_document(turbine, law, candidate, asked, files=files)
         checked = check_document(document)
     low, high, regional = models
     return TurbineDesign(
@@ -269,4 +272,5 @@ def _coherent(
         document,
         checked,
         dict(clock.seconds),
+        found,
     )

@@ -18,12 +18,13 @@ from takagi.cli.baseline import (
     tolerance_of,
 )
 from takagi.cli.command import run_command
-from takagi.cli.design_options import Model, uncertainty_asked
+from takagi.cli.design_options import Model
 from takagi.cli.design_run import Unprovable, answered, design_asked
 from takagi.cli.errors import PROVED, UNPROVED
 from takagi.cli.model_kind import DESIGN_OPTIONS, design_options_of
 from takagi.cli.output_place import require_file_place
 from takagi.cli.progress import Tell, progress
+from takagi.cli.uncertainty_options import OF_UNCERTAINTY, uncertainty_asked
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.result import Checked
@@ -33,7 +34,7 @@ __all__ = ["certify", "run"]
 
 Outcome = tuple[Mapping[str, Any], "Checked"]
 # What may be asked of a certificate for gains that exist; the rest is about making gains.
-_OF_GIVEN_GAINS = ("inertia", "equilibrium_wake", "choice", "solve_rest")
+_OF_GIVEN_GAINS = (*OF_UNCERTAINTY, "choice", "solve_rest")
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -61,8 +62,8 @@ def certify(
 ) -> int:
     """Write a certificate for MODEL with the gains of a file, or with gains designed anew.
 
-    With --gains the law is in the file: only --inertia and --equilibrium-wake apply to a turbine,
-    --choice and --solve-rest to a plant.
+    With --gains the law is in the file: only --inertia, --power-coefficient and --equilibrium-wake
+    apply to a turbine, --choice and --solve-rest to a plant.
 
     With --baseline every figure of an older certificate is compared: decay rates, gains, sets,
     wind classes, margins. Nothing that it proves may be lost or get worse by more than --tolerance.
@@ -129,7 +130,9 @@ def _given(model: str, gains: Path, tell: Tell, options: Mapping[str, Any]) -> O
 
     turbine = load_turbine(model)
     law = coherent_law_from_data(read_law(gains), source=str(gains))
-    uncertainty = uncertainty_asked(options["inertia"], options["equilibrium_wake"])
+    uncertainty = uncertainty_asked(
+        options["inertia"], options["power_coefficient"], options["equilibrium_wake"]
+    )
     files = model_files(model)
 
     def work(noted: Tell) -> Outcome:
@@ -142,7 +145,11 @@ def _refuse_design_options(options: Mapping[str, Any]) -> None:
     from takagi.models.errors import ModelError
 
     for name, value in options.items():
-        if name not in _OF_GIVEN_GAINS and value not in (None, "coherent", []):
+        if (
+            name not in _OF_GIVEN_GAINS
+            and value is not False
+            and value not in (None, "coherent", [])
+        ):
             raise ModelError(
                 f"option --{name.replace('_', '-')} is about designing gains, but --gains gives "
                 "them; leave out one of the two"

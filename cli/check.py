@@ -53,7 +53,7 @@ def _check(options: argparse.Namespace) -> int:
     from takagi.certificates.checker import CertificateError, check
 
     try:
-        checked = check(options.certificate, gains=options.gains, model=options.model)
+        checked = check(options.certificate, gains=options.gains, model=_file_of(options.model))
     except CertificateError as error:
         # Continuous integration shows the refusal where it shows results; the status is the
         # boundary's, as for any misuse.
@@ -64,6 +64,17 @@ def _check(options: argparse.Namespace) -> int:
     if options.cross and not _second_agrees(options):
         return UNPROVED
     return PROVED if checked.verdict.name == "PROVED" else UNPROVED
+
+
+def _file_of(model: Path | None) -> Path | None:
+    """Return the file of a built-in name, as other verbs read MODEL; any other path as it is."""
+    if model is None or model.name != str(model) or model.suffix or model.is_file():
+        return model
+    # Imported here: most checks are given a path.
+    from takagi.models.library import data_folder
+
+    built_in = data_folder() / f"{model}.toml"
+    return built_in if built_in.is_file() else model
 
 
 def _second_agrees(options: argparse.Namespace) -> bool:
@@ -147,7 +158,12 @@ def _parser() -> argparse.ArgumentParser:
     arguments.add_argument("certificate", metavar="CERT", type=Path, help="the certificate file")
     add = parser.add_argument
     add("--gains", metavar="FILE", type=Path, help="a gain file that must hold the proved gains")
-    add("--model", metavar="FILE", type=Path, help="a model file that must be the proved model")
+    add(
+        "--model",
+        metavar="FILE",
+        type=Path,
+        help="a model file, or a built-in name, that must be the proved model",
+    )
     add("--junit", metavar="FILE", type=Path, help="write the results as JUnit XML")
     add("--sarif", metavar="FILE", type=Path, help="write what is not proved as SARIF 2.1.0")
     add("--summary", metavar="FILE", type=Path, help="write the results as a Markdown table")

@@ -96,7 +96,8 @@ def _print(
     print(as_text(finished))
     print_files(out, files)
     print(f"\nNext\n  takagi check {out / 'certificate.json'} --gains {out / 'gains.json'}")
-    print(f"  takagi simulate {model} --out {out / 'simulation'}")
+    law = out / "gains.json"
+    print(f"  takagi simulate {model} --law-from {law} --out {out / 'simulation'}")
 
 
 def print_files(out: Path, files: Mapping[str, bytes | str]) -> None:

@@ -9,20 +9,36 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from takagi.cli.law_options import (
+    OF_COHERENT,
+    OF_PAPER,
+    PitchEffectivenessShare,
+    RampPlacement,
+    RampShape,
+    TorqueSetpoint,
+    TrackingTime,
+    WindFilter,
+    law_settings,
+)
+from takagi.cli.synthesis_options import OF_SYNTHESIS, ObjectiveName, TwoStep, synthesis_settings
+from takagi.cli.uncertainty_options import (
+    OF_UNCERTAINTY,
+    EquilibriumWake,
+    Inertia,
+    PowerCoefficient,
+    uncertainty_asked,
+)
+
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import DesignSettings
-    from takagi.models.embedding.coherent import Uncertainty
-    from takagi.models.enclosure.interval import Interval
     from takagi.models.turbine.data import Turbine
 
 __all__ = [
     "Bandwidth",
-    "EquilibriumWake",
-    "Inertia",
     "Law",
     "Model",
     "Overlap",
@@ -31,7 +47,6 @@ __all__ = [
     "TorqueOverlap",
     "design_settings",
     "turbine_options",
-    "uncertainty_asked",
 ]
 
 Model = Annotated[
@@ -58,7 +73,7 @@ Overlap = Annotated[
 SpeedOverlap = Annotated[
     float | None,
     typer.Option(
-        help="Turbines: overlap of the coupling filter in rotor speed [rad/s]; 0.05 unless given. "
+        help="Turbines: overlap of the coupling filter in rotor speed [rad/s]; 0.1 unless given. "
         "Laws of the paper."
     ),
 ]
@@ -83,22 +98,6 @@ Bandwidth = Annotated[
         help="Turbines: proportional action aimed at [1/s]; 0.6 unless given. Law coherent."
     ),
 ]
-Inertia = Annotated[
-    tuple[str, str] | None,
-    typer.Option(
-        metavar="LOW HIGH",
-        help="Turbines: true over nominal inertia that gains and certificate must cover; 0.9 1.1 "
-        "unless given. Law coherent.",
-    ),
-]
-EquilibriumWake = Annotated[
-    bool,
-    typer.Option(
-        "--equilibrium-wake",
-        help="Turbines: leave the frozen wake out of the pitch effectiveness that the certificate "
-        "covers: a larger wind class, for a smaller family of plants.",
-    ),
-]
 
 
 def turbine_options(
@@ -107,14 +106,23 @@ def turbine_options(
     speed_overlap: SpeedOverlap = None,
     torque_overlap: TorqueOverlap = None,
     speed_setpoint: SpeedSetpoint = None,
+    torque_setpoint: TorqueSetpoint = None,
+    pitch_effectiveness_share: PitchEffectivenessShare = None,
+    ramp_shape: RampShape = None,
+    ramp_placement: RampPlacement = None,
+    tracking_time: TrackingTime = None,
+    wind_filter: WindFilter = None,
     bandwidth: Bandwidth = None,
     inertia: Inertia = None,
+    power_coefficient: PowerCoefficient = None,
     equilibrium_wake: EquilibriumWake = False,
+    two_step: TwoStep = False,
+    objective: ObjectiveName = None,
 ) -> None:
     """Declare what a design for a wind turbine may be asked for."""
 
 
-_OF_COHERENT = ("overlap", "bandwidth", "inertia", "equilibrium_wake")
+_OF_COHERENT = ("overlap", "bandwidth", *OF_UNCERTAINTY)
 _OF_PAPER = ("speed_overlap", "torque_overlap")
 
 
@@ -128,7 +136,11 @@ def design_settings(
     speed_setpoint: str | None = None,
     bandwidth: float | None = None,
     inertia: tuple[str, str] | None = None,
+    power_coefficient: tuple[str, str] | None = None,
     equilibrium_wake: bool = False,
+    two_step: bool = False,
+    objective: str | None = None,
+    **of_law: Any,
 ) -> DesignSettings:
     """Return what is asked for; an option that is not given keeps the library's default.
 
@@ -136,6 +148,7 @@ def design_settings(
     ------
     ModelError : an option that makes no sense for the law or the turbine; names the option.
     """
+    from takagi.certificates.design_limits import check_limits
     from takagi.certificates.turbine_scale import default_settings
     from takagi.lmi.turbine.effort import EffortSettings
 
@@ -145,7 +158,10 @@ def design_settings(
         "torque_overlap": torque_overlap,
         "bandwidth": bandwidth,
         "inertia": inertia,
+        "power_coefficient": power_coefficient,
         "equilibrium_wake": equilibrium_wake or None,
+        "two_step": two_step or None,
+        "objective": objective,
     }
     numbers = {
         name: _positive(name, value)
@@ -159,38 +175,29 @@ def design_settings(
         speed_setpoint=setpoint,
         **{name: value for name, value in numbers.items() if name != "bandwidth"},  # type: ignore[arg-type]
     )
-    _check_law(law, given)
+    _check_law(law, {**given, **of_law})
+    asked = replace(asked, **law_settings(turbine, law=law, speed_setpoint=setpoint, **of_law))
+    asked = replace(asked, **synthesis_settings(two_step=two_step, objective=objective))
     effort = asked.effort or EffortSettings()
     if bandwidth is not None:
         effort = replace(effort, bandwidth=bandwidth)
-    covered = uncertainty_asked(inertia, equilibrium_wake)
+    covered = uncertainty_asked(inertia, power_coefficient, equilibrium_wake)
     if inertia is not None:
         span = covered.inertia
         effort = replace(effort, inertia=(float(span.lower), float(span.upper)))
-    return replace(asked, effort=effort, uncertainty=covered)
-
-
-def uncertainty_asked(inertia: tuple[str, str] | None, equilibrium_wake: bool) -> Uncertainty:
-    """Return what the certificate shall cover.
-
-    Raises
-    ------
-    ModelError : an inertia that is no interval around 1.
-    """
-    from takagi.certificates.coherent import DEFAULT_UNCERTAINTY
-    from takagi.models.embedding.coherent import Uncertainty
-
-    span = DEFAULT_UNCERTAINTY.inertia if inertia is None else _inertia(inertia)
-    return Uncertainty(span, frozen_wake=not equilibrium_wake)
+    asked = replace(asked, effort=effort, uncertainty=covered)
+    check_limits(turbine, asked)
+    return asked
 
 
 def _check_law(law: str, given: Mapping[str, object]) -> None:
     """Refuse options that the law does not have: silently ignored, they would mislead."""
     from takagi.models.errors import ModelError
 
-    foreign = _OF_PAPER if law == "coherent" else _OF_COHERENT
+    of_coherent = (*_OF_COHERENT, *OF_COHERENT, *OF_SYNTHESIS)
+    foreign = (*_OF_PAPER, *OF_PAPER) if law == "coherent" else of_coherent
     for name in foreign:
-        if given[name] is not None:
+        if given.get(name) is not None:
             owner = "the laws of the paper" if law == "coherent" else "the law coherent"
             raise ModelError(
                 f"option {_option(name)} belongs to {owner}, but --law {law} was asked for; leave "
@@ -228,20 +235,3 @@ def _setpoint(written: str, turbine: Turbine) -> float:
     except ModelError as error:
         raise ModelError(f"option --speed-setpoint {written}: {error}") from error
     return speed
-
-
-def _inertia(written: tuple[str, str]) -> Interval:
-    """Return the interval; its ends are the decimals that were written."""
-    from takagi.models.enclosure.interval import Interval
-    from takagi.models.errors import ModelError
-
-    try:
-        span = Interval.of(*written)
-    except ModelError as error:
-        raise ModelError(f"option --inertia: {error}") from error
-    if not 0 < span.lower <= 1 <= span.upper:
-        raise ModelError(
-            f"option --inertia: {written[0]} {written[1]} was given; 0 < LOW <= 1 <= HIGH is "
-            "needed, relative to the model's inertia"
-        )
-    return span

@@ -26,6 +26,7 @@ def as_data(design: TurbineDesign) -> dict[str, Any]:
         "law": design.settings.law,
         **claims_as_data(design.checked),
         **({} if found is None else _numbers(found)),
+        **({} if found is None else {"synthesis": _synthesis(design)}),
         "seconds": {step: round(spent, 2) for step, spent in design.seconds.items()},
     }
 
@@ -38,6 +39,7 @@ def as_text(design: TurbineDesign) -> str:
     """
     from takagi.reports.claim_summary import claim_summary
     from takagi.reports.overlap_claims import overlap_claims
+    from takagi.reports.synthesis_summary import synthesis_words
 
     verdict = design.checked.verdict.name
     head = f"{verdict}  {design.turbine.name}, law {design.settings.law}"
@@ -53,7 +55,9 @@ def as_text(design: TurbineDesign) -> str:
         "plants": _plants(found),
         "rotor speed": _speed(design, found),
         "settling": f"decay of at least {_down(found.common_rate)} 1/s while the wind is constant",
+        "found in": synthesis_words(design),
     }
+    rows = {name: text for name, text in rows.items() if text}
     return "\n".join([head, *_aligned(rows)])
 
 
@@ -128,10 +132,25 @@ def _numbers(found: ClaimSummary) -> dict[str, Any]:
         "wind_error": [min(found.wind_error), max(found.wind_error)],
         "wind_rate": [min(found.wind_rate), max(found.wind_rate)],
         "inertia": list(found.inertia),
+        "power_coefficient": list(found.power_coefficient),
         "frozen_wake": found.frozen_wake,
         "overspeed": found.overspeed,
         "decay_rate": found.common_rate,
     }
+
+
+def _synthesis(design: TurbineDesign) -> dict[str, Any] | None:
+    """Return how the gains were found, as plain data."""
+    from takagi.reports.synthesis_summary import synthesis_summary
+
+    found = synthesis_summary(design)
+    if found is None or found.before is None or found.after is None:
+        return None if found is None else {"steps": "two", "kept": found.kept}
+    reached = {
+        name: {"wind_error": each.wind_error, "decay_rate": each.decay_rate}
+        for name, each in (("two-step", found.before), ("one-step", found.after))
+    }
+    return {"steps": "one", "objective": found.objective, "joint_steps": found.steps, **reached}
 
 
 def _span(values: Sequence[float]) -> str:
@@ -148,7 +167,9 @@ def _down(value: float) -> str:
 def _plants(found: ClaimSummary) -> str:
     wake = "up to the frozen wake's" if found.frozen_wake else "of the equilibrium wake"
     low, high = found.inertia
-    return f"inertia {low:g} to {high:g} of nominal, pitch effectiveness {wake}"
+    least, most = found.power_coefficient
+    power = f", c_P {least:g} to {most:g} of the table's" if least < most else ""
+    return f"inertia {low:g} to {high:g} of nominal{power}, pitch effectiveness {wake}"
 
 
 def _speed(design: TurbineDesign, found: ClaimSummary) -> str:

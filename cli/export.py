@@ -36,10 +36,14 @@ def export(
     claim; 2 a claim does not hold, or the file is no certificate.
     """
     from takagi.certificates.coq import coq_file
-    from takagi.certificates.cross_check.reading import load
+    from takagi.certificates.cross_check.reading import Refusal, load
     from takagi.reports.output import write_file
 
-    found = coq_file(load(certificate))
+    document = load(certificate)
+    try:
+        found = coq_file(document)
+    except Refusal as refusal:
+        raise Refusal(f"{certificate}: {refusal}") from refusal
     write_file(coq, found.text)
     print(f"{coq}: {found.count} matrices of {len(found.matrices)} claims")
     print(f"Check it with: coqc {coq}")

@@ -101,12 +101,12 @@ def plant_settings(model: str, given: Mapping[str, Any]) -> PlantSettings:
     if given.get("decay_rate") is not None:
         changes["decay_rate"] = _rate(given["decay_rate"])
     _, entry = read_entry(model)
-    for name, variables in (("input_limit", entry.inputs), ("initial", entry.states)):
+    for name, variables in (("input_limit", entry.commanded), ("initial", entry.all_states)):
         if given.get(name):
             changes[name] = values_in_si(_option(name), given[name], variables)
     try:
         asked = replace(settings, **changes)
-        asked.require_names(states=tuple(entry.states), inputs=tuple(entry.inputs))
+        asked.require_names(states=tuple(entry.all_states), inputs=tuple(entry.commanded))
     except ModelError as error:
         # Every message begins with the field's name.
         field = str(error).split()[0]

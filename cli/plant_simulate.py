@@ -42,7 +42,7 @@ def simulate_plant(
 
         require_folder_place(out, files=_FILES, folders=_FOLDERS)
     _, entry = read_entry(model)
-    starts = [values_in_si("--start", [text], entry.states) for text in options["start"] or []]
+    starts = [values_in_si("--start", [text], entry.all_states) for text in options["start"] or []]
     _check(options, duration)
     written: list[str] = []
     with progress(f"takagi simulate {model}") as tell:

@@ -14,10 +14,12 @@ from takagi.cli.errors import PROVED, UNPROVED
 from takagi.cli.model_kind import defaults_of, model_kind, refuse_options
 from takagi.cli.plant_options import plant_options
 from takagi.cli.progress import Tell, progress
+from takagi.cli.simulate_campaign import campaign_options, without_campaign
 
 if TYPE_CHECKING:
     from takagi.models.simulation.wind import WindSeries
     from takagi.models.turbine.data import Turbine
+    from takagi.reports.simulation.laws import ChosenLaws
     from takagi.reports.simulation.runs import Simulation
 
 __all__ = ["run", "simulate"]
@@ -31,7 +33,7 @@ _DESIGN_STEPS = 7
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""
-    groups = (turbine_simulation, plant_simulation, plant_options)
+    groups = (turbine_simulation, campaign_options, plant_simulation, plant_options)
     return run_command("simulate", simulate, arguments, groups=groups)
 
 
@@ -42,6 +44,14 @@ def turbine_simulation(
             metavar="NAME",
             help="Turbines: coherent, paper, paper-two-integrators or baseline; may be repeated. "
             "Without it: coherent, paper and baseline.",
+        ),
+    ] = None,
+    law_from: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Turbines: simulate the law of a gain file, with its observer; of the named laws, "
+            "only baseline can stand beside it.",
         ),
     ] = None,
     scenario: Annotated[
@@ -60,6 +70,19 @@ def turbine_simulation(
     seed: Annotated[
         int | None, typer.Option(help="Turbines: of the turbulence; 0 or more. Scenario paper.")
     ] = None,
+    sample_time: Annotated[
+        float,
+        typer.Option(
+            metavar="SECONDS", help="Turbines: how often the law runs [s], its command held."
+        ),
+    ] = 0.02,
+    computation_time: Annotated[
+        float,
+        typer.Option(
+            metavar="SECONDS",
+            help="Turbines: from measuring to sending [s]; at most the sample time.",
+        ),
+    ] = 0.0,
 ) -> None:
     """Declare what a simulation of a wind turbine may be asked for."""
 
@@ -105,13 +128,17 @@ def simulate(
     observer is in the loop. Another plant: its own equations under its law by rules, from corners
     of its box or from --start, disturbances at rest.
 
+    With --certificate FILE, a wind turbine's: thousands of random runs of the certified loop,
+    starts, winds and plants within what the file claims, each compared with every bound; the exit
+    status is 1 where one is exceeded. With --beyond: outside of it, and what breaks first.
+
     Prints a table; with --out also leaves tables, figures/ and simulation.json in DIR: all of them,
     or none.
 
     Exit status: 0 every loop ran to its end; 1 one diverged, or there are no gains; 2 misuse.
     """
     kind = model_kind(model)
-    own: Groups = (turbine_simulation,)
+    own: Groups = (turbine_simulation, campaign_options)
     other: Groups = (plant_simulation, plant_options)
     if kind == "plant":
         own, other = other, own
@@ -121,7 +148,14 @@ def simulate(
         from takagi.cli.plant_simulate import simulate_plant
 
         return simulate_plant(model, out, asked, duration=duration, as_json=as_json)
-    return _turbine(model, out, duration=duration, as_json=as_json, **asked)
+    if asked["certificate"] is not None:
+        from takagi.cli.simulate_campaign import simulate_campaign
+
+        scenario, defaults = _of_groups(options, (turbine_simulation,))
+        return simulate_campaign(
+            model, out, asked, (scenario, defaults), duration=duration, as_json=as_json
+        )
+    return _turbine(model, out, duration=duration, as_json=as_json, **without_campaign(asked))
 
 
 def _of_groups(options: Mapping[str, Any], groups: Groups) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -135,9 +169,12 @@ def _turbine(
     out: Path | None,
     *,
     law: Sequence[str] | None,
+    law_from: Path | None,
     scenario: str,
     wake: str,
     seed: int | None,
+    sample_time: float,
+    computation_time: float,
     duration: float | None,
     as_json: bool,
 ) -> int:
@@ -147,18 +184,24 @@ def _turbine(
         files = ("summary.md", "simulation.csv", "simulation.json")
         require_folder_place(out, files=files, folders=("figures", "series"))
     from takagi.models.turbine.loader import load_turbine
+    from takagi.reports.simulation.filed_law import filed_laws
     from takagi.reports.simulation.laws import DEFAULT_LAWS, require_law_names
-    from takagi.reports.simulation.runs import simulation_plant
+    from takagi.reports.simulation.runs import require_sampling, simulation_plant
     from takagi.reports.simulation.scenarios import scenario_winds
 
     # All that can be refused is refused before the long work.
-    names = require_law_names(law or DEFAULT_LAWS)
+    names = () if law_from and not law else require_law_names(law or DEFAULT_LAWS)
     turbine = load_turbine(model)
+    laws: ChosenLaws | Sequence[str] = names
+    if law_from:
+        turbine, laws = filed_laws(turbine, law_from, names)
     simulation_plant(turbine, wake)
     winds = scenario_winds(turbine, scenario, duration=duration, seed=seed)
+    require_sampling(sample_time, computation_time)
     written: list[str] = []
     with progress(f"takagi simulate {model}") as tell:
-        found = _simulate(turbine, model, names, winds, scenario, wake, tell)
+        times = (sample_time, computation_time)
+        found = _simulate(turbine, model, laws, winds, scenario, wake, times, tell)
         if out is not None:
             tell("figures and tables", _SIMULATING)
             written = _write(found, out)
@@ -169,14 +212,15 @@ def _turbine(
 def _simulate(
     turbine: Turbine,
     model: str,
-    names: Sequence[str],
+    laws: ChosenLaws | Sequence[str],
     winds: Sequence[WindSeries],
     scenario: str,
     wake: str,
+    times: tuple[float, float],
     tell: Tell,
 ) -> Simulation:
     from takagi.models.turbine.loader import model_files
-    from takagi.reports.simulation.laws import chosen_laws
+    from takagi.reports.simulation.laws import ChosenLaws, chosen_laws
     from takagi.reports.simulation.runs import run_simulation
 
     steps = 0
@@ -189,9 +233,21 @@ def _simulate(
     def running(step: str, done: float) -> None:
         tell(step, begin + (_SIMULATING - begin) * done)
 
-    chosen = chosen_laws(turbine, names, files=model_files(model), tell=making)
+    if isinstance(laws, ChosenLaws):
+        chosen = laws
+    else:
+        chosen = chosen_laws(turbine, laws, files=model_files(model), tell=making)
     begin = _MAKING if steps else 0.0
-    return run_simulation(turbine, chosen, winds, scenario=scenario, wake=wake, tell=running)
+    return run_simulation(
+        turbine,
+        chosen,
+        winds,
+        scenario=scenario,
+        wake=wake,
+        sample_time=times[0],
+        computation_time=times[1],
+        tell=running,
+    )
 
 
 def _write(found: Simulation, out: Path) -> list[str]:

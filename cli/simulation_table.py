@@ -39,7 +39,9 @@ def print_simulation(found: Simulation, written: Sequence[str]) -> None:
 
     terminal = sys.stdout.isatty()
     console = Console(file=sys.stdout, width=None if terminal else _WIDTH, highlight=False)
-    console.print(f"{found.turbine.name}, scenario {found.scenario}, {found.wake} wake")
+    console.print(
+        f"{found.turbine.name}, scenario {found.scenario}, {found.wake} wake{_sampling(found)}"
+    )
     console.print()
     console.print(_table(table_rows(found), wide=console.width >= _WIDTH))
     console.print()
@@ -56,6 +58,14 @@ def print_simulation(found: Simulation, written: Sequence[str]) -> None:
             markup=False,
             soft_wrap=True,
         )
+
+
+def _sampling(found: Simulation) -> str:
+    """Return words on the laws' sampling where it is not the usual one."""
+    sample, late = 1e3 * found.sample_time, 1e3 * found.computation_time
+    if sample == 20 and not late:
+        return ""
+    return f", laws every {sample:g} ms" + (f", {late:g} ms late" if late else "")
 
 
 def _table(rows: Sequence[dict[str, object]], *, wide: bool) -> Table:

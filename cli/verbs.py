@@ -32,6 +32,11 @@ VERBS = (
     ),
     Verb("certify", "takagi.cli.certify", "Write a certificate for given gains, or for new ones"),
     Verb("compare", "takagi.cli.compare", "Compare two certificates, or two gain files"),
+    Verb(
+        "sweep",
+        "takagi.cli.sweep",
+        "Map where a turbine's law is proved, over a grid of its parameters",
+    ),
     Verb("export", "takagi.cli.export", "Write a certificate's matrices for a proof assistant"),
     Verb("report", "takagi.cli.report", "Write the report and its figures alone"),
     Verb("appendix", "takagi.cli.appendix", "Write the design as a LaTeX appendix for a paper"),

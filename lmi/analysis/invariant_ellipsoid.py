@@ -40,6 +40,8 @@ Groups = NDArray[np.intp]
 
 FIRST, ADDED, ROUNDS = 60, 60, 25
 MULTIPLIERS = np.geomspace(5e-4, 0.8, 60)
+# How often, and into how many, the grid is divided beside its best multiplier.
+FINER, BETWEEN = 3, 9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -217,7 +219,9 @@ def largest_scale(
     """Return (s, alpha): the largest s for which ``fixed + s scaled`` keeps the unit ellipsoid.
 
     With N = -(A'P + PA + alpha P) > 0 the invariance LMI is d' P N^-1 P d < alpha, a quadratic
-    inequality in s for each vertex.
+    inequality in s for each vertex.  In coordinates where P = I the eigenvectors of A + A' make N
+    diagonal at every alpha at once; alpha is sought on a grid, then between the best one's
+    neighbours.
 
     Parameters
     ----------
@@ -228,25 +232,38 @@ def largest_scale(
     -------
     s = 0 with its alpha when even ``fixed`` alone is too much.
     """
-    found = [(_scale_at(P, A, fixed, scaled, float(alpha)), float(alpha)) for alpha in MULTIPLIERS]
-    scale, alpha = max(found)
+    factor = np.linalg.cholesky(P).T
+    inner = factor @ A @ np.linalg.inv(factor)
+    rates, axes = np.linalg.eigh(inner + inner.transpose(0, 2, 1))
+    f, g = (np.einsum("ni,ij,nja->na", d, factor.T, axes) for d in (fixed, scaled))
+    alphas = MULTIPLIERS
+    for _ in range(1 + FINER):
+        scales = _scales_at(alphas, rates, f, g)
+        best = int(np.argmax(scales))
+        scale, alpha = float(scales[best]), float(alphas[best])
+        beside = alphas[max(best - 1, 0)], alphas[min(best + 1, len(alphas) - 1)]
+        alphas = np.append(np.geomspace(*beside, BETWEEN), alpha)
+        alphas.sort()
     return min(max(scale, 0.0), limit), alpha
 
 
-def _scale_at(P: Floats, A: Floats, fixed: Floats, scaled: Floats, alpha: float) -> float:
-    PA = P @ A
-    N = -(PA + PA.transpose(0, 2, 1) + alpha * P)
-    if np.linalg.eigvalsh(N)[:, 0].min() <= 0:
-        return -1.0
-    f, g = fixed @ P, scaled @ P
-    Nf, Ng = np.linalg.solve(N, f[:, :, None])[:, :, 0], np.linalg.solve(N, g[:, :, None])[:, :, 0]
-    a, b, c = (g * Ng).sum(axis=1), (f * Ng).sum(axis=1), (f * Nf).sum(axis=1) - alpha
-    if np.any(c >= 0):
-        return -1.0
+def _scales_at(alphas: Floats, rates: Floats, f: Floats, g: Floats) -> Floats:
+    """Return the largest s at each alpha, -1 for none.
+
+    Parameters
+    ----------
+    rates : (N, n) eigenvalues of A + A';  f, g : (N, n) disturbances along the eigenvectors.
+    """
+    N = -(rates + alphas[:, None, None])
+    held = N.min(axis=(1, 2)) > 0
+    share = 1 / np.where(held[:, None, None], N, 1.0)
+    a, b = (g * g * share).sum(axis=2), (f * g * share).sum(axis=2)
+    c = (f * f * share).sum(axis=2) - alphas[:, None]
+    held &= c.max(axis=1) < 0
     root = np.sqrt(np.maximum(b * b - a * c, 0.0))
     # The stable form of the larger root of a s^2 + 2 b s + c = 0 with c < 0.
     roots = np.where(a > 0, -c / np.maximum(b + root, 1e-300), np.inf)
-    return float(roots.min())
+    return np.asarray(np.where(held, roots.min(axis=1), -1.0), dtype=np.float64)
 
 
 def _multipliers(P: Floats, A: Floats, d: Floats, groups: Groups, count: int) -> Floats:

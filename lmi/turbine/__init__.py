@@ -4,8 +4,8 @@ regional_condition, regional   gains of partial and full load: decay rate, actua
 effort                         gains of the coherent law, wind by wind
 one_step                       the same gains and the loop's quadratic functions found together:
                                _family (the loop as a function of its gains), _condition and _search
-                               (one convex step), _climb (steps that lose nothing), _objective,
-                               _motion (pitch and tower in turbulence, an estimate)
+                               (one convex step), _climb (steps that lose nothing), _value and
+                               _objective, _motion (pitch and tower in turbulence, an estimate)
 """
 
 from __future__ import annotations

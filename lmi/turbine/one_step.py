@@ -28,10 +28,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.turbine.one_step_climb import Climb, Reached, begun, resting
+from takagi.lmi.turbine.one_step_borne import Functions
+from takagi.lmi.turbine.one_step_climb import Climb, begun, resting
 from takagi.lmi.turbine.one_step_family import LoopFamily
 from takagi.lmi.turbine.one_step_objective import Objective
-from takagi.lmi.turbine.one_step_search import Functions
+from takagi.lmi.turbine.one_step_value import Reached
 from takagi.models.errors import ModelError
 from takagi.models.law.coherent import CoherentLaw, EffortGains
 
@@ -40,7 +41,7 @@ __all__ = ["OneStepDesign", "effort_loop_reach", "one_step_gains"]
 Floats = NDArray[np.float64]
 Tell = Callable[[str], None]
 
-STEPS = 8
+STEPS = 12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +93,7 @@ def one_step_gains(
         raise ModelError(f"steps = {steps} was given; 0 or more are needed")
     say = tell or _silent
     aim = objective or Objective()
-    say("analysing the gains of the separate regions")
+    say("analysing the gains found wind by wind")
     spot = begun(family, _theta(family.law), aim)
     climb = Climb(family, aim, spot)
     for count in range(steps):

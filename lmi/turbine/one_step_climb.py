@@ -9,20 +9,23 @@ from numpy.typing import NDArray
 
 from takagi.lmi.analysis.decay_rate import max_decay_rate
 from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, invariant_ellipsoid
+from takagi.lmi.turbine.one_step_borne import Functions, borne
 from takagi.lmi.turbine.one_step_family import Corners, LoopFamily, Moving
-from takagi.lmi.turbine.one_step_motion import motion
 from takagi.lmi.turbine.one_step_objective import Objective
-from takagi.lmi.turbine.one_step_search import (
-    Functions,
-    Room,
-    Weights,
-    borne,
-    joint_step,
-    reach_of,
+from takagi.lmi.turbine.one_step_search import Room, Weights, joint_step
+from takagi.lmi.turbine.one_step_value import (
+    Reached,
+    Spot,
+    function_value,
+    mean_error,
+    shares_of,
+    spot_at,
+    weights_at,
+    widest_multiples,
 )
 from takagi.models.errors import ModelError
 
-__all__ = ["Climb", "Reached", "Spot", "begun", "resting"]
+__all__ = ["Climb", "begun", "resting"]
 
 Floats = NDArray[np.float64]
 
@@ -34,39 +37,7 @@ SETTLED, ENOUGH = 3e-3, 1e-3
 # How far, relative, the mean wind error may fall below what is kept: solvers need some room.
 ROOM = 1e-3
 # Most improvements of functions with gains fixed: at the start, and after a step.
-AT_START, AFTER_STEP = 8, 2
-
-
-@dataclass(frozen=True, slots=True)
-class Reached:
-    """What gains reach, all by the same analysis.
-
-    Attributes
-    ----------
-    wind_error : geometric mean over wind of the |v - v_s| that {x' P x <= 1} bears [m/s], with
-        schedule winds that move at the rates asked for.
-    overspeed : largest |omega - omega*| on that set [rad/s].
-    decay_rate : common decay rate at constant wind that R shows [1/s]; nan on the way where the
-        objective does not look at it.
-    pitch_rate, tower_speed : means over wind of the standard deviations per m/s of turbulence
-        [rad/s, m/s]; nan where the objective does not look at them.
-    """
-
-    wind_error: float
-    overspeed: float
-    decay_rate: float
-    pitch_rate: float
-    tower_speed: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Spot:
-    """Gains, their functions, what they reach, and the objective (smaller is better)."""
-
-    theta: Floats
-    functions: Functions
-    reached: Reached
-    value: float
+AT_START, AFTER_STEP = 8, 1
 
 
 def begun(family: LoopFamily, theta: Floats, aim: Objective) -> Spot:
@@ -77,16 +48,16 @@ def begun(family: LoopFamily, theta: Floats, aim: Objective) -> Spot:
     ModelError : no function was found; says what to change.
     """
     windy, still = family.corners(theta)
-    directions = _directions(family)
+    directions = family.box.directions
     nu = theta[family.cells + 1 :]
     d = windy.fixed + windy.error
-    first = invariant_ellipsoid(windy.A, d, windy.cell, directions, speed=nu[windy.cell], rounds=3)
+    first = invariant_ellipsoid(windy.A, d, windy.cell, directions, speed=nu[windy.cell], rounds=5)
     rest = max_decay_rate(still.A)
     functions = None
     if first.P is not None and rest.P is not None:
         none = np.zeros(family.cells)
         given = Functions(np.asarray(first.P), none, none, np.asarray(rest.P), 0.0)
-        functions = borne(windy, still, given, _limits(family))
+        functions = borne(windy, still, given, widest_multiples(family))
     if functions is None:
         raise ModelError(
             "one-step design: the gains it starts from have no common quadratic function under "
@@ -95,11 +66,33 @@ def begun(family: LoopFamily, theta: Floats, aim: Objective) -> Spot:
         )
     # The wind class first, whatever else is aimed at: it is what later steps must keep.
     opening = replace(aim, wind_class=max(aim.wind_class, 1.0), decay=0.0)
-    functions = _settled(family, windy, still, functions, opening, AT_START)
-    spot = _spot(family, theta, functions, aim)
+    # What the weakest cell bears with the first function, which is made for just that.
+    floor = float(functions.scales.min())
+    functions = _settled(family, windy, still, functions, opening, AT_START, kept=_Kept(0.0, floor))
+    spot = spot_at(family, theta, functions, aim)
     if spot is None:
         raise ModelError("one-step design: the linear loop at the start is not stable at some wind")
-    return spot
+    return replace(spot, floor=floor)
+
+
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    """What no step may lose.
+
+    Attributes
+    ----------
+    mean : of the wind error [m/s], 0 for none;  multiple : of the weakest cell.
+    """
+
+    mean: float
+    multiple: float
+
+    def lost_by(self, spot: Spot) -> bool:
+        lower = 1 - 2 * ROOM
+        return (
+            spot.reached.wind_error < self.mean * lower
+            or float(spot.functions.scales.min()) < self.multiple * lower
+        )
 
 
 @dataclass(slots=True)
@@ -118,12 +111,13 @@ class Climb:
     reach: float = FIRST_REACH
     refused: int = 0
     history: list[Reached] = field(default_factory=list)
-    _floor: float = 0.0
+    _kept: _Kept = field(init=False)
     _near: tuple[Moving, Moving, NDArray[np.bool_]] | None = None
 
     def __post_init__(self) -> None:
         self.history.append(self.spot.reached)
-        self._floor = self.aim.kept * self.spot.reached.wind_error
+        kept, spot = self.aim.kept, self.spot
+        self._kept = _Kept(kept * spot.reached.wind_error, kept * spot.floor)
 
     def stepped(self) -> bool:
         """Try one step; False where there is nothing more to gain."""
@@ -131,16 +125,19 @@ class Climb:
         if self._near is None:
             self._near = self.family.moving(spot.theta, self.reach)
         windy, still, free = self._near
-        least = np.log(self._floor / spot.reached.wind_error) - ROOM
-        weights = replace(_weights(self.family, spot, self.aim), least=float(least))
+        least = np.log(self._kept.mean / spot.reached.wind_error) - ROOM
+        weights = replace(
+            weights_at(self.family, spot, self.aim),
+            least=float(least),
+            floors=np.full(self.family.cells, self._kept.multiple),
+        )
         low, high = np.where(free, np.array([-self.reach, self.reach]), 0.0).T
         room = Room(low, high, self.family.bends(self.reach))
-        found = joint_step(windy, still, spot.functions, _directions(self.family), weights, room)
+        found = joint_step(windy, still, spot.functions, self.family.box.directions, weights, room)
         new = None
         if found is not None:
             new = self.assessed(spot.theta * np.exp(found.u), found.functions)
-        lower = self._floor * (1 - 2 * ROOM)
-        if new is None or new.value >= spot.value or new.reached.wind_error < lower:
+        if new is None or new.value >= spot.value or self._kept.lost_by(new):
             self.refused += 1
             self.reach *= NARROWER
             self._near = None
@@ -157,11 +154,12 @@ class Climb:
             windy, still = self.family.corners(theta)
         except ModelError:
             return None
-        shown = borne(windy, still, functions, _limits(self.family))
+        shown = borne(windy, still, functions, widest_multiples(self.family))
         if shown is None or (self.aim.decay > 0 and not shown.decay_rate > 0):
             return None
-        better = _settled(self.family, windy, still, shown, self.aim, AFTER_STEP, floor=self._floor)
-        return _spot(self.family, theta, better, self.aim)
+        better = _settled(self.family, windy, still, shown, self.aim, AFTER_STEP, kept=self._kept)
+        spot = spot_at(self.family, theta, better, self.aim)
+        return None if spot is None else replace(spot, floor=self._kept.multiple)
 
 
 def resting(family: LoopFamily, spot: Spot) -> Spot:
@@ -184,115 +182,41 @@ def _settled(
     aim: Objective,
     most: int,
     *,
-    floor: float = 0.0,
+    kept: _Kept,
 ) -> Functions:
     """Return the functions improved with gains fixed.
 
     Parameters
     ----------
-    floor : mean wind error [m/s] to be kept, or to be reached again; 0 for none.
+    kept : what is to be kept, or to be reached again.
     """
-    directions, shares = _directions(family), _shares(family)
-    value, mean = _function_value(family, functions, aim), _mean_error(family, functions)
+    directions, shares = family.box.directions, shares_of(family)
+    value, mean = function_value(family, functions, aim), mean_error(family, functions)
+    floors = np.full(family.cells, kept.multiple)
     for _ in range(most):
-        least = float(np.log(floor / mean)) if floor > 0 else None
+        least = float(np.log(kept.mean / mean)) if kept.mean > 0 else None
         weights = Weights(
-            aim.wind_class * shares, aim.overspeed, aim.decay, np.zeros(0), shares, least
+            aim.wind_class * shares,
+            aim.overspeed,
+            aim.decay,
+            np.zeros(0),
+            shares,
+            least,
+            floors,
         )
         found = joint_step(windy, still, functions, directions, weights)
         shown = None
         if found is not None:
-            shown = borne(windy, still, found.functions, _limits(family))
+            shown = borne(windy, still, found.functions, widest_multiples(family))
         if shown is None or (aim.decay > 0 and not shown.decay_rate > 0):
             break
-        after, kept = _function_value(family, shown, aim), _mean_error(family, shown)
-        raised = mean < floor and kept > mean
+        after, reached = function_value(family, shown, aim), mean_error(family, shown)
+        raised = (mean < kept.mean and reached > mean) or (
+            float(functions.scales.min()) < min(kept.multiple, float(shown.scales.min()))
+        )
         if after < value or raised:
             functions = shown
         if value - after < SETTLED and not raised:
             break
-        value, mean = after, kept
+        value, mean = after, reached
     return functions
-
-
-def _mean_error(family: LoopFamily, functions: Functions) -> float:
-    """Return the geometric mean over wind of the wind error that P bears [m/s]."""
-    return float(np.exp(_shares(family) @ np.log(functions.scales * family.error)))
-
-
-def _function_value(family: LoopFamily, functions: Functions, aim: Objective) -> float:
-    """Return the part of the objective that does not look at motion in turbulence."""
-    peak = float(reach_of(functions.P, _directions(family)[:1])[0]) ** 0.5
-    value = -aim.wind_class * float(_shares(family) @ np.log(functions.scales))
-    if aim.decay > 0:
-        value -= aim.decay * np.log(functions.decay_rate)
-    return value + aim.overspeed * float(np.log(peak))
-
-
-def _spot(family: LoopFamily, theta: Floats, functions: Functions, aim: Objective) -> Spot | None:
-    """Return what is reached; None where the linear loop about a trim is not stable."""
-    peak = float(reach_of(functions.P, _directions(family)[:1])[0]) ** 0.5
-    share = _shares(family)
-    pitch = tower = np.nan
-    value = _function_value(family, functions, aim)
-    if aim.watches_motion:
-        moved = motion(family.turbine, family.at(theta))
-        pitch, tower = float(share @ moved.pitch_rate), float(share @ moved.tower_speed)
-        value += aim.pitch * np.log(pitch) + aim.tower * np.log(tower)
-    reached = Reached(
-        _mean_error(family, functions),
-        float(family.box.speed_error) * peak,
-        functions.decay_rate if functions.decay_rate > 0 else np.nan,
-        pitch,
-        tower,
-    )
-    return Spot(theta, functions, reached, float(value)) if np.isfinite(value) else None
-
-
-def _weights(family: LoopFamily, spot: Spot, aim: Objective) -> Weights:
-    gains = np.zeros(len(spot.theta))
-    if aim.watches_motion:
-        gains = _motion_slopes(family, spot, aim)
-    shares = _shares(family)
-    return Weights(aim.wind_class * shares, aim.overspeed, aim.decay, gains, shares)
-
-
-def _motion_slopes(family: LoopFamily, spot: Spot, aim: Objective) -> Floats:
-    """Return d (weighed logarithms of pitch rate and tower speed) / d (logarithms of the gains)."""
-    nodes, step = family.cells + 1, 1e-2
-    share = _shares(family)
-    slopes = np.zeros(len(spot.theta))
-    faster = [spot.theta.copy(), spot.theta.copy()]
-    faster[0][:nodes] *= np.exp(step)
-    faster[1][nodes:] *= np.exp(step)
-    here = motion(family.turbine, family.at(spot.theta))
-    for part, theta in enumerate(faster):
-        there = motion(family.turbine, family.at(theta))
-        change = (
-            aim.pitch * (there.pitch_rate - here.pitch_rate) / (share @ here.pitch_rate)
-            + aim.tower * (there.tower_speed - here.tower_speed) / (share @ here.tower_speed)
-        ) * (share / step)
-        if part == 0:
-            slopes[: nodes - 1] += change / 2
-            slopes[1:nodes] += change / 2
-        else:
-            slopes[nodes:] += change
-    return slopes
-
-
-def _shares(family: LoopFamily) -> Floats:
-    widths = np.diff(family.law.schedule.wind)
-    return np.asarray(widths / widths.sum(), dtype=np.float64)
-
-
-def _limits(family: LoopFamily) -> Floats:
-    """Return (K - 1,): the multiple of the wind error up to which the cells are enclosed."""
-    wind = family.law.schedule.wind[:-1]
-    return np.asarray(float(family.box.wind_share) * wind / family.error, dtype=np.float64)
-
-
-def _directions(family: LoopFamily) -> Floats:
-    """Return rows h_i with |h_i' x| <= 1 on the box: speed error, effort lag, speed signal."""
-    box = family.box
-    e, z, y = (float(b) for b in (box.speed_error, box.effort_lag, box.speed_signal))
-    return np.array([[1 / e, 0, 0], [0, 1 / z, 0], [1 / y, 0, -1 / y]])

@@ -12,7 +12,7 @@ Nothing here is a bound: gains that a step proposes are enclosed anew.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import product
 
@@ -102,6 +102,7 @@ class LoopFamily:
     uncertainty: Uncertainty
     error: Floats
     rate: Sequence[Fraction | float]
+    _residuals: dict[int, Fraction] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         for name in ("error", "rate"):
@@ -130,7 +131,7 @@ class LoopFamily:
         ModelError : a cell leaves a table or an actuator's limit at these gains; names the cell.
         """
         law = self.at(theta)
-        parts = [self._rows(law, k) for k in range(self.cells)]
+        parts = [self._rows(self._enclosed(law, k), k) for k in range(self.cells)]
         windy, still = ([_distinct(part[i]) for part in parts] for i in (0, 1))
         return _gathered(windy), _gathered(still)
 
@@ -163,10 +164,23 @@ class LoopFamily:
     def _members(self, k: int) -> tuple[int, int, int]:
         return k, k + 1, self.cells + 1 + k
 
-    def _rows(self, law: CoherentLaw, k: int) -> tuple[Floats, Floats]:
+    def _enclosed(self, law: CoherentLaw, k: int) -> LoopCell:
+        """Return a cell's enclosure with quick ranges; what no gain moves is enclosed once."""
+        loop = CellLoop(
+            self.turbine,
+            law,
+            self.box,
+            self.uncertainty,
+            k,
+            searching=True,
+            residual=self._residuals.get(k),
+        )
+        self._residuals[k] = loop.residual
+        return loop.enclosed(self.rate[k])
+
+    def _rows(self, cell: LoopCell, k: int) -> tuple[Floats, Floats]:
         """Return (A, fixed, error) of each corner as rows of 15, as many at any gains."""
-        loop = CellLoop(self.turbine, law, self.box, self.uncertainty, k)
-        found = loop_vertices(_opened(loop.enclosed(self.rate[k])))
+        found = loop_vertices(_opened(cell))
         error = self.error[k] * found.per_wind_error
         rest = found.at_rest.reshape(-1, 9)
         return (
@@ -178,15 +192,14 @@ class LoopFamily:
         self, theta: Floats, k: int, reach: float, free: NDArray[np.bool_]
     ) -> tuple[Floats, Floats]:
         """Return rows of 60: a corner and its three secants, for each combination of sides."""
-        here = self._rows(self.at(theta), k)
+        cell = self._enclosed(self.at(theta), k)
+        here = self._rows(cell, k)
         secants: list[list[tuple[Floats, ...]]] = []
         for number, member in enumerate(self._members(k)):
             found = []
             for side in (-1, 1) if number < 2 else (-1,):
-                beside = theta.copy()
-                beside[member] *= np.exp(side * reach)
                 try:
-                    there = self._rows(self.at(beside), k)
+                    there = self._rows(self._beside(theta, k, member, side * reach, cell), k)
                 except ModelError:
                     free[member, (1 + side) // 2] = False
                     continue
@@ -205,6 +218,18 @@ class LoopFamily:
             for i in (0, 1)
         )
         return windy, still
+
+    def _beside(
+        self, theta: Floats, k: int, member: int, change: float, cell: LoopCell
+    ) -> LoopCell:
+        """Return the cell with one gain's logarithm changed; nu moves no range but its own."""
+        beside = theta.copy()
+        beside[member] *= np.exp(change)
+        law = self.at(beside)
+        if member <= self.cells:
+            return self._enclosed(law, k)
+        rate = Interval.of(float(law.gains.integral_rate[k]))
+        return replace(cell, integral_rate=rate)
 
     def _spread(self, parts: list[Floats]) -> Moving:
         rows = np.concatenate(parts).reshape(-1, 4, 15)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from types import MappingProxyType
 
-from takagi.models.errors import ModelError
+from takagi.models.errors import ModelError, did_you_mean
 
-__all__ = ["Objective"]
+__all__ = ["OBJECTIVES", "Objective", "objective_named"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,7 +23,8 @@ class Objective:
     pitch : on the standard deviation of the pitch rate in turbulence.
     tower : on that of the tower's speed; both are estimates about the trim, no bounds
         (``one_step_motion``).
-    kept : share of the wind class's multiple at the start that no step may fall below.
+    kept : share of what the start bears, on the mean over wind and in its weakest cell, that no
+        step may fall below.
     """
 
     wind_class: float = 1.0
@@ -45,3 +48,31 @@ class Objective:
     def watches_motion(self) -> bool:
         """Whether pitch or tower count."""
         return self.pitch > 0 or self.tower > 0
+
+
+# Weights that have a name.  The balance costs no wind class that was measured, and half as much
+# time again: decay has inequalities of its own.
+OBJECTIVES: Mapping[str, Objective] = MappingProxyType(
+    {
+        "balanced": Objective(decay=0.1),
+        "wind-class": Objective(),
+        "decay": Objective(wind_class=0.1, decay=1.0),
+        "calm-pitch": Objective(wind_class=0.1, pitch=1.0, kept=0.85),
+        "calm-tower": Objective(wind_class=0.1, tower=1.0, kept=0.85),
+    }
+)
+
+
+def objective_named(name: str) -> Objective:
+    """Return the weights of a name.
+
+    Raises
+    ------
+    ModelError : no such name; says which there are.
+    """
+    if name not in OBJECTIVES:
+        raise ModelError(
+            f"objective {name!r} was given{did_you_mean(name, OBJECTIVES)}; choose one of "
+            f"{', '.join(OBJECTIVES)}"
+        )
+    return OBJECTIVES[name]

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, largest_scale, slacks
 from takagi.lmi.solver.least_over_rate import unknowns_near_least
 from takagi.lmi.term import LMI, Condition, Unknown
+from takagi.lmi.turbine.one_step_borne import Functions, reach_of
 from takagi.lmi.turbine.one_step_condition import (
     Around,
     bent,
@@ -24,35 +24,21 @@ from takagi.lmi.turbine.one_step_condition import (
 )
 from takagi.lmi.turbine.one_step_family import Corners, Moving
 
-__all__ = ["Functions", "Room", "Step", "Weights", "borne", "joint_step", "reach_of"]
+__all__ = ["Room", "Step", "Weights", "joint_step"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 ONE, EYE = np.ones((1, 1, 1)), np.eye(3)[None]
 # Margin of the LMIs, in units of order one, and what is taken for violated.
-HELD, VIOLATED = 1e-6, 1e-7
+HELD, VIOLATED = 1e-6, -1e-7
+# What is taken for violated in a step of the gains: it is judged by new enclosures anyway.
+ROUGHLY = 5e-3
 FIRST, ADDED, ROUNDS = 2, 2, 15
 # Largest relative change of a multiplier in a step.
 PACE = 0.5
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Functions:
-    """The quadratic functions found at some gains.
-
-    Attributes
-    ----------
-    P : (3, 3), {x' P x <= 1} is invariant, and inside the box;  multipliers : (K - 1,) its alpha.
-    scales : (K - 1,) multiple of the wind error asked for that it bears in each cell.
-    R : (3, 3), x' R x decays at ``decay_rate`` [1/s] while the wind is constant.
-    """
-
-    P: Floats
-    multipliers: Floats
-    scales: Floats
-    R: Floats
-    decay_rate: float
+# Largest relative rise of a cell's multiple that a step may be made to take.
+RAISED = 0.03
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,6 +53,7 @@ class Weights:
     gains : (G,) on the logarithms of the gains.
     shares : (K - 1,) of each cell in the mean;  least : the mean of the relative changes of the
         multiples stays at or above this; None where they are free.
+    floors : (K - 1,) multiples that no cell shall fall below; None where they are free.
     """
 
     wind_class: Floats
@@ -75,17 +62,12 @@ class Weights:
     gains: Floats
     shares: Floats
     least: float | None = None
+    floors: Floats | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Room:
-    """How far the gains may move in a step.
-
-    Attributes
-    ----------
-    low, high : (G,) of u.
-    bends : (K - 1,) largest |u_(k+1) - u_k| of neighbouring gamma.
-    """
+    """Limits of a step: (G,) low, high of u; (K - 1,) bends, largest |u_(k+1) - u_k| of gamma."""
 
     low: Floats
     high: Floats
@@ -98,11 +80,6 @@ class Step:
 
     u: Floats
     functions: Functions
-
-
-def reach_of(P: Floats, directions: Floats) -> Floats:
-    """Return (D,): max of (h_i' x)^2 over x' P x <= 1."""
-    return np.asarray(np.einsum("di,ij,dj->d", directions, np.linalg.inv(P), directions))
 
 
 def joint_step(
@@ -129,7 +106,7 @@ def joint_step(
             return None
         worst = [posed.shortfall(i, values) for i in range(len(posed.arounds))]
         fresh = [
-            _worst_of_cells(around, each, old)
+            _worst_of_cells(around, each, old, VIOLATED if room is None else ROUGHLY)
             for around, each, old in zip(posed.arounds, worst, chosen, strict=True)
         ]
         if not any(len(each) for each in fresh):
@@ -204,7 +181,7 @@ class _Posed:
             reach_in_speed(self.shapes[0], self.h[:1], self.eta),
         ]
         lmis += limits(self.paces[0], *_ends(self.paces[0].count, PACE))
-        lmis += limits(self.wider, *_ends(self.wider.count, PACE))
+        lmis += limits(self.wider, *self._wider_ends())
         if w.least is not None:
             lmis.append(mean_class(self.wider, w.shares, w.least))
         # A little weight keeps the reach in speed bounded where nobody asks for it.
@@ -229,6 +206,14 @@ class _Posed:
             source="derived in takagi.lmi.turbine.one_step_condition",
         )
 
+    def _wider_ends(self) -> tuple[Floats, Floats]:
+        low, high = _ends(self.wider.count, PACE)
+        if self.weights.floors is None:
+            return low, high
+        # A cell below its floor is raised a little at a time: at once may be beyond a step.
+        asked = self.weights.floors / self.functions.scales - 1
+        return np.maximum(low, np.minimum(asked, RAISED)), high
+
     def step(self, values: Mapping[str, Floats]) -> Step:
         f = self.functions
         back = [np.linalg.inv(T) for T in self.T]
@@ -247,8 +232,8 @@ def _ends(count: int, most: float) -> tuple[Floats, Floats]:
     return np.full(count, -most), np.full(count, most)
 
 
-def _worst_of_cells(around: Around, worst: Floats, old: Indices) -> Indices:
-    fresh = np.setdiff1d(np.nonzero(worst >= -VIOLATED)[0], old)
+def _worst_of_cells(around: Around, worst: Floats, old: Indices, least: float) -> Indices:
+    fresh = np.setdiff1d(np.nonzero(worst >= least)[0], old)
     return _by_cell(around.moving.at.cell, fresh, worst, ADDED)
 
 
@@ -259,33 +244,3 @@ def _by_cell(cell: Indices, among: Indices, worst: Floats, count: int) -> Indice
         mine = among[cell[among] == k]
         kept.append(mine[np.argsort(-worst[mine])[:count]])
     return np.sort(np.concatenate(kept)) if kept else np.zeros(0, dtype=np.intp)
-
-
-def borne(corners: Corners, rest: Corners, functions: Functions, limit: Floats) -> Functions | None:
-    """Return the functions with the largest multiples and the decay rate that P and R really show.
-
-    Parameters
-    ----------
-    functions : P with its set inside the box, and R.  Its multiples and multipliers are kept where
-        they hold and are better than what the search over multipliers finds; zero for none.
-    limit : (K - 1,) of the multiples.
-
-    Returns
-    -------
-    None where a cell bears no wind error.
-    """
-    found = []
-    for k, most in enumerate(limit):
-        mine = corners.cell == k
-        A, fixed, error = corners.A[mine], corners.fixed[mine], corners.error[mine]
-        best = largest_scale(functions.P, A, fixed, error, limit=most)
-        scale, alpha = min(functions.scales[k], most), functions.multipliers[k]
-        if scale > best[0] and alpha > 0:
-            held = slacks(functions.P, A, fixed + scale * error, np.full(len(A), alpha))
-            best = (scale, alpha) if held.max() < 0 else best
-        found.append(best)
-    scales, multipliers = np.array(found).T
-    decay = float(decay_rates(functions.R, rest.A).min())
-    if scales.min() <= 0:
-        return None
-    return replace(functions, scales=scales, multipliers=multipliers, decay_rate=decay)

@@ -3,7 +3,7 @@ r"""The closed loop with the coherent law as an interval family, one per wind ce
 Coordinates (e, zeta, x): e = omega - omega*(v_s), zeta = psi(U) - b (beta - beta_min) the effort
 that pitch still owes, x the law's speed integral; v_s is the schedule wind.  With the plant
 
-    (J / kappa) omega' = T_r(omega, beta, v) - n_g T,     beta' = sat((beta_ref - beta) / tau)
+    (J / kappa) omega' = s T_r(omega, beta, v) - n_g T,   beta' = sat((beta_ref - beta) / tau)
 
 the loop is, exactly and without linearisation,
 
@@ -43,6 +43,7 @@ from takagi.models.embedding.law_interval import LawInterval, hull
 from takagi.models.embedding.loop_cell import LoopBox, LoopCell, Uncertainty
 from takagi.models.embedding.loop_torque import DIGITS, LoopTorque
 from takagi.models.embedding.moving_schedule import MovingSchedule
+from takagi.models.embedding.quick_ranges import quick_ranges
 from takagi.models.enclosure.interval import Interval, Number, exact
 from takagi.models.errors import ModelError
 from takagi.models.law.coherent import CoherentLaw
@@ -86,6 +87,11 @@ class CellLoop:
     ----------
     law : the tables on this interval;  moving : what depends on the wind rate.
     widest_error : the largest |v - v_s| that is enclosed [m/s].
+
+    Parameters
+    ----------
+    searching : take the torque's ranges in floating point, which is quick and proves nothing.
+    residual : that of the same cell with other gains, which do not move it; None computes it.
     """
 
     def __init__(
@@ -95,14 +101,26 @@ class CellLoop:
         box: LoopBox,
         uncertainty: Uncertainty,
         k: int,
+        *,
+        searching: bool = False,
+        residual: Fraction | None = None,
     ) -> None:
         # kappa multiplies torques: it is the nominal inertia over the true one.
         self._kappa = 1 / uncertainty.inertia
         self.law = LawInterval(law, box, k)
-        self._torque = LoopTorque(turbine, self.law, box, frozen_wake=uncertainty.frozen_wake)
+        ranges = quick_ranges(turbine.torque) if searching else None
+        self._torque = LoopTorque(turbine, self.law, box, uncertainty, ranges)
         self.moving = MovingSchedule(turbine, self.law, box, self._torque.share, self._kappa)
         self.widest_error = box.wind_share * self.law.wind.lower
         self._at_rest: LoopCell | None = None
+        self._residual = residual
+
+    @property
+    def residual(self) -> Fraction:
+        """Return a bound of the torque that the tables leave over; no gain moves it."""
+        if self._residual is None:
+            self._residual = self._torque.residual()
+        return self._residual
 
     def enclosed(self, rate: Number) -> LoopCell:
         """Return the enclosure for |v_s'| <= rate [m/s^2].
@@ -140,7 +158,7 @@ class CellLoop:
             share_gain=(law.share(law.demand) * law.gamma).outward(EMITTED_DIGITS),
             lag_rate=moving.lag_rate(still).outward(EMITTED_DIGITS),
             integral_rate=Interval(law.nu, law.nu),
-            residual=_stated(Interval.of(torque.residual())).upper,
+            residual=_stated(Interval.of(self.residual)).upper,
             wind_gain=_stated(Interval.of(torque.wind_slope(pitch).magnitude)).upper,
             inertia_gain=_up(self._kappa.upper),
             effectiveness_slope=_up(moving.relative.magnitude),

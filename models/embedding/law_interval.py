@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from takagi.models.blending.hand_over import ramp, ramp_slope
 from takagi.models.embedding.jet import Jet
 from takagi.models.embedding.loop_cell import LoopBox
 from takagi.models.enclosure.interval import Interval, exact
@@ -67,16 +68,12 @@ class LawInterval:
 
     def psi(self, s: Fraction) -> Fraction:
         """Return the effort ramp at one effort."""
-        if s <= -self.overlap:
-            return Fraction(0)
-        return s if s >= self.overlap else (s + self.overlap) ** 2 / (4 * self.overlap)
+        return ramp(s, self.overlap)
 
     def share(self, effort: Interval) -> Interval:
         """Return the range of F = psi', which is monotone."""
-        return Interval(self._ramp_slope(effort.lower), self._ramp_slope(effort.upper))
-
-    def _ramp_slope(self, s: Fraction) -> Fraction:
-        return min(max((s + self.overlap) / (2 * self.overlap), Fraction(0)), Fraction(1))
+        ends = (ramp_slope(end, self.overlap) for end in (effort.lower, effort.upper))
+        return Interval(*ends)
 
     def pieces(self) -> list[Interval]:
         """Return the efforts the set can demand, cut finely where the ramp bends."""

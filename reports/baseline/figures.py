@@ -87,9 +87,14 @@ def box_figures(model: Data) -> Iterator[Figure]:
             yield Figure(f"{name}, lower end", unit, -inf, larger=False)
             yield Figure(f"{name}, upper end", unit, inf)
             continue
-        low, high = numbers({"range": side}, "range", name, 2)
+        low, high = (_end(end, name) for end in side)
         yield Figure(f"{name}, lower end", unit, low, larger=False, span=high - low)
         yield Figure(f"{name}, upper end", unit, high, span=high - low)
+
+
+def _end(end: Any, name: str) -> Fraction:
+    """Return an end of a range: a number, or a text such as "5/6" where no decimal is exact."""
+    return Fraction(end) if isinstance(end, str) else number({"range": end}, "range", name)
 
 
 def _of(claim: Data, key: str, unit: str, *, larger: bool, name: str = "") -> Iterator[Figure]:
@@ -193,6 +198,22 @@ def _coherent(claim: Data, document: Data) -> Iterator[Found]:
     yield Figure("frozen wake included", "", Fraction(frozen))
 
 
+def _wind_rate(claim: Data, document: Data) -> Iterator[Found]:
+    for place, one in enumerate(claim["ranges"], start=1):
+        wind, rate = (numbers(one, key, key) for key in ("wind", "estimate_rate"))
+        spans = zip(wind, wind[1:], map(min, rate, rate[1:]), strict=False)
+        yield Profile(f"rate of the wind, range {place}", "m/s^2", tuple(spans))
+        known = f"error of the estimate, range {place}"
+        yield from _of(one, "estimate_error", "m/s", larger=True, name=known)
+
+
+def _actuator_rates(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _of(claim, "torque_step", "N m", larger=False)
+    for name, unit in (("pitch_rate", "rad/s"), ("torque_rate", "N m/s")):
+        largest = max(number(cell, name, name) for cell in claim["cells"])
+        yield Figure(f"largest {name.replace('_', ' ')}", unit, largest, larger=False)
+
+
 def _paper(claim: Data, document: Data) -> Iterator[Found]:
     yield from _of(claim, "speed_overlap", "rad/s", larger=True)
     yield from _of(claim, "torque_overlap", "N m", larger=True)
@@ -220,6 +241,8 @@ _READINGS: dict[str, Reading] = {
     "peak": _peak,
     "coherent-loop": _coherent,
     "paper-loop": _paper,
+    "wind-rate": _wind_rate,
+    "actuator-rates": _actuator_rates,
 }
 # By which a disturbance may be bounded; with one that is not, a set is another statement.
 _BOUNDS = ("disturbance_bounds", "disturbance_norm")

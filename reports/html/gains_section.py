@@ -8,7 +8,9 @@ import numpy as np
 
 from takagi.reports.html.drawings import gains_figure
 from takagi.reports.html.operation import region_starts
+from takagi.reports.html.synthesis_table import synthesis_table
 from takagi.reports.html.text import Section, Table, fixed, plate, significant
+from takagi.reports.synthesis_summary import synthesis_words
 
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import TurbineDesign
@@ -42,6 +44,8 @@ def _coherent(design: TurbineDesign, law: CoherentLaw) -> dict[str, Any]:
             "pitch and torque over wind; pitch takes over from torque around rated wind",
         ),
         "table": _table(law),
+        "synthesis": synthesis_words(design),
+        "comparison": synthesis_table(design),
         "limited": "" if not winds.size else f"{winds.min():g} to {winds.max():g} m/s",
         "overlap": significant(float(law.schedule.overlap)),
         "wind_filter": significant(law.wind_filter),

@@ -168,13 +168,21 @@ def _facts(design: TurbineDesign, summary: ClaimSummary) -> list[tuple[str, str,
         *_actuators(design),
         (
             "Uncertainty",
-            f"inertia {fixed(100 * low, 0)} to {fixed(100 * high, 0)} %",
+            f"inertia {fixed(100 * low, 0)} to {fixed(100 * high, 0)} %{_power(summary)}",
             "pitch effectiveness anywhere between the table's and the frozen wake's"
             if summary.frozen_wake
             else "pitch effectiveness as in the table",
         ),
     ]
     return facts
+
+
+def _power(summary: ClaimSummary) -> str:
+    """Return the power coefficients that are covered, where they are not the table's alone."""
+    low, high = summary.power_coefficient
+    if low == high:
+        return ""
+    return f", power coefficient {fixed(100 * low, 1)} to {fixed(100 * high, 1)} %"
 
 
 def _actuators(design: TurbineDesign) -> list[tuple[str, str, str]]:

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from takagi.cli.main import main
+from takagi.models.library import data_folder
 
 Capture = pytest.CaptureFixture[str]
 
@@ -96,6 +97,24 @@ def test_gains_and_model_are_handed_to_the_checker(checker: Any) -> None:
     main(["check", "c.json", "--gains", "g.json", "--model", "m.toml"])
 
     assert checker.asked == (Path("c.json"), Path("g.json"), Path("m.toml"))
+
+
+def test_a_built_in_name_stands_for_its_file(
+    checker: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As the other verbs read MODEL; a file of that name is the user's own, an unknown name too."""
+    checker.answer = answer(Verdict.PROVED)
+    monkeypatch.chdir(tmp_path)
+
+    main(["check", "c.json", "--model", "cart_pole"])
+    assert checker.asked[2] == data_folder() / "cart_pole.toml"
+
+    main(["check", "c.json", "--model", "cart_poles"])
+    assert checker.asked[2] == Path("cart_poles")
+
+    (tmp_path / "cart_pole").write_text("mine", encoding="utf-8")
+    main(["check", "c.json", "--model", "cart_pole"])
+    assert checker.asked[2] == Path("cart_pole")
 
 
 def test_json_is_the_whole_answer(checker: Any, capsys: Capture) -> None:

@@ -119,7 +119,7 @@ def test_what_is_not_proved_is_written_and_returns_one(
 ) -> None:
     """An UNDECIDED certificate lists what fails; it is kept, and the status says so."""
     claim = Claim("loop", Verdict.UNDECIDED, "wind 11.4 to 11.5 m/s: a corner fails")
-    undecided = replace(finished, checked=Checked.of([claim], []))
+    undecided = replace(finished, checked=Checked.of([claim, *finished.checked.claims[1:]], []))
     monkeypatch.setattr(
         "takagi.certificates.turbine_design.design_turbine", lambda *_, **__: undecided
     )
@@ -140,3 +140,42 @@ def test_a_second_design_replaces_the_first_and_leaves_the_rest(asked: Any, tmp_
 
     assert (tmp_path / "notes.txt").read_text() == "mine"
     assert "law" in json.loads((tmp_path / "gains.json").read_text())
+
+
+def test_the_synthesis_that_is_asked_for_reaches_the_design(asked: Any, tmp_path: Path) -> None:
+    """One step is the default; --two-step and --objective set their fields."""
+    from takagi.lmi.turbine.one_step_objective import OBJECTIVES
+
+    main(["design", "nrel5mw", "--out", str(tmp_path)])
+    assert asked["settings"].synthesis == "one-step"
+    assert asked["settings"].objective == OBJECTIVES["balanced"]
+
+    main(["design", "nrel5mw", "--out", str(tmp_path), "--two-step"])
+    assert asked["settings"].synthesis == "two-step"
+
+    main(["design", "nrel5mw", "--out", str(tmp_path), "--objective", "calm-tower"])
+    assert asked["settings"].objective.tower == 1.0
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--objective", "calm-towre"], "did you mean 'calm-tower'"),
+        (["--objective", "decay", "--two-step"], "leave one of the two out"),
+        (["--two-step", "--law", "paper"], "--two-step belongs to the law coherent"),
+    ],
+)
+def test_a_synthesis_that_makes_no_sense_is_refused(
+    asked: Any, tmp_path: Path, capsys: Capture, options: list[str], told: str
+) -> None:
+    """Misuse, in words that say what to do; nothing is designed."""
+    assert main(["design", "nrel5mw", "--out", str(tmp_path), *options]) == 2
+    assert told in capsys.readouterr().err and not asked
+
+
+def test_the_summary_says_how_the_gains_were_found(
+    asked: Any, tmp_path: Path, capsys: Capture
+) -> None:
+    """In two steps here."""
+    main(["design", "nrel5mw", "--out", str(tmp_path)])
+    assert "two steps: gains wind by wind" in capsys.readouterr().out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -74,7 +75,9 @@ def test_dynamic_wake_changes_what_pitch_does(capsys: Capture) -> None:
     assert rows[0][2] != rows[1][2]
 
 
-def test_projects_and_papers_laws_run_with_the_observer(tmp_path: Path, capsys: Capture) -> None:
+def test_projects_and_papers_laws_run_with_the_observer(
+    tmp_path: Path, capsys: Capture, asked: Mapping[str, Any]
+) -> None:
     """Across rated wind neither law leaves the tables; the coherent one does not fight itself."""
     names = ("coherent", "paper-two-integrators")
     given = [word for name in names for word in ("--law", name)]
@@ -82,6 +85,7 @@ def test_projects_and_papers_laws_run_with_the_observer(tmp_path: Path, capsys: 
     answer = json.loads((tmp_path / "simulation.json").read_text())
 
     assert status == 0
+    assert asked["settings"].synthesis == "two-step"
     assert "coherent" in capsys.readouterr().out
     assert list(answer["laws"]) == list(names)
     assert [row["law"] for row in answer["rows"]] == list(names) * 3

@@ -103,7 +103,11 @@ def undecided(design: TurbineDesign) -> TurbineDesign:
     low, high = design.document["claims"][0]["cells"][2]["wind"]
     text = f"not proved, of 70 wind cells: wind {low:g} to {high:g} m/s: <limit>"
     claim = Claim("coherent loop", Verdict.UNDECIDED, text)
-    return replace(design, checked=Checked.of([claim], []))
+    resting = [
+        replace(other, verdict=Verdict.UNDECIDED, text="what it rests on is not proved")
+        for other in design.checked.claims[1:]
+    ]
+    return replace(design, checked=Checked.of([claim, *resting], []))
 
 
 def with_paper_law(design: TurbineDesign) -> TurbineDesign:

@@ -95,6 +95,18 @@ def test_largest_scale_is_the_root_of_the_inequality() -> None:
     assert largest_scale(P, A, 1e3 * d, d)[0] == 0.0
 
 
+def test_no_multiplier_bears_more_than_the_one_found() -> None:
+    """A scan of 20000 multipliers, by the inequality's eigenvalues, finds nothing larger."""
+    A, d = oscillators()
+    P = np.array([[3.0, 1.0], [1.0, 3.0]])
+    fixed = 0.1 * d
+
+    scale, _ = largest_scale(P, A, fixed, d)
+    more = fixed + (1 + 1e-5) * scale * d
+    for alpha in np.geomspace(5e-4, 0.8, 20000):
+        assert slacks(P, A, more, np.full(2, alpha)).max() > 0
+
+
 def test_an_unstable_vertex_has_no_ellipsoid() -> None:
     """ "No common P" is an answer with words, not an exception."""
     A = np.array([[[0.1, 0.0], [0.0, -1.0]], [[-1.0, 0.0], [0.0, -1.0]]])

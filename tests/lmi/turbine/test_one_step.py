@@ -169,7 +169,8 @@ def test_no_step_at_all_is_the_analysis_of_the_given_gains(
 ) -> None:
     """Zero steps and the start of a design agree, and a slower integral decays more slowly."""
     reached = given.before
-    assert given.after.wind_error == pytest.approx(reached.wind_error, rel=1e-6)
+    # The rounded gains are analysed once more, by a search that ends within 3e-3.
+    assert given.after.wind_error == pytest.approx(reached.wind_error, rel=3e-3)
     assert design.before.wind_error == pytest.approx(reached.wind_error, rel=1e-6)
     gains = near_rated.law.gains
     slow = EffortGains(gains.proportional, 0.8 * gains.integral_rate)
@@ -289,7 +290,8 @@ def test_motion_agrees_with_a_spectrum(turbine: Turbine) -> None:
     q = float(table.trim_effort[:2].mean())
     ahead, filtered = dq / b - q * db / b**2, law.wind_filter
     lead = law.feedforward.pitch_lead
-    frequencies = np.geomspace(1e-5, 1e2, 60001)
+    # Far above the filter's corner: the pitch rate's spectrum is flat up to it.
+    frequencies = np.geomspace(1e-5, 1e5, 60001)
     s = 1j * frequencies
     low = 1 / (1 + filtered * s)
     m, c, k = turbine.tower_mass, turbine.tower_damping, turbine.tower_stiffness

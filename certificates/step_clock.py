@@ -1,0 +1,32 @@
+"""Times the steps of a design, and tells of them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+__all__ = ["StepClock"]
+
+Tell = Callable[[str], None]
+
+
+class StepClock:
+    """What each step took: ``seconds``, step -> time [s], of a repeated step all together."""
+
+    def __init__(self, tell: Tell | None) -> None:
+        self._tell = tell
+        self.seconds: dict[str, float] = {}
+
+    def told(self, words: str) -> None:
+        """Tell of a part of a step."""
+        if self._tell is not None:
+            self._tell(words)
+
+    @contextmanager
+    def __call__(self, step: str) -> Iterator[None]:
+        """Tell of a step, and note how long it takes."""
+        self.told(step)
+        started = time.perf_counter()
+        yield
+        self.seconds[step] = self.seconds.get(step, 0.0) + time.perf_counter() - started

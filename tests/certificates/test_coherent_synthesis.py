@@ -1,0 +1,158 @@
+"""Gains and function together, as a certificate: more than two steps prove, and never less."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.checker.result import Verdict
+from takagi.certificates.coherent import (
+    DEFAULT_BOX,
+    DEFAULT_UNCERTAINTY,
+    coherent_candidate,
+    coherent_claim,
+)
+from takagi.certificates.coherent_synthesis import CoherentSynthesis, Synthesis, coherent_synthesis
+from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
+from takagi.certificates.turbine_design import DesignSettings, design_turbine
+from takagi.lmi.turbine import one_step_climb
+from takagi.models.embedding.loop_cell import Uncertainty
+from takagi.models.enclosure.interval import Interval
+from takagi.models.errors import ModelError
+from takagi.models.law.coherent import CoherentLaw, EffortGains
+from takagi.models.turbine.loader import model_files, nrel5mw
+from tests.certificates.conftest import Built
+
+NODES = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
+
+
+def part_of(law: CoherentLaw, low: float, high: float) -> CoherentLaw:
+    """Return the law between two winds."""
+    kept = (law.schedule.wind >= low) & (law.schedule.wind <= high)
+    cells = kept[:-1] & kept[1:]
+    ahead = law.feedforward
+    columns = {name: getattr(law.schedule, name)[kept] for name in NODES}
+    return replace(
+        law,
+        schedule=replace(law.schedule, **columns),
+        gains=EffortGains(law.gains.proportional[kept], law.gains.integral_rate[cells]),
+        feedforward=replace(
+            ahead, inertia=ahead.inertia[cells], effort_limit=ahead.effort_limit[cells]
+        ),
+    )
+
+
+@pytest.fixture(scope="module")
+def near_rated(built: Built) -> CoherentLaw:
+    """Return the law of a few cells whose integral is too slow, so that there is much to gain."""
+    law = part_of(built.law, 11.4, 11.7)
+    slow = EffortGains(law.gains.proportional, np.round(0.7 * law.gains.integral_rate, 6))
+    return replace(law, gains=slow)
+
+
+def synthesised(
+    built: Built, law: CoherentLaw, synthesis: Synthesis, steps: int = 3
+) -> CoherentSynthesis:
+    return coherent_synthesis(
+        built.turbine,
+        law,
+        box=DEFAULT_BOX,
+        uncertainty=DEFAULT_UNCERTAINTY,
+        synthesis=synthesis,
+        steps=steps,
+    )
+
+
+def verdict(built: Built, found: CoherentSynthesis, **change: object) -> Verdict:
+    """Return what the independent checker says of the claim, or of one that is changed."""
+    document = certificate_document(
+        model=turbine_data(built.turbine, []),
+        gains=coherent_law_data(found.law),
+        claims=[coherent_claim(found.candidate) | change],
+        provenance={},
+    )
+    return check_document(document).verdict
+
+
+def mean_error(found: CoherentSynthesis) -> float:
+    return float(np.exp(np.log(found.candidate.wind_error).mean()))
+
+
+@pytest.mark.slow
+def test_one_step_proves_more_wind_and_no_cell_bears_less(
+    built: Built, near_rated: CoherentLaw
+) -> None:
+    """Both are PROVED by the checker; the joint gains bear more on average and at the weakest."""
+    two = synthesised(built, near_rated, "two-step")
+    one = synthesised(built, near_rated, "one-step")
+    assert verdict(built, two) is Verdict.PROVED is verdict(built, one)
+    assert two.joint is None and two.kept == ""
+    assert one.joint is not None and one.kept == "" and len(one.joint.history) > 1
+    assert mean_error(one) > 1.03 * mean_error(two)
+    weakest = coherent_candidate(built.turbine, near_rated).wind_error.min()
+    assert one.candidate.wind_error.min() >= 0.98 * weakest
+    claim = coherent_claim(one.candidate)
+    cells = [dict(cell) for cell in claim["cells"]]
+    cells[0]["wind_error"] *= 1.05
+    assert verdict(built, one, cells=cells) is not Verdict.PROVED
+
+
+def test_a_given_function_is_taken_where_it_holds_and_replaced_where_not(
+    built: Built, near_rated: CoherentLaw
+) -> None:
+    """P of the two-step analysis stays P; one that no cell bears, or outside the box, does not."""
+    first = coherent_candidate(built.turbine, near_rated)
+    assert first.P is not None
+    rates = [Fraction(cell.wind_rate) for cell in first.cells]
+    again = coherent_candidate(built.turbine, near_rated, P=first.P, rates=rates)
+    assert again.P == pytest.approx(first.P, rel=1e-4)
+    assert again.wind_error == pytest.approx(first.wind_error, rel=2e-3)
+    wide = coherent_candidate(built.turbine, near_rated, P=0.5 * first.P)
+    turned = coherent_candidate(built.turbine, near_rated, P=np.diag([3e3, 2e4, 9e9]))
+    for other in (wide, turned):
+        assert other.P == pytest.approx(first.P, rel=1e-6)
+
+
+def test_where_no_step_gains_the_two_step_gains_are_kept_and_it_is_said(
+    built: Built, near_rated: CoherentLaw, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A search without a single step, or whose every step is refused."""
+    monkeypatch.setattr(one_step_climb, "joint_step", lambda *_: None)
+    found = synthesised(built, near_rated, "one-step", steps=1)
+    assert found.law is near_rated and found.joint is None
+    assert found.kept == "none of 1 joint steps made the objective better"
+    assert verdict(built, found) is Verdict.PROVED
+
+
+def test_no_function_at_the_start_is_told_with_its_wind(built: Built) -> None:
+    """A third to five times the inertia is beyond any function: the message names the wind."""
+    with pytest.raises(ModelError, match=r"no common quadratic function.*wind 11\."):
+        coherent_synthesis(
+            built.turbine,
+            part_of(built.law, 11.3, 11.6),
+            box=DEFAULT_BOX,
+            uncertainty=Uncertainty(Interval.of("0.2", "3"), frozen_wake=True),
+        )
+
+
+def test_a_synthesis_that_does_not_exist_is_refused() -> None:
+    """The message says which there are."""
+    with pytest.raises(
+        ModelError, match="'three-step' was given; choose one of one-step, two-step"
+    ):
+        DesignSettings(synthesis="three-step")  # type: ignore[arg-type]
+
+
+@pytest.mark.slow
+def test_the_default_design_is_one_step_and_proved() -> None:
+    """All winds of the 5-MW turbine: more wind and quicker decay than in two steps."""
+    design = design_turbine(nrel5mw(), files=model_files("nrel5mw"))
+    assert design.checked.verdict is Verdict.PROVED
+    assert design.synthesis is not None and design.synthesis.joint is not None
+    joint = design.synthesis.joint
+    assert joint.after.wind_error > 1.05 * joint.before.wind_error
+    assert joint.after.decay_rate > 1.3 * joint.before.decay_rate

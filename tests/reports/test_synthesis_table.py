@@ -1,0 +1,67 @@
+"""One-step against two-step in report and summary: the numbers that the search left."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from takagi.certificates.coherent_synthesis import CoherentSynthesis
+from takagi.certificates.turbine_design import TurbineDesign
+from takagi.lmi.turbine.one_step import OneStepDesign
+from takagi.lmi.turbine.one_step_borne import Functions
+from takagi.lmi.turbine.one_step_value import Reached
+from takagi.reports.html.gains_section import gains_section
+from takagi.reports.html.page import render
+from takagi.reports.html.synthesis_table import synthesis_table
+from takagi.reports.synthesis_summary import synthesis_summary, synthesis_words
+
+
+@pytest.fixture
+def joint(turbine_design: TurbineDesign) -> TurbineDesign:
+    """The shared design as if its gains had been found in two joint steps."""
+    law, candidate = turbine_design.coherent, turbine_design.candidate
+    assert law is not None and candidate is not None
+    before = Reached(0.1894, 0.04, 0.01695, np.nan, np.nan)
+    middle, after = replace(before, wind_error=0.2), replace(before, wind_error=0.2075)
+    none = np.zeros(3)
+    found = OneStepDesign(
+        law,
+        Functions(np.eye(3), none, none, np.eye(3), 0.026),
+        before,
+        replace(after, decay_rate=0.0261),
+        (before, middle, after),
+        0,
+    )
+    return replace(turbine_design, synthesis=CoherentSynthesis(law, candidate, found, ""))
+
+
+def test_the_summary_tells_both(joint: TurbineDesign) -> None:
+    """The words carry the numbers, the objective's name and the steps that were taken."""
+    words = synthesis_words(joint)
+    assert "0.1894 to 0.2075 m/s" in words and "0.0169 to 0.0261 1/s" in words
+    assert "balanced, 2 joint steps" in words
+
+
+def test_the_table_stands_in_the_report(joint: TurbineDesign) -> None:
+    """Two rows; the same gains move pitch and tower alike."""
+    table = synthesis_table(joint)
+    assert table is not None and len(table.rows) == 2
+    assert table.rows[0][1:3] == ("0.1894", "0.0169") and table.rows[1][1:3] == ("0.2075", "0.0261")
+    assert table.rows[0][3:] == table.rows[1][3:]
+    html = render(gains_section(joint))
+    assert "One-step against two-step" in html and "0.2075" in html
+
+
+def test_two_step_gains_are_not_compared_but_the_reason_is_told(
+    turbine_design: TurbineDesign,
+) -> None:
+    """No table, and the words say why where one step was asked for."""
+    assert synthesis_table(turbine_design) is None
+    assert "One-step against" not in render(gains_section(turbine_design))
+    assert turbine_design.synthesis is not None
+    failed = replace(turbine_design.synthesis, kept="none of 3 joint steps was better")
+    words = synthesis_words(replace(turbine_design, synthesis=failed))
+    assert words.endswith("for none of 3 joint steps was better")
+    assert synthesis_summary(replace(turbine_design, synthesis=None)) is None
