@@ -50,6 +50,8 @@ NAMES = {"state_names", "input_names", "disturbance_names"}
 # Where a turbine's mutant may claim less; counted so only if the judge finds it true.
 WEAKER = {"wind_error", "wind_rate", "decay_rate", "integral_limit", "pitch_rate_limit", "peaks"}
 WEAKER |= {"frozen_wake", "effectiveness_limit", "rated_rotor_speed", "inertia", "multiplier"}
+WEAKER |= {"power_coefficient", "ranges", "torque_rate_limit", "torque_step"}
+WEAKER |= {"pitch_rate", "signal_rate", "torque_rate", "schedule_bend"}
 
 
 def main() -> int:
@@ -150,7 +152,7 @@ def judged(
     still = "true"
     try:
         if changed["model"]["kind"] == "turbine":
-            shown = " ".join(claim.text for claim in check(path).claims)
+            shown = [claim.text for claim in check(path).claims]
             why = turbine_judge.why_false(changed, rng, shown)
             still = "weaker" if WEAKER & set(map(str, place)) else "true"
         else:

@@ -5,7 +5,8 @@ The loop is ``turbine_loop``, which shares nothing with the checker.  Tried are
 - coefficients: every one that a cell states, at points of cell, box, winds and uncertainty;
 - invariance: V' + alpha (V - 1) < 0 in the box, so V' < 0 on V = 1, by a climb from random points;
 - decay to the equilibrium at constant wind, by cell and in the common function;
-- the set: peaks, limits of torque, pitch and integrator, the overspeed that is shown.
+- the set: peaks, limits of torque, pitch and integrator, the overspeed that is shown;
+- the claims that rest on it: ``turbine_filter`` (wind rate) and ``turbine_actuators``.
 
 "No" is a counterexample beyond ``MARGIN``, far wider than the rounding of floats.  An empty answer
 says only that none was found: floats at points prove nothing.
@@ -15,15 +16,17 @@ from __future__ import annotations
 
 import random
 import re
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from turbine_loop import At, Data, Floats, Loop, column, psi, share
+from turbine_actuators import why_actuators_false, why_actuators_misshown
+from turbine_filter import why_wind_rate_false, why_wind_rate_misshown
+from turbine_loop import Data, Floats, Loop, column, psi, share
+from turbine_search import MARGIN, climb, drawn, first_wrong, overspeed_shown, states
 
-MARGIN = 1e-7
-POINTS, CLIMBERS, ROUNDS, SETTLERS = 150, 30, 20, 12
+POINTS, CLIMBERS, SETTLERS = 150, 30, 12
 BISECTIONS = 44
 # Rows h of h xi.
 WIDTHS = {
@@ -34,33 +37,39 @@ WIDTHS = {
 }
 
 
-def why_false(document: Data, rng: random.Random, statement: str = "") -> str:
+def why_false(document: Data, rng: random.Random, statements: Sequence[str] = ()) -> str:
     """Return what is false in a turbine's certificate, and where; empty when nothing was seen.
 
-    statement : what the checker shows for the claim; its numbers are compared.
+    statements : what the checker shows, claim by claim; its numbers are compared.
     """
     draw = np.random.default_rng(rng.getrandbits(32))
     for claim in document["claims"]:
-        loop = Loop(document, claim)
-        why = (
-            _set(loop, statement)
-            or _coefficients(loop, draw)
-            or _invariance(loop, draw)
-            or _decay(loop, draw)
-        )
-        if why:
+        if why := KINDS[claim["kind"]](_loop_of(document, claim), claim, draw):
+            return why
+    return why_shown_false(document, statements)
+
+
+def why_shown_false(document: Data, statements: Sequence[str]) -> str:
+    """Return what is shown better than the certificate states it; empty when nothing is."""
+    for claim, statement in zip(document["claims"], statements, strict=False):
+        if why := SHOWN[claim["kind"]](_loop_of(document, claim), claim, statement):
             return why
     return ""
 
 
-def drawn(draw: np.random.Generator, rows: int, columns: int) -> Floats:
-    """Return numbers in [0, 1], a third of them at either end."""
-    z = draw.random((rows, columns))
-    return np.asarray(np.clip(z * 1.5 - 0.25, 0, 1))
+def _loop_of(document: Data, claim: Data) -> Loop:
+    """Return the loop of the claim of kind ``coherent-loop`` that a claim is or rests on."""
+    rested_on = document["claims"][int(float(claim["loop"]))] if "loop" in claim else claim
+    return Loop(document, rested_on)
 
 
-def _set(loop: Loop, statement: str) -> str:
-    """Peaks of {V <= 1} and what is shown of them."""
+def _why_loop_false(loop: Loop, _: Data, draw: np.random.Generator) -> str:
+    """Return what is false in a claim of kind ``coherent-loop``."""
+    return _set(loop) or _coefficients(loop, draw) or _invariance(loop, draw) or _decay(loop, draw)
+
+
+def _set(loop: Loop) -> str:
+    """Peaks of {V <= 1}, and the cells."""
     if min(np.linalg.eigvalsh(M).min() for M in (loop.P, loop.R)) <= 0:
         return "a quadratic function is not positive definite"
     inverse, peaks = np.linalg.inv(loop.P), {}
@@ -69,20 +78,17 @@ def _set(loop: Loop, statement: str) -> str:
         limit = loop.law["integral_limit"] if name == "integral" else loop.box[name]
         if peaks[name] > min(float(loop.claim["peaks"][name]), limit) * (1 + MARGIN):
             return f"{name} reaches {peaks[name]:.7g}"
-    fastest = loop.tables["rotor_speed"].max() + peaks["speed_error"]
-    over = 100 * (fastest / loop.number["rated_rotor_speed"] - 1)
-    shown = re.search(r"overspeed at most (\S+) %", statement)
-    if shown and over > float(shown[1]) + MARGIN:
-        return f"overspeed reaches {over:.6g} %"
     if [column(cell["wind"]).tolist() for cell in loop.cells] != [
         [*pair] for pair in pairwise(loop.wind.tolist())
     ]:
         return "the cells are not the law's"
-    return _shown(loop, statement)
+    return ""
 
 
-def _shown(loop: Loop, statement: str) -> str:
+def _shown(loop: Loop, _: Data, statement: str) -> str:
     """Return a range that is shown wider, or a class or rate shown larger, than it is stated."""
+    if why := overspeed_shown(loop, statement):
+        return why
     low, high = loop.kappa[1] ** -1, loop.kappa[0] ** -1
     inside = {
         r"winds (\S+) to (\S+) m/s in": (loop.wind[0], loop.wind[-1]),
@@ -106,14 +112,6 @@ def _shown(loop: Loop, statement: str) -> str:
     if shown and (float(shown[1]) > common or float(shown[2]) > most.max()):
         return f"more is shown than is stated: {shown[0]}"
     return ""
-
-
-def _first(wrong: NDArray[np.bool_], at: At, what: str) -> str:
-    """Return what is wrong at the first point where it is."""
-    if not wrong.any():
-        return ""
-    i = int(np.argmax(wrong))
-    return f"{what} at v_s = {at.wind[i]:.5f} m/s, kappa {at.kappa[i]:.4f}, wake {at.wake[i]:.3f}"
 
 
 def _coefficients(loop: Loop, draw: np.random.Generator) -> str:
@@ -140,6 +138,7 @@ def _coefficients(loop: Loop, draw: np.random.Generator) -> str:
     found = {
         "stiffness": at.kappa
         * loop.c
+        * at.power
         * at.wind
         * R
         * loop.cq(speed + e, moved.pitch, at.wind, (1, 0)),
@@ -156,19 +155,20 @@ def _coefficients(loop: Loop, draw: np.random.Generator) -> str:
         if name != "lag_rate":
             wrong |= np.isnan(values)
         if wrong.any():
-            return _first(wrong, at, f"{name} is {values[np.argmax(wrong)]:.7g}")
+            return first_wrong(wrong, at, f"{name} is {values[np.argmax(wrong)]:.7g}")
     off = box["wind_share"] * loop.wind[k] * (2 * z[:, 7] - 1)
     wind, ratio = at.wind + off, (speed + e) * R / (at.wind + off)
     value, steep = (loop.cq(speed + e, moved.pitch, wind, nu) for nu in ((0, 0), (1, 0)))
     trim = t["trim_effort"]
     rest = law["pitch_min"] + psi(trim, law["overlap"]) / b
-    residual = loop.c * at.wind**2 * loop.cq(speed, rest, at.wind, (0, 0)) - loop.rated
+    driving = loop.c * at.power * at.wind**2 * loop.cq(speed, rest, at.wind, (0, 0))
+    residual = driving - loop.rated
     residual += loop.m * psi(-trim, law["overlap"])
     given = np.clip(moved.torque, 0, law["rated_torque"])
     fed = (law["rated_torque"] - given) / law["effort_torque"] - psi(-U, law["overlap"])
     sizes = {
         "residual": residual,
-        "wind_gain": loop.c * wind * (2 * value - ratio * steep),
+        "wind_gain": loop.c * at.power * wind * (2 * value - ratio * steep),
         "inertia_gain": at.kappa,
         "effectiveness_slope": s["effectiveness"] / b,
         "lag_disturbance": moved.turn - b * moved.lead,
@@ -176,33 +176,10 @@ def _coefficients(loop: Loop, draw: np.random.Generator) -> str:
     for name, values in sizes.items():
         wrong = ~(abs(values) <= loop.stated(name, k) + MARGIN)
         if wrong.any():
-            return _first(wrong, at, f"{name} is {values[np.argmax(wrong)]:.7g}")
+            return first_wrong(wrong, at, f"{name} is {values[np.argmax(wrong)]:.7g}")
     left = abs(s["rotor_speed"] * rate - at.kappa * loop.m * fed)
     wrong = left > loop.stated("reference_slope", k) * reach + MARGIN
-    return _first(wrong, at, "reference_slope is exceeded")
-
-
-def _states(P: Floats, z: Floats, most: float = 1) -> Floats:
-    """Return states up to V = ``most``, half of them on V = 1; z (n, 4) in [0, 1]."""
-    way = 2 * z[:, :3] - 1 + 1e-9
-    way /= np.linalg.norm(way, axis=1, keepdims=True)
-    root = np.linalg.inv(np.linalg.cholesky(P)).T
-    beyond = np.interp(z[:, 3], [0.75, 1], [1, np.sqrt(most)])
-    radius = np.where(z[:, 3] < 0.25, 4 * z[:, 3], beyond)
-    return np.asarray(radius[:, None] * way @ root.T)
-
-
-def _climb(value: Any, draw: np.random.Generator, rows: int, columns: int) -> tuple[Floats, Floats]:
-    """Return the greatest values that a search by chance finds from each of its starts."""
-    z = drawn(draw, rows, columns)
-    best = value(z)
-    for turn in range(ROUNDS):
-        size = 0.5 * 0.75**turn
-        moved = np.clip(z + size * draw.standard_normal(z.shape), 0, 1)
-        found = value(moved)
-        better = found > best
-        z[better], best[better] = moved[better], found[better]
-    return z, best
+    return first_wrong(wrong, at, "reference_slope is exceeded")
 
 
 def _invariance(loop: Loop, draw: np.random.Generator) -> str:
@@ -212,7 +189,7 @@ def _invariance(loop: Loop, draw: np.random.Generator) -> str:
     met: list[str] = []
 
     def rise(z: Floats) -> Floats:
-        at, xi = loop.at(k, z), _states(loop.P, z[:, 3:7], 1.5)
+        at, xi = loop.at(k, z), states(loop.P, z[:, 3:7], 1.5)
         wind, rate = at.wind + (2 * z[:, 7] - 1) * error, (2 * z[:, 8] - 1) * reach
         moved = loop.motion(at, xi, wind, rate)
         V = np.einsum("ni,ij,nj->n", xi, loop.P, xi)
@@ -226,12 +203,13 @@ def _invariance(loop: Loop, draw: np.random.Generator) -> str:
             ("pitch passes its limit", moved.pitch > loop.number["pitch_max"] + MARGIN),
             ("the surface ends", ~np.isfinite(falls)),
         ):
-            met.extend(filter(None, [_first(wrong & known, at, name)]))
+            met.extend(filter(None, [first_wrong(wrong & known, at, name)]))
         return np.where(known, falls + alpha * (V - 1), -np.inf)
 
-    z, best = _climb(rise, draw, len(k), 9)
+    z, best = climb(rise, draw, len(k), 9)
     wrong = best > MARGIN
-    return met[0] if met else _first(wrong, loop.at(k, z), f"V' + a (V - 1) is {best.max():.3g}")
+    risen = f"V' + a (V - 1) is {best.max():.3g}"
+    return met[0] if met else first_wrong(wrong, loop.at(k, z), risen)
 
 
 def _decay(loop: Loop, draw: np.random.Generator) -> str:
@@ -247,18 +225,30 @@ def _decay(loop: Loop, draw: np.random.Generator) -> str:
         low, high = np.where(rises, low, x), np.where(rises, x, high)
     rest = np.stack([still, still, (low + high) / 2], 1)
     if (wrong := np.einsum("ni,ij,nj->n", rest, loop.P, rest) > 1 + MARGIN).any():
-        return _first(wrong, at, "the equilibrium is not in the set")
+        return first_wrong(wrong, at, "the equilibrium is not in the set")
     for M, rate, name in ((loop.P, slow, "decay"), (loop.R, common, "common decay")):
 
         def rise(z: Floats, M: Floats = M, rate: Any = rate) -> Floats:
-            xi = _states(loop.P, z)
+            xi = states(loop.P, z)
             moved, off = loop.motion(at, xi, at.wind, still), xi - rest
             W = np.einsum("ni,ij,nj->n", off, M, off)
             falls = 2 * np.einsum("ni,ij,nj->n", off, M, moved.xi)
             known = (moved.pitch >= loop.law["pitch_min"]) & (W > 1e-3)
             return np.where(known, falls / np.maximum(W, 1e-3) + 2 * rate, -np.inf)
 
-        _, best = _climb(rise, draw, len(k), 4)
+        _, best = climb(rise, draw, len(k), 4)
         if (wrong := best > MARGIN).any():
-            return _first(wrong, at, f"{name} is slower")
+            return first_wrong(wrong, at, f"{name} is slower")
     return ""
+
+
+KINDS: dict[str, Callable[[Loop, Data, np.random.Generator], str]] = {
+    "coherent-loop": _why_loop_false,
+    "wind-rate": why_wind_rate_false,
+    "actuator-rates": why_actuators_false,
+}
+SHOWN: dict[str, Callable[[Loop, Data, str], str]] = {
+    "coherent-loop": _shown,
+    "wind-rate": why_wind_rate_misshown,
+    "actuator-rates": why_actuators_misshown,
+}

@@ -24,6 +24,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(10)
 MODEL = (
     *("torque_constant", "rotor_radius", "rotor_inertia", "generator_inertia", "gear_ratio"),
     *("rated_rotor_speed", "pitch_time_constant", "pitch_rate_limit", "pitch_min", "pitch_max"),
+    "torque_rate_limit",
 )
 LAW = (
     *("overlap", "pitch_lead", "rated_torque", "effort_torque", "pitch_min", "pitch_max"),
@@ -58,6 +59,7 @@ class At:
     slope: dict[str, Floats]
     kappa: Floats
     wake: Floats
+    power: Floats
 
 
 @dataclass
@@ -90,12 +92,13 @@ class Loop:
         knots = [column(surface[key]) for key in ("tip_speed_ratio_knots", "pitch_knots")]
         table = np.array([column(row) for row in surface["coefficients"]])
         self.surface = NdBSpline(tuple(knots), table, 3, extrapolate=False)
-        self.wind = column(law["wind"])
+        self.wind, self.wind_filter = column(law["wind"]), float(law["wind_filter"])
         self.tables = {key: column(law[key]) for key in TABLES}
         self.steps = {key: column(law[key]) for key in STEPS}
         low, high = column(claim["uncertainty"]["inertia"])
         self.kappa = (1 / high, 1 / low)
         self.frozen = claim["uncertainty"]["frozen_wake"] is True
+        self.power = column(claim["uncertainty"].get("power_coefficient", (1, 1)))
         self.box = {key: float(value) for key, value in claim["box"].items()}
         self.P = np.array([column(row) for row in claim["P"]])
         self.R = np.array([column(row) for row in claim["settling"]["P"]])
@@ -103,13 +106,22 @@ class Loop:
     def stated(self, key: str, k: NDArray[np.int64]) -> Floats:
         return np.array([float(cell[key]) for cell in self.cells])[k]
 
+    def overspeed(self) -> float:
+        """Return by how much of rated speed the set's fastest state exceeds it [%]."""
+        fastest = self.tables["rotor_speed"].max() + np.sqrt(np.linalg.inv(self.P)[0, 0])
+        return float(100 * (fastest / self.number["rated_rotor_speed"] - 1))
+
     def at(self, k: NDArray[np.int64], z: Floats) -> At:
-        """Return points of cells k; z (n, 3) in [0, 1]: the place in the cell, inertia, wake."""
+        """Return points of cells k; z (n, 3) in [0, 1]: the place in the cell, inertia, wake.
+
+        Power coefficients alternate between their ends: torque is affine in them.
+        """
         place, width = z[:, 0], np.diff(self.wind)[k]
         table = {x: t[k] + place * np.diff(t)[k] for x, t in self.tables.items()}
         slope = {x: np.diff(t)[k] / width for x, t in self.tables.items()}
         kappa = self.kappa[0] + z[:, 1] * (self.kappa[1] - self.kappa[0])
-        return At(k, self.wind[k] + place * width, table, slope, kappa, z[:, 2] * self.frozen)
+        wake, power = z[:, 2] * self.frozen, np.resize(self.power, len(k))
+        return At(k, self.wind[k] + place * width, table, slope, kappa, wake, power)
 
     def cq(self, speed: Floats, pitch: Floats, wind: Floats, nu: tuple[int, int]) -> Floats:
         """Return c_Q or a derivative at omega R / v."""
@@ -121,8 +133,8 @@ class Loop:
         """Return -dT_r/dbeta / J at omega*, and what the wake adds to it."""
         shape = (-1,) + (1,) * (pitch.ndim - 1)
         speed, limit = (at.table[x].reshape(shape) for x in ("rotor_speed", "effectiveness_limit"))
-        wind, wake = at.wind.reshape(shape), at.wake.reshape(shape)
-        own = -self.c * wind**2 * self.cq(speed, pitch, wind, (0, 1))
+        wind, wake, power = (x.reshape(shape) for x in (at.wind, at.wake, at.power))
+        own = -self.c * power * wind**2 * self.cq(speed, pitch, wind, (0, 1))
         return own, wake * np.maximum(limit - own, 0)
 
     def steepness(self, at: At, pitch: Floats) -> Floats:
@@ -156,7 +168,8 @@ class Loop:
         lag, most = self.number["pitch_time_constant"], self.number["pitch_rate_limit"]
         drive = np.clip((reference - pitch) / lag, -most, most)
         speed = t["rotor_speed"] + e
-        rotor = self.c * wind**2 * self.cq(speed, pitch, wind, (0, 0)) + self.added(at, pitch)
+        rotor = self.c * at.power * wind**2 * self.cq(speed, pitch, wind, (0, 0))
+        rotor += self.added(at, pitch)
         held = self.number["gear_ratio"] * torque / self.J
         de = at.kappa * (rotor - held) - s["rotor_speed"] * rate
         dx = -self.steps["integral_rate"][k] * e

@@ -115,8 +115,12 @@ def test_an_equilibrium_outside_the_set_is_refused(built: Any) -> None:
     assert "equilibrium" not in decided(claim["cells"][-1], claim["P"], 0.0, 0.0, 0.05)
 
 
-def test_the_residual_bound_covers_the_torque_that_the_tables_leave(built: Any) -> None:
+@pytest.mark.parametrize("wrong", [0, 0.02], ids=["table's c_P", "c_P 2 % off"])
+def test_the_residual_bound_covers_the_torque_that_the_tables_leave(
+    built: Any, wrong: float
+) -> None:
     """Sampled between the nodes of every cell, by the float model of the plant."""
+    power = (1 - Fraction(str(wrong)), 1 + Fraction(str(wrong)))
     plant, law, _, _ = parts(built.document)
     turbine, table = built.turbine, built.law.schedule
     close = 0
@@ -128,9 +132,10 @@ def test_the_residual_bound_covers_the_torque_that_the_tables_leave(built: Any) 
         )
         pitch = turbine.pitch_min + effort_ramp(q, table.overlap) / b
         torque = built.law.rated_torque - built.law.effort_torque * effort_ramp(-q, table.overlap)
-        left = rotor_torque(turbine, speed, pitch, v) - turbine.gear_ratio * torque
+        rotor = rotor_torque(turbine, speed, pitch, v)
+        left = [float(s) * rotor - turbine.gear_ratio * torque for s in power]
         sampled = float(np.abs(left).max() / turbine.inertia)
-        bound = residual(plant, law, k) / ONE
+        bound = residual(plant, law, k, power) / ONE
         assert sampled <= bound
         close += sampled > 0.2 * bound
     # A bound five times too small would have been noticed in these cells.

@@ -193,7 +193,8 @@ def test_the_second_loop_is_the_law(built: Any) -> None:
     """The vectorised commands and rates are those of the law as it runs, in a wind that moves."""
     rng = np.random.default_rng(1)
     loop, y, _ = starts(built, 60, rng)
-    seen = np.clip(y[3] + rng.uniform(-10, 10, y.shape[1]), 3.0, 25.0)
+    ahead = built.law.wind_filter * rng.uniform(-2, 2, y.shape[1])
+    seen = np.clip(y[3] + ahead, 3.0, 25.0)
     v_rate = (seen - y[3]) / built.law.wind_filter
     torque, pitch = loop.commands(y, v_rate)
     rates = loop.rate(y, y[3], v_rate)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import re
 from collections.abc import Callable
 from copy import deepcopy
 from fractions import Fraction
@@ -22,6 +21,7 @@ judge: Any = import_module("turbine_judge")
 reading: Any = import_module("turbine_loop")
 Data = dict[str, Any]
 Change = Callable[[Data], None]
+LOOP, WIND_RATE, ACTUATORS = range(3)
 
 
 @pytest.fixture(scope="module")
@@ -31,10 +31,19 @@ def document(turbine_design: TurbineDesign) -> Data:
     return found
 
 
-def why(document: Data, change: Change, statement: str = "") -> str:
+def why(document: Data, change: Change) -> str:
     changed = deepcopy(document)
     change(changed)
-    found: str = judge.why_false(changed, random.Random(1), statement)
+    found: str = judge.why_false(changed, random.Random(1))
+    return found
+
+
+def why_alone(document: Data, change: Change, place: int) -> str:
+    """Return what the judge of one claim that rests on the loop says, which is quicker."""
+    changed = deepcopy(document)
+    change(changed)
+    claim, loop = changed["claims"][place], reading.Loop(changed, changed["claims"][LOOP])
+    found: str = judge.KINDS[claim["kind"]](loop, claim, np.random.default_rng(1))
     return found
 
 
@@ -42,11 +51,11 @@ def times(value: Any, factor: float) -> Any:
     return damage.Number(repr(float(value) * factor))
 
 
-def every(key: str, factor: float) -> Change:
+def every(key: str, factor: float, claim: int = LOOP) -> Change:
     """Return what multiplies one number of every cell."""
 
     def change(document: Data) -> None:
-        for cell in document["claims"][0]["cells"]:
+        for cell in document["claims"][claim]["cells"]:
             cell[key] = times(cell[key], factor)
 
     return change
@@ -64,6 +73,21 @@ def entry(*place: Any, factor: float) -> Change:
     return change
 
 
+def all_rates(key: str, factor: float) -> Change:
+    """Return what multiplies one table of every range of the wind-rate claim."""
+
+    def change(document: Data) -> None:
+        for one in document["claims"][WIND_RATE]["ranges"]:
+            one[key] = [times(value, factor) for value in one[key]]
+
+    return change
+
+
+def estimate_error(factor: float) -> Change:
+    """Return what multiplies how well the wind has to be known in the range of full load."""
+    return entry("claims", WIND_RATE, "ranges", 1, "estimate_error", factor=factor)
+
+
 def narrowed(key: str, end: int) -> Change:
     """Return what takes a quarter of a range away, in every cell, at one end."""
 
@@ -75,8 +99,16 @@ def narrowed(key: str, end: int) -> Change:
     return change
 
 
+def test_the_certificate_has_the_claims_that_are_judged(document: Data) -> None:
+    """With a schedule wind that is fed forward in some cells and moves torque in steps."""
+    kinds = ["coherent-loop", "wind-rate", "actuator-rates"]
+
+    assert [claim["kind"] for claim in document["claims"]] == kinds
+    assert float(document["claims"][ACTUATORS]["torque_step"]) > 0
+
+
 def test_nothing_is_found_against_the_certificate(document: Data) -> None:
-    for seed in range(3):
+    for seed in range(2):
         assert judge.why_false(document, random.Random(seed)) == ""
 
 
@@ -86,7 +118,65 @@ def test_a_wind_class_that_is_too_large_is_seen(document: Data, factor: float) -
 
 
 def test_it_is_the_set_that_such_winds_leave(document: Data) -> None:
-    assert why(document, every("wind_error", 2.0)).startswith("V' + a (V - 1)")
+    """From 4 m/s on: below, a wind so far off is beyond the surface's tip-speed ratios first."""
+
+    def change(document: Data) -> None:
+        for cell in document["claims"][LOOP]["cells"]:
+            if float(cell["wind"][0]) >= 4:
+                cell["wind_error"] = times(cell["wind_error"], 2.0)
+
+    assert why(document, change).startswith("V' + a (V - 1)")
+
+
+def test_the_surface_s_end_is_seen(document: Data) -> None:
+    """Half a metre per second off at 3.25 m/s leads beyond the surface's last tip-speed ratio."""
+    place = ("claims", LOOP, "cells", 1, "wind_error")
+
+    assert why(document, entry(*place, factor=5.0)).startswith(("the surface ends", "wind_gain"))
+
+
+@pytest.mark.parametrize(
+    ("change", "said", "place"),
+    [
+        (all_rates("estimate_rate", 1.01), "the schedule wind is faster than stated", WIND_RATE),
+        (all_rates("schedule_rate", 0.99), "the schedule wind is faster than stated", WIND_RATE),
+        (
+            all_rates("schedule_rate", 1.01),
+            "the schedule wind is faster than the loop bears",
+            WIND_RATE,
+        ),
+        (estimate_error(1.02), "the schedule wind is further off", WIND_RATE),
+        (entry("gains", "wind_filter", factor=1.1), "the schedule wind is", WIND_RATE),
+        (every("pitch_rate", 0.9, ACTUATORS), "pitch_rate is", ACTUATORS),
+        (every("signal_rate", 0.9, ACTUATORS), "signal_rate is", ACTUATORS),
+        (every("torque_rate", 0.9, ACTUATORS), "torque_rate is", ACTUATORS),
+        (every("schedule_bend", 1.1, ACTUATORS), "torque_rate is", ACTUATORS),
+        (entry("claims", ACTUATORS, "torque_step", factor=0.99), "torque steps by", ACTUATORS),
+    ],
+)
+def test_a_claim_on_the_loop_made_larger_is_seen(
+    document: Data, change: Change, said: str, place: int
+) -> None:
+    assert why_alone(document, change, place).startswith(said)
+
+
+@pytest.mark.parametrize(
+    ("change", "place"),
+    [
+        (all_rates("estimate_rate", 0.99), WIND_RATE),
+        (estimate_error(0.5), WIND_RATE),
+        (entry("gains", "wind_filter", factor=0.9), WIND_RATE),
+        (every("pitch_rate", 1.1, ACTUATORS), ACTUATORS),
+        (every("signal_rate", 1.1, ACTUATORS), ACTUATORS),
+        (every("torque_rate", 1.1, ACTUATORS), ACTUATORS),
+        (every("schedule_bend", 0.9, ACTUATORS), ACTUATORS),
+        (entry("claims", ACTUATORS, "torque_step", factor=1.01), ACTUATORS),
+    ],
+)
+def test_a_claim_on_the_loop_made_smaller_is_still_true(
+    document: Data, change: Change, place: int
+) -> None:
+    assert why_alone(document, change, place) == ""
 
 
 @pytest.mark.parametrize(
@@ -122,42 +212,13 @@ def test_a_range_that_is_too_narrow_is_seen(document: Data, key: str, end: int) 
 
 @pytest.mark.parametrize("key", ["wind_error", "wind_rate", "decay_rate"])
 def test_a_smaller_class_is_still_true(document: Data, key: str) -> None:
-    assert why(document, every(key, 0.9)) == ""
+    assert why_alone(document, every(key, 0.9), LOOP) == ""
 
 
-@pytest.mark.parametrize(
-    "shown",
-    [
-        "overspeed at most 1 %",
-        "winds 2 to 25 m/s in 70 cells",
-        "inertia 0.8 to 1.1 of nominal",
-        "|v - v_s| up to 1 to 2 m/s",
-        "settles at no less than 1 1/s in one function, up to 2 1/s by wind cell",
-    ],
-)
-def test_what_is_shown_is_compared(document: Data, shown: str) -> None:
-    assert why(document, lambda _: None, shown) != ""
-
-
-def test_the_words_that_are_compared_are_the_checker_s(document: Data, tmp_path: Path) -> None:
-    """What the checker shows passes, and does not with one of its numbers changed."""
-    path = tmp_path / "certificate.json"
-    path.write_text(damage.text_of(document), encoding="utf-8")
-    text = campaign.check(path).claims[0].text
-
-    assert why(document, lambda _: None, text) == ""
-    for words, number in (
-        (r"overspeed at most ", "1"),
-        (r"winds ", "2"),
-        (r"inertia ", "0.5"),
-        (r"v_s\| up to ", "9"),
-        (r"v_s'\| up to ", "9"),
-        (r"no less than ", "9"),
-        (r"for all winds, up to ", "9"),
-    ):
-        changed = re.sub(f"({words})\\S+", rf"\g<1>{number}", text, count=1)
-        assert changed != text
-        assert why(document, lambda _: None, changed) != ""
+@pytest.mark.parametrize("key", ["wind_error", "wind_rate"])
+def test_a_smaller_class_bears_less_than_the_filter_may_do(document: Data, key: str) -> None:
+    """The claim about the wind's rate rests on the class that it was made for."""
+    assert why_alone(document, every(key, 0.9), WIND_RATE).startswith("the schedule wind is")
 
 
 def test_a_mutant_that_says_less_is_weaker_by_judgement(document: Data, tmp_path: Path) -> None:
