@@ -56,6 +56,11 @@ class ClaimSummary:
         """The cells' ends [m/s], one more than there are cells."""
         return [self.winds[0][0], *(high for _, high in self.winds)]
 
+    @property
+    def hatched(self) -> str:
+        """What a figure's caption says of hatched cells, where there are any."""
+        return "" if all(self.proved) else " Hatched: not proved."
+
 
 def claim_summary(design: TurbineDesign) -> ClaimSummary | None:
     """Return what the certificate says of the coherent loop; None where it has no such claim."""

@@ -89,10 +89,10 @@ def judge_document(document: Mapping[str, Any]) -> list[Opinion]:
 def _judged(document: dict[str, Any]) -> list[Opinion]:
     """Return the opinions; a claim that rests on another is worth no more than that one."""
     found: list[Opinion] = []
-    for claim, (kind, obliged) in zip(entry(document, "claims"), claims_of(document), strict=True):
+    for place, (kind, obliged) in enumerate(claims_of(document)):
         one = _opinion(kind, obliged)
         if kind in RESTING and one.verdict == "PROVED":
-            below = found[whole(claim, "loop")]
+            below = found[whole(document["claims"][place], "loop")]
             if below.verdict != "PROVED":
                 reason = f"the claim that it rests on is {below.verdict}"
                 verdict = NOT_REPLAYED if below.verdict == NOT_REPLAYED else "UNDECIDED"

@@ -46,7 +46,7 @@ def _details(design: TurbineDesign, summary: ClaimSummary) -> dict[str, Any]:
             "cells",
             caption="Per wind cell: proved decay rate at constant wind, largest rate of the "
             "schedule wind, and the bound on rotor speed above rated (0 where the bound lies "
-            "below rated speed). Hatched: not proved.",
+            f"below rated speed).{summary.hatched}",
             alternative="Decay rate, wind class and overspeed bound per wind cell",
         ),
         "P": [[fixed(value, 4) for value in row] for row in summary.P],

@@ -76,7 +76,7 @@ def verdict_section(design: TurbineDesign) -> Section:
                 "wind-class",
                 caption="The certified wind class over the schedule wind v<sub>s</sub> that the "
                 "law works with. Wind that stays below both curves cannot drive the loop out of "
-                "the invariant set. Hatched: not proved.",
+                f"the invariant set.{summary.hatched}",
                 alternative=ALTERNATIVE,
             ),
         }

@@ -20,6 +20,8 @@ Reseal = Callable[[Document], Document]
 
 # Words, and what the proof does not lean on: the law's own wind filter, hashes of files.
 FREE = {"name", "units", "formula", "files_sha256", "state", "wind_filter", "provenance"}
+# The loop's own claim does not speak of it; that of the actuators' rates does.
+FREE |= {"torque_rate_limit"}
 # What may stay true when it is made smaller, or larger; which of both is tested elsewhere.
 WEAKER = {"wind_error", "wind_rate", "decay_rate", "integral_limit", "pitch_rate_limit"}
 WEAKER |= {"frozen_wake", "effectiveness_limit", "rated_rotor_speed", "inertia", "multiplier"}

@@ -134,3 +134,13 @@ def test_changed_file_is_refused_by_both(whole: dict[str, Data], tmp_path: Path)
 )
 def test_what_counts_as_agreement(first: str, second: str, agree: bool) -> None:
     assert Comparison([Row("any", first, second, 1, "")]).agrees is agree
+
+
+@pytest.mark.parametrize("claims", [None, [], {}, 1, "coherent-loop"])
+def test_a_file_without_a_list_of_claims_is_refused_by_both(short: Data, claims: Any) -> None:
+    """Neither checker walks over what is no list."""
+    short["claims"] = claims
+
+    found = cross_checked_document(resealed(short))
+
+    assert [(row.first, row.second) for row in found.rows] == [("REFUSED", "REFUSED")]
