@@ -117,6 +117,7 @@ def test_a_given_function_is_taken_where_it_holds_and_replaced_where_not(
         assert other.P == pytest.approx(first.P, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_where_no_step_gains_the_two_step_gains_are_kept_and_it_is_said(
     built: Built, near_rated: CoherentLaw, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -103,6 +103,7 @@ def test_a_file_of_version_1_feeds_nothing_forward(tmp_path: Path) -> None:
         law_from_gains(stored(data, tmp_path, version=2))
 
 
+@pytest.mark.slow
 def test_laws_of_the_paper_come_back_with_their_turbine(
     turbine_design: TurbineDesign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

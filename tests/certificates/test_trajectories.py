@@ -205,6 +205,7 @@ def test_the_second_loop_is_the_law(built: Any) -> None:
         assert built.law.state_rate(state, measured)[0] == pytest.approx(rates[2, n], abs=1e-12)
 
 
+@pytest.mark.slow
 def test_no_trajectory_leaves_the_set(built: Any) -> None:
     """Two hundred starts on V = 1, all winds, inertias and wakes, worst wind of the class: 8 s."""
     largest, fastest = excursion(built, 250, 8.0, seed=2)

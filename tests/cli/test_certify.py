@@ -43,6 +43,7 @@ def test_a_law_survives_its_file(finished: TurbineDesign, gains: Path) -> None:
     assert coherent_law_data(law) == finished.document["gains"]
 
 
+@pytest.mark.slow
 def test_given_gains_are_proved_as_they_stand(
     gains: Path, finished: TurbineDesign, tmp_path: Path, capsys: Capture
 ) -> None:

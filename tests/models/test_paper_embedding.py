@@ -106,6 +106,7 @@ def cell_at(name: PaperLawName, wind: float, width: float, share: float) -> Pape
     st.sampled_from([1.0, 0.2]),
     st.integers(0, 10_000),
 )
+@pytest.mark.slow
 def test_differences_of_the_real_loop_lie_in_the_family(
     name: PaperLawName, wind: float, width: float, share: float, seed: int
 ) -> None:

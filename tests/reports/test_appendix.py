@@ -244,6 +244,7 @@ def test_numbers_keep_their_meaning() -> None:
     assert isinstance(unit("-"), Tex)
 
 
+@pytest.mark.slow
 def test_the_verb_writes_the_same_files_for_the_same_design(
     design: TurbineDesign,
     files: dict[str, bytes | str],

@@ -58,6 +58,7 @@ def test_an_open_certificate_is_not_called_proved() -> None:
     assert "PROVED" not in text and "not proved as a whole" in text
 
 
+@pytest.mark.slow
 def test_the_same_design_gives_the_same_bytes() -> None:
     """There is no date in any file, figures included."""
     design = design_of("dayawansa_martin")

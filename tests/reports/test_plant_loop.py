@@ -79,7 +79,7 @@ def test_gains_of_another_model_are_refused() -> None:
         plant_loop(replace(design_of(PENDULUM), gains=np.zeros((2, 1, 2))))
 
 
-@pytest.mark.parametrize("name", [PENDULUM, "tora", "lorenz"])
+@pytest.mark.parametrize("name", [PENDULUM, pytest.param("tora", marks=pytest.mark.slow), "lorenz"])
 def test_the_loop_at_rest_is_the_derivative_of_the_plant(name: str) -> None:
     """A - B K against central differences of the plant's own equations under the law."""
     loop = plant_loop(design_of(name))

@@ -79,7 +79,9 @@ def doubted(design: PlantDesign) -> PlantDesign:
     return replace(design, certificate=certificate)
 
 
-@pytest.mark.parametrize("name", [PENDULUM, DISCRETE, ANALYSIS, MASS])
+@pytest.mark.parametrize(
+    "name", [PENDULUM, DISCRETE, ANALYSIS, pytest.param(MASS, marks=pytest.mark.slow)]
+)
 def test_the_page_is_well_formed_and_self_contained(name: str) -> None:
     """Nothing is loaded, no script, every id once, every link inside finds its place."""
     html = report_of(name).html

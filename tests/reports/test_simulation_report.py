@@ -130,6 +130,7 @@ def test_table_json_and_csv_say_the_same() -> None:
     assert f"| {rows[1]['energy']:.2f} |" in as_markdown(simulation)
 
 
+@pytest.mark.slow
 def test_files_are_the_same_each_time_and_name_each_other() -> None:
     """Same simulation, same bytes; simulation.json lists every file."""
     files = baseline_files()

@@ -106,6 +106,7 @@ def test_another_version_is_refused_by_name(version: str, tmp_path: Path) -> Non
     assert "version" in refused(checked(tmp_path, text))
 
 
+@pytest.mark.slow
 def test_as_many_entries_as_are_read_fit_into_memory(tmp_path: Path) -> None:
     """Just below the bound on entries: read, and refused for what they are."""
     numbers = "0.123456," * 1_700_000

@@ -141,6 +141,7 @@ def test_the_widest_set_bears_more_than_the_first_one(loop: LoopSettings) -> Non
     assert np.log(wide.wind_error).mean() > np.log(first.wind_error).mean() - 1e-6
 
 
+@pytest.mark.slow
 def test_what_limits_names_the_gain_of_the_loop_first(loop: LoopSettings) -> None:
     """Around rated wind the gain's range is the dearest, and no width is worth having."""
     found = what_limits(loop, WindRange("one cell", 11.48, 11.52))

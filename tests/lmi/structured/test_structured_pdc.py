@@ -31,6 +31,7 @@ def two_rules() -> TSModel:
     return TSModel(A, np.array([[0.0], [1.0]]))
 
 
+@pytest.mark.slow
 def test_largest_decay_of_position_feedback() -> None:
     """s^2 + 2 s + k - 2: every k > 3 gives Re s = -1, none gives more; x2 would."""
     design = structured_pdc(spring(), [[True, False]], gain_bound=8.0)
@@ -107,6 +108,7 @@ def test_rules_share_a_gain_and_all_pairs_decay() -> None:
     assert np.linalg.eigvalsh(theta).max() < 1e-9 * np.abs(P).max()
 
 
+@pytest.mark.slow
 def test_where_a_diagonal_q_fails() -> None:
     """x1' = x2 leaves entry (1, 1) of He(A Q - B M) zero for diagonal Q and M = [m, 0].
 

@@ -67,6 +67,7 @@ def kept(h: Floats, bounds: Floats) -> Floats:
 
 @settings(max_examples=25)
 @given(st.integers(0, 10_000), st.integers(2, 4), st.integers(1, 2))
+@pytest.mark.slow
 def test_bounds_hold_for_memberships_that_keep_them(seed: int, rules: int, size: int) -> None:
     """Sampled memberships within the bounds stay below; knowing more is never worse."""
     rng = np.random.default_rng(seed)
