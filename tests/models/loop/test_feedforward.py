@@ -66,7 +66,7 @@ def test_what_the_feedforward_leaves_is_bounded(
     other = leads(turbine, law, lead, inertia)
     cells = list(coherent_cells(turbine, other, BOX, WIDE, rates_of(law)))
     speed, owed = [], []
-    for p in points(other, BOX, 1500, seed=7):
+    for p in points(other, BOX, 3000, seed=7):
         nodes = other.schedule.wind[p.k : p.k + 2]
         if min(abs(nodes - p.schedule_wind)) < 1e-5:
             continue
