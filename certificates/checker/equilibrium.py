@@ -29,6 +29,7 @@ from takagi.certificates.checker.refusal import CertificateError, Refused
 from takagi.certificates.checker.rest_count import Span
 from takagi.certificates.checker.result import Claim, Verdict
 from takagi.certificates.checker.shown import at_least, at_most
+from takagi.certificates.checker.spans import gaps, merged
 
 __all__ = ["ANSWERS", "RestReader", "check_equilibrium", "rest_reader"]
 
@@ -141,30 +142,11 @@ def _paper_piece(plant: Plant, law: PaperLaw, winds: Span) -> str:
 def _parts(proved: list[tuple[Span, str]], known: Span) -> list[str]:
     found = []
     for answer in ANSWERS:
-        spans = _merged([span for span, said in proved if said == answer])
+        spans = merged([span for span, said in proved if said == answer])
         if spans:
             found.append(f"{answer} at {_shown(spans)} m/s")
-    left = _gaps(known, _merged([span for span, _ in proved]))
+    left = gaps(known, merged([span for span, _ in proved]))
     return [*found, f"not decided: {_shown(left)} m/s"] if left else found
-
-
-def _merged(spans: list[Span]) -> list[Span]:
-    found: list[Span] = []
-    for low, high in sorted(spans):
-        if found and low <= found[-1][1]:
-            found[-1] = found[-1][0], max(high, found[-1][1])
-        else:
-            found.append((low, high))
-    return found
-
-
-def _gaps(known: Span, covered: list[Span]) -> list[Span]:
-    low, gaps = known[0], []
-    for start, stop in covered:
-        if start > low:
-            gaps.append((low, start))
-        low = max(low, stop)
-    return [*gaps, (low, known[1])] if low < known[1] else gaps
 
 
 def _shown(spans: list[Span]) -> str:

@@ -28,6 +28,7 @@ from takagi.certificates.checker.reader import matrix, member, number, numbers
 from takagi.certificates.checker.refusal import CertificateError, Refused
 from takagi.certificates.checker.result import Claim, Verdict
 from takagi.certificates.checker.shown import at_least, at_most, exactly
+from takagi.certificates.checker.spans import Span, gaps, merged
 
 __all__ = ["check_paper"]
 
@@ -39,7 +40,6 @@ MOST_SPANS = 40
 # Just below 2 degrees.
 NEAR_PITCH = Fraction(349, 10000)
 Rows = list[list[Fraction]]
-Span = tuple[Fraction, Fraction]
 
 
 @dataclass(frozen=True)
@@ -115,8 +115,8 @@ def check_paper(claim: Any, model: Any, gains: Any, where: str) -> Claim:
             failures.append(f"{_shown([cell.ends.wind])} m/s: {reason}")
         else:
             proved.append(cell)
-    covered = _merged([cell.ends.wind for cell in proved])
-    missing = [gap for span in winds for gap in _gaps(span, covered)]
+    covered = merged([cell.ends.wind for cell in proved])
+    missing = [gap for span in winds for gap in gaps(span, covered)]
     verdict = Verdict.UNDECIDED if missing or failures else Verdict.PROVED
     text = _statement(plant, law, overlaps, proved, covered, missing, failures)
     if left := _left_out(claim, winds, where):
@@ -131,8 +131,8 @@ def _left_out(claim: Any, winds: list[Span], where: str) -> list[Span]:
         raise CertificateError(f"{where}.unproved: a list of at most {MOST_CELLS} is needed")
     rows = [numbers(gap, "wind", f"{where}.unproved[{k}]", 2) for k, gap in enumerate(stated)]
     spans = _spans(rows, f"{where}.unproved") if rows else []
-    claimed = _merged(winds)
-    return _merged([gap for span in spans for gap in _gaps(span, claimed)])
+    claimed = merged(winds)
+    return merged([gap for span in spans for gap in gaps(span, claimed)])
 
 
 def _spans(rows: Rows, where: str) -> list[Span]:
@@ -186,31 +186,8 @@ def _disturbance(plant: Plant, law: PaperLaw, overlaps: Overlaps, ends: Ends) ->
     ]
 
 
-def _merged(spans: list[Span]) -> list[Span]:
-    """Return the union of closed ranges as disjoint ones."""
-    found: list[Span] = []
-    for low, high in sorted(spans):
-        if found and low <= found[-1][1]:
-            found[-1] = found[-1][0], max(high, found[-1][1])
-        else:
-            found.append((low, high))
-    return found
-
-
-def _gaps(span: Span, covered: list[Span]) -> list[Span]:
-    """Return the parts of a range that no proved cell covers."""
-    low, gaps = span[0], []
-    for start, stop in covered:
-        if stop <= low or start >= span[1]:
-            continue
-        if start > low:
-            gaps.append((low, start))
-        low = stop
-    return [*gaps, (low, span[1])] if low < span[1] else gaps
-
-
 def _name(law: PaperLaw, overlaps: Overlaps, winds: list[Span]) -> str:
-    spans = _merged(winds)
+    spans = merged(winds)
     if len(spans) <= MOST_NAMED:
         return f"law {law.name}, {_words(overlaps)}, winds {_shown(spans)} m/s"
     return (
@@ -296,7 +273,7 @@ def _rest(plant: Plant, law: PaperLaw, overlaps: Overlaps, proved: list[_Cell]) 
     words = f"there the speed is within {at_most(share, 3)} % of rated of its reference"
     far = [cell.ends.wind for cell in proved if not _near_trim_pitch(law, cell.ends)]
     near = "pitch within 2 deg of the trim tables' (lines between nodes, held beyond them)"
-    return f"{words}, {near}" + (f" except at {_shown(_merged(far))} m/s" if far else "")
+    return f"{words}, {near}" + (f" except at {_shown(merged(far))} m/s" if far else "")
 
 
 def _near_trim_pitch(law: PaperLaw, ends: Ends) -> bool:

@@ -152,6 +152,7 @@ def _facts(design: TurbineDesign, summary: ClaimSummary) -> list[tuple[str, str,
             f"and |v<sub>s</sub>'| up to {span(summary.wind_rate)} m/s², depending on the wind "
             "(figure)",
         ),
+        *_wind_rate(design),
         (
             "Decay",
             f"\u2265 {at_least(summary.common_rate)} 1/s",
@@ -175,6 +176,23 @@ def _facts(design: TurbineDesign, summary: ClaimSummary) -> list[tuple[str, str,
         ),
     ]
     return facts
+
+
+def _wind_rate(design: TurbineDesign) -> list[tuple[str, str, str]]:
+    """Return how fast a known wind may move by itself, where that is claimed and proved."""
+    for stated, checked in zip(design.document["claims"], design.checked.claims, strict=False):
+        if stated["kind"] == "wind-rate" and checked.verdict.name == "PROVED":
+            rates = [float(rate) for rate in stated["ranges"][0]["estimate_rate"]]
+            filter_ = float(design.document["gains"]["wind_filter"])
+            return [
+                (
+                    "Wind's own rate",
+                    f"|v'| up to {span(rates)} m/s²",
+                    f"of a wind that is known, through the law's filter of {filter_:g} s, "
+                    "depending on the wind",
+                )
+            ]
+    return []
 
 
 def _power(summary: ClaimSummary) -> str:

@@ -1,0 +1,32 @@
+"""Ranges of winds: their union, and what they leave open."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+__all__ = ["Span", "gaps", "merged"]
+
+Span = tuple[Fraction, Fraction]
+
+
+def merged(spans: list[Span]) -> list[Span]:
+    """Return the union of closed ranges as disjoint ones."""
+    found: list[Span] = []
+    for low, high in sorted(spans):
+        if found and low <= found[-1][1]:
+            found[-1] = found[-1][0], max(high, found[-1][1])
+        else:
+            found.append((low, high))
+    return found
+
+
+def gaps(span: Span, covered: list[Span]) -> list[Span]:
+    """Return the parts of a range that no covered one holds; these are disjoint and in order."""
+    low, left = span[0], []
+    for start, stop in covered:
+        if stop <= low or start >= span[1]:
+            continue
+        if start > low:
+            left.append((low, start))
+        low = stop
+    return [*left, (low, span[1])] if low < span[1] else left
