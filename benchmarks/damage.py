@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from copy import deepcopy
 from typing import Any
 
-from takagi.certificates.checker.reader import Number, canonical, digest, read_text
+from takagi.certificates.checker.kernel.reader import Number, canonical, digest, read_text
 
 Data = dict[str, Any]
 Place = tuple[Any, ...]

@@ -36,7 +36,7 @@ from fuzz_mutations import damaged_text, damaged_tree, recorded, resealed
 
 from takagi.certificates import checker
 from takagi.certificates.checker import CertificateError, check
-from takagi.certificates.checker.reader import canonical, read_text
+from takagi.certificates.checker.kernel.reader import canonical, read_text
 from takagi.reports import ci_formats
 
 CERTIFICATE, GAINS = "certificate.json", "gains.json"

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from copy import deepcopy
 from typing import Any
 
-from takagi.certificates.checker.reader import Number, digest
+from takagi.certificates.checker.kernel.reader import Number, digest
 
 __all__ = ["damaged_text", "damaged_tree", "places", "recorded", "resealed"]
 

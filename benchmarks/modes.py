@@ -17,7 +17,7 @@ import numpy as np
 from exact_truth import Rows, diagonal, inverse, times, transposed
 from known_loops import Random, unimodular
 
-from takagi.certificates.checker.reader import Number
+from takagi.certificates.checker.kernel.reader import Number
 
 Data = dict[str, Any]
 TINY = ("0", "1e-25", "1e-15", "1e-12", "1e-9", "1e-6", "1e-3")

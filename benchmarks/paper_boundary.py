@@ -23,7 +23,7 @@ from takagi.certificates.campaign.loop import certified_loop
 from takagi.certificates.campaign.trial_laws import coherent_trial, paper_trial
 from takagi.certificates.campaign.trial_plant import Rotor, rotor_of
 from takagi.certificates.campaign.trials import DISTURBANCES, Outcome, tried
-from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.document import certificate_document, turbine_data
 from takagi.certificates.paper import paper_candidate, paper_claim, paper_law_data, with_overlaps
 from takagi.certificates.paper_design import designed_law

@@ -29,8 +29,8 @@ from measure import PAGE, placed, table  # noqa: E402
 from modes import Known, TooLong, as_read  # noqa: E402
 
 from takagi.certificates import CertificateError, Verdict, certify  # noqa: E402
-from takagi.certificates.checker.claim_kinds import KINDS  # noqa: E402
-from takagi.certificates.checker.family import read_family  # noqa: E402
+from takagi.certificates.checker.kernel.claim_kinds import KINDS  # noqa: E402
+from takagi.certificates.checker.kernel.family import read_family  # noqa: E402
 from takagi.models import TSModel  # noqa: E402
 
 Counts = Counter[str]

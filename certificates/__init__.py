@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from takagi.certificates.certification import Certificate, certify, load_certificate
-    from takagi.certificates.checker.certificate import check
-    from takagi.certificates.checker.refusal import CertificateError
-    from takagi.certificates.checker.result import Checked, Claim, Verdict
+    from takagi.certificates.checker.kernel.certificate import check
+    from takagi.certificates.checker.kernel.refusal import CertificateError
+    from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
     from takagi.certificates.equilibrium.search import closed_loop_equilibria
     from takagi.certificates.gain_file_law import law_from_gains
     from takagi.certificates.turbine_design import DesignSettings, TurbineDesign, design_turbine
@@ -44,14 +44,14 @@ __all__ = [
 
 _HOME = {
     "Certificate": "certification",
-    "CertificateError": "checker.refusal",
-    "Checked": "checker.result",
-    "Claim": "checker.result",
+    "CertificateError": "checker.kernel.refusal",
+    "Checked": "checker.kernel.result",
+    "Claim": "checker.kernel.result",
     "DesignSettings": "turbine_design",
     "TurbineDesign": "turbine_design",
-    "Verdict": "checker.result",
+    "Verdict": "checker.kernel.result",
     "certify": "certification",
-    "check": "checker.certificate",
+    "check": "checker.kernel.certificate",
     "closed_loop_equilibria": "equilibrium.search",
     "design_turbine": "turbine_design",
     "law_from_gains": "gain_file_law",

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from takagi.certificates.checker.coherent_inputs import Law
-from takagi.certificates.checker.kinds.actuator_rates import CellRates, cell_rates, torque_step
-from takagi.certificates.checker.reader import number, read_text
+from takagi.certificates.checker.kernel.reader import number, read_text
+from takagi.certificates.checker.turbine.actuator_rates import CellRates, cell_rates, torque_step
+from takagi.certificates.checker.turbine.coherent_inputs import Law
 
 __all__ = ["actuator_rates_claim"]
 

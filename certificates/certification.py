@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
-from takagi.certificates.checker.certificate import check, check_document
-from takagi.certificates.checker.reader import read_json
-from takagi.certificates.checker.result import Checked, Verdict
+from takagi.certificates.checker.kernel.certificate import check, check_document
+from takagi.certificates.checker.kernel.reader import read_json
+from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.certificates.document import certificate_document, dumps
 from takagi.certificates.plant_embedding import plant_and_claim
 from takagi.certificates.provenance import provenance

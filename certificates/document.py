@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.checker.certificate import FORMAT, VERSION
-from takagi.certificates.checker.reader import Number, digest
+from takagi.certificates.checker.kernel.certificate import FORMAT, VERSION
+from takagi.certificates.checker.kernel.reader import Number, digest
 from takagi.models.law.coherent import CoherentLaw
 from takagi.models.surface import Surface
 from takagi.models.turbine.data import Turbine

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.certificates.checker.reader import (
+from takagi.certificates.checker.kernel.reader import (
     Number,
     member,
     number,
@@ -17,7 +17,7 @@ from takagi.certificates.checker.reader import (
     read_json,
     text,
 )
-from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.given_law import coherent_law_from_data
 from takagi.certificates.paper import paper_law_data
 from takagi.models.errors import ModelError
@@ -177,8 +177,8 @@ def _schedules(
 
 def _require_same(made: Mapping[str, Any], stated: Any, path: Path) -> None:
     """Refuse a file whose tables are another turbine's, or another version's."""
-    from takagi.certificates.checker.differing import differing, in_words
-    from takagi.certificates.checker.reader import read_text
+    from takagi.certificates.checker.files.differing import differing, in_words
+    from takagi.certificates.checker.kernel.reader import read_text
 
     read = read_text(json.dumps({"law": made}), "law")["law"]
     for one in differing(read, stated):

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.checker.matrices import read_stack
-from takagi.certificates.checker.reader import Number, member, read_json
-from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.kernel.matrices import read_stack
+from takagi.certificates.checker.kernel.reader import Number, member, read_json
+from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.plant_embedding import plant_and_claim
 from takagi.certificates.requests.loop import Loop
 from takagi.models.errors import ModelError

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.checker.kinds.wind_rate import Range, left_behind
+from takagi.certificates.checker.turbine.wind_rate import Range, left_behind
 from takagi.models.enclosure.interval import exact
 
 __all__ = ["RateRange", "rate_range", "wind_rate_claim"]

@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.actuator_rates import actuator_rates_claim
-from takagi.certificates.checker.claim_kinds import RESTING
-from takagi.certificates.checker.reader import read_text
-from takagi.certificates.checker.refusal import Refused
-from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.checker.kernel.claim_kinds import RESTING
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.coherent import CoherentCandidate, coherent_claim
 from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
 from takagi.certificates.known_wind import wind_rate_claim

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.document import certificate_document, turbine_data
 from takagi.certificates.paper import (
     PaperCandidate,

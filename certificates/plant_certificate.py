@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates.certification import Certificate
-from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.document import certificate_document
 from takagi.certificates.plant_embedding import plant_and_claim
 from takagi.certificates.provenance import provenance

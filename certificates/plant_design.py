@@ -22,7 +22,7 @@ from takagi.models.plant.plant import Plant
 
 if TYPE_CHECKING:
     from takagi.certificates.certification import Certificate
-    from takagi.certificates.checker.result import Checked, Verdict
+    from takagi.certificates.checker.kernel.result import Checked, Verdict
     from takagi.lmi import Design
     from takagi.models.law.pdc import PdcLaw
     from takagi.models.ts_model import TSModel

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.certificates.checker.plant_embedding import plant_family
-from takagi.certificates.checker.reader import read_text
-from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.plant.sector_embedding import plant_family
 from takagi.certificates.plant_blend import blend_claim, blend_data, blend_of
 from takagi.certificates.plant_tables import tables_data
 from takagi.certificates.plant_text import number_data, rational_symbol, text_data

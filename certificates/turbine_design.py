@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.checker.certificate import check_document
-from takagi.certificates.checker.result import Checked
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.kernel.result import Checked
 from takagi.certificates.coherent import (
     DEFAULT_BOX,
     DEFAULT_UNCERTAINTY,

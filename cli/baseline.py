@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from takagi.certificates.checker.result import Checked
+    from takagi.certificates.checker.kernel.result import Checked
     from takagi.reports.baseline import Comparison
 
 __all__ = ["TOLERANCE", "TOLERANCE_HELP", "Baseline", "compared", "read_baseline", "tolerance_of"]
@@ -36,7 +36,7 @@ def read_baseline(path: Path) -> Baseline:
     CertificateError : the file is refused.
     """
     from takagi.certificates.checker import check
-    from takagi.certificates.checker.reader import read_json
+    from takagi.certificates.checker.kernel.reader import read_json
 
     checked = check(path)
     return Baseline(path, read_json(path), checked)
@@ -46,7 +46,7 @@ def compared(
     old: Baseline, document: Mapping[str, Any], checked: Checked, tolerance: Fraction
 ) -> Comparison:
     """Return what became of the old certificate in one that was just made."""
-    from takagi.certificates.checker.reader import read_text
+    from takagi.certificates.checker.kernel.reader import read_text
     from takagi.certificates.document import dumps
     from takagi.reports.baseline import compare_certificates
 

@@ -27,7 +27,7 @@ from takagi.cli.progress import Tell, progress
 from takagi.cli.uncertainty_options import OF_UNCERTAINTY, uncertainty_asked
 
 if TYPE_CHECKING:
-    from takagi.certificates.checker.result import Checked
+    from takagi.certificates.checker.kernel.result import Checked
     from takagi.reports.baseline import Comparison
 
 __all__ = ["certify", "run"]

@@ -66,7 +66,7 @@ def compare(
 
 def _law(path: Path) -> Any:
     """Return the law of a gain file; None for what is taken for a certificate."""
-    from takagi.certificates.checker.reader import read_json
+    from takagi.certificates.checker.kernel.reader import read_json
 
     data = read_json(path)
     return data.get("law") if "claims" not in data else None

@@ -8,7 +8,7 @@ from math import pi
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from takagi.certificates.checker.result import Checked
+    from takagi.certificates.checker.kernel.result import Checked
     from takagi.certificates.turbine_design import TurbineDesign
     from takagi.reports.claim_summary import ClaimSummary
     from takagi.reports.overlap_claims import OverlapClaim
@@ -159,7 +159,7 @@ def _span(values: Sequence[float]) -> str:
 
 def _down(value: float) -> str:
     """Return three digits that do not promise more than the value."""
-    from takagi.certificates.checker.shown import at_least
+    from takagi.certificates.checker.words.shown import at_least
 
     return at_least(Fraction(repr(value)), 3)
 
@@ -173,7 +173,7 @@ def _plants(found: ClaimSummary) -> str:
 
 
 def _speed(design: TurbineDesign, found: ClaimSummary) -> str:
-    from takagi.certificates.checker.shown import at_most
+    from takagi.certificates.checker.words.shown import at_most
 
     side = "above" if found.overspeed >= 0 else "below"
     top = (1 + found.overspeed) * design.turbine.rated_rotor_speed * 30 / pi

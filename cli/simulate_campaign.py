@@ -154,7 +154,7 @@ def _run(
 ) -> CampaignReport:
     from takagi.certificates.campaign.beyond import INSIDE
     from takagi.certificates.campaign.runs import DURATION, run_campaign
-    from takagi.certificates.checker.certificate import check
+    from takagi.certificates.checker.kernel.certificate import check
     from takagi.models.library import resolve_model
     from takagi.reports.campaign.folder import CampaignReport
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 
 if TYPE_CHECKING:
     from takagi.certificates.turbine_design import TurbineDesign

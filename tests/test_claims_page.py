@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from takagi.certificates.checker.claim_kinds import KINDS
+from takagi.certificates.checker.kernel.claim_kinds import KINDS
 from tests.test_lmi_guide import blocks, printed
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "claims.md"

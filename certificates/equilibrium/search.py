@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
-from takagi.certificates.checker.equilibrium import RestReader, rest_reader
-from takagi.certificates.checker.reader import read_text
-from takagi.certificates.checker.refusal import Refused
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.turbine.equilibrium import RestReader, rest_reader
 from takagi.certificates.document import coherent_law_data, turbine_data
 from takagi.certificates.equilibrium.answers import ClosedLoopRests, RestCell
 from takagi.certificates.paper import paper_law_data

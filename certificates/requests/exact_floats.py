@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.checker.matrices import Matrix
-from takagi.certificates.checker.reader import read_text
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.reader import read_text
 
 __all__ = ["as_read", "floats", "stack_of"]
 

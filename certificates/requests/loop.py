@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.certificates.checker.claim_kinds import KINDS
-from takagi.certificates.checker.family import Family, read_family
-from takagi.certificates.checker.reader import read_text
-from takagi.certificates.checker.result import Claim
+from takagi.certificates.checker.kernel.claim_kinds import KINDS
+from takagi.certificates.checker.kernel.family import Family, read_family
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.result import Claim
 from takagi.certificates.model_data import pdc_law_data, ts_model_data
 from takagi.certificates.plant_embedding import law_members
 from takagi.models.errors import ModelError

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.requests.decimals import short
 from takagi.certificates.requests.loop import Loop
 from takagi.certificates.requests.one_blend import equation_function

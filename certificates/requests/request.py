@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import Any, Protocol
 
-from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.requests.loop import Loop
 
 __all__ = ["Attempt", "Request", "first_proved", "or_else"]

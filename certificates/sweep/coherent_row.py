@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from takagi.certificates.checker.result import Verdict
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.provenance import plain, provenance
 from takagi.certificates.sweep.grid import SweepMap, Task
 from takagi.certificates.sweep.loop_settings import model_numbers

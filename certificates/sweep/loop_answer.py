@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from takagi.certificates.checker.certificate import check_document
-from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.coherent import CoherentCandidate, coherent_claim
 from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
 from takagi.certificates.failing_winds import failing_winds

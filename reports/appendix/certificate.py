@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from takagi.certificates.checker.result import Verdict
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.turbine_design import TurbineDesign
 from takagi.reports.appendix.tex import Tex, decimal, escape, fixed, interval, matrix, span
 

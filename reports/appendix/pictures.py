@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.checker.result import Verdict
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.turbine_design import TurbineDesign
 from takagi.models.turbine.trim import TrimPoint, trim
 from takagi.reports.appendix.blending import filter_of

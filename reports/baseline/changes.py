@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from takagi.certificates.checker.differing import Difference, differing, in_words
-from takagi.certificates.checker.reader import Number
+from takagi.certificates.checker.files.differing import Difference, differing, in_words
+from takagi.certificates.checker.kernel.reader import Number
 
 __all__ = ["Change", "changes", "listed_changes"]
 

@@ -15,7 +15,7 @@ from fractions import Fraction
 from math import inf
 from typing import Any
 
-from takagi.certificates.checker.result import Checked, Verdict
+from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.reports.baseline.changes import Change, changes
 from takagi.reports.baseline.figures import (
     Figure,

@@ -17,14 +17,14 @@ from fractions import Fraction
 from math import inf
 from typing import Any
 
-from takagi.certificates.checker.definite import is_positive_definite
+from takagi.certificates.checker.kernel.definite import is_positive_definite
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.reader import canonical, matrix, number, numbers
 from takagi.certificates.checker.kinds.ellipsoid_size import (
     LARGEST,
     square_root_below,
     volume_below,
 )
-from takagi.certificates.checker.matrices import Matrix
-from takagi.certificates.checker.reader import canonical, matrix, number, numbers
 
 __all__ = ["Figure", "Found", "Profile", "box_figures", "claim_figures", "question"]
 

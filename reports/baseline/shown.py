@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.shown import at_least
+from takagi.certificates.checker.words.shown import at_least
 from takagi.reports.baseline.changes import listed_changes
 from takagi.reports.baseline.comparison import Comparison, Moved
 

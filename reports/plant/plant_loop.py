@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.checker.result import Verdict
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.models.errors import ModelError
 from takagi.models.plant.plant import Plant
 from takagi.models.ts_model import Matrices, TSModel

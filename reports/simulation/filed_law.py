@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from takagi.certificates.checker.reader import member, number, read_json
+from takagi.certificates.checker.kernel.reader import member, number, read_json
 from takagi.certificates.gain_file_law import law_from_gains
 from takagi.models.errors import ModelError
 from takagi.models.law.coherent import CoherentLaw

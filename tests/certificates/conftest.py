@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker.reader import digest, read_text
+from takagi.certificates.checker.kernel.reader import digest, read_text
 from takagi.certificates.coherent import CoherentCandidate, coherent_candidate, coherent_claim
 from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
 from takagi.lmi.turbine.effort import effort_gains

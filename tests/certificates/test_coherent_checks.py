@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.checker.coherent_corners import BOUNDS, RANGES, Corners
-from takagi.certificates.checker.coherent_inputs import Box, Law, Plant, Uncertainty
-from takagi.certificates.checker.coherent_loop import Loop
-from takagi.certificates.checker.coherent_residual import residual
-from takagi.certificates.checker.fixed import ONE
-from takagi.certificates.checker.reader import read_text
-from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.arithmetic.fixed import ONE
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES, Corners
+from takagi.certificates.checker.turbine.coherent_inputs import Box, Law, Plant, Uncertainty
+from takagi.certificates.checker.turbine.coherent_loop import Loop
+from takagi.certificates.checker.turbine.coherent_residual import residual
 from takagi.lmi.analysis.invariant_ellipsoid import largest_scale
 from takagi.models.embedding.coherent import CellLoop
 from takagi.models.embedding.vertices import loop_vertices

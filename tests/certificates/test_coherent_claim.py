@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import CertificateError, Verdict, check
-from takagi.certificates.checker.certificate import check_document
-from takagi.certificates.checker.coherent_corners import BOUNDS, RANGES
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES
 from takagi.certificates.coherent import DEFAULT_UNCERTAINTY, coherent_candidate, coherent_claim
 from takagi.certificates.document import certificate_document, dumps
 from takagi.certificates.two_checkers import cross_checked_document

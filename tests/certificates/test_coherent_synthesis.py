@@ -8,8 +8,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from takagi.certificates.checker.certificate import check_document
-from takagi.certificates.checker.result import Verdict
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.coherent import (
     DEFAULT_BOX,
     DEFAULT_UNCERTAINTY,

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import CertificateError, Verdict, check
-from takagi.certificates.checker.certificate import check_document
-from takagi.certificates.checker.coherent_corners import BOUNDS, RANGES
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES
 
 Document = dict[str, Any]
 Reseal = Callable[[Document], Document]

@@ -10,7 +10,7 @@ import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.definite import (
+from takagi.certificates.checker.kernel.definite import (
     is_positive_definite,
     positive_definite_integers,
     positive_semidefinite_integers,

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker.certificate import check
-from takagi.certificates.checker.refusal import CertificateError
-from takagi.certificates.checker.result import Verdict
+from takagi.certificates.checker.kernel.certificate import check
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.coherent import coherent_candidate, coherent_claim
 from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
 from takagi.certificates.provenance import provenance

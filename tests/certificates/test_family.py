@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.family import Family, read_family
-from takagi.certificates.checker.matrices import Matrix
-from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.kernel.family import Family, read_family
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.refusal import CertificateError
 
 Rows = list[list[Fraction]]
 ENTRY = st.integers(-9, 9).map(Fraction)
@@ -158,7 +158,7 @@ def test_rules_in_another_order_are_weights_of_their_own() -> None:
 
 def numbered(data: Any) -> Any:
     """Return the data with matrix entries as the reader leaves them."""
-    from takagi.certificates.checker.reader import Number
+    from takagi.certificates.checker.kernel.reader import Number
 
     def entries(value: Any) -> Any:
         return [entries(v) for v in value] if isinstance(value, list) else Number(value)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates.checker import CertificateError
-from takagi.certificates.checker.fixed import (
+from takagi.certificates.checker.arithmetic.fixed import (
     ONE,
     Q,
     add,
@@ -24,7 +24,7 @@ from takagi.certificates.checker.fixed import (
     sub,
     within,
 )
-from takagi.certificates.checker.shown import at_least, at_most
+from takagi.certificates.checker.words.shown import at_least, at_most
 
 RATIONALS = st.fractions(min_value=-1000, max_value=1000, max_denominator=10**30)
 SHARES = st.fractions(min_value=0, max_value=1, max_denominator=1000)

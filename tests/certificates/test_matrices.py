@@ -1,11 +1,9 @@
-"""Exact matrices: against numpy's arrays of fractions, and how small the checker's kernel is."""
+"""Exact matrices: against numpy's arrays of fractions."""
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Callable
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,12 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-import takagi.certificates.checker
-from takagi.certificates.checker.matrices import Matrix, mean
-from takagi.certificates.checker.refusal import Refused
+from takagi.certificates.checker.kernel.matrices import Matrix, mean
+from takagi.certificates.checker.kernel.refusal import Refused
 
-FOLDER = Path(str(takagi.certificates.checker.__file__)).parent
-KERNEL = ("reader", "definite", "matrices", "family", "certificate")
 NUMBERS = st.fractions(-9, 9, max_denominator=30)
 
 
@@ -78,23 +73,3 @@ def test_a_positive_factor_changes_no_sign(above: int, below: int) -> None:
     assert edge.is_positive_semidefinite
     assert not edge.is_positive_definite
     assert not Matrix([[2, 1], [0, 1]]).is_positive_definite
-
-
-def test_the_kernel_is_read_in_an_hour() -> None:
-    """Reader, definiteness, matrices, loop and dispatch: at most 500 lines of code together.
-
-    Lines of code are those that are neither blank nor comment nor docstring.
-    """
-    assert sum(lines_of_code(FOLDER / f"{name}.py") for name in KERNEL) <= 500
-
-
-def lines_of_code(file: Path) -> int:
-    source = file.read_text(encoding="utf-8")
-    words: set[int] = set()
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
-            words |= set(range(node.lineno, (node.end_lineno or node.lineno) + 1))
-    return sum(
-        bool(line.strip()) and not line.strip().startswith("#") and number not in words
-        for number, line in enumerate(source.splitlines(), start=1)
-    )

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import CertificateError, check
-from takagi.certificates.checker.model_file import compare_turbine
-from takagi.certificates.checker.reader import read_text
+from takagi.certificates.checker.files.turbine_file import compare_turbine
+from takagi.certificates.checker.kernel.reader import read_text
 from takagi.models.turbine.loader import model_files
 
 Document = dict[str, Any]

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from takagi.certificates.checker.certificate import check_document
-from takagi.certificates.checker.refusal import CertificateError
-from takagi.certificates.checker.result import Claim, Verdict
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.document import certificate_document, turbine_data
 from takagi.certificates.paper import (
     PaperCandidate,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from takagi.certificates.checker.result import Verdict
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.plant_design import (
     NoPlantDesign,
     PlantDesign,

@@ -11,7 +11,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from takagi.certificates.checker import CertificateError, check
-from takagi.certificates.checker.reader import (
+from takagi.certificates.checker.kernel.reader import (
     LARGEST_FILE,
     Number,
     canonical,

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import CertificateError
-from takagi.certificates.checker.fixed import ONE, enclose, point
-from takagi.certificates.checker.spline import PAD, Spline
+from takagi.certificates.checker.arithmetic.fixed import ONE, enclose, point
+from takagi.certificates.checker.arithmetic.spline import PAD, Spline
 from takagi.models.enclosure.interval import Interval, exact
 from takagi.models.surface import Surface
 from takagi.models.turbine.loader import nrel5mw

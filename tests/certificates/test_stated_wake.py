@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from takagi.certificates.checker import CertificateError
-from takagi.certificates.checker.frozen_wake import scaled_slopes
-from takagi.certificates.checker.model_file import compare_turbine
-from takagi.certificates.checker.reader import matrix, member, numbers, read_text
-from takagi.certificates.checker.spline import Spline
+from takagi.certificates.checker.arithmetic.spline import Spline
+from takagi.certificates.checker.files.turbine_file import compare_turbine
+from takagi.certificates.checker.kernel.reader import matrix, member, numbers, read_text
+from takagi.certificates.checker.turbine.frozen_wake import scaled_slopes
 from takagi.certificates.document import turbine_data
 from takagi.models.law.schedule import effort_schedule
 from takagi.models.turbine import rotor_torque_gradient

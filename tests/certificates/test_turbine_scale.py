@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from takagi.certificates.checker.certificate import check_document
+from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.coherent import DEFAULT_BOX, coherent_candidate, coherent_claim
 from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
 from takagi.certificates.provenance import provenance

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from takagi.certificates.checker.reader import digest, read_text
+from takagi.certificates.checker.kernel.reader import digest, read_text
 from takagi.cli.main import main
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.result import Checked, Claim, Verdict
+from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
 from takagi.reports.appendix import appendix_files
 from takagi.reports.appendix.tex import Tex, decimal, escape, fixed, scientific, unit
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from takagi.certificates.checker.result import Checked, Claim, Verdict
+from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
 from takagi.reports.appendix import appendix_files
 from takagi.reports.output import write_folder
 

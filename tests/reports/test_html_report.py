@@ -13,7 +13,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from takagi.certificates.checker.result import Checked, Claim, Verdict
+from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
 from takagi.certificates.document import dumps
 from takagi.certificates.turbine_design import DesignSettings, TurbineDesign
 from takagi.cli.design_summary import as_text

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.checker.result import Checked, Claim, Verdict
+from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
 from takagi.certificates.plant_design import PlantDesign
 from takagi.reports.output import write_folder
 from takagi.reports.plant import plant_appendix

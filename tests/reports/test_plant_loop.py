@@ -64,7 +64,7 @@ def test_a_claim_that_is_not_proved_gives_no_ellipsoid() -> None:
     """P of an undecided claim is nobody's function."""
     design = design_of(PENDULUM)
     checked = design.certificate.checked
-    from takagi.certificates.checker.result import Checked, Claim, Verdict
+    from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
 
     doubted = Checked.of([Claim(c.name, Verdict.UNDECIDED, c.text) for c in checked.claims], [])
     loop = plant_loop(replace(design, certificate=replace(design.certificate, checked=doubted)))

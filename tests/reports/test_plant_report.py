@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from takagi.certificates.checker.result import Checked, Claim, Verdict
+from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
 from takagi.certificates.plant_design import PlantDesign, design_plant
 from takagi.models.plant.plant import Plant
 from takagi.reports.html.page import ReportFiles

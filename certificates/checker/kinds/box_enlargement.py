@@ -29,13 +29,13 @@ from fractions import Fraction
 from math import prod
 from typing import Any
 
-from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.kernel.matrices import Matrix, mean
+from takagi.certificates.checker.kernel.reader import number, text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.decay import check_decay
-from takagi.certificates.checker.matrices import Matrix, mean
-from takagi.certificates.checker.reader import number, text
-from takagi.certificates.checker.refusal import CertificateError
-from takagi.certificates.checker.result import Claim, Verdict
-from takagi.certificates.checker.shown import at_least
+from takagi.certificates.checker.words.shown import at_least
 
 __all__ = ["check_box_enlargement", "enlarged"]
 

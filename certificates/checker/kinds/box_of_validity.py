@@ -15,8 +15,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from takagi.certificates.checker.family import Family, bounded
-from takagi.certificates.checker.matrices import Matrix
+from takagi.certificates.checker.kernel.family import Family, bounded
+from takagi.certificates.checker.kernel.matrices import Matrix
 
 __all__ = [
     "beyond_range",

@@ -20,13 +20,13 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.reader import number, text
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.box_of_validity import undisturbed, while_valid
 from takagi.certificates.checker.kinds.exponential import exp_below
-from takagi.certificates.checker.matrices import Matrix, read_matrix
-from takagi.certificates.checker.reader import number, text
-from takagi.certificates.checker.result import Claim, Verdict
-from takagi.certificates.checker.shown import at_least
+from takagi.certificates.checker.words.shown import at_least
 
 __all__ = ["check_decay", "decrease", "decrease_factor"]
 

@@ -21,10 +21,10 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.family import Blend, Family, bounded
-from takagi.certificates.checker.matrices import Matrix, read_stack
-from takagi.certificates.checker.reader import member, text
-from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.kernel.family import Blend, Family, bounded
+from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
+from takagi.certificates.checker.kernel.reader import member, text
+from takagi.certificates.checker.kernel.refusal import CertificateError
 
 __all__ = ["Path", "entrance", "paths", "quadratic_change", "scaled_identity", "shown_path", "zero"]
 

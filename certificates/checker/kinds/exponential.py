@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from takagi.certificates.checker.refusal import Refused
+from takagi.certificates.checker.kernel.refusal import Refused
 
 __all__ = ["exp_above", "exp_below"]
 

@@ -26,14 +26,14 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.family import Blend, Family, bounded
+from takagi.certificates.checker.kernel.family import Blend, Family, bounded
+from takagi.certificates.checker.kernel.matrices import Matrix, mean, read_matrix
+from takagi.certificates.checker.kernel.reader import number, numbers, text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.box_of_validity import undisturbed, while_valid
 from takagi.certificates.checker.kinds.decay import decrease_factor
-from takagi.certificates.checker.matrices import Matrix, mean, read_matrix
-from takagi.certificates.checker.reader import number, numbers, text
-from takagi.certificates.checker.refusal import CertificateError
-from takagi.certificates.checker.result import Claim, Verdict
-from takagi.certificates.checker.shown import at_least
+from takagi.certificates.checker.words.shown import at_least
 
 __all__ = ["check_gain_rounding"]
 

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.kernel.reader import text
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.ellipsoid_size import shown_size
 from takagi.certificates.checker.kinds.invariant_set import read_invariant_set
-from takagi.certificates.checker.reader import text
-from takagi.certificates.checker.result import Claim, Verdict
 
 __all__ = ["check_invariant_ellipsoid"]
 

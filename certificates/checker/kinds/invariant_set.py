@@ -32,17 +32,17 @@ from fractions import Fraction
 from itertools import product
 from typing import Any
 
-from takagi.certificates.checker.family import Family, bounded
+from takagi.certificates.checker.kernel.family import Family, bounded
+from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.reader import number, numbers
+from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.box_of_validity import beyond_range, granted, outside_of
 from takagi.certificates.checker.kinds.disturbed_path import (
     entrance,
     quadratic_change,
     scaled_identity,
 )
-from takagi.certificates.checker.matrices import Matrix, read_matrix
-from takagi.certificates.checker.reader import number, numbers
-from takagi.certificates.checker.refusal import CertificateError
-from takagi.certificates.checker.shown import at_least, exactly
+from takagi.certificates.checker.words.shown import at_least, exactly
 
 __all__ = ["InvariantSet", "read_invariant_set"]
 

@@ -21,7 +21,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.reader import number, text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.box_of_validity import (
     bounded_inputs,
     granted,
@@ -34,11 +38,7 @@ from takagi.certificates.checker.kinds.disturbed_path import (
     scaled_identity,
     shown_path,
 )
-from takagi.certificates.checker.matrices import Matrix, read_matrix
-from takagi.certificates.checker.reader import number, text
-from takagi.certificates.checker.refusal import CertificateError
-from takagi.certificates.checker.result import Claim, Verdict
-from takagi.certificates.checker.shown import at_least, at_most
+from takagi.certificates.checker.words.shown import at_least, at_most
 
 __all__ = ["check_l2_gain"]
 

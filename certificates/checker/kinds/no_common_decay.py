@@ -25,14 +25,14 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.family import Blend, Family
+from takagi.certificates.checker.kernel.family import Blend, Family
+from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.reader import integer, member, number, text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.decay import decrease
 from takagi.certificates.checker.kinds.exponential import exp_above
-from takagi.certificates.checker.matrices import Matrix, read_matrix
-from takagi.certificates.checker.reader import integer, member, number, text
-from takagi.certificates.checker.refusal import CertificateError
-from takagi.certificates.checker.result import Claim, Verdict
-from takagi.certificates.checker.shown import at_most
+from takagi.certificates.checker.words.shown import at_most
 
 __all__ = ["check_no_common_decay"]
 

@@ -32,15 +32,15 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from takagi.certificates.checker.family import Family, Pairs, bounded
+from takagi.certificates.checker.kernel.family import Family, Pairs, bounded
+from takagi.certificates.checker.kernel.matrices import Matrix, mean, read_matrix, read_stack
+from takagi.certificates.checker.kernel.reader import number, text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.box_of_validity import undisturbed, while_valid
 from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
 from takagi.certificates.checker.kinds.disturbed_path import zero
-from takagi.certificates.checker.matrices import Matrix, mean, read_matrix, read_stack
-from takagi.certificates.checker.reader import number, text
-from takagi.certificates.checker.refusal import CertificateError
-from takagi.certificates.checker.result import Claim, Verdict
-from takagi.certificates.checker.shown import at_least
+from takagi.certificates.checker.words.shown import at_least
 
 __all__ = [
     "check_observed_feedback",

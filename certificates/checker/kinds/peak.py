@@ -20,7 +20,11 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.family import Family
+from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.reader import number, text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.disturbed_path import (
     Path,
     paths,
@@ -29,11 +33,7 @@ from takagi.certificates.checker.kinds.disturbed_path import (
     zero,
 )
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet, read_invariant_set
-from takagi.certificates.checker.matrices import Matrix
-from takagi.certificates.checker.reader import number, text
-from takagi.certificates.checker.refusal import CertificateError
-from takagi.certificates.checker.result import Claim, Verdict
-from takagi.certificates.checker.shown import at_least, at_most
+from takagi.certificates.checker.words.shown import at_least, at_most
 
 __all__ = ["check_peak"]
 

@@ -17,12 +17,12 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.family import Family, bounded
-from takagi.certificates.checker.matrices import Matrix, read_matrix
-from takagi.certificates.checker.reader import member, text
-from takagi.certificates.checker.refusal import CertificateError
-from takagi.certificates.checker.result import Claim, Verdict
-from takagi.certificates.checker.shown import at_least, at_most, exactly
+from takagi.certificates.checker.kernel.family import Family, bounded
+from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
+from takagi.certificates.checker.kernel.reader import member, text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.words.shown import at_least, at_most, exactly
 
 __all__ = ["check_region", "in_words"]
 

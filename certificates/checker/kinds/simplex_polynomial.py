@@ -18,8 +18,8 @@ from fractions import Fraction
 from itertools import combinations_with_replacement, product
 from math import comb, prod
 
-from takagi.certificates.checker.matrices import Matrix
-from takagi.certificates.checker.refusal import Refused
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.refusal import Refused
 
 __all__ = ["Exponent", "Polynomial", "exponents"]
 

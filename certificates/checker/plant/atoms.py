@@ -14,8 +14,8 @@ from collections import Counter
 from fractions import Fraction
 from math import isqrt
 
+from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.polynomial import Polynomial, Quotient, Ring
-from takagi.certificates.checker.refusal import Refused
 
 __all__ = ["Atoms"]
 

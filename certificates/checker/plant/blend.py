@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.effort_ramp import psi, share
+from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
+from takagi.certificates.checker.kernel.reader import Number, integer, member, text
+from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.expression import NAME, Scope, read_expression
 from takagi.certificates.checker.plant.graph import FUNCTIONS
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable
-from takagi.certificates.checker.reader import Number, integer, member, text
-from takagi.certificates.checker.refusal import CertificateError
 
 __all__ = ["Acting", "Blend", "read_blend", "secant"]
 

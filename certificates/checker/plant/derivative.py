@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from fractions import Fraction
 
+from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.graph import Graph, Node
-from takagi.certificates.checker.refusal import Refused
 
 __all__ = ["derivative", "rebuilt", "substituted"]
 

@@ -6,13 +6,13 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import TypeAlias
 
-from takagi.certificates.checker.plant import decimal_interval as d
-from takagi.certificates.checker.plant.decimal_interval import ONE, Pair
-from takagi.certificates.checker.plant.elementary import function_of, pi_interval
+from takagi.certificates.checker.arithmetic import decimal_interval as d
+from takagi.certificates.checker.arithmetic.decimal_interval import ONE, Pair
+from takagi.certificates.checker.arithmetic.elementary import function_of, pi_interval
+from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.exact_interval import Ends, exact_operation
 from takagi.certificates.checker.plant.graph import Graph, Node
 from takagi.certificates.checker.plant.table import Table
-from takagi.certificates.checker.refusal import Refused
 
 __all__ = ["Box", "Evaluator", "TooLong"]
 

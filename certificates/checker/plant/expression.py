@@ -17,8 +17,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.plant.graph import FUNCTIONS, Graph
-from takagi.certificates.checker.refusal import CertificateError, Refused
 
 __all__ = ["NAME", "Scope", "read_expression"]
 

@@ -15,7 +15,7 @@ from collections.abc import Iterable
 from fractions import Fraction
 from typing import NamedTuple
 
-from takagi.certificates.checker.refusal import Refused
+from takagi.certificates.checker.kernel.refusal import Refused
 
 __all__ = ["FUNCTIONS", "Graph", "Node", "largest_bits"]
 

@@ -21,11 +21,11 @@ from collections.abc import Mapping
 from fractions import Fraction
 from math import comb, gcd, lcm
 
+from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.atoms import Atoms
 from takagi.certificates.checker.plant.graph import Graph, Node
 from takagi.certificates.checker.plant.polynomial import Monomial, Polynomial, Quotient
 from takagi.certificates.checker.plant.table import Table
-from takagi.certificates.checker.refusal import Refused
 
 __all__ = ["Algebra"]
 

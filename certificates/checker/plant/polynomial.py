@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import NamedTuple, TypeAlias
 
+from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.graph import largest_bits
-from takagi.certificates.checker.refusal import Refused
 
 __all__ = ["Monomial", "Polynomial", "Quotient", "Ring"]
 

@@ -14,12 +14,12 @@ from __future__ import annotations
 from fractions import Fraction
 from math import factorial
 
-from takagi.certificates.checker.plant.decimal_interval import Pair, hull
+from takagi.certificates.checker.arithmetic.decimal_interval import Pair, hull
+from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.derivative import derivative, substituted
 from takagi.certificates.checker.plant.evaluate import Box, Evaluator
 from takagi.certificates.checker.plant.graph import Graph
 from takagi.certificates.checker.plant.identity import Algebra
-from takagi.certificates.checker.refusal import Refused
 
 __all__ = ["Form", "parted"]
 

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from takagi.certificates.checker.plant.decimal_interval import ONE, Pair, multiply
+from takagi.certificates.checker.arithmetic.decimal_interval import ONE, Pair, multiply
+from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.evaluate import Box, Evaluator
 from takagi.certificates.checker.plant.graph import Node
 from takagi.certificates.checker.plant.identity import Algebra
@@ -21,7 +22,6 @@ from takagi.certificates.checker.plant.linear_sum import (
     with_variable,
 )
 from takagi.certificates.checker.plant.quotient_form import Form, parted
-from takagi.certificates.checker.refusal import Refused
 
 __all__ = ["Ranges"]
 

@@ -12,14 +12,14 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.plant import decimal_interval as d
-from takagi.certificates.checker.plant.decimal_interval import Pair
+from takagi.certificates.checker.arithmetic import decimal_interval as d
+from takagi.certificates.checker.arithmetic.decimal_interval import Pair
+from takagi.certificates.checker.kernel.reader import Number, member, number, text
+from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.evaluate import Evaluator
 from takagi.certificates.checker.plant.expression import NAME, Scope, read_expression
 from takagi.certificates.checker.plant.graph import FUNCTIONS, Graph
 from takagi.certificates.checker.plant.table import Table, read_table
-from takagi.certificates.checker.reader import Number, member, number, text
-from takagi.certificates.checker.refusal import CertificateError
 
 __all__ = ["PlantNodes", "Premise", "Rows", "Variable", "constant_bracket", "read_plant"]
 

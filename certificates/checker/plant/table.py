@@ -7,11 +7,11 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
-from takagi.certificates.checker.fixed import BITS, Q
-from takagi.certificates.checker.plant.decimal_interval import ONE, Pair
-from takagi.certificates.checker.reader import matrix, member, numbers
-from takagi.certificates.checker.refusal import CertificateError, Refused
-from takagi.certificates.checker.spline import Spline
+from takagi.certificates.checker.arithmetic.decimal_interval import ONE, Pair
+from takagi.certificates.checker.arithmetic.fixed import BITS, Q
+from takagi.certificates.checker.arithmetic.spline import Spline
+from takagi.certificates.checker.kernel.reader import matrix, member, numbers
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 
 __all__ = ["Table", "read_table"]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.plant.decimal_interval import ONE
+from takagi.certificates.checker.arithmetic.decimal_interval import ONE
+from takagi.certificates.checker.kernel.reader import member, numbers
+from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.reading import PlantNodes
-from takagi.certificates.checker.reader import member, numbers
-from takagi.certificates.checker.refusal import CertificateError
-from takagi.certificates.checker.shown import at_least, at_most
+from takagi.certificates.checker.words.shown import at_least, at_most
 
 __all__ = ["compared_trim"]
 

@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from fractions import Fraction
 from itertools import product
 
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.plant.graph import Graph
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.reading import PlantNodes, Premise
-from takagi.certificates.checker.refusal import CertificateError, Refused
 
 __all__ = ["MultiAffine", "corners_of", "entry_node", "multi_affine_entries", "vertex_stack"]
 

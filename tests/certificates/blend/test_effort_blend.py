@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Verdict
-from takagi.certificates.checker.certificate import check_document
-from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.cross_check.reading import Refusal
 from takagi.certificates.plant_design import PlantDesign, certify_plant
@@ -225,8 +225,8 @@ def test_another_file_is_told_apart(change: str, tmp_path: Path) -> None:
     """By the numbers and equations of the file, not by its hash."""
     import json
 
-    from takagi.certificates.checker.plant.plant_file import compare_plant
-    from takagi.certificates.checker.reader import read_text
+    from takagi.certificates.checker.files.plant_file import compare_plant
+    from takagi.certificates.checker.kernel.reader import read_text
 
     model = read_text(json.dumps(design().document["model"]), "model")
     plant_of(tmp_path)
@@ -255,8 +255,8 @@ def test_a_strange_file_is_refused_without_a_traceback(change: str, tmp_path: Pa
     """Files that `takagi design` would not read, given to the checker."""
     import json
 
-    from takagi.certificates.checker.plant.plant_file import compare_plant
-    from takagi.certificates.checker.reader import read_text
+    from takagi.certificates.checker.files.plant_file import compare_plant
+    from takagi.certificates.checker.kernel.reader import read_text
     from tests.models.blending.plants import ROOM
 
     model = read_text(json.dumps(design().document["model"]), "model")

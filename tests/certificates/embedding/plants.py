@@ -7,10 +7,10 @@ from collections.abc import Callable
 from copy import deepcopy
 from typing import Any
 
-from takagi.certificates.checker.certificate import check_document
-from takagi.certificates.checker.plant_embedding import check_embedding
-from takagi.certificates.checker.reader import read_text
-from takagi.certificates.checker.result import Checked, Claim
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.result import Checked, Claim
+from takagi.certificates.checker.plant.sector_embedding import check_embedding
 from takagi.certificates.document import certificate_document
 from takagi.certificates.plant_embedding import embedding_claim, plant_data
 from takagi.models.blending import blended_model

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.plant import decimal_interval as d
-from takagi.certificates.checker.plant.decimal_interval import ONE, Pair
-from takagi.certificates.checker.plant.elementary import PI_FINE, function_of
-from takagi.certificates.checker.refusal import Refused
+from takagi.certificates.checker.arithmetic import decimal_interval as d
+from takagi.certificates.checker.arithmetic.decimal_interval import ONE, Pair
+from takagi.certificates.checker.arithmetic.elementary import PI_FINE, function_of
+from takagi.certificates.checker.kernel.refusal import Refused
 
 # Name, Arb's name, domain in which it is tried, and how wide a point's bracket may be.
 CASES = [

@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.derivative import derivative
 from takagi.certificates.checker.plant.evaluate import Evaluator
 from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.graph import FUNCTIONS, Graph
 from takagi.certificates.checker.plant.identity import Algebra
-from takagi.certificates.checker.refusal import Refused
 
 NAMES = ("x", "y", "u")
 

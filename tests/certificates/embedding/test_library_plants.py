@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import certify
-from takagi.certificates.checker.plant_embedding import plant_family
-from takagi.certificates.checker.result import Verdict
+from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.checker.plant.sector_embedding import plant_family
 from takagi.certificates.plant_embedding import plant_data
 from takagi.lmi import pdc
 from takagi.models.library import built_in_kinds
@@ -73,7 +73,7 @@ def test_a_law_with_other_weights_is_not_taken_for_one_with_the_models() -> None
     certificate = certify(model, pdc(model, decay_rate=0.5).gains)
     data = as_read(certificate.document["model"])
     law = as_read(certificate.document["gains"])
-    from takagi.certificates.checker.family import read_family
+    from takagi.certificates.checker.kernel.family import read_family
 
     assert read_family(data, law).shared_weights
     law["premises"][1]["expression"] = "cos(angle)"

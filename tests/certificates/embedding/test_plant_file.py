@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.plant.plant_file import compare_plant
-from takagi.certificates.checker.plant.plant_units import in_si
-from takagi.certificates.checker.reader import read_text
-from takagi.certificates.checker.refusal import CertificateError, Refused
+from takagi.certificates.checker.files.plant_file import compare_plant
+from takagi.certificates.checker.files.plant_units import in_si
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.plant_embedding import plant_data
 from takagi.models import load_model, sector_model
 from takagi.models.library import built_in_kinds, data_folder

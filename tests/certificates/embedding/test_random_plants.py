@@ -13,8 +13,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.certificates.checker.plant_embedding import plant_family
-from takagi.certificates.checker.result import Verdict
+from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.checker.plant.sector_embedding import plant_family
 from takagi.certificates.plant_embedding import plant_data
 from takagi.models.enclosure.interval import Interval
 from takagi.models.plant.plant import Output, Parameter, Plant, Variable

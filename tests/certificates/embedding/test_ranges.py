@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from takagi.certificates import certify
 from takagi.certificates.checker import CertificateError
-from takagi.certificates.checker.result import Verdict
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.plant_embedding import plant_data
 from takagi.models.curve import Curve, interpolate_curve
 from takagi.models.enclosure.domain import Domain

@@ -10,9 +10,9 @@ import sympy as sp
 
 from takagi.certificates import certify
 from takagi.certificates.checker import CertificateError
-from takagi.certificates.checker.plant_embedding import check_embedding, plant_family
-from takagi.certificates.checker.plant_secant import check_secant_embedding
-from takagi.certificates.checker.result import Verdict
+from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.checker.plant.secant_embedding import check_secant_embedding
+from takagi.certificates.checker.plant.sector_embedding import check_embedding, plant_family
 from takagi.certificates.plant_embedding import plant_data
 from takagi.certificates.plant_secant import secant_model
 from takagi.models.enclosure.interval import Interval
@@ -118,7 +118,7 @@ def test_one_form_is_not_taken_for_the_other() -> None:
 
 def test_a_law_cannot_have_the_weights_of_secants() -> None:
     """Gains that differ from rule to rule are checked in all pairs."""
-    from takagi.certificates.checker.family import read_family
+    from takagi.certificates.checker.kernel.family import read_family
 
     model = secant_model(load_plant("flexible_joint"))
     gains = np.array([[[1.0, 0.0, 0.0, 0.0]], [[2.0, 0.0, 0.0, 0.0]]])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from takagi.certificates.checker.result import Verdict
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.equilibrium import ClosedLoopRests, closed_loop_equilibria
 from takagi.models.errors import ModelError
 from takagi.models.law.coherent import CoherentLaw
@@ -122,7 +122,7 @@ def test_a_false_answer_is_not_proved(stated: str) -> None:
     document = found.document()
     document["claims"][0]["cells"][0]["rests"] = stated
 
-    from takagi.certificates.checker.certificate import check_document
+    from takagi.certificates.checker.kernel.certificate import check_document
 
     checked = check_document(resealed(document))
 

@@ -6,9 +6,9 @@ from fractions import Fraction
 
 import pytest
 
-from takagi.certificates.checker.dual import Dual
-from takagi.certificates.checker.fixed import ONE, ZERO, enclose, mul, square, sub
-from takagi.certificates.checker.rest_count import Count, Piece, Span, count_zeros
+from takagi.certificates.checker.arithmetic.dual import Dual
+from takagi.certificates.checker.arithmetic.fixed import ONE, ZERO, enclose, mul, square, sub
+from takagi.certificates.checker.turbine.rest_count import Count, Piece, Span, count_zeros
 
 
 def parabola(winds: Span, span: Span) -> Dual:

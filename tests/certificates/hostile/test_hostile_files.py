@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import CertificateError, Verdict, check
-from takagi.certificates.checker.reader import canonical, digest, read_text
+from takagi.certificates.checker.kernel.reader import canonical, digest, read_text
 from takagi.certificates.document import certificate_document, dumps
 
 Document = dict[str, Any]

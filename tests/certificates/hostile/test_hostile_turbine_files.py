@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import CertificateError
-from takagi.certificates.checker.model_file import compare_turbine
-from takagi.certificates.checker.reader import read_text
+from takagi.certificates.checker.files.turbine_file import compare_turbine
+from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.document import dumps, turbine_data
 from takagi.models.turbine.loader import model_files, nrel5mw
 

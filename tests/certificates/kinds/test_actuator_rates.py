@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from takagi.certificates.actuator_rates import actuator_rates_claim
-from takagi.certificates.checker.certificate import check_document
-from takagi.certificates.checker.kinds.actuator_rates import torque_step
-from takagi.certificates.checker.refusal import CertificateError
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.turbine.actuator_rates import torque_step
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.models.law.effort import effort_ramp
 from takagi.models.law.law import Measurement

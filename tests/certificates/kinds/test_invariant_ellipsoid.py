@@ -11,13 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates import CertificateError, Verdict
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kinds.ellipsoid_size import (
     reaches,
     square_root_above,
     square_root_below,
     volume_below,
 )
-from takagi.certificates.checker.matrices import Matrix
 from takagi.certificates.model_data import ts_model_data
 from takagi.certificates.requests import InvariantEllipsoid, Loop
 from takagi.models import TSModel, sector_model
@@ -216,7 +216,7 @@ def test_more_corners_than_can_be_checked_are_refused() -> None:
 def test_more_work_than_a_reader_waits_for_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Corners count: two disturbances have two that are not opposite."""
     model, claim = line()
-    monkeypatch.setattr("takagi.certificates.checker.family.MOST_WORK", 16)
+    monkeypatch.setattr("takagi.certificates.checker.kernel.family.MOST_WORK", 16)
 
     assert said_of(model, None, claim).verdict is Verdict.PROVED
     with pytest.raises(CertificateError, match="too many"):

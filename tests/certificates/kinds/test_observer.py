@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.checker.family import read_family
+from takagi.certificates.checker.kernel.family import read_family
 from takagi.certificates.checker.kinds.observer import check_observer
 from takagi.certificates.requests import Loop, ObservedFeedback, ObserverError
 from takagi.certificates.requests.exact_floats import as_read

@@ -7,8 +7,8 @@ from fractions import Fraction
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kinds.simplex_polynomial import Exponent, Polynomial, exponents
-from takagi.certificates.checker.matrices import Matrix
 
 Weights = list[list[Fraction]]
 

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.kinds.wind_rate import Range, left_behind
+from takagi.certificates.checker.turbine.wind_rate import Range, left_behind
 from takagi.certificates.known_wind import rate_range, wind_rate_claim
 from takagi.models.law.law import Measurement
 

@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates import Verdict
-from takagi.certificates.checker.family import read_family
+from takagi.certificates.checker.kernel.family import read_family
+from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kinds.decay import check_decay
-from takagi.certificates.checker.reader import read_text
-from takagi.certificates.checker.shown import exactly
+from takagi.certificates.checker.words.shown import exactly
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Data = dict[str, Any]

@@ -8,8 +8,8 @@ from fractions import Fraction
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker import paper
-from takagi.certificates.checker.paper_inputs import Overlaps
+from takagi.certificates.checker.turbine import paper
+from takagi.certificates.checker.turbine.paper_inputs import Overlaps
 
 DECIMALS = st.integers(1, 10**13).map(lambda k: Fraction(k, 10**12))
 

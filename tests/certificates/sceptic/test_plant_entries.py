@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker.plant_secant import check_secant_embedding
-from takagi.certificates.checker.result import Verdict
+from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.checker.plant.secant_embedding import check_secant_embedding
 from tests.certificates.embedding.plants import as_read, one_state, said_of
 
 

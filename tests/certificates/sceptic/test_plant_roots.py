@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.plant.atoms import Atoms
 from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.graph import Graph
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.polynomial import Quotient
-from takagi.certificates.checker.result import Verdict
 from tests.certificates.embedding.plants import one_state, said_of
 
 TRUE = [

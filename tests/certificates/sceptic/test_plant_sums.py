@@ -10,7 +10,7 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.result import Verdict
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.plant_embedding import plant_data
 from takagi.models.plant.loader import load_plant
 from takagi.models.sector.model import sector_model

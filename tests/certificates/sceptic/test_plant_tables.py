@@ -13,11 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import make_interp_spline
 
-from takagi.certificates.checker.plant.decimal_interval import exact
-from takagi.certificates.checker.plant.plant_file import compare_plant
+from takagi.certificates.checker.arithmetic.decimal_interval import exact
+from takagi.certificates.checker.files.plant_file import compare_plant
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.plant.table import Table, read_table
-from takagi.certificates.checker.refusal import CertificateError
-from takagi.certificates.checker.result import Verdict
 from takagi.certificates.plant_embedding import plant_data
 from takagi.models.curve import interpolate_curve
 from takagi.models.plant.loader import load_plant

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker.certificate import check_document
-from takagi.certificates.checker.refusal import CertificateError
-from takagi.certificates.checker.result import Verdict
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Verdict
 from tests.certificates.conftest import resealed
 
 WIDER = {
@@ -68,10 +68,10 @@ def test_the_residual_has_the_trim_torque_and_its_own_share(short: dict[str, Any
     """(1 + p) r + p T, where T is the larger demanded torque of both nodes over the inertia."""
     from fractions import Fraction
 
-    from takagi.certificates.checker.coherent_inputs import Law, Plant
-    from takagi.certificates.checker.coherent_residual import residual
-    from takagi.certificates.checker.fixed import ONE
-    from takagi.certificates.checker.reader import read_text
+    from takagi.certificates.checker.arithmetic.fixed import ONE
+    from takagi.certificates.checker.kernel.reader import read_text
+    from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant
+    from takagi.certificates.checker.turbine.coherent_residual import residual
     from takagi.certificates.document import dumps
 
     read = read_text(dumps(short), "certificate")

@@ -12,18 +12,18 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker.coherent_inputs import Law, Plant
-from takagi.certificates.checker.coherent_rest import coherent_rests
-from takagi.certificates.checker.dual import Dual
-from takagi.certificates.checker.equilibrium import rest_reader
-from takagi.certificates.checker.fixed import ONE, ZERO
-from takagi.certificates.checker.paper_inputs import PaperLaw
-from takagi.certificates.checker.paper_one_rest import OneIntegrator
-from takagi.certificates.checker.paper_rest import bends, paper_rests
-from takagi.certificates.checker.paper_two_rest import TwoIntegrators
-from takagi.certificates.checker.reader import read_text
-from takagi.certificates.checker.refusal import Refused
-from takagi.certificates.checker.rest_count import Piece, Span, count_zeros
+from takagi.certificates.checker.arithmetic.dual import Dual
+from takagi.certificates.checker.arithmetic.fixed import ONE, ZERO
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant
+from takagi.certificates.checker.turbine.coherent_rest import coherent_rests
+from takagi.certificates.checker.turbine.equilibrium import rest_reader
+from takagi.certificates.checker.turbine.paper_inputs import PaperLaw
+from takagi.certificates.checker.turbine.paper_one_rest import OneIntegrator
+from takagi.certificates.checker.turbine.paper_rest import bends, paper_rests
+from takagi.certificates.checker.turbine.paper_two_rest import TwoIntegrators
+from takagi.certificates.checker.turbine.rest_count import Piece, Span, count_zeros
 from takagi.certificates.document import turbine_data
 from takagi.certificates.paper import paper_law_data
 from takagi.models.law.paper import PaperLawName
@@ -174,7 +174,7 @@ def test_states_beyond_the_reference_speed_of_some_winds_are_not_their_rests(bui
 
 def test_pitch_held_at_the_very_end_of_the_table_is_looked_at(built: Built) -> None:
     """A largest pitch that is the table's end: the balance there is bracketed, not left out."""
-    from takagi.certificates.checker.coherent_rest import _Rest
+    from takagi.certificates.checker.turbine.coherent_rest import _Rest
     from takagi.certificates.document import coherent_law_data
 
     data = {"model": turbine_data(TURBINE, []), "gains": coherent_law_data(built.law)}

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.checker.certificate import check_document
-from takagi.certificates.checker.result import Verdict
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.coherent import coherent_candidate, coherent_claim
 from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
 from takagi.certificates.sweep.axis import Axis, parse_axes

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker.certificate import check_document
-from takagi.certificates.checker.result import Checked, Verdict
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.certificates.document import certificate_document, turbine_data
 from takagi.certificates.paper import paper_candidate, paper_claim, paper_law_data, with_overlaps
 from takagi.certificates.sweep import paper_point

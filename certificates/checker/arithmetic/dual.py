@@ -1,0 +1,104 @@
+"""Brackets of a quantity and of its slopes: forward differentiation in fixed point.
+
+``Dual`` carries a bracket of a quantity over a box and one of its derivative along each direction;
+for functions with corners, of all one-sided derivatives, as the mean value theorem needs them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from takagi.certificates.checker.arithmetic.fixed import (
+    ONE,
+    ZERO,
+    Q,
+    add,
+    div,
+    hull,
+    mul,
+    neg,
+    square,
+)
+
+__all__ = ["UNIT_RANGE", "Dual", "chained", "greater", "lesser", "still"]
+
+UNIT_RANGE: Q = (0, ONE)
+
+
+@dataclass(frozen=True)
+class Dual:
+    """A bracket and its slopes."""
+
+    value: Q
+    slopes: tuple[Q, ...]
+
+    def __add__(self, other: Dual) -> Dual:
+        slopes = tuple(map(add, self.slopes, other.slopes))
+        return Dual(add(self.value, other.value), slopes)
+
+    def __neg__(self) -> Dual:
+        return Dual(neg(self.value), tuple(map(neg, self.slopes)))
+
+    def __sub__(self, other: Dual) -> Dual:
+        return self + -other
+
+    def __mul__(self, other: Dual) -> Dual:
+        a, b = self.value, other.value
+        pairs = zip(self.slopes, other.slopes, strict=True)
+        slopes = tuple(add(_product(s, b), _product(a, t)) for s, t in pairs)
+        return Dual(mul(a, b), slopes)
+
+    def __truediv__(self, other: Dual) -> Dual:
+        inverse = div((ONE, ONE), other.value)
+        return self * other.through(inverse, neg(square(inverse)))
+
+    def through(self, value: Q, slope: Q) -> Dual:
+        """Return f of the quantity from brackets of f and of f' over it."""
+        return Dual(value, tuple(_product(slope, s) for s in self.slopes))
+
+    def by(self, factor: Q) -> Dual:
+        """Return the quantity times a number."""
+        return Dual(mul(self.value, factor), tuple(_product(factor, s) for s in self.slopes))
+
+    def plus(self, number: Q) -> Dual:
+        """Return the quantity plus a number."""
+        return Dual(add(self.value, number), self.slopes)
+
+    def clamped(self, low: Q, high: Q) -> Dual:
+        """Return the quantity held to [low, high], both known within their brackets."""
+        return lesser(greater(self, still(low, self)), still(high, self))
+
+
+def still(value: Q, like: Dual) -> Dual:
+    """Return a number, which has no slopes."""
+    return Dual(value, (ZERO,) * len(like.slopes))
+
+
+def greater(a: Dual, b: Dual) -> Dual:
+    """Return the larger of two quantities."""
+    if a.value[0] >= b.value[1]:
+        return a
+    if b.value[0] >= a.value[1]:
+        return b
+    value = max(a.value[0], b.value[0]), max(a.value[1], b.value[1])
+    return Dual(value, tuple(map(hull, a.slopes, b.slopes)))
+
+
+def lesser(a: Dual, b: Dual) -> Dual:
+    """Return the smaller of two quantities."""
+    return -greater(-a, -b)
+
+
+def chained(value: Q, *terms: tuple[Q, Dual]) -> Dual:
+    """Return a function of several quantities: sum of partial times inner slope, per direction."""
+    slopes = []
+    for k in range(len(terms[0][1].slopes)):
+        total = ZERO
+        for partial, inner in terms:
+            total = add(total, _product(partial, inner.slopes[k]))
+        slopes.append(total)
+    return Dual(value, tuple(slopes))
+
+
+def _product(a: Q, b: Q) -> Q:
+    return ZERO if a == ZERO or b == ZERO else mul(a, b)

@@ -1,0 +1,53 @@
+"""Where two values of the strict reader differ, part by part."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from takagi.certificates.checker.kernel.reader import canonical
+
+__all__ = ["Difference", "differing", "in_words"]
+
+LONGEST = 60
+
+
+class Difference(NamedTuple):
+    """One part that is not the same: its keys from the top, and both values; None for no part."""
+
+    path: tuple[str | int, ...]
+    first: Any
+    second: Any
+
+    @property
+    def place(self) -> str:
+        """The path in one word, printable, e.g. ``K[0][1]``."""
+        words = (
+            f"[{key}]" if isinstance(key, int) else f".{ascii(key)[1:-1]}" for key in self.path
+        )
+        return "".join(words).removeprefix(".")
+
+
+def differing(first: Any, second: Any, path: tuple[str | int, ...] = ()) -> Iterator[Difference]:
+    """Yield the smallest parts that differ; numbers are compared as they are written.
+
+    Lists of different length differ as a whole.
+    """
+    if isinstance(first, dict) and isinstance(second, dict):
+        for key in (*first, *(key for key in second if key not in first)):
+            yield from differing(first.get(key), second.get(key), (*path, key))
+    elif isinstance(first, list) and isinstance(second, list) and len(first) == len(second):
+        for k, (one, other) in enumerate(zip(first, second, strict=True)):
+            yield from differing(one, other, (*path, k))
+    elif canonical(first) != canonical(second):
+        yield Difference(path, first, second)
+
+
+def in_words(value: Any) -> str:
+    """Return a value as one short printable text."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, list) and len(value) > 3:
+        return f"{len(value)} entries"
+    text = ascii(value)[1:-1] if isinstance(value, str) else ascii(canonical(value))[1:-1]
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."

@@ -1,0 +1,218 @@
+r"""Ties the plant of a certificate to the plant file it is said to come from.
+
+A hash shows that a file is the one that was recorded; it does not show that the certificate's
+equations are the file's.  Here the TOML file is read again, and compared with the certificate:
+
+    parameters, ranges, rest values, sample time    in SI, exactly
+    equations, mass matrix, outputs                 as functions, by exact algebra
+    names of states, inputs, disturbances           in their order
+
+The certificate may rest its inputs elsewhere, where they hold the states: that every row vanishes
+there is a part of the claim ``sector-embedding``.  Tables have their files' points as knots and
+pass their values nearly (``table_file``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from decimal import Decimal
+from fractions import Fraction
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from takagi.certificates.checker.files.file_blend import FileBlend
+from takagi.certificates.checker.files.plant_units import in_si
+from takagi.certificates.checker.files.table_file import NEAR, compare_table
+from takagi.certificates.checker.files.toml_file import read_toml
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+from takagi.certificates.checker.plant.expression import Scope, read_expression
+from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.plant.reading import PlantNodes, Variable, read_plant
+
+__all__ = ["compare_plant"]
+
+MOST_EXPONENT = 100  # of ten, in a figure
+
+
+def compare_plant(model: Any, path: Path) -> str:
+    """Compare the plant of a certificate with its file; return what a reader has to know.
+
+    Raises
+    ------
+    CertificateError : the file cannot be read, or says something else than the certificate.
+    """
+    file, plant = read_toml(path, Decimal, what="plant file"), read_plant(model, "model")
+    if file.get("kind") != "plant":
+        raise CertificateError(f"{path}: the certificate is about a plant, this is no plant file")
+    return Comparison(model, plant, file, path).whole()
+
+
+class Comparison:
+    def __init__(self, model: Any, plant: PlantNodes, file: dict[str, Any], path: Path) -> None:
+        self.model, self.plant, self.file, self.path = model, plant, file, path
+        self.algebra = Algebra(plant.graph, plant.tables)
+        self.names: dict[str, int] = {}
+        self.blend = FileBlend.of(file, model, path)
+
+    def whole(self) -> str:
+        self.sample_time()
+        self.parameters()
+        outside = {**self.section("disturbances"), **self.section("scheduling")}
+        outside |= self.blend.errors
+        states = {**self.section("states"), **self.blend.states}
+        moved = self.variables("states", states, self.plant.states)
+        signals = self.blend.without_share(self.plant.disturbances)
+        moved += self.variables("disturbances", outside, signals)
+        if moved:
+            raise self.error(f"{', '.join(moved)} rests elsewhere there")
+        inputs = self.blend.without_actuators(self.section("inputs"))
+        solved = self.variables("inputs", inputs, self.plant.inputs)
+        tables = self.section("tables")
+        missing = sorted(set(self.plant.tables) - set(tables))
+        if missing:
+            raise self.error(f"the table {', '.join(missing)} is not there")
+        self.compare_tables(tables)
+        self.expressions({name: len(_list(t, "arguments")) for name, t in tables.items()})
+        words = []
+        if solved:
+            words.append(f"{', '.join(solved)} rests where it holds the states, not as in the file")
+        if tables:
+            words.append(f"tables pass their files' values to {float(NEAR):.0e} of the largest")
+        return f"{self.path}: {'; '.join(words)}" if words else ""
+
+    def compare_tables(self, entries: Mapping[str, Any]) -> None:
+        recorded = self.model.get("files_sha256")
+        for name, table in self.plant.tables.items():
+            where, file = f"tables.{name}", _get(entries[name], "file")
+            file = str(PurePosixPath(file)) if isinstance(file, str) else ""
+            if not isinstance(recorded, dict) or file not in recorded:
+                raise self.error(f"{where}.file is none of the recorded files")
+            described = [*_list(entries[name], "arguments"), entries[name]]
+            try:
+                compare_table(
+                    self.path.parent / file, table, [str(_get(d, "unit", "-")) for d in described]
+                )
+            except Refused as error:
+                raise self.error(f"{where}: {error}") from error
+
+    def error(self, problem: str) -> CertificateError:
+        return CertificateError(f"{self.path}: not the certificate's plant: {problem}")
+
+    def section(self, name: str) -> dict[str, Any]:
+        found = self.file.get(name, {})
+        if not isinstance(found, dict):
+            raise self.error(f"[{name}] is no section there")
+        return found
+
+    def same(self, shown: Iterable[str], ours: Any, theirs: Any, what: str) -> None:
+        if ours != theirs:
+            raise self.error(f"{what} are {', '.join(map(ascii, shown)) or 'none'} there")
+
+    def figure(self, value: Any, unit: Any, where: str) -> Fraction:
+        if isinstance(value, bool) or not isinstance(value, int | Decimal):
+            raise self.error(f"{where} is no number there")
+        number = Decimal(value)
+        if not number.is_finite() or abs(number.adjusted()) > MOST_EXPONENT:
+            raise self.error(f"{where} is not finite there, or too large")
+        try:
+            return in_si(Fraction(number), unit if isinstance(unit, str) else "")
+        except Refused as error:
+            raise self.error(f"{where}: {error}") from error
+
+    def sample_time(self) -> None:
+        given = self.file.get("sample_time")
+        found = None if given is None else self.figure(given, "s", "sample_time")
+        if found != self.plant.sample_time:
+            raise self.error("another sample_time stands there")
+
+    def parameters(self) -> None:
+        theirs = self.section("parameters")
+        # Those that the blend adds stand in the model's equations, which its claim is about.
+        ours = self.blend.without_parameters(self.model.get("parameters", {}))
+        self.same(theirs, set(theirs), set(ours), "parameters")
+        for name, entry in theirs.items():
+            where = f"parameters.{name}"
+            value = self.figure(_get(entry, "value"), _get(entry, "unit", "-"), where)
+            node = self.plant.graph.constant(value)
+            if not self.algebra.equal(node, self.constant(ours[name], f"model.{where}")):
+                raise self.error(f"{where} is {float(value):.12g} there")
+            self.names[name] = node
+
+    def constant(self, written: Any, where: str) -> int:
+        """Return the node of a number or constant text of the certificate."""
+        text = str(written)
+        return read_expression(text, self.plant.graph, Scope({}), where)
+
+    def variables(self, key: str, theirs: Mapping[str, Any], ours: list[Variable]) -> list[str]:
+        """Compare names and ranges; return the names of those that rest elsewhere."""
+        self.same(theirs, list(theirs), [v.name for v in ours], key)
+        moved = []
+        graph = self.plant.graph
+        for variable in ours:
+            entry, where = theirs[variable.name], f"{key}.{variable.name}"
+            unit = _get(entry, "unit", "-")
+            rest = self.figure(_get(entry, "rest", 0), unit, f"{where}.rest")
+            own = graph.value(variable.rest)
+            if own != rest:
+                moved.append(variable.name)
+            node = graph.variable(variable.symbol)
+            self.names[variable.name] = graph.add(variable.rest, node)
+            ends = _get(entry, "range", None)
+            side = None
+            if ends is not None:
+                if not isinstance(ends, list) or len(ends) != 2 or own is None:
+                    raise self.error(f"{where}.range cannot be compared")
+                low, high = (self.figure(end, unit, f"{where}.range") for end in ends)
+                side = (low - own, high - own)
+            if side != variable.side:
+                raise self.error(f"another {where}.range stands there")
+        return moved
+
+    def expressions(self, tables: Mapping[str, int]) -> None:
+        states = [variable.name for variable in self.plant.states]
+        own, f = self.blend.equations(states, self.plant, self.names)
+        scope = Scope(self.names, tables)
+        equations = self.section("equations")
+        self.same(equations, set(equations), set(own), "equations")
+        for name, node in zip(own, f, strict=True):
+            self.equal(equations[name], node, scope, f"equations.{name}")
+        self.blend.compare(self, scope)
+        mass = self.section("mass")
+        if bool(mass) != (self.plant.mass is not None):
+            raise self.error("the one has a mass matrix, the other none")
+        one, nothing = self.plant.graph.constant(1), self.plant.graph.constant(0)
+        for i, row in enumerate(self.plant.mass or []):
+            given = mass.get(states[i])
+            if given is not None and not isinstance(given, dict):
+                raise self.error(f"mass.{states[i]} is no row of entries there")
+            for j, node in enumerate(row):
+                if given is None or states[j] not in given:
+                    # A row that is not given is that of the identity.
+                    wanted = one if given is None and i == j else nothing
+                    if not self.algebra.equal(node, wanted):
+                        raise self.error(f"mass.{states[i]}.{states[j]} is another there")
+                    continue
+                self.equal(given[states[j]], node, scope, f"mass.{states[i]}.{states[j]}")
+        outputs = self.section("outputs")
+        ours = [_get(y, "name") for y in _list(self.model, "outputs")]
+        self.same(outputs, list(outputs), ours, "outputs")
+        for (name, entry), node in zip(outputs.items(), self.plant.outputs, strict=True):
+            self.equal(_get(entry, "expression"), node, scope, f"outputs.{name}")
+
+    def equal(self, written: Any, node: int, scope: Scope, where: str) -> None:
+        theirs = read_expression(written, self.plant.graph, scope, f"{self.path}: {where}")
+        try:
+            same = theirs == node or self.algebra.equal(theirs, node)
+        except Refused as error:
+            raise self.error(f"{where} cannot be compared: {error}") from error
+        if not same:
+            raise self.error(f"{where} is another there, or not shown to be the same")
+
+
+def _get(entry: Any, key: str, otherwise: Any = None) -> Any:
+    return entry.get(key, otherwise) if isinstance(entry, dict) else otherwise
+
+
+def _list(entry: Any, key: str) -> list[Any]:
+    found = _get(entry, key, [])
+    return found if isinstance(found, list) else []

@@ -1,0 +1,94 @@
+"""Compares a table of a certificate with the CSV file that it is said to come from.
+
+The knots have to be those of the not-a-knot spline through the file's points, all but the second
+and the last but one; with these as many coefficients as points are left, which the values at the
+points determine.  Figures of a file are decimals in units of its own, so that both are compared to
+within a small share.
+"""
+
+from __future__ import annotations
+
+from decimal import Decimal, InvalidOperation
+from fractions import Fraction
+from pathlib import Path
+
+from takagi.certificates.checker.files.plant_units import in_si
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.plant.table import Table
+
+__all__ = ["NEAR", "compare_table"]
+
+LARGEST_FILE, MOST_CELLS, LONGEST_CELL, MOST_EXPONENT = 16_000_000, 200_000, 60, 100
+NEAR = Fraction(1, 10**6)  # of the largest value; of a direction's length
+END = 3  # knots that are repeated at an end, besides the first and the last
+
+
+def compare_table(path: Path, table: Table, units: list[str]) -> None:
+    """Compare knots and values with those of a file.
+
+    Parameters
+    ----------
+    units : of each argument, then of the value, as the plant's file has them.
+
+    Raises
+    ------
+    CertificateError : a file that is no such table, is too large, or has other points or values.
+    Refused : a unit that is not known.
+    """
+    rows = _rows(path, corner=table.arguments == 2)
+    if len(units) != table.arguments + 1 or len(rows) < 2:
+        raise CertificateError(f"{path}: no table of {table.arguments} argument(s)")
+    across = [in_si(y, units[1]) for y in rows[0]] if table.arguments == 2 else []
+    down = rows[1:] if across else rows
+    if any(len(row) != (len(across) or 1) + 1 for row in down):
+        raise CertificateError(f"{path}: rows of different length")
+    axes = [[in_si(row[0], units[0]) for row in down], *([across] if across else [])]
+    for points, knots in zip(axes, table.knots, strict=True):
+        wanted = [points[0]] * END + [points[0], *points[2:-2], points[-1]] + [points[-1]] * END
+        slack = NEAR * abs(points[-1] - points[0])
+        if len(knots) != len(wanted) or any(
+            abs(a - b) > slack for a, b in zip(knots, wanted, strict=True)
+        ):
+            raise CertificateError(f"{path}: its points are not those of the certificate's table")
+    values = [[in_si(value, units[-1]) for value in row[1:]] for row in down]
+    slack = NEAR * max(abs(value) for row in values for value in row)
+    for x, row in zip(axes[0], values, strict=True):
+        for y, value in zip(across or [Fraction(0)], row, strict=True):
+            point = [x, y][: table.arguments]
+            inside = [
+                min(max(p, low), high) for p, (low, high) in zip(point, table.sides, strict=True)
+            ]
+            found = table.exact(inside, (0,) * table.arguments)
+            if found is None or abs(found - value) > slack:
+                place = ", ".join(f"{float(p):.6g}" for p in point)
+                raise CertificateError(
+                    f"{path}: the certificate's table has another value at {place}"
+                )
+
+
+def _rows(path: Path, *, corner: bool) -> list[list[Fraction]]:
+    try:
+        with path.open("rb") as file:
+            written = file.read(LARGEST_FILE + 1).decode()
+    except (OSError, UnicodeDecodeError) as error:
+        raise CertificateError(f"{path}: cannot be read: {error}") from error
+    found: list[list[Fraction]] = []
+    cells = 0
+    for line in written.splitlines():
+        if line.strip() and not line.lstrip().startswith("#"):
+            parts = line.split(",")
+            cells += len(parts)
+            if cells > MOST_CELLS or len(written) > LARGEST_FILE:
+                raise CertificateError(f"{path}: more than {MOST_CELLS} cells")
+            found.append([_number(path, p) for p in parts[1 if corner and not found else 0 :]])
+    return found
+
+
+def _number(path: Path, cell: str) -> Fraction:
+    try:
+        value = Decimal(cell.strip())
+    except InvalidOperation:
+        value = Decimal("nan")
+    if not value.is_finite() or abs(value.adjusted()) > MOST_EXPONENT or len(cell) > LONGEST_CELL:
+        raise CertificateError(f"{path}: {cell[:40]!a} is no number")
+    return Fraction(value)

@@ -1,0 +1,59 @@
+"""Reads a model's TOML file in bounded time: it comes with a certificate, and is not trusted."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from takagi.certificates.checker.kernel.refusal import CertificateError
+
+__all__ = ["file_content", "read_toml"]
+
+LARGEST_FILE = 4_000_000
+# The standard library's reader takes time like the square of a dotted key's length.  The first
+# group holds the start of a word, so that a long word is not tried from each of its letters.
+LONG_KEY = re.compile(r"(?<![^\s.,=\[\]{}])(?:[^\s.,=\[\]{}]++\s*+\.\s*+){64}")
+
+
+def file_content(path: Path, *, what: str = "model's file") -> bytes:
+    """Return a file's bytes.
+
+    Raises
+    ------
+    CertificateError : it cannot be read, is no plain file, or too large.
+    """
+    try:
+        if not path.is_file():
+            raise CertificateError(f"{path}: cannot be read: not a file")
+        with path.open("rb") as file:
+            data = file.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise CertificateError(f"{path}: cannot be read: {error.strerror or error}") from error
+    if len(data) > LARGEST_FILE:
+        raise CertificateError(f"{path}: larger than {LARGEST_FILE} bytes; no {what} is")
+    return data
+
+
+def read_toml(path: Path, parse_float: Callable[[str], Any], *, what: str) -> dict[str, Any]:
+    """Return what a TOML file says.
+
+    Parameters
+    ----------
+    parse_float : makes a number of a decimal; a ValueError refuses the file.
+    what : the file is, for messages: ``"plant file"``.
+
+    Raises
+    ------
+    CertificateError : it cannot be read, is too large, not TOML, or made to take long.
+    """
+    data = file_content(path, what=what)
+    try:
+        text = data.decode()
+        if LONG_KEY.search(text):
+            raise ValueError("a key of more than 64 parts")
+        return tomllib.loads(text, parse_float=parse_float)
+    except (ValueError, ArithmeticError, RecursionError) as error:
+        raise CertificateError(f"{path}: not a {what}: {error}") from error

@@ -1,0 +1,262 @@
+r"""Ties the plant of a certificate to the turbine file it is said to come from.
+
+A hash shows that a file is the one that was recorded; it does not show that the certificate's
+numbers are the file's.  Here they are computed again from the TOML file and its coefficient table:
+
+    every figure, converted to SI         to 1e-12 of itself
+    torque constant 1/2 rho pi R^3        to 1e-12 of itself
+    lambda c_Q(lambda, beta) = c_P        at every entry of the table, to 1e-9
+    the law's frozen-wake limit           at every wind node, to its last decimal
+    the law's rated torque                to 1e-12 of itself, or lower, which is told
+
+Numbers are read as the decimals that are written; pi is a rational with 50 digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from decimal import Decimal
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from takagi.certificates.checker.arithmetic.fixed import ONE, point
+from takagi.certificates.checker.arithmetic.spline import Spline
+from takagi.certificates.checker.files.toml_file import file_content, read_toml
+from takagi.certificates.checker.kernel.reader import matrix, member, number, numbers
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+from takagi.certificates.checker.turbine.frozen_wake import scaled_slopes
+
+__all__ = ["compare_turbine"]
+
+PI = Fraction("3.14159265358979323846264338327950288419716939937511")
+FACTORS = {
+    "-": Fraction(1),
+    "m": Fraction(1),
+    "s": Fraction(1),
+    "kg m^2": Fraction(1),
+    "kg/m^3": Fraction(1),
+    "m/s": Fraction(1),
+    "N m": Fraction(1),
+    "N m/s": Fraction(1),
+    "kN m": Fraction(1000),
+    "rad": Fraction(1),
+    "rad/s": Fraction(1),
+    "deg": PI / 180,
+    "deg/s": PI / 180,
+    "rpm": PI / 30,
+    "W/rad": Fraction(1),
+    "MW/rad": Fraction(10**6),
+}
+FIGURES = {
+    "rotor_radius": ("rotor", "radius"),
+    "rotor_inertia": ("rotor", "inertia"),
+    "generator_inertia": ("generator", "inertia"),
+    "gear_ratio": ("drivetrain", "gear_ratio"),
+    "rated_rotor_speed": ("rotor", "rated_speed"),
+    "pitch_time_constant": ("pitch", "time_constant"),
+    "pitch_rate_limit": ("pitch", "rate_limit"),
+    "pitch_min": ("pitch", "minimum"),
+    "pitch_max": ("pitch", "maximum"),
+}
+# Figures that only some claims need: compared where the certificate states them.
+MORE_FIGURES = {"torque_rate_limit": ("generator", "torque_rate_limit")}
+RELATIVE = Fraction(1, 10**12)
+TABLE_TOLERANCE = Fraction(1, 10**9)
+LIMIT_TOLERANCE = Fraction(1, 10**6)
+EDGE = Fraction(1, 10**20)
+LARGEST_EXPONENT, MOST_DIGITS = 40, 100
+
+
+def compare_turbine(model: Any, gains: Any, path: Path) -> str:
+    """Compare plant and frozen-wake limit with a turbine file; return what a reader has to know.
+
+    Raises
+    ------
+    CertificateError : the file cannot be read, or a number of the certificate is not the file's.
+    """
+    file = read_toml(path, _decimal, what="turbine file")
+    try:
+        return _compare(model, gains, file, path)
+    except (ValueError, ArithmeticError) as error:
+        if isinstance(error, CertificateError):
+            raise
+        # A wind, an inertia or a speed of zero, columns that do not fit.
+        raise CertificateError(f"{path}: not the certificate's turbine: {error}") from error
+
+
+def _compare(model: Any, gains: Any, file: dict[str, Any], path: Path) -> str:
+    stated = {key: place for key, place in MORE_FIGURES.items() if key in model}
+    for key, (section, name) in (FIGURES | stated).items():
+        _same(number(model, key, "model"), _figure(file, section, name, path), key, path)
+    radius = _figure(file, "rotor", "radius", path)
+    density = _figure(file, "rotor", "air_density", path)
+    constant = number(model, "torque_constant", "model")
+    _same(constant, density * PI * radius**3 / 2, "torque_constant", path)
+    rated = _figure(file, "generator", "rated_torque", path)
+    derated = _derated(number(gains, "rated_torque", "gains"), rated, path)
+    spline = _compare_surface(model, file, path)
+    if isinstance(gains, dict) and "effectiveness_limit" in gains:
+        winds = _column(file, "wind", path)
+        slopes = _wake_slopes(model, rated, spline, file, path)
+        if len(winds) != len(slopes):
+            raise CertificateError(f"{path}: frozen_wake columns of different length")
+        _compare_limit(model, gains, winds, slopes, path)
+    return derated
+
+
+def _derated(held: Fraction, rated: Fraction, path: Path) -> str:
+    """Return words on a law that holds torque below the file's rated one; refuses one above it."""
+    if not 0 < held < (1 - RELATIVE) * rated:
+        _same(held, rated, "rated_torque", path)
+        return ""
+    return (
+        f"de-rated: the law holds torque at {float(held):.12g} N m, "
+        f"{float(100 * held / rated):.4g} % of the rated torque in {path.name}"
+    )
+
+
+def _decimal(written: str) -> Fraction:
+    """Return a decimal exactly; ``Fraction`` alone would write out 1e999999999."""
+    number = Decimal(written)
+    if not number.is_finite() or (number and abs(number.adjusted()) > LARGEST_EXPONENT):
+        raise ValueError(f"a number beyond 1e{LARGEST_EXPONENT}: {written[:40]}")
+    digits, exponent = len(number.as_tuple().digits), number.as_tuple().exponent
+    if digits > MOST_DIGITS or not isinstance(exponent, int) or abs(exponent) > MOST_DIGITS:
+        raise ValueError(f"a number of more than {MOST_DIGITS} digits: {written[:40]}")
+    return Fraction(number)
+
+
+def _figure(file: dict[str, Any], section: str, name: str, path: Path) -> Fraction:
+    """Return one figure in SI units, exactly but for pi."""
+    entry = file.get(section, {}).get(name) if isinstance(file.get(section), dict) else None
+    if not isinstance(entry, dict):
+        raise CertificateError(f"{path}: {section}.{name} is missing")
+    return _si(entry.get("value"), entry.get("unit"), f"{path}: {section}.{name}")
+
+
+def _si(value: Any, unit: Any, where: str) -> Fraction:
+    if isinstance(value, bool) or not isinstance(value, (int, Fraction)):
+        raise CertificateError(f"{where}: a number is needed")
+    if abs(value) > 10**LARGEST_EXPONENT:
+        raise CertificateError(f"{where}: numbers go to 1e{LARGEST_EXPONENT}")
+    if not isinstance(unit, str) or unit not in FACTORS:
+        raise CertificateError(f"{where}: unit {unit!a} is not one the checker converts")
+    return Fraction(value) * FACTORS[unit]
+
+
+def _same(stated: Fraction, found: Fraction, what: str, path: Path) -> None:
+    if abs(stated - found) > RELATIVE * abs(found):
+        raise CertificateError(
+            f"{path}: {what} is {float(found):.12g} there, {float(stated):.12g} in the certificate"
+        )
+
+
+def _compare_surface(model: Any, file: dict[str, Any], path: Path) -> Spline:
+    """Compare lambda c_Q of the certificate's spline with every entry of the c_P table."""
+    surface, where = member(model, "torque_surface", "model"), "model.torque_surface"
+    spline = Spline(
+        numbers(surface, "tip_speed_ratio_knots", where),
+        numbers(surface, "pitch_knots", where),
+        matrix(surface, "coefficients", where),
+    )
+    table = file.get("coefficients", {}).get("power")
+    if not isinstance(table, str) or Path(table).name != table:
+        raise CertificateError(f"{path}: coefficients.power must name a table beside the file")
+    for ratio, pitch, power in _entries(path.with_name(table)):
+        try:
+            low, high = spline.bounds(
+                point(_held(ratio, spline.x.breaks)), point(_held(pitch, spline.y.breaks))
+            )
+        except Refused as error:
+            raise CertificateError(f"{path.with_name(table)}: {error}") from error
+        slack = TABLE_TOLERANCE * ONE
+        if not low * ratio - slack <= power * ONE <= high * ratio + slack:
+            raise CertificateError(
+                f"{path.with_name(table)}: c_P at tip-speed ratio {float(ratio):g}, pitch "
+                f"{float(pitch):.6g} rad is {float(power):.9g} there, "
+                f"{float(Fraction(low, ONE) * ratio):.9g} in the certificate"
+            )
+    return spline
+
+
+def _held(value: Fraction, breaks: list[Fraction]) -> Fraction:
+    """Return a value at the table's edge moved inside by 1e-20; the knots there are rounded."""
+    low, high = breaks[0], breaks[-1]
+    if abs(value - low) <= RELATIVE:
+        return low + EDGE
+    return high - EDGE if abs(value - high) <= RELATIVE else value
+
+
+def _entries(path: Path) -> Iterator[tuple[Fraction, Fraction, Fraction]]:
+    """Yield (tip-speed ratio, pitch [rad], c_P) of a coefficient table."""
+    try:
+        lines = file_content(path, what="table").decode().splitlines()
+        rows = [line.split(",") for line in lines if line and not line.startswith("#")]
+        angles = [_decimal(cell) * FACTORS["deg"] for cell in rows[0][1:]]
+        for row in rows[1:]:
+            if len(row) != len(angles) + 1:
+                raise CertificateError(f"{path}: rows of different length")
+            ratio = _decimal(row[0])
+            for angle, cell in zip(angles, row[1:], strict=True):
+                yield ratio, angle, _decimal(cell)
+    except (ValueError, IndexError, ArithmeticError) as error:
+        if isinstance(error, CertificateError):
+            raise
+        raise CertificateError(f"{path}: not a coefficient table: {error}") from error
+
+
+def _wake_slopes(
+    model: Any, rated: Fraction, spline: Spline, file: dict[str, Any], path: Path
+) -> list[Fraction]:
+    """Return the frozen wake's dP/dbeta [W/rad], published or by the factor that is stated."""
+    section = file.get("frozen_wake")
+    if not isinstance(section, dict) or "factor" not in section:
+        return _column(file, "power_sensitivity", path)
+    if "power_sensitivity" in section:
+        raise CertificateError(f"{path}: frozen_wake states a factor beside published columns")
+    stated = _column(file, "wind", path), _column(file, "factor", path)
+    if len(stated[0]) != len(stated[1]):
+        raise CertificateError(f"{path}: frozen_wake columns of different length")
+    return scaled_slopes(model, rated, spline, stated, path)
+
+
+def _compare_limit(
+    model: Any, gains: Any, winds: list[Fraction], slopes: list[Fraction], path: Path
+) -> None:
+    """Compare the law's limit of pitch effectiveness with the file's frozen wake.
+
+    -dP/dbeta / (omega_rated J), linear between its winds; below the first it falls with v^2.
+    """
+    gear = number(model, "gear_ratio", "model")
+    inertia = number(model, "rotor_inertia", "model")
+    inertia += gear**2 * number(model, "generator_inertia", "model")
+    scale = number(model, "rated_rotor_speed", "model") * inertia
+    wind = numbers(gains, "wind", "gains")
+    for v, stated in zip(wind, numbers(gains, "effectiveness_limit", "gains"), strict=True):
+        share = min(Fraction(1), v / winds[0]) ** 2
+        expected = -_between(v, winds, slopes) * share / scale
+        if abs(stated - expected) > LIMIT_TOLERANCE:
+            raise CertificateError(
+                f"{path}: the frozen wake's pitch effectiveness at {float(v):g} m/s is "
+                f"{float(expected):.7g} there, {float(stated):.7g} in the gains"
+            )
+
+
+def _column(file: dict[str, Any], name: str, path: Path) -> list[Fraction]:
+    entry = file.get("frozen_wake", {}).get(name)
+    values = entry.get("values") if isinstance(entry, dict) else None
+    if not isinstance(entry, dict) or not isinstance(values, list) or not values:
+        raise CertificateError(f"{path}: frozen_wake.{name} is missing")
+    return [_si(value, entry.get("unit"), f"{path}: frozen_wake.{name}") for value in values]
+
+
+def _between(v: Fraction, winds: list[Fraction], values: list[Fraction]) -> Fraction:
+    """Return the piecewise linear value, held beyond both ends."""
+    if v <= winds[0]:
+        return values[0]
+    for k in range(len(winds) - 1):
+        if v <= winds[k + 1]:
+            share = (v - winds[k]) / (winds[k + 1] - winds[k])
+            return values[k] + share * (values[k + 1] - values[k])
+    return values[-1]

@@ -1,0 +1,9 @@
+"""What every check runs through.
+
+reader        strict JSON, numbers as written;  refusal: why a file is not read on
+definite      definiteness of integer matrices
+matrices      exact matrices: integers over one denominator
+family        the loop that model and gains make, and the blends that stand for all of it
+claim_kinds   which function replays which kind of claim
+certificate   the whole file: hashes, and every claim by its kind;  result: the verdicts
+"""

@@ -1,0 +1,95 @@
+"""From a file to verdicts: read strictly, compare hashes and companions, replay every claim."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from takagi.certificates.checker.files.companions import compare_gains, compare_model, unconnected
+from takagi.certificates.checker.kernel.claim_kinds import KINDS, OWN_READING, RESTING, own_reading
+from takagi.certificates.checker.kernel.family import read_family
+from takagi.certificates.checker.kernel.reader import (
+    digest,
+    integer,
+    member,
+    read_json,
+    read_text,
+    text,
+)
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Checked
+
+__all__ = ["FORMAT", "VERSION", "check", "check_document"]
+
+FORMAT, VERSION, MOST_CLAIMS = "takagi-certificate", 1, 200
+
+
+def check(
+    path: Path | str, *, gains: Path | str | None = None, model: Path | str | None = None
+) -> Checked:
+    """Return the verdict on every claim of a certificate file.
+
+    Parameters
+    ----------
+    gains : a gain file; its law must be the certificate's, number by number.
+    model : the model's data file; its SHA-256 must be the one recorded.
+
+    Raises
+    ------
+    CertificateError : the file is unreadable, damaged, of another version, or not about the given
+        gains or model.
+    """
+    data = read_json(Path(path))
+    messages = [compare_gains(data, gains), compare_model(data, model)]
+    checked = _replayed(data, str(path))
+    if gains is not None or model is not None:
+        messages.append(unconnected(data))
+    return Checked(checked.verdict, checked.claims, [message for message in messages if message])
+
+
+def check_document(document: Mapping[str, Any]) -> Checked:
+    """Return the verdict on a certificate that is not written yet, as a reader would see it.
+
+    Raises
+    ------
+    CertificateError : as for ``check``.
+    """
+    return _replayed(read_text(json.dumps(document), "certificate"), "certificate")
+
+
+def _replayed(data: dict[str, Any], path: str) -> Checked:
+    if text(data, "format", "certificate") != FORMAT:
+        raise CertificateError(f"{path}: the format is not {FORMAT!r}")
+    if integer(data, "version", "certificate") != VERSION:
+        raise CertificateError(f"{path}: this checker reads version {VERSION}; use a matching one")
+    _check_hashes(path, data)
+    claims = member(data, "claims", "certificate")
+    if not isinstance(claims, list) or not 0 < len(claims) <= MOST_CLAIMS:
+        raise CertificateError(f"{path}: a list of 1 to {MOST_CLAIMS} claims is needed")
+    kinds = [text(claim, "kind", f"claims[{i}]") for i, claim in enumerate(claims)]
+    model, gains = member(data, "model", "certificate"), data.get("gains")
+    tied = "sector-embedding" in kinds or "secant-embedding" in kinds
+    if isinstance(model, dict) and model.get("kind") == "plant" and not tied:
+        raise CertificateError(f"{path}: claims about a plant, but none that its model contains it")
+    family = read_family(model, gains) if any(kind in KINDS for kind in kinds) else None
+    found = []
+    for i, (claim, kind) in enumerate(zip(claims, kinds, strict=True)):
+        where = f"claims[{i}]"
+        text(claim, "name", where)
+        if kind in KINDS and family is not None:
+            found.append(KINDS[kind](claim, family, where))
+        elif kind in OWN_READING or kind in RESTING:
+            found.append(own_reading(claim, data, found, where))
+        else:
+            raise CertificateError(f"{where}.kind: {kind!r} is not one that this checker replays")
+    return Checked.of(found, [])
+
+
+def _check_hashes(path: str, data: dict[str, Any]) -> None:
+    hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
+    for part in ("model", "gains", "claims"):
+        if text(hashes, part, "provenance.sha256") != digest(data.get(part)):
+            why = f"the {part} are not those the certificate was made for (its hash differs)"
+            raise CertificateError(f"{path}: {why}; make it again with 'takagi certify'")

@@ -1,0 +1,68 @@
+"""Definiteness of integer matrices, decided exactly.
+
+Source: Bareiss (1968), Math. Comp. 22, fraction-free elimination: every pivot is a leading
+principal minor, and by Sylvester a symmetric matrix is positive definite iff all are positive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from math import lcm
+
+from takagi.certificates.checker.kernel.refusal import Refused
+
+__all__ = ["is_positive_definite", "is_symmetric", "positive_definite_integers"]
+__all__ += ["positive_semidefinite_integers", "to_integers"]
+
+Rows = Sequence[Sequence[int]]
+# Pivots grow to size times bits, and there are size^3 products: about a minute.
+MOST_WORK = 10**10
+
+
+def positive_definite_integers(matrix: Rows) -> bool:
+    """Return whether a symmetric integer matrix is positive definite; the lower half is read."""
+    return _all_pivots_pass(matrix, zero_passes=False)
+
+
+def positive_semidefinite_integers(matrix: Rows) -> bool:
+    """Return the same for semidefinite: a zero pivot needs a zero column, which then drops out."""
+    return _all_pivots_pass(matrix, zero_passes=True)
+
+
+def _all_pivots_pass(matrix: Rows, *, zero_passes: bool) -> bool:
+    rows = [list(row[: i + 1]) for i, row in enumerate(matrix)]
+    previous, size = 1, len(rows)
+    bits = max((abs(entry).bit_length() for row in rows for entry in row), default=0)
+    if size**4 * bits > MOST_WORK:
+        raise Refused(f"an inequality of order {size} with numbers of {bits} bits: too large")
+    for k in range(size):
+        pivot = rows[k][k]
+        if zero_passes and pivot == 0 and not any(rows[i][k] for i in range(k + 1, size)):
+            continue
+        if pivot <= 0:
+            return False
+        for i in range(k + 1, size):
+            row, factor = rows[i], rows[i][k]
+            for j in range(k + 1, i + 1):
+                row[j] = (row[j] * pivot - factor * rows[j][k]) // previous
+        previous = pivot
+    return True
+
+
+def to_integers(matrix: Sequence[Sequence[Fraction]]) -> list[list[int]]:
+    """Return the matrix times the least common denominator of its entries."""
+    scale = lcm(*(entry.denominator for row in matrix for entry in row))
+    return [[entry.numerator * (scale // entry.denominator) for entry in row] for row in matrix]
+
+
+def is_symmetric(matrix: Sequence[Sequence[Fraction | int]]) -> bool:
+    """Return whether a matrix is square, not empty, and equal to its transpose."""
+    size = len(matrix)
+    square = size > 0 and all(len(row) == size for row in matrix)
+    return square and all(matrix[i][j] == matrix[j][i] for i in range(size) for j in range(i))
+
+
+def is_positive_definite(matrix: Sequence[Sequence[Fraction]]) -> bool:
+    """Return whether a symmetric rational matrix is positive definite; False if not symmetric."""
+    return is_symmetric(matrix) and positive_definite_integers(to_integers(matrix))

@@ -1,0 +1,277 @@
+r"""The loop that claims are about, with exact numbers: vertices, gains, and what weighs them.
+
+    x' = sum_i h_i (A_i x + B_i u + E_i w),   y = sum_i h_i (C_i x + D_i u),   u = -sum_j g_j K_j x
+
+or x+ in the place of x' in discrete time, for any weights >= 0 that sum to one, however they move.
+The loop is the double sum of h_i g_j (A_i - B_i K_j).  Pairs whose products of weights are equal
+are added up: a matrix inequality that is affine in the matrices of a pair holds along the loop
+when it holds for the mean of each such group, a ``Blend``.  Which products are equal:
+
+    (i, j) and (j, i)        where the law has the weights of the model, g = h
+    equal corners            where h_i = prod_k w_k,c_ik besides: the corners {c_ik, c_jk} agree
+    a pair by itself         where the law has weights of its own
+
+One gain for all rules, or one B and one D with g = h, makes the loop affine: its rules suffice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import product
+from typing import Any
+
+from takagi.certificates.checker.kernel import reader
+from takagi.certificates.checker.kernel.matrices import Matrix, mean, read_stack
+from takagi.certificates.checker.kernel.refusal import CertificateError
+
+__all__ = ["Blend", "Family", "bounded", "read_family", "weights_of"]
+
+Stack = tuple[Matrix, ...]
+Pairs = tuple[tuple[int, int], ...]
+Side = tuple[Fraction, Fraction]
+Box = tuple[Side | None, ...]
+SHAPES = {"A": "nn", "B": "nm", "C": "pn", "D": "pm", "E": "nq"}
+# Exact elimination takes time like the fourth power of the order: two minutes at most.
+MOST_PAIRS, MOST_WORK = 1 << 20, 10**8
+
+
+@dataclass(frozen=True)
+class Family:
+    """Vertices and gains; a stack of one matrix stands for all rules, an empty one for nothing.
+
+    x and u are deviations from where the loop rests; of a ``plant`` that is the law's trim, which
+    the claim ``sector-embedding`` compares, of a model of matrices alone it is what they are about.
+
+    ``box`` : per state, its range in the coordinates of x, or None; ``other_box`` : the ranges of
+    box variables that are not states.  ``corners`` : c_ik per rule, where weights are products;
+    ``weights`` : see ``weights_of``.  ``scheduled_by`` : the variables that the premises depend
+    on, or None where the model does not say.  ``stated_rules`` : how many rules the model has, for
+    all its stacks but those that a claim has put aside.
+    """
+
+    A: Stack
+    B: Stack = ()
+    C: Stack = ()
+    D: Stack = ()
+    E: Stack = ()
+    K: Stack = ()
+    sample_time: Fraction | None = None
+    states: tuple[str, ...] = ()
+    inputs: tuple[str, ...] = ()
+    disturbances: tuple[str, ...] = ()
+    box: Box = ()
+    other_box: Mapping[str, Side] | None = None
+    corners: tuple[tuple[int, ...], ...] | None = None
+    weights: str = ""
+    scheduled_by: tuple[str, ...] | None = None
+    shared_weights: bool = True
+    stated_rules: int = 1
+
+    @property
+    def order(self) -> int:
+        """The number of states."""
+        return len(self.A[0].rows)
+
+    @property
+    def rules(self) -> int:
+        """The number of vertices."""
+        return max(self.stated_rules, *map(len, (self.A, self.B, self.C, self.D, self.E)))
+
+    @property
+    def is_discrete(self) -> bool:
+        return self.sample_time is not None
+
+    @property
+    def about(self) -> str:
+        """What a proof for every blend is about, in words."""
+        if not self.K:
+            return f"every blend of the {self.rules} vertices" if self.rules > 1 else "the loop"
+        law = "with their gains" if self.shared_weights else f"and any of {len(self.K)} gains"
+        return f"every blend of {self.rules} rules {law}"
+
+    def groups(self) -> list[tuple[str, Pairs]]:
+        """Return the pairs (vertex, gain) whose products of weights are equal, with a name."""
+        r, s, c = self.rules, len(self.K), self.corners
+        if r * max(s, 1) > MOST_PAIRS:
+            raise CertificateError(f"{r} vertices and {s} gains: at most {MOST_PAIRS} pairs")
+        affine = s <= 1 or (len(self.B) <= 1 and len(self.D) <= 1 and self.shared_weights)
+        found: dict[object, list[tuple[int, int]]] = {}
+        for i, j in zip(range(r), range(r), strict=True) if affine else product(range(r), range(s)):
+            key: object = (i, j)
+            if self.shared_weights and not affine:
+                first, second = (c[i], c[j]) if c else ((i,), (j,))
+                key = tuple(tuple(sorted(both)) for both in zip(first, second, strict=True))
+            found.setdefault(key, []).append((i, j))
+        bounded(len(found), self.order)
+        return [(f"rules {i + 1} and {j + 1}" if i != j else f"rule {i + 1}", tuple(pairs))
+                for pairs in found.values() for i, j in pairs[:1]]  # fmt: skip
+
+    def blends(self) -> list[Blend]:
+        """Return the groups of ``groups``; their matrices are made when they are asked for."""
+        return [Blend(self, label, pairs) for label, pairs in self.groups()]
+
+
+@dataclass(frozen=True)
+class Blend:
+    """A group of pairs; its matrices are means over the pairs, of the closed loop where A or C."""
+
+    family: Family
+    label: str
+    pairs: Pairs
+
+    @property
+    def A(self) -> Matrix:
+        """A_i - B_i K_j."""
+        return self._closed(self.family.A, self.family.B)
+
+    @property
+    def C(self) -> Matrix:
+        """C_i - D_i K_j."""
+        return self._closed(self.family.C, self.family.D)
+
+    @property
+    def E(self) -> Matrix:
+        return mean([_at(self.family.E, i) for i, _ in self.pairs])
+
+    @property
+    def K(self) -> Matrix:
+        return mean([_at(self.family.K, j) for _, j in self.pairs])
+
+    def _closed(self, X: Stack, Y: Stack) -> Matrix:
+        K = self.family.K
+        if not K or not Y:
+            return mean([_at(X, i) for i, _ in self.pairs])
+        return mean([_at(X, i) - _at(Y, i) @ _at(K, j) for i, j in self.pairs])
+
+
+def bounded(count: int, order: int) -> None:
+    """Refuse more inequalities of an order than a reader would wait for."""
+    if count * order**4 > MOST_WORK:
+        raise CertificateError(f"{count} inequalities of order {order}: too many")
+
+
+def _at(stack: Stack, i: int) -> Matrix:
+    if not stack:
+        raise CertificateError("the claim needs a matrix that the model does not have")
+    return stack[i if len(stack) > 1 else 0]
+
+
+def read_family(model: Any, gains: Any, where: str = "model") -> Family:
+    """Return the loop of a certificate's ``model`` and ``gains``, every number as written.
+
+    Raises
+    ------
+    CertificateError : a kind that is not known, shapes that do not fit, gains of another model.
+    """
+    kind = reader.member(model, "kind", where)
+    if kind == "takagi-sugeno":
+        plain = _vertices(model, where)
+    elif kind == "plant":
+        from takagi.certificates.checker.plant.sector_embedding import plant_family
+
+        plain = plant_family(model, where)
+    else:
+        raise CertificateError(f"{where}.kind: {kind!a} has no vertices for this claim")
+    return plain if gains is None else _closed_by(plain, gains, "gains")
+
+
+def _vertices(model: Any, where: str) -> Family:
+    """Return the model of kind ``takagi-sugeno``; see ``Family`` for what may be left out."""
+    stacks: dict[str, Any] = {
+        x: read_stack(model, x, where) for x in SHAPES if x == "A" or x in model
+    }
+    axes = [pair for x in stacks for pair in zip(SHAPES[x], stacks[x][0].shape, strict=True)]
+    sizes, counts = dict(axes), {len(stack) for stack in stacks.values()} | {1}
+    if any(sizes[axis] != size for axis, size in axes) or len(counts) > 2:
+        raise CertificateError(f"{where}: {', '.join(stacks)} do not fit together")
+    states = reader.names(model, "state_names", where, sizes["n"])
+    box, other = _box(model, states, where)
+    corners = _corners(model, where, max(counts))
+    found: dict[str, Any] = {x: _single(M) if x in "BD" else M for x, M in stacks.items()}
+    return Family(
+        **found,
+        sample_time=_sample_time(model, where),
+        states=states,
+        inputs=_names(model, "input_names", sizes.get("m", 0), where),
+        disturbances=_names(model, "disturbance_names", sizes.get("q", 0), where),
+        box=box,
+        other_box=other,
+        corners=corners,
+        weights=weights_of(model.get("premises"), corners),
+        stated_rules=max(counts),
+    )
+
+
+def _names(model: Any, key: str, count: int, where: str) -> tuple[str, ...]:
+    return reader.names(model, key, where, count) if count and key in model else ()
+
+
+def _single(stack: Stack) -> Stack:
+    """Return one matrix in the place of equal ones."""
+    return stack[:1] if all(one == stack[0] for one in stack) else stack
+
+
+def _sample_time(owner: Any, where: str) -> Fraction | None:
+    stated = reader.member(owner, "sample_time", where)
+    step = None if stated is None else reader.number(owner, "sample_time", where)
+    if step is not None and step <= 0:
+        raise CertificateError(f"{where}.sample_time: a positive number is needed")
+    return step
+
+
+def _box(model: Any, states: tuple[str, ...], where: str) -> tuple[Box, dict[str, Side]]:
+    sides = model.get("box", {})
+    if not isinstance(sides, dict):
+        raise CertificateError(f"{where}.box: an object of ranges is needed")
+    found = {}
+    for name in sides:
+        ends = reader.numbers(sides, name, f"{where}.box", 2)
+        reader.increasing(ends, f"{where}.box.{name!a}")
+        found[name] = (ends[0], ends[1])
+    return tuple(found.pop(name, None) for name in states), found
+
+
+def _corners(model: Any, where: str, rules: int) -> tuple[tuple[int, ...], ...] | None:
+    """Return the corners of every rule, or None where weights are not said to be products."""
+    if "rules" not in model:
+        return None
+    rows = reader.matrix(model, "rules", where)
+    found = tuple(tuple(map(int, row)) for row in rows)
+    whole = all(corner in (0, 1) for row in rows for corner in row)
+    if not whole or not len(set(found)) == len(found) == rules:
+        raise CertificateError(f"{where}.rules: {rules} different rows of 0 and 1 are needed")
+    return found
+
+
+def weights_of(premises: Any, corners: tuple[tuple[int, ...], ...] | None) -> str:
+    """Return what weights are made of, as one text to compare: two laws with the same are equal.
+
+    Numbers are compared as written, so that equal weights may be taken for different ones, never
+    the other way round.
+    """
+    if not premises and not corners:
+        return ""
+    if not isinstance(premises or [], list):
+        raise CertificateError("premises: a list is needed")
+    needed, rows = ("name", "lower", "upper"), [list(map(str, row)) for row in corners or ()]
+    said = [[*(reader.member(p, key, "premises") for key in needed), p.get("expression")]
+            for p in premises or []]  # fmt: skip
+    return reader.canonical([said, rows])
+
+
+def _closed_by(plain: Family, gains: Any, where: str) -> Family:
+    K = _single(read_stack(gains, "K", where))
+    needed = (plain.B[0].shape[1] if plain.B else 0, plain.order)
+    if K[0].shape != needed:
+        raise CertificateError(f"{where}.K: {needed[0]} by {needed[1]} is needed, not {K[0].shape}")
+    if _sample_time(gains, where) != plain.sample_time:
+        raise CertificateError(f"{where}.sample_time is not the model's")
+    states = reader.names(gains, "state_names", where, plain.order)
+    inputs = _names(gains, "input_names", needed[0], where) or plain.inputs
+    if states != plain.states or (plain.inputs and inputs != plain.inputs):
+        raise CertificateError(f"{where}: states or inputs are not the model's, in its order")
+    corners = _corners(gains, where, len(K) if len(K) > 1 else plain.rules) or plain.corners
+    shared = weights_of(gains.get("premises"), corners) == plain.weights
+    return replace(plain, K=K, shared_weights=shared and len(K) in (1, plain.rules))

@@ -1,0 +1,136 @@
+"""Exact matrices: whole numbers over one positive denominator, so that no fraction is reduced."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import gcd, lcm
+from operator import mul
+from typing import Any
+
+from takagi.certificates.checker.kernel import definite
+from takagi.certificates.checker.kernel.reader import matrix, member
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+
+__all__ = ["LARGEST", "Matrix", "mean", "read_matrix", "read_stack"]
+
+# Exact elimination beyond this would keep a reader waiting for minutes.
+LARGEST = 80
+
+
+@dataclass(frozen=True, slots=True)
+class Matrix:
+    """``rows / below``; operations refuse shapes that do not fit."""
+
+    rows: list[list[int]]
+    below: int = 1
+
+    @classmethod
+    def of(cls, rows: Sequence[Sequence[Fraction]]) -> Matrix:
+        """Return a matrix of fractions."""
+        below = lcm(*(entry.denominator for row in rows for entry in row))
+        return cls(definite.to_integers(rows), below)
+
+    @classmethod
+    def identity(cls, size: int) -> Matrix:
+        return cls([[int(i == j) for j in range(size)] for i in range(size)])
+
+    @classmethod
+    def blocks(cls, parts: Sequence[Sequence[Matrix]]) -> Matrix:
+        """Return [[M11, M12, ...], [M21, ...], ...] as one matrix."""
+        below = lcm(*(part.below for row in parts for part in row))
+        rows: list[list[int]] = []
+        for line in parts:
+            if len({len(part.rows) for part in line}) != 1:
+                raise Refused("blocks of one row have different heights")
+            whole = [[v * (below // part.below) for v in row] for part in line for row in part.rows]
+            height = len(line[0].rows)
+            rows += [sum(whole[i::height], []) for i in range(height)]
+        if len({len(row) for row in rows}) != 1:
+            raise Refused("rows of blocks have different widths")
+        return cls(rows, below)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return len(self.rows), len(self.rows[0])
+
+    @property
+    def T(self) -> Matrix:
+        return Matrix([list(column) for column in zip(*self.rows, strict=True)], self.below)
+
+    def __getitem__(self, place: tuple[int, int]) -> Fraction:
+        return Fraction(self.rows[place[0]][place[1]], self.below)
+
+    def __add__(self, other: Matrix) -> Matrix:
+        if self.shape != other.shape:
+            raise Refused(f"matrices of shape {self.shape} and {other.shape} cannot be added")
+        below = lcm(self.below, other.below)
+        s, t = below // self.below, below // other.below
+        pairs = zip(self.rows, other.rows, strict=True)
+        return Matrix([[s * a + t * b for a, b in zip(p, q, strict=True)] for p, q in pairs], below)
+
+    def __neg__(self) -> Matrix:
+        return Matrix([[-a for a in row] for row in self.rows], self.below)
+
+    def __sub__(self, other: Matrix) -> Matrix:
+        return self + -other
+
+    def __rmul__(self, factor: Fraction | int) -> Matrix:
+        exact = Fraction(factor)
+        rows = [[exact.numerator * a for a in row] for row in self.rows]
+        return Matrix(rows, self.below * exact.denominator)
+
+    def __matmul__(self, other: Matrix) -> Matrix:
+        if self.shape[1] != other.shape[0]:
+            raise Refused(f"matrices of shape {self.shape} and {other.shape} cannot be multiplied")
+        columns = list(zip(*other.rows, strict=True))
+        rows = [[sum(map(mul, row, column)) for column in columns] for row in self.rows]
+        return Matrix(rows, self.below * other.below)
+
+    def reduced(self) -> Matrix:
+        """Return the same matrix without a factor that rows and denominator have in common."""
+        common = gcd(self.below, *(entry for row in self.rows for entry in row))
+        rows = [[entry // common for entry in row] for row in self.rows]
+        return Matrix(rows, self.below // common)
+
+    @property
+    def is_symmetric(self) -> bool:
+        return definite.is_symmetric(self.rows)
+
+    @property
+    def is_positive_definite(self) -> bool:
+        """Whether the matrix is symmetric and x'Mx > 0 for every x but 0."""
+        return self.is_symmetric and definite.positive_definite_integers(self.reduced().rows)
+
+    @property
+    def is_positive_semidefinite(self) -> bool:
+        """Whether the matrix is symmetric and x'Mx >= 0 for every x."""
+        return self.is_symmetric and definite.positive_semidefinite_integers(self.reduced().rows)
+
+
+def mean(parts: Sequence[Matrix]) -> Matrix:
+    """Return the arithmetic mean of one or more matrices."""
+    return Fraction(1, len(parts)) * sum(parts[1:], parts[0])
+
+
+def read_matrix(owner: Any, key: str, where: str, shape: tuple[int, int] | None = None) -> Matrix:
+    """Return a matrix of the file; ``shape`` asks for rows and columns."""
+    rows = matrix(owner, key, where)
+    found = len(rows), len(rows[0])
+    if shape is not None and found != shape:
+        raise CertificateError(f"{where}.{key}: {shape[0]} by {shape[1]} is needed, not {found}")
+    if max(found) > LARGEST:
+        raise CertificateError(f"{where}.{key}: matrices go to {LARGEST} by {LARGEST}")
+    return Matrix.of(rows)
+
+
+def read_stack(owner: Any, key: str, where: str) -> tuple[Matrix, ...]:
+    """Return a list of matrices, all of the first one's shape."""
+    family = member(owner, key, where)
+    if not isinstance(family, list) or not family:
+        raise CertificateError(f"{where}.{key}: a list of matrices is needed")
+    first = read_matrix({"0": family[0]}, "0", f"{where}.{key}")
+    rest = (read_matrix({f"{i}": M}, f"{i}", f"{where}.{key}", first.shape)
+            for i, M in enumerate(family[1:], start=1))  # fmt: skip
+    return (first, *rest)

@@ -1,0 +1,195 @@
+"""A strict JSON reader for untrusted certificates.
+
+Numbers stay the text they were written as, so that what is proved is about the emitted decimals.
+Duplicate keys, non-finite numbers, huge numbers, deep nesting and large files are refused.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, NoReturn
+
+from takagi.certificates.checker.kernel.refusal import CertificateError
+
+__all__ = ["Number", "canonical", "digest", "integer", "matrix", "member", "names", "number"]
+__all__ += ["numbers", "read_json", "read_text", "text"]
+
+LARGEST_FILE = 16_000_000
+DEEPEST, MOST_PARTS = 40, 2_000_000
+LONGEST_NUMBER, LARGEST_EXPONENT = 60, 40
+# Strings are skipped whole, so that brackets inside them neither add nor take away depth; the
+# possessive repeat keeps a string without an end from being tried twice.
+STRING_OR_BRACKET = re.compile(r'"(?:[^"\\]|\\.)*+"?|[\[{]|[\]}]', re.DOTALL)
+
+
+class Number(str):
+    """A number as it stands in the file."""
+
+    __slots__ = ()
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Return the object in a file; numbers are ``Number``.
+
+    Raises
+    ------
+    CertificateError : unreadable, too large, not strict JSON, or not an object.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise CertificateError(f"{path}: cannot be read: {error.strerror or error}") from error
+    try:
+        return read_text(data.decode("utf-8"), str(path))
+    except UnicodeDecodeError as error:
+        raise CertificateError(f"{path}: not UTF-8: {error}") from error
+
+
+def read_text(written: str, source: str) -> dict[str, Any]:
+    """Return the object in a text; see ``read_json``."""
+    if len(written) > LARGEST_FILE:
+        raise CertificateError(f"{source}: larger than {LARGEST_FILE} bytes; no certificate is")
+    try:
+        _check_size(written)
+        value = json.loads(
+            written,
+            parse_float=_literal,
+            parse_int=_literal,
+            parse_constant=_constant,
+            object_pairs_hook=_object,
+        )
+    except CertificateError as error:
+        raise CertificateError(f"{source}: {error}") from error
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise CertificateError(f"{source}: not JSON: {error}") from error
+    if not isinstance(value, dict):
+        raise CertificateError(f"{source}: an object is needed at the top")
+    return value
+
+
+def _check_size(written: str) -> None:
+    """Refuse deep nesting, and more parts than memory should hold, before they are made."""
+    if sum(map(written.count, ",[{")) > MOST_PARTS:
+        raise CertificateError(f"more than {MOST_PARTS} entries; no certificate has so many")
+    depth = 0
+    for found in STRING_OR_BRACKET.finditer(written):
+        if found[0] in "[{":
+            depth += 1
+            if depth > DEEPEST:
+                raise CertificateError(f"nested deeper than {DEEPEST}")
+        elif found[0] in "]}":
+            depth -= 1
+
+
+def _literal(written: str) -> Number:
+    if len(written) > LONGEST_NUMBER:
+        raise CertificateError(f"a number of {len(written)} characters; at most {LONGEST_NUMBER}")
+    _, _, exponent = written.lower().partition("e")
+    if exponent and abs(int(exponent)) > LARGEST_EXPONENT:
+        raise CertificateError(f"number {written}: exponents go to {LARGEST_EXPONENT}")
+    return Number(written)
+
+
+def _constant(written: str) -> NoReturn:
+    raise CertificateError(f"{written} is not a number")
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise CertificateError(f"key {key!r} appears twice in one object")
+        found[key] = value
+    return found
+
+
+def canonical(value: Any) -> str:
+    """Return one text for one value: sorted keys, no space, numbers as they were written."""
+    if isinstance(value, Number):
+        return value
+    if isinstance(value, dict):
+        return "{" + ",".join(f"{json.dumps(k)}:{canonical(value[k])}" for k in sorted(value)) + "}"
+    if isinstance(value, list):
+        return f"[{','.join(map(canonical, value))}]"
+    return json.dumps(value)
+
+
+def digest(value: Any) -> str:
+    """Return the SHA-256 of the canonical text."""
+    return hashlib.sha256(canonical(value).encode()).hexdigest()
+
+
+def member(owner: Any, key: str, where: str) -> Any:
+    """Return owner[key]; refuses with the place when it is missing."""
+    if not isinstance(owner, dict) or key not in owner:
+        raise CertificateError(f"{where}: {key!r} is missing")
+    return owner[key]
+
+
+def text(owner: Any, key: str, where: str) -> str:
+    """Return one line of text; refuses what a terminal would not print as it stands."""
+    value = member(owner, key, where)
+    if not isinstance(value, str) or isinstance(value, Number) or not value.isprintable():
+        raise CertificateError(f"{where}.{key}: one line of printable text is needed")
+    return value
+
+
+def names(owner: Any, key: str, where: str, count: int) -> tuple[str, ...]:
+    """Return so many different names, each one line of text."""
+    values = member(owner, key, where)
+    listed = values if isinstance(values, list) else []
+    found = tuple(text({key: value}, key, where) for value in listed)
+    if len(found) != count or len(set(found)) != count:
+        raise CertificateError(f"{where}.{key}: {count} different names are needed")
+    return found
+
+
+def number(owner: Any, key: str, where: str) -> Fraction:
+    """Return a number exactly."""
+    return _fraction(member(owner, key, where), f"{where}.{key}")
+
+
+def integer(owner: Any, key: str, where: str) -> int:
+    value = number(owner, key, where)
+    if value.denominator != 1:
+        raise CertificateError(f"{where}.{key}: a whole number is needed")
+    return int(value)
+
+
+def numbers(owner: Any, key: str, where: str, count: int | None = None) -> list[Fraction]:
+    """Return a row of numbers exactly; ``count`` asks for that many."""
+    return _row(member(owner, key, where), f"{where}.{key}", count)
+
+
+def matrix(owner: Any, key: str, where: str) -> list[list[Fraction]]:
+    """Return a rectangular matrix of numbers exactly."""
+    rows = member(owner, key, where)
+    if not isinstance(rows, list) or not rows:
+        raise CertificateError(f"{where}.{key}: rows of numbers are needed")
+    first = _row(rows[0], f"{where}.{key}", None)
+    return [first, *(_row(row, f"{where}.{key}", len(first)) for row in rows[1:])]
+
+
+def _row(values: Any, where: str, count: int | None) -> list[Fraction]:
+    if not isinstance(values, list) or not values or (count is not None and len(values) != count):
+        needed = "numbers" if count is None else f"{count} numbers"
+        raise CertificateError(f"{where}: a row of {needed} is needed")
+    return [_fraction(value, where) for value in values]
+
+
+def _fraction(value: Any, where: str) -> Fraction:
+    if not isinstance(value, Number):
+        raise CertificateError(f"{where}: a number is needed, not {type(value).__name__}")
+    return Fraction(value)
+
+
+def increasing(values: Sequence[Fraction], where: str) -> None:
+    """Refuse a row that does not strictly increase."""
+    if any(b <= a for a, b in zip(values, values[1:], strict=False)):
+        raise CertificateError(f"{where}: the numbers must increase")

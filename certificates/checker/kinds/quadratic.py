@@ -1,0 +1,49 @@
+r"""Claims that hold their own matrices: ``quadratic-decay`` and ``no-common-quadratic``.
+
+They are about the vertices ``A``, and ``B`` and ``K`` where they are there, that stand in the claim
+itself, in continuous time; otherwise they are the claims ``decay`` and ``no-common-decay`` (see
+there), the second with one ``multiplier_factors`` L_i a vertex, Z_i = L_i L_i'.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.kernel.matrices import read_stack
+from takagi.certificates.checker.kernel.reader import Number, member
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Claim
+from takagi.certificates.checker.kinds.decay import check_decay
+from takagi.certificates.checker.kinds.no_common_decay import check_no_common_decay
+
+__all__ = ["check_impossibility", "check_quadratic"]
+
+
+def check_quadratic(claim: Any, where: str) -> Claim:
+    """Return the verdict on a claim of kind ``quadratic-decay``."""
+    family = _family(claim, where)
+    if "K" not in claim:
+        return check_decay(claim, family, where)
+    B, K = read_stack(claim, "B", where), read_stack(claim, "K", where)
+    n, m = family.order, len(B[0].rows[0])
+    if not len(K) == len(B) == family.rules or B[0].shape != (n, m) or K[0].shape != (m, n):
+        raise CertificateError(f"{where}: one B, {n} by {m}, and one K per rule are needed")
+    return check_decay(claim, Family(family.A, B=B, K=K), where)
+
+
+def check_impossibility(claim: Any, where: str) -> Claim:
+    """Return DISPROVED when the multipliers show that no common P exists, else UNDECIDED."""
+    family = _family(claim, where)
+    factors = member(claim, "multiplier_factors", where)
+    if not isinstance(factors, list) or len(factors) != family.rules:
+        raise CertificateError(f"{where}: one of multiplier_factors per vertex is needed")
+    listed = [{"blend": Number(i), "factor": L} for i, L in enumerate(factors)]
+    return check_no_common_decay({**claim, "multipliers": listed}, family, where)
+
+
+def _family(claim: Any, where: str) -> Family:
+    A = read_stack(claim, "A", where)
+    if A[0].shape[0] != A[0].shape[1]:
+        raise CertificateError(f"{where}.A: square matrices are needed")
+    return Family(A)

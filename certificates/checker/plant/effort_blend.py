@@ -1,0 +1,230 @@
+r"""Claims of kind ``effort-blend``: two actuators behind a blend are the plant of the certificate.
+
+The model of the certificate has one effort U as a state, U' as an input, and signals: the share F
+and, where stated, errors delta.  Its member ``blending`` has the equations with two actuators.
+With psi(s) = 0 up to -e, (s + e)^2 / 4e up to e, s above, the law commands
+
+    low    v = idle - direction psi(-U) / b          b the effectiveness, overlap e > 0
+    high   v = idle + direction psi(U) / b
+
+and an actuator with an error is at v* + (1 + delta)(v - v*), v* its command at rest.  Proved are:
+
+1. psi(U) = psi(U*) + F (U - U*) and psi(-U) = psi(-U*) - (1 - F)(U - U*), F the slope of the secant
+   of psi from the rest U*.  psi is convex, so F does not decrease with U: over the range of U it
+   lies between its values at the ends, and these in the range of the signal ``share``.
+2. b > 0 on the box, and psi_max / b within what the actuator's range leaves beside its idling:
+   psi grows with U, so that b >= psi_max / room on the box shows it for every U in its range.
+3. The equations with both actuators put in are those of the model, as functions, where the state
+   lies in the box; U' is the input.  Share and errors stand in A and B alone, their columns of E
+   are 0: what is proved without disturbance holds however they move.
+4. A law with gains K_i asks no more than it knows: gains of rules that differ only in premises with
+   an error in them are equal.  F it knows: it follows from U, its own state.
+
+Source: derived here; the ramp is that of the coherent law of a wind turbine.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.arithmetic.effort_ramp import psi
+from takagi.certificates.checker.kernel.matrices import read_stack
+from takagi.certificates.checker.kernel.reader import canonical, member, text
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.plant.blend import Acting, Blend, read_blend, secant
+from takagi.certificates.checker.plant.derivative import substituted
+from takagi.certificates.checker.plant.expression import Scope, read_expression
+from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.plant.ranges import Ranges
+from takagi.certificates.checker.plant.reading import PlantNodes, read_plant
+from takagi.certificates.checker.plant.sector_embedding import KIND
+from takagi.certificates.checker.plant.vertices import corners_of
+from takagi.certificates.checker.words.shown import at_least, at_most
+
+__all__ = ["check_effort_blend"]
+
+LEAST, LARGEST = Fraction(1, 10**40), Fraction(10**60)
+
+
+def check_effort_blend(claim: Any, model: Any, gains: Any, where: str) -> Claim:
+    """Return PROVED if the plant with its two actuators is the model's plant.
+
+    UNDECIDED names the step that failed.
+
+    Raises
+    ------
+    CertificateError : the model is malformed, or has no blend; a law with another blend.
+    """
+    name = text(claim, "name", where)
+    if text(model, "kind", "model") != KIND:
+        raise CertificateError(f"{where}: a claim about a plant; model.kind is {model['kind']!a}")
+    plant = read_plant(model, "model")
+    blend = read_blend(model, plant, "model")
+    if gains is not None:
+        emitted = member(gains, "blending", "gains")
+        if canonical(emitted) != canonical(model["blending"]):
+            raise CertificateError("gains.blending is not the model's: the law has another blend")
+    try:
+        words = _proved(plant, blend)
+        if gains is not None:
+            _check_known(plant, blend, gains)
+            words += "; the law knows all that its gains depend on"
+        return Claim(name, Verdict.PROVED, words + "; standard library alone")
+    except Refused as error:
+        return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
+
+
+def _proved(plant: PlantNodes, blend: Blend) -> str:
+    """Return what was proved, in words; Refused names what could not be."""
+    algebra = Algebra(plant.graph, plant.tables)
+    ranges = Ranges(plant.evaluator, algebra, plant.box)
+    low, high = (secant(end, blend.rest, blend.overlap) for end in blend.ends)
+    _check_share(plant, blend, low, high)
+    _check_schedules(plant, blend)
+    for acting in blend.actuators:
+        _check_acts(ranges, blend, acting)
+    _check_equations(plant, blend, algebra, ranges)
+    unit = "" if blend.effort.unit == "-" else f" {blend.effort.unit}"
+    ends = f"[{at_most(blend.ends[0], 9)}, {at_least(blend.ends[1], 9)}]"
+    told = [
+        f"where the effort is in {ends}{unit} and the state in the box, {blend.high.name} has a "
+        f"share between {at_least(low, 6)} and {at_most(high, 6)} of its motion from rest and "
+        f"{blend.low.name} the rest"
+    ]
+    for acting in blend.actuators:
+        kept = ""
+        if acting.side is not None:
+            kept = f" keeps [{at_least(acting.side[0], 9)}, {at_most(acting.side[1], 9)}]"
+            kept += "" if acting.unit == "-" else f" {acting.unit}"
+        wrong = ""
+        if acting.error is not None and acting.error.side is not None:
+            down, up = acting.error.side
+            wrong = f" moves the plant {at_least(1 + down, 6)} to {at_most(1 + up, 6)} times as "
+            wrong += "much as told from its position at rest"
+        if kept or wrong:
+            told.append(f"{acting.name}{kept}{' and' * bool(kept and wrong)}{wrong}")
+    return "; ".join(told)
+
+
+def _check_share(plant: PlantNodes, blend: Blend, low: Fraction, high: Fraction) -> None:
+    rest, side = plant.graph.value(blend.share.rest), blend.share.side
+    if rest is None or side is None:
+        raise Refused("the share has no range")
+    if not (rest + side[0] <= low and high <= rest + side[1]):
+        raise Refused(
+            f"the share takes values from {at_most(low, 9)} to {at_least(high, 9)}, not only those "
+            "of its range"
+        )
+    for acting in blend.actuators:
+        if acting.error is None:
+            continue
+        if plant.graph.value(acting.error.rest) != 0 or acting.error.side is None:
+            raise Refused(f"the error of {acting.name} needs a range about 0")
+        if acting.error.side[0] <= -1:
+            raise Refused(f"with its error {acting.name} may not act at all")
+        if acting.error.name == blend.share.name:
+            raise Refused(f"the error of {acting.name} is the share")
+    first, second = (acting.error for acting in blend.actuators)
+    if first is not None and second is not None and first.name == second.name:
+        raise Refused("the errors of both actuators are one signal")
+
+
+def _check_schedules(plant: PlantNodes, blend: Blend) -> None:
+    """Refuse a column of E for share or error: "without disturbance" is to hold for them too."""
+    signals = [blend.share, *(a.error for a in blend.actuators if a.error is not None)]
+    for signal in signals:
+        column = plant.disturbances.index(signal)
+        if any(plant.graph.value(row[column]) != 0 for row in plant.entries.get("E", [])):
+            raise Refused(f"{signal.name} moves the state as a disturbance does, not in A or B")
+
+
+def _check_acts(ranges: Ranges, blend: Blend, acting: Acting) -> None:
+    """Prove b > 0 on the box, and b >= psi_max / room where the actuator has limits."""
+    least = LEAST
+    if acting.side is not None:
+        upward = acting.sign * acting.direction > 0
+        room = acting.side[1] - acting.idle if upward else acting.idle - acting.side[0]
+        if not acting.side[0] <= acting.idle <= acting.side[1] or room <= 0:
+            raise Refused(f"{acting.name} has no room to act from where it idles")
+        most = max(psi(acting.sign * end, blend.overlap) for end in blend.ends)
+        least = max(LEAST, most / room)
+    what = f"the effectiveness of {acting.name}, which has to be at least {at_most(least, 6)},"
+    ranges.prove_within(acting.effectiveness, least, LARGEST, what)
+
+
+def _check_equations(plant: PlantNodes, blend: Blend, algebra: Algebra, ranges: Ranges) -> None:
+    g = plant.graph
+    names = dict(blend.names)
+    origin = {v.symbol: g.constant(0) for v in (*plant.states, *plant.inputs, *plant.disturbances)}
+    for acting in blend.actuators:
+        told = _command(plant, blend, acting)
+        if acting.error is not None:
+            rest = substituted(g, told, origin)
+            wrong = g.add(g.constant(1), g.variable(acting.error.symbol))
+            told = g.add(rest, g.multiply(wrong, g.subtract(told, rest)))
+        names[acting.name] = told
+    scope, written = Scope(names, blend.tables), iter(blend.equations)
+    for i, (state, row) in enumerate(zip(plant.states, plant.f, strict=True)):
+        if state is blend.effort:
+            rate = g.add(blend.rate.rest, g.variable(blend.rate.symbol))
+            if not algebra.equal(row, rate):
+                raise Refused("the effort does not move by its rate")
+            _check_own_row(plant, i)
+            continue
+        what = f"the equation of {state.name} with both actuators"
+        node = read_expression(next(written), g, scope, what)
+        ranges.prove_continuous(node, what)
+        if not algebra.equal(node, row):
+            raise Refused(f"{what} is not shown to be the model's")
+
+
+def _command(plant: PlantNodes, blend: Blend, acting: Acting) -> int:
+    """Return v of the law, psi written by the share."""
+    g = plant.graph
+    share = g.add(blend.share.rest, g.variable(blend.share.symbol))
+    if acting.sign < 0:
+        share = g.subtract(share, g.constant(1))
+    resting = g.constant(psi(acting.sign * blend.rest, blend.overlap))
+    delivered = g.add(resting, g.multiply(share, g.variable(blend.effort.symbol)))
+    step = g.divide(delivered, acting.effectiveness)
+    return g.add(
+        g.constant(acting.idle), g.multiply(g.constant(acting.sign * acting.direction), step)
+    )
+
+
+def _check_own_row(plant: PlantNodes, own: int) -> None:
+    """Refuse a mass matrix in which the effort is not by itself, and discrete time."""
+    if plant.sample_time is not None:
+        raise Refused("an effort with a rate is of continuous time")
+    for i, row in enumerate(plant.mass or []):
+        for j, node in enumerate(row):
+            if own in (i, j) and plant.graph.value(node) != int(i == j):
+                raise Refused("the mass matrix has a part in the effort")
+
+
+def _check_known(plant: PlantNodes, blend: Blend, gains: Any) -> None:
+    """Refuse gains that differ between rules which differ in what no law knows alone."""
+    K = read_stack(gains, "K", "gains")
+    if len(K) == 1:
+        return
+    errors = {acting.error.symbol for acting in blend.actuators if acting.error is not None}
+    known = [
+        k
+        for k, premise in enumerate(plant.premises)
+        if not errors & plant.graph.variables(premise.node)
+    ]
+    corners = list(corners_of(plant.premises))
+    if len(corners) != len(K):
+        raise CertificateError(f"gains.K: {len(corners)} gains are needed")
+    first: dict[tuple[int, ...], int] = {}
+    for i, corner in enumerate(corners):
+        picks = [pick for pick, _ in corner.values()]
+        j = first.setdefault(tuple(picks[k] for k in known), i)
+        if K[i].rows != K[j].rows or K[i].below != K[j].below:
+            if (K[i] - K[j]).reduced().rows != (K[j] - K[j]).reduced().rows:
+                raise Refused(
+                    f"gains {j + 1} and {i + 1} differ, and the rules differ only in an error of "
+                    "an actuator, which the law does not know"
+                )

@@ -1,0 +1,115 @@
+r"""Claims of kind ``secant-embedding``: differences of the plant are blends of the vertices.
+
+For x' = f(x, u, w), continuously differentiable on a box that contains the rest x*, u*, w*,
+
+    f(x, u, w) - f(x*, u*, w*) = (\int_0^1 Df(x* + s (x - x*), ...) ds) (x - x*, u - u*, w - w*).
+
+Where the entries of Df are affine in premises z, the integral has the entries of the mean of z
+along the segment, which lies within the bounds of z.  So the loop lies in the blends of the
+vertices, with weights that are no function of the present state: a law cannot have them, and gains
+that differ from rule to rule are taken for gains with weights of their own.  Proved are:
+
+1. f and its derivatives are defined on the box, without |.|, and the point of rest is at rest.
+2. Df = (A(z(x)), B(z(x)), E(z(x))), entry by entry as in ``plant_embedding``; outputs likewise.
+3. lower <= z_k <= upper on the box; every entry is affine in the premises.
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 4.3, global linearization (recalled).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from takagi.certificates.checker.kernel.reader import text
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.plant.derivative import derivative, substituted
+from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.plant.ranges import Ranges
+from takagi.certificates.checker.plant.reading import PlantNodes, Variable, read_plant
+from takagi.certificates.checker.plant.sector_embedding import KIND, Entries, words_of
+from takagi.certificates.checker.plant.trim import compared_trim
+from takagi.certificates.checker.plant.vertices import entry_node, multi_affine_entries
+
+__all__ = ["check_secant_embedding"]
+
+
+def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Claim:
+    """Return PROVED if differences of the plant from rest are blends of the vertices on its box.
+
+    UNDECIDED names the step that failed.
+
+    Raises
+    ------
+    CertificateError : the model is malformed, of another kind or form, or has a mass matrix; gains
+        with another trim.
+    """
+    name = text(claim, "name", where)
+    if text(model, "kind", "model") != KIND:
+        raise CertificateError(f"{where}: a claim about a plant; model.kind is {model['kind']!a}")
+    plant = read_plant(model, "model")
+    if plant.form != "secant":
+        raise CertificateError(f"{where}: model.embedding.form is {plant.form!a}, not 'secant'")
+    if plant.mass is not None:
+        raise CertificateError(f"{where}: a secant embedding is of x' = f, without a mass matrix")
+    entries = multi_affine_entries(plant)
+    for rows in entries.values():
+        if any(len(members) > 1 for row in rows for entry in row for members in entry):
+            raise CertificateError(f"{where}: an entry has a product of premises")
+    trim = "" if gains is None else compared_trim(plant, gains, "gains")
+    try:
+        return Claim(name, Verdict.PROVED, _proved(plant, entries) + trim)
+    except Refused as error:
+        return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
+
+
+def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> str:
+    """Return what was proved, in words; Refused names what could not be."""
+    g, algebra = plant.graph, Algebra(plant.graph, plant.tables)
+    ranges = Ranges(plant.evaluator, algebra, plant.box)
+    variables = (*plant.states, *plant.inputs, *plant.disturbances)
+    origin = {v.symbol: g.constant(0) for v in variables}
+    discrete = plant.sample_time is not None
+    for state, row in zip(plant.states, plant.f, strict=True):
+        resting = state.rest if discrete else g.constant(0)
+        if not algebra.equal(substituted(g, row, origin), resting):
+            raise Refused(f"{state.name} is not shown to be at rest at the point of rest")
+    groups: list[tuple[str, list[int], list[Variable]]] = [
+        ("A", plant.f, plant.states),
+        ("B", plant.f, plant.inputs),
+        ("E", plant.f, plant.disturbances),
+        ("C", plant.outputs, plant.states),
+        ("D", plant.outputs, plant.inputs),
+    ]
+    places = {p.name: p.node for p in plant.premises}
+    for letter, rows, columns in groups:
+        for i, row in enumerate(rows):
+            for j, variable in enumerate(columns):
+                slope = _slope(plant, ranges, row, variable)
+                if not algebra.equal(slope, entry_node(g, entries[letter][i][j], places)):
+                    raise Refused(f"{letter}[{i}][{j}] is not the slope in {variable.name}")
+    for row in plant.outputs:
+        for variable in plant.disturbances:
+            if not algebra.vanishes(_slope(plant, ranges, row, variable)):
+                raise Refused(f"an output depends on {variable.name}")
+    for premise in plant.premises:
+        what = f"premise {premise.name}"
+        ranges.prove_within(premise.node, premise.lower, premise.upper, what)
+    return words_of(plant, ranges, "differences of the plant from rest are blends")
+
+
+def _slope(plant: PlantNodes, ranges: Ranges, row: int, variable: Variable) -> int:
+    """Return a partial derivative after proving that it is defined on the whole box."""
+    g = plant.graph
+    found = derivative(g, row, variable.symbol)
+    for node in (row, found):
+        if any(_has_kink(plant, part) for part in g.below([node])):
+            raise Refused("an absolute value has a kink; slopes are of smooth functions")
+        ranges.prove_defined(node, f"the slope in {variable.name}")
+    return found
+
+
+def _has_kink(plant: PlantNodes, number: int) -> bool:
+    node = plant.graph[number]
+    return node.op == "sign" or (node.op == "call" and node.name == "abs")

@@ -1,0 +1,223 @@
+r"""Claims of kind ``sector-embedding``: the plant is the blend of the certificate's vertices.
+
+    M(x) x' = f(x, u, w)  and  y = g(x, u)  on the box  imply
+    dx' = sum_i h_i (A_i dx + B_i du + E_i dw),   dy = sum_i h_i (C_i dx + D_i du),
+
+with h_i the products of the premises' weights.  It is proved in five steps from the equations as
+they stand in the file, their trim, and the entries A(z), B(z), ... of the embedding:
+
+1. Every part of the equations, of M and of the premises is defined on the box: no denominator
+   vanishes, no root or logarithm leaves its domain, no argument its table; det M has no zero.
+2. M(x) [A(z(x)) dx + B(z(x)) du + E(z(x)) dw] = f(x, u, w), row by row, as quotients of
+   polynomials over the functions that stand in them (in discrete time f - M x*).
+3. lower <= z_k(x) <= upper on the box, by outward-rounded intervals and bisection.
+4. Each entry is a polynomial of degree one at most in each premise; step 2 is about it.
+5. So A(z) is the blend of the vertices A_i that are worked out here, at the corners of the bounds.
+
+The one exception in step 1 is a variable x_j whose range contains 0 and that stands as a power in
+a denominator, as in sin(x)/x, or a sum of multiples of variables in its place, as in
+sin(x + y)/(x + y) (``linear_sum``).  Where it vanishes a premise means its limit, whose existence
+is a part of step 3 (Taylor's formula, see ``quotient_form``).  The identity of step 2 holds where
+it is not 0, which is dense in the box; both sides are continuous, so that it holds on the whole
+box.  An equation that is itself written with such a quotient means its limit there too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, TypeAlias
+
+from takagi.certificates.checker.kernel.family import Family, weights_of
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.reader import text
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.plant.derivative import substituted
+from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.plant.ranges import Ranges
+from takagi.certificates.checker.plant.reading import PlantNodes, Rows, read_plant
+from takagi.certificates.checker.plant.trim import compared_trim
+from takagi.certificates.checker.plant.vertices import (
+    MultiAffine,
+    corners_of,
+    entry_node,
+    multi_affine_entries,
+    vertex_stack,
+)
+from takagi.certificates.checker.words.shown import at_least, at_most
+
+__all__ = ["KIND", "Entries", "check_embedding", "plant_family", "words_of"]
+
+KIND = "plant"
+MOST_MINORS = 4_000
+Entries: TypeAlias = list[list[MultiAffine]]
+
+
+def plant_family(model: Any, where: str = "model") -> Family:
+    """Return the exact vertices of a model of kind ``plant``, from its entries and bounds.
+
+    Rules are the corners of the premises, the last changing first; a premise whose bounds agree
+    has one.  That the plant lies in them is the claim ``sector-embedding``.
+
+    Raises
+    ------
+    CertificateError : the model is malformed, or an entry is not multi-affine.
+    """
+    plant = read_plant(model, where)
+    entries = multi_affine_entries(plant)
+    corners = corners_of(plant.premises)
+    stacks: dict[str, Any] = {
+        letter: tuple(Matrix.of(rows) for rows in vertex_stack(matrix, corners))
+        for letter, matrix in entries.items()
+    }
+    numbers = tuple(tuple(pick for pick, _ in corner.values()) for corner in corners)
+    others = (*plant.inputs, *plant.disturbances)
+    return Family(
+        **stacks,
+        sample_time=plant.sample_time,
+        states=tuple(v.label for v in plant.states),
+        inputs=tuple(v.label for v in plant.inputs),
+        disturbances=tuple(v.label for v in plant.disturbances),
+        box=tuple(v.side for v in plant.states),
+        other_box={v.label: v.side for v in others if v.side is not None},
+        corners=numbers,
+        weights=_weights(plant, model, numbers),
+        scheduled_by=_scheduling(plant),
+    )
+
+
+def _weights(plant: PlantNodes, model: Any, corners: tuple[tuple[int, ...], ...]) -> str:
+    """Return what the weights are made of; those of secants are averages that no law has."""
+    if plant.form == "secant":
+        return "secants"
+    return weights_of(model["embedding"]["premises"], corners)
+
+
+def _scheduling(plant: PlantNodes) -> tuple[str, ...]:
+    """Return the labels of the variables that premises which vary depend on."""
+    varying = [premise.node for premise in plant.premises if premise.lower < premise.upper]
+    used = set().union(*(plant.graph.variables(node) for node in varying))
+    variables = (*plant.states, *plant.inputs, *plant.disturbances)
+    return tuple(v.label for v in variables if v.symbol in used)
+
+
+def check_embedding(claim: Any, model: Any, gains: Any, where: str) -> Claim:
+    """Return PROVED if the plant of ``model`` is the blend of its vertices on its box.
+
+    UNDECIDED names the step that failed.
+
+    Raises
+    ------
+    CertificateError : the model is malformed, of another kind, or has no such vertices; gains with
+        another trim.
+    """
+    name = text(claim, "name", where)
+    if text(model, "kind", "model") != KIND:
+        raise CertificateError(f"{where}: a claim about a plant; model.kind is {model['kind']!a}")
+    plant = read_plant(model, "model")
+    if plant.form != "sector":
+        raise CertificateError(f"{where}: model.embedding.form is {plant.form!a}, not 'sector'")
+    entries = multi_affine_entries(plant)
+    trim = "" if gains is None else compared_trim(plant, gains, "gains")
+    try:
+        return Claim(name, Verdict.PROVED, _proved(plant, entries) + trim)
+    except Refused as error:
+        return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
+
+
+def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> str:
+    """Return what was proved, in words; Refused names what could not be."""
+    algebra = Algebra(plant.graph, plant.tables)
+    ranges = Ranges(plant.evaluator, algebra, plant.box)
+    for state, node in zip(plant.states, plant.f, strict=True):
+        ranges.prove_continuous(node, f"the equation of {state.name}")
+    for k, node in enumerate(plant.outputs):
+        ranges.prove_continuous(node, f"output {k + 1}")
+    if plant.mass is not None:
+        for entry in {node for row in plant.mass for node in row}:
+            ranges.prove_defined(entry, "the mass matrix")
+        determinant = _determinant(plant, plant.mass)
+        ranges.prove_nonzero(determinant, "the determinant of the mass matrix")
+    _check_identities(plant, algebra, entries)
+    for premise in plant.premises:
+        what = f"premise {premise.name}"
+        ranges.prove_within(premise.node, premise.lower, premise.upper, what)
+    left = "x'" if plant.sample_time is None else "x(t + T)"
+    return words_of(plant, ranges, f"{left} of the plant is the blend")
+
+
+def _check_identities(plant: PlantNodes, algebra: Algebra, entries: Mapping[str, Entries]) -> None:
+    g = plant.graph
+    places = {p.name: p.node for p in plant.premises}
+    rates = [g.constant(0)] * len(plant.states)
+    seen = [g.constant(0)] * len(plant.outputs)
+    for letter, rows in entries.items():
+        columns = {"B": plant.inputs, "D": plant.inputs, "E": plant.disturbances}.get(
+            letter, plant.states
+        )
+        totals = seen if letter in "CD" else rates
+        for i, row in enumerate(rows):
+            for entry, variable in zip(row, columns, strict=True):
+                term = g.multiply(entry_node(g, entry, places), g.variable(variable.symbol))
+                totals[i] = g.add(totals[i], term)
+    if plant.sample_time is not None:
+        rates = [g.add(v.rest, rate) for v, rate in zip(plant.states, rates, strict=True)]
+    if plant.mass is not None:
+        rates = [
+            g.total(g.multiply(m, rate) for m, rate in zip(row, rates, strict=True))
+            for row in plant.mass
+        ]
+    for state, rate, node in zip(plant.states, rates, plant.f, strict=True):
+        if not algebra.equal(rate, node):
+            raise Refused(f"the entries do not give the equation of {state.name}")
+    variables = (*plant.states, *plant.inputs, *plant.disturbances)
+    origin = {v.symbol: g.constant(0) for v in variables}
+    for k, (found, node) in enumerate(zip(seen, plant.outputs, strict=True)):
+        at_rest = substituted(g, node, origin)
+        if not algebra.equal(found, g.subtract(node, at_rest)):
+            raise Refused(f"the entries do not give output {k + 1}")
+
+
+def _determinant(plant: PlantNodes, mass: Rows) -> int:
+    """Return det M by Laplace along the rows; minors of the same columns are made once."""
+    g, size = plant.graph, len(mass)
+    zero = g.constant(0)
+    minors: dict[frozenset[int], int] = {frozenset(): g.constant(1)}
+    for row in mass:
+        larger: dict[frozenset[int], int] = {}
+        for columns, minor in minors.items():
+            for j, entry in enumerate(row):
+                if j in columns or entry == zero or minor == zero:
+                    continue
+                # Expanded along the last row: the sign counts the columns to the right of j.
+                odd = sum(column > j for column in columns) % 2
+                term = g.multiply(g.negative(entry) if odd else entry, minor)
+                key = columns | {j}
+                larger[key] = g.add(larger.get(key, zero), term)
+        if len(larger) > MOST_MINORS:
+            raise Refused("a mass matrix with too many minors")
+        minors = larger
+    return minors.get(frozenset(range(size)), zero)
+
+
+def words_of(plant: PlantNodes, ranges: Ranges, what: str) -> str:
+    """Return what was proved, with the box rounded to its inside and how bounds were found."""
+    variables = (*plant.states, *plant.inputs, *plant.disturbances)
+    # Rounded to the inside: the sentence then says no more than what was proved.
+    box = ", ".join(
+        f"{v.label} in [{at_most(v.side[0], 15)}, {at_least(v.side[1], 15)}]"
+        for v in variables
+        if v.side is not None
+    )
+    count = len(corners_of(plant.premises))
+    found = f"{what} of {count} exact vertices"
+    found += f" where {box}" if box else " everywhere"
+    premises, boxes = len(plant.premises), ranges.boxes
+    found += f"; {premises} premise{'s' * (premises != 1)} bounded on "
+    found += f"{boxes} box{'es' * (boxes != 1)} by outward rounding"
+    if plant.mass is not None:
+        found += "; the mass matrix has no zero determinant there"
+    if ranges.removable:
+        names = ", ".join(sorted(ranges.removable))
+        found += f"; where {names} = 0 a quotient means its limit"
+    return found + "; standard library alone"

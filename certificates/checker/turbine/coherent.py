@@ -1,0 +1,197 @@
+r"""Replays a claim about the loop with the coherent law: embedding, LMIs, bounds, consequences.
+
+State (e, zeta, x): speed error, effort that pitch still owes, the law's integral.  For schedule
+winds v_s in a cell, |v - v_s| <= wind_error and |v_s'| <= wind_rate, the loop's matrix and
+disturbance lie in the hull of the corners of
+
+    A = [ a - G           S          G     ]      d = ( w,  f w + z, 0 )
+        [ f (a - G + nu)  f S - T    f G   ]      w = kappa (r + g wind_error) + o wind_rate
+        [ -nu             0          0     ]      (w and z each of both signs)
+
+with T - (b'/b) v_s' in the place of T while v_s moves.  Its eleven coefficients are enclosed here
+from the tables of the law and the plant's surface (``coherent_loop``, ``coherent_moving``), and
+compared with those the certificate states.  Then, exactly, at every corner
+
+    -[[A'P + PA + alpha P, P d], [d'P, -alpha]] > 0    so  {V <= 1} is invariant, V = xi' P xi,
+    -(A'P + PA + 2 rho P) > 0     so  V(xi - xi*) decays as exp(-2 rho t), v = v_s constant,
+    -(A'R + RA + 2 r R) > 0       so  (xi - xi*)' R (xi - xi*) does with one rate r for all winds,
+
+and P > h h' / peak^2 bounds each state on {V <= 1}, which must lie inside the enclosed box.  The
+secants between two points of the set lie in the same ranges as those from the trim, which is why
+decay is to the equilibrium xi* = (0, 0, x*) that the tables' residual leaves.
+
+v_s' is the rate that the law itself feeds forward: its schedule wind is the output of its filter.
+
+Not promised: anything outside {V <= 1}; pitch that starts below its lower limit; a wake with
+states of its own (pitch effectiveness is a static map, the same at all times where decay is
+claimed, equal to the surface in the trim); a torque that lags its command; sampling.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.kernel.definite import is_positive_definite
+from takagi.certificates.checker.kernel.reader import matrix, member, number, numbers
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES, Corners
+from takagi.certificates.checker.turbine.coherent_inputs import (
+    Box,
+    Law,
+    Plant,
+    Settling,
+    Uncertainty,
+)
+from takagi.certificates.checker.turbine.coherent_loop import Loop
+from takagi.certificates.checker.words.shown import at_least, at_most
+
+__all__ = ["check_coherent"]
+
+# Rows h of h xi: e, zeta, e - x, x.
+DIRECTIONS = {
+    "speed_error": (1, 0, 0),
+    "effort_lag": (0, 1, 0),
+    "speed_signal": (1, 0, -1),
+    "integral": (0, 0, 1),
+}
+MOST_REASONS = 12
+Rows = list[list[Fraction]]
+
+
+def check_coherent(claim: Any, model: Any, gains: Any, where: str) -> Claim:
+    """Return the verdict on one claim of kind ``coherent-loop``, with what fails and where.
+
+    Raises
+    ------
+    CertificateError : a part is missing or is not what it has to be.
+    """
+    plant, law, box = Plant.read(model), Law.read(gains), Box.read(claim, where)
+    if plant.pitch_min != law.pitch_min or plant.pitch_max != law.pitch_max:
+        raise CertificateError("gains: pitch limits differ from the model's")
+    uncertainty = Uncertainty.read(claim, where)
+    P = matrix(claim, "P", where)
+    if len(P) != 3 or len(P[0]) != 3:
+        raise CertificateError(f"{where}.P: 3 rows of 3 numbers are needed")
+    cells = member(claim, "cells", where)
+    if not isinstance(cells, list) or len(cells) != len(law.wind) - 1:
+        raise CertificateError(f"{where}.cells: one per interval of the law's winds is needed")
+    name = _name(law, uncertainty)
+    if not is_positive_definite(P):
+        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
+    failures = list(_set_failures(P, claim, box, law, where))
+    settling = Settling.read(claim, where)
+    if not is_positive_definite(settling.P):
+        failures.append("the matrix of the common decay rate is not positive definite")
+    for k, cell in enumerate(cells):
+        place = f"{where}.cells[{k}]"
+        rate = number(cell, "wind_rate", place)
+        if rate < 0:
+            failures.append(f"wind {_span(*law.wind[k : k + 2])} m/s: a negative wind rate")
+            continue
+        loop = Loop(plant, law, box, uncertainty, k, rate)
+        reason = _cell_failure(loop, cell, P, settling, place)
+        if reason:
+            failures.append(f"wind {_span(*law.wind[k : k + 2])} m/s: {reason}")
+    if failures:
+        return Claim(name, Verdict.UNDECIDED, _listed(failures, len(cells)))
+    return Claim(
+        name, Verdict.PROVED, _statement(claim, plant, law, cells, uncertainty, settling, where)
+    )
+
+
+def _name(law: Law, uncertainty: Uncertainty) -> str:
+    """Return the claim's name from what is checked; the file's own name proves nothing."""
+    wake = "frozen wake included" if uncertainty.frozen_wake else "equilibrium wake"
+    return f"coherent loop, {_span(law.wind[0], law.wind[-1])} m/s, {wake}"
+
+
+def _listed(reasons: list[str], cells: int) -> str:
+    left = len(reasons) - MOST_REASONS
+    more = f" (+{left} more)" if left > 0 else ""
+    return f"not proved, of {cells} wind cells: " + "; ".join(reasons[:MOST_REASONS]) + more
+
+
+def _set_failures(P: Rows, claim: Any, box: Box, law: Law, where: str) -> Iterator[str]:
+    """Check that {V <= 1} lies inside the stated peaks, and those inside the box."""
+    peaks = member(claim, "peaks", where)
+    limits = {
+        "speed_error": box.speed_error,
+        "effort_lag": box.effort_lag,
+        "speed_signal": box.speed_signal,
+        "integral": law.integral_limit,
+    }
+    for name, h in DIRECTIONS.items():
+        peak = number(peaks, name, f"{where}.peaks")
+        inside = [[peak**2 * P[i][j] - h[i] * h[j] for j in range(3)] for i in range(3)]
+        if not 0 < peak <= limits[name] or not is_positive_definite(inside):
+            yield f"the set is not inside its stated bound on {name}"
+
+
+def _cell_failure(loop: Loop, cell: Any, P: Rows, settling: Settling, where: str) -> str:
+    """Return what is not proved about one cell, or nothing."""
+    law, k = loop.law, loop.k
+    if numbers(cell, "wind", where, 2) != law.wind[k : k + 2]:
+        raise CertificateError(f"{where}.wind: must be the law's interval {k}")
+    if number(cell, "integral_rate", where) != law.nu[k]:
+        raise CertificateError(f"{where}.integral_rate: differs from the law's")
+    stated = {name: numbers(cell, name, where, 2) for name in RANGES}
+    sizes = {name: number(cell, name, where) for name in BOUNDS}
+    error, rate = number(cell, "wind_error", where), loop.moving.rate
+    alpha, decay = number(cell, "multiplier", where), number(cell, "decay_rate", where)
+    try:
+        if wrong := loop.range_failure(stated):
+            return f"the loop's {wrong} leaves the stated range"
+        if wrong := loop.size_failure(sizes):
+            return f"the loop's {wrong} exceeds the stated bound"
+    except Refused as reason:
+        return str(reason)
+    if limit := loop.limits_failure():
+        return limit
+    if not 0 <= error <= loop.box.wind_share * law.wind[k]:
+        return "the wind class is outside the enclosed one"
+    if alpha <= 0 or decay < 0:
+        return "multiplier or decay rate has the wrong sign"
+    corners = Corners(stated, sizes, law.nu[k], where)
+    if wrong := corners.failure(P, error, rate, alpha, decay):
+        return wrong
+    if corners.settles(settling.P, settling.decay_rate):
+        return ""
+    return "the common decay inequality fails at a corner"
+
+
+def _span(low: Fraction, high: Fraction) -> str:
+    """Return an interval that is not wider than what was proved."""
+    return f"{at_most(low, 6)} to {at_least(high, 6)}"
+
+
+def _statement(
+    claim: Any,
+    plant: Plant,
+    law: Law,
+    cells: list[Any],
+    uncertainty: Uncertainty,
+    settling: Settling,
+    where: str,
+) -> str:
+    peak = number(member(claim, "peaks", where), "speed_error", f"{where}.peaks")
+    overspeed = 100 * ((max(law.speed) + peak) / plant.rated_speed - 1)
+    columns = {
+        name: [number(cell, name, where) for cell in cells]
+        for name in ("wind_error", "wind_rate", "decay_rate")
+    }
+    least = {name: at_least(min(column), 3) for name, column in columns.items()}
+    most = {name: at_least(max(column), 3) for name, column in columns.items()}
+    wake = "equilibrium to frozen wake" if uncertainty.frozen_wake else "equilibrium wake"
+    power = f", c_P {_span(*uncertainty.power)} of the table's" if uncertainty.wrong_table else ""
+    return (
+        f"winds {_span(law.wind[0], law.wind[-1])} m/s in {len(cells)} cells, inertia "
+        f"{_span(*uncertainty.inertia)} of nominal{power}, pitch effectiveness {wake}: the set is "
+        f"invariant for |v - v_s| up to {least['wind_error']} to {most['wind_error']} m/s and "
+        f"|v_s'| up to {least['wind_rate']} to {most['wind_rate']} m/s^2 (by wind cell); overspeed "
+        f"at most {at_most(overspeed, 3)} %; at constant wind v = v_s the loop settles at no less "
+        f"than {at_least(settling.decay_rate, 3)} 1/s in one quadratic function for all winds, up "
+        f"to {most['decay_rate']} 1/s by wind cell"
+    )

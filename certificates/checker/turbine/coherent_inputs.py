@@ -1,0 +1,218 @@
+"""What a claim about the coherent loop speaks of, read exactly: plant, law, box, uncertainty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.arithmetic.spline import Spline
+from takagi.certificates.checker.kernel.reader import (
+    increasing,
+    matrix,
+    member,
+    number,
+    numbers,
+    text,
+)
+from takagi.certificates.checker.kernel.refusal import CertificateError
+
+__all__ = ["Box", "Law", "Plant", "Settling", "Uncertainty"]
+
+MOST_WINDS = 2000
+POSITIVE = (
+    "gear_ratio",
+    "torque_constant",
+    "rotor_radius",
+    "pitch_time_constant",
+    "pitch_rate_limit",
+    "rated_rotor_speed",
+)
+
+
+@dataclass(frozen=True)
+class Plant:
+    """The plant's numbers; torque and gear ratio over the nominal inertia."""
+
+    torque_per_inertia: Fraction
+    gear_per_inertia: Fraction
+    radius: Fraction
+    lag: Fraction
+    rate_limit: Fraction
+    rated_speed: Fraction
+    pitch_min: Fraction
+    pitch_max: Fraction
+    surface: Spline
+
+    @classmethod
+    def read(cls, model: Any) -> Plant:
+        """Return the plant; refuses another kind, and a constant that is not positive."""
+        if text(model, "kind", "model") != "turbine":
+            raise CertificateError("model.kind: a coherent loop needs a turbine")
+        positive = {name: number(model, name, "model") for name in POSITIVE}
+        gear = positive["gear_ratio"]
+        inertia = number(model, "rotor_inertia", "model")
+        inertia += gear**2 * number(model, "generator_inertia", "model")
+        if inertia <= 0 or min(positive.values()) <= 0:
+            raise CertificateError("model: inertia, gear ratio and every constant must be positive")
+        table, where = member(model, "torque_surface", "model"), "model.torque_surface"
+        return cls(
+            torque_per_inertia=positive["torque_constant"] / inertia,
+            gear_per_inertia=gear / inertia,
+            radius=positive["rotor_radius"],
+            lag=positive["pitch_time_constant"],
+            rate_limit=positive["pitch_rate_limit"],
+            rated_speed=positive["rated_rotor_speed"],
+            pitch_min=number(model, "pitch_min", "model"),
+            pitch_max=number(model, "pitch_max", "model"),
+            surface=Spline(
+                numbers(table, "tip_speed_ratio_knots", where),
+                numbers(table, "pitch_knots", where),
+                matrix(table, "coefficients", where),
+            ),
+        )
+
+
+@dataclass(frozen=True)
+class Law:
+    """The law's tables, one entry per wind node; per interval ``nu`` and the torque's feed-forward.
+
+    ``inertia`` f and ``inertia_limit`` g: f v_s' held within +-g;  ``lead`` tau_lead of the pitch.
+    """
+
+    wind: list[Fraction]
+    speed: list[Fraction]
+    effort: list[Fraction]
+    effectiveness: list[Fraction]
+    limit: list[Fraction]
+    gamma: list[Fraction]
+    nu: list[Fraction]
+    inertia: list[Fraction]
+    inertia_limit: list[Fraction]
+    lead: Fraction
+    overlap: Fraction
+    rated_torque: Fraction
+    effort_torque: Fraction
+    pitch_min: Fraction
+    pitch_max: Fraction
+    integral_limit: Fraction
+
+    @classmethod
+    def read(cls, gains: Any) -> Law:
+        """Return the law.
+
+        Refused are winds that do not increase, gains that are not positive, and a feed-forward of
+        the schedule wind's rate by a law that has no filter, so that it cannot know the rate.
+        """
+        wind = numbers(gains, "wind", "gains")
+        increasing(wind, "gains.wind")
+        count = len(wind)
+        if not 2 <= count <= MOST_WINDS:
+            raise CertificateError(f"gains.wind: {count} winds; 2 to {MOST_WINDS} are needed")
+        law = cls(
+            wind=wind,
+            speed=numbers(gains, "rotor_speed", "gains", count),
+            effort=numbers(gains, "trim_effort", "gains", count),
+            effectiveness=numbers(gains, "effectiveness", "gains", count),
+            limit=numbers(gains, "effectiveness_limit", "gains", count),
+            gamma=numbers(gains, "proportional", "gains", count),
+            nu=numbers(gains, "integral_rate", "gains", count - 1),
+            inertia=numbers(gains, "inertia_feedforward", "gains", count - 1),
+            inertia_limit=numbers(gains, "feedforward_limit", "gains", count - 1),
+            lead=number(gains, "pitch_lead", "gains"),
+            overlap=number(gains, "overlap", "gains"),
+            rated_torque=number(gains, "rated_torque", "gains"),
+            effort_torque=number(gains, "effort_torque", "gains"),
+            pitch_min=number(gains, "pitch_min", "gains"),
+            pitch_max=number(gains, "pitch_max", "gains"),
+            integral_limit=number(gains, "integral_limit", "gains"),
+        )
+        positive = [law.overlap, law.rated_torque, law.effort_torque, law.integral_limit, wind[0]]
+        if min(*positive, *law.speed, *law.effectiveness, *law.gamma, *law.nu) <= 0:
+            raise CertificateError(
+                "gains: winds, speeds, gains, effectiveness and limits must be positive"
+            )
+        if min(law.lead, *law.inertia_limit) < 0:
+            raise CertificateError("gains: pitch_lead and feedforward_limit must not be negative")
+        acts = law.lead > 0 or any(law.inertia)
+        if acts and number(gains, "wind_filter", "gains") <= 0:
+            raise CertificateError(
+                "gains.wind_filter: must be positive where the wind's rate is fed forward"
+            )
+        return law
+
+
+@dataclass(frozen=True)
+class Box:
+    """The region around the trim that is enclosed."""
+
+    speed_error: Fraction
+    effort_lag: Fraction
+    speed_signal: Fraction
+    wind_share: Fraction
+
+    @classmethod
+    def read(cls, claim: Any, where: str) -> Box:
+        """Return the box; refuses bounds that are not positive and a wind share of 1 or more."""
+        box = member(claim, "box", where)
+        names = ("speed_error", "effort_lag", "speed_signal", "wind_share")
+        values = [number(box, name, f"{where}.box") for name in names]
+        if min(values) <= 0 or values[3] >= 1:
+            raise CertificateError(f"{where}.box: positive bounds, and a wind share below 1")
+        return cls(*values)
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """True over nominal inertia, whether pitch may work as with a frozen wake, true over table c_P.
+
+    A file without ``power_coefficient`` speaks of the table's c_P.
+    """
+
+    inertia: tuple[Fraction, Fraction]
+    frozen_wake: bool
+    power: tuple[Fraction, Fraction]
+
+    @classmethod
+    def read(cls, claim: Any, where: str) -> Uncertainty:
+        """Return the uncertainty; refuses an interval that is empty or reaches zero."""
+        stated, place = member(claim, "uncertainty", where), f"{where}.uncertainty"
+        low, high = numbers(stated, "inertia", place, 2)
+        if not 0 < low <= high:
+            raise CertificateError(f"{place}.inertia: 0 < low <= high is needed")
+        frozen = member(stated, "frozen_wake", place)
+        if not isinstance(frozen, bool):
+            raise CertificateError(f"{place}.frozen_wake: true or false is needed")
+        least = most = Fraction(1)
+        if "power_coefficient" in stated:
+            least, most = numbers(stated, "power_coefficient", place, 2)
+        if not 0 < least <= 1 <= most:
+            raise CertificateError(f"{place}.power_coefficient: 0 < low <= 1 <= high is needed")
+        return cls((low, high), frozen, (least, most))
+
+    @property
+    def kappa(self) -> tuple[Fraction, Fraction]:
+        """Nominal over true inertia: what every torque is multiplied by."""
+        return 1 / self.inertia[1], 1 / self.inertia[0]
+
+    @property
+    def wrong_table(self) -> bool:
+        """Whether more than the table's power coefficient is covered."""
+        return self.power[0] < self.power[1]
+
+
+@dataclass(frozen=True)
+class Settling:
+    """A second quadratic function, with the decay rate that it shows at every wind."""
+
+    P: list[list[Fraction]]
+    decay_rate: Fraction
+
+    @classmethod
+    def read(cls, claim: Any, where: str) -> Settling:
+        """Return it; refuses another size than 3 by 3 and a negative rate."""
+        stated, place = member(claim, "settling", where), f"{where}.settling"
+        P, rate = matrix(stated, "P", place), number(stated, "decay_rate", place)
+        if len(P) != 3 or len(P[0]) != 3 or rate < 0:
+            raise CertificateError(f"{place}: P of 3 rows of 3 numbers, and a rate >= 0")
+        return cls(P, rate)

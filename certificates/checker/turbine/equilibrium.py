@@ -1,0 +1,160 @@
+"""Replays a claim about where a turbine's loop rests at constant winds, wind cell by wind cell.
+
+A cell names winds [v_1, v_2] and what the loop does at every one of them:
+
+    one                 exactly one rest (coherent: with e = 0, whatever the wake)
+    one at the trim     exactly one, at the reference speed with smallest pitch or rated torque
+    one off the trim    exactly one, and it is not the trim
+    none                no rest at all
+    several             at least two
+    continuum           an interval of pitches, each at rest with e = 0
+
+Every answer is found again here from model and gains (``coherent_rest``, ``paper_rest``) and
+compared.  All of them speak of states whose tip-speed ratio and pitch lie inside the coefficient
+table, and nothing else is at rest there; v_hat = v.  Stability is no part of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.kernel.reader import member, numbers, text
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant
+from takagi.certificates.checker.turbine.coherent_rest import CoherentRests, coherent_rests
+from takagi.certificates.checker.turbine.paper_inputs import LAWS, PaperLaw
+from takagi.certificates.checker.turbine.paper_rest import bends, paper_rests
+from takagi.certificates.checker.turbine.rest_count import Span
+from takagi.certificates.checker.turbine.spans import gaps, merged
+from takagi.certificates.checker.words.shown import at_least, at_most
+
+__all__ = ["ANSWERS", "RestReader", "check_equilibrium", "rest_reader"]
+
+ANSWERS = ("one", "one at the trim", "one off the trim", "none", "several", "continuum")
+MOST_CELLS = 2000
+MOST_LISTED = 12
+# Of winds: what the loop does at each of them.  Raises Refused where that is not known.
+RestReader = Callable[[Span], str]
+
+
+def rest_reader(model: Any, gains: Any) -> tuple[str, Span, RestReader]:
+    """Return the law's name, the winds it knows, and what answers for a cell.
+
+    Raises
+    ------
+    CertificateError : model or gains are not those of a turbine's loop.
+    """
+    plant, name = Plant.read(model), text(gains, "name", "gains")
+    if name in LAWS:
+        paper = PaperLaw.read(gains)
+        if (plant.pitch_min, plant.pitch_max) != (paper.pitch_min, paper.pitch_max):
+            raise CertificateError("gains: pitch limits differ from the model's")
+        if paper.rated_torque + paper.overlaps.torque / 2 > paper.top_torque:
+            raise CertificateError("gains.coupling.top_torque: the rounded corner goes beyond it")
+        return name, (paper.cut_in, paper.cut_out), lambda winds: _paper(plant, paper, winds)
+    law = Law.read(gains)
+    if (plant.pitch_min, plant.pitch_max) != (law.pitch_min, law.pitch_max):
+        raise CertificateError("gains: pitch limits differ from the model's")
+    return name, (law.wind[0], law.wind[-1]), lambda winds: _coherent(plant, law, winds)
+
+
+def check_equilibrium(claim: Any, model: Any, gains: Any, where: str) -> Claim:
+    """Return the verdict on one claim of kind ``equilibrium``.
+
+    Raises
+    ------
+    CertificateError : a part is missing or is not what it has to be.
+    """
+    name, known, answer = rest_reader(model, gains)
+    cells = member(claim, "cells", where)
+    if not isinstance(cells, list) or not 0 < len(cells) <= MOST_CELLS:
+        raise CertificateError(f"{where}.cells: 1 to {MOST_CELLS} are needed")
+    proved: list[tuple[Span, str]] = []
+    failures = []
+    for k, cell in enumerate(cells):
+        place = f"{where}.cells[{k}]"
+        low, high = numbers(cell, "wind", place, 2)
+        stated = text(cell, "rests", place)
+        if stated not in ANSWERS or not known[0] <= low < high <= known[1]:
+            raise CertificateError(f"{place}: winds of the law and one of {', '.join(ANSWERS)}")
+        try:
+            found = answer((low, high))
+        except Refused as reason:
+            found = str(reason)
+        if found == stated:
+            proved.append(((low, high), stated))
+        else:
+            failures.append(f"{_shown([(low, high)])} m/s: {stated!r} is not proved ({found})")
+    title = f"rests of the loop with law {name}, constant winds {_shown([known])} m/s"
+    parts = _parts(proved, known)
+    if failures:
+        listed = [*failures[:MOST_LISTED], *parts]
+        return Claim(title, Verdict.UNDECIDED, "; ".join(listed))
+    words = "inside the coefficient table, v_hat = v, at each constant wind"
+    return Claim(title, Verdict.PROVED, f"{words}: {'; '.join(parts)}")
+
+
+def _coherent(plant: Plant, law: Law, winds: Span) -> str:
+    rests = coherent_rests(plant, law, winds)
+    inside, upper, lower = rests.inside, rests.upper, rests.lower
+    held = (upper, 1), (lower, -1)
+    away = all(not c.blocks and {c.start, c.end} <= {sign, 0} for c, sign in held)
+    # It rises with x, so that any wake between only adds to its slope.
+    if (inside.exact, inside.start, inside.end) == (1, -1, 1) and away:
+        return "one"
+    if _least(rests) > 1 and _least(coherent_rests(plant, law, winds, common=True)) > 1:
+        return "several"
+    raise Refused("the number of rests is not known")
+
+
+def _least(rests: CoherentRests) -> int:
+    return rests.inside.least + rests.upper.least + rests.lower.least
+
+
+def _paper(plant: Plant, law: PaperLaw, winds: Span) -> str:
+    cuts = [winds[0], *sorted(v for v in bends(plant, law) if winds[0] < v < winds[1]), winds[1]]
+    found = {
+        _paper_piece(plant, law, (low, high)) for low, high in zip(cuts, cuts[1:], strict=False)
+    }
+    if len(found) > 1:
+        raise Refused("the rests differ on both sides of a bend of the reference speed")
+    return found.pop()
+
+
+def _paper_piece(plant: Plant, law: PaperLaw, winds: Span) -> str:
+    rests = paper_rests(plant, law, winds)
+    if rests.continuum is not None:
+        return "continuum"
+    if rests.count.exact == 1:
+        if rests.at_trim is None:
+            return "one"
+        return "one at the trim" if rests.at_trim else "one off the trim"
+    if rests.count.exact == 0:
+        return "none"
+    if rests.count.least > 1:
+        return "several"
+    raise Refused("the number of rests is not known")
+
+
+def _parts(proved: list[tuple[Span, str]], known: Span) -> list[str]:
+    found = []
+    for answer in ANSWERS:
+        spans = merged([span for span, said in proved if said == answer])
+        if spans:
+            found.append(f"{answer} at {_shown(spans)} m/s")
+    left = gaps(known, merged([span for span, _ in proved]))
+    return [*found, f"not decided: {_shown(left)} m/s"] if left else found
+
+
+def _shown(spans: list[Span]) -> str:
+    """Return ranges rounded inward: what is said holds for all winds that are named."""
+    shown = [f"{_up(low)} to {at_least(high, 9)}" for low, high in spans[:MOST_LISTED]]
+    more = f" (+{len(spans) - MOST_LISTED} more)" if len(spans) > MOST_LISTED else ""
+    return ", ".join(shown) + more
+
+
+def _up(value: Fraction) -> str:
+    return at_most(value, 9)

@@ -1,0 +1,293 @@
+r"""Replays a claim about the loop with a law of the paper, at constant winds, v_hat = v.
+
+Per wind cell a centre z_0(v), linear in v, a box |z_i - z_0i(v)| <= r_i (pitch no less than the
+smallest) and P are stated.  With y = (z - z_0)/r the loop is y' = A y + d, A in the hull of the
+Jacobian over box and cell, d the field at the centre.  Both are enclosed here from plant and law
+and compared with what is stated; then for the stated family, exactly,
+
+    {y'Py <= 1} lies in the box and is invariant, so that it holds an equilibrium (Brouwer);
+    any two motions in it approach each other as exp(-rho t) in the norm of P, so that there is
+    exactly one, and every motion from the set tends to it.
+
+The claim is PROVED when such cells cover the winds that it names; otherwise the winds for which
+they do are listed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.arithmetic.fixed import Q, add, magnitude, mul, point, within
+from takagi.certificates.checker.kernel.reader import matrix, member, number, numbers
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.turbine.coherent_inputs import Plant
+from takagi.certificates.checker.turbine.interval_family import contraction_failure
+from takagi.certificates.checker.turbine.paper_inputs import Overlaps, PaperLaw
+from takagi.certificates.checker.turbine.paper_loop import Ends, Loop, interpolated
+from takagi.certificates.checker.turbine.spans import Span, gaps, merged
+from takagi.certificates.checker.words.shown import at_least, at_most, exactly
+
+__all__ = ["check_paper"]
+
+MOST_CELLS = 5000
+MOST_CORNERS = 8
+MOST_LISTED, MOST_NAMED = 12, 4
+FEW_SPANS = 3
+MOST_SPANS = 40
+# Just below 2 degrees.
+NEAR_PITCH = Fraction(349, 10000)
+Rows = list[list[Fraction]]
+
+
+@dataclass(frozen=True)
+class _Cell:
+    """One cell as stated."""
+
+    ends: Ends
+    P: Rows
+    corners: list[tuple[Rows, Rows]]
+    disturbance: list[Fraction]
+    rate: Fraction
+    multiplier: Fraction
+
+    @classmethod
+    def read(cls, cell: Any, law: PaperLaw, where: str) -> _Cell:
+        """Return the cell; refuses sizes that do not fit and a centre outside the pitch range."""
+        n = law.states
+        wind = numbers(cell, "wind", where, 2)
+        centre, box = matrix(cell, "centre", where), numbers(cell, "box", where, n)
+        if not 0 < wind[0] < wind[1] or len(centre) != 2 or len(centre[0]) != n or min(box) <= 0:
+            raise CertificateError(f"{where}: increasing winds, two centres and a box are needed")
+        if any(not law.pitch_min <= z[1] <= law.pitch_max for z in centre):
+            raise CertificateError(f"{where}.centre: pitch outside its range")
+        stated = member(cell, "corners", where)
+        if not isinstance(stated, list) or not 0 < len(stated) <= MOST_CORNERS:
+            raise CertificateError(f"{where}.corners: 1 to {MOST_CORNERS} are needed")
+        corners = [
+            tuple(_square(corner, name, f"{where}.corners[{k}]", n) for name in ("low", "high"))
+            for k, corner in enumerate(stated)
+        ]
+        disturbance = numbers(cell, "disturbance", where, n)
+        rate, multiplier = (number(cell, k, where) for k in ("decay_rate", "multiplier"))
+        if min(*disturbance, rate, multiplier) < 0 or 0 in (rate, multiplier):
+            raise CertificateError(f"{where}: bounds, rate and multiplier must not be negative")
+        P = _square(cell, "P", where, n)
+        if any(P[i][j] != P[j][i] for i in range(n) for j in range(i)):
+            raise CertificateError(f"{where}.P: must be symmetric")
+        ends = Ends((wind[0], wind[1]), (centre[0], centre[1]), box)
+        return cls(ends, P, corners, disturbance, rate, multiplier)  # type: ignore[arg-type]
+
+
+def _square(owner: Any, key: str, where: str, n: int) -> Rows:
+    rows = matrix(owner, key, where)
+    if len(rows) != n or len(rows[0]) != n:
+        raise CertificateError(f"{where}.{key}: {n} rows of {n} numbers are needed")
+    return rows
+
+
+def check_paper(claim: Any, model: Any, gains: Any, where: str) -> Claim:
+    """Return the verdict on one claim of kind ``paper-loop``, with the winds that it holds for.
+
+    Raises
+    ------
+    CertificateError : a part is missing or is not what it has to be.
+    """
+    plant, law = Plant.read(model), PaperLaw.read(gains)
+    if (plant.pitch_min, plant.pitch_max) != (law.pitch_min, law.pitch_max):
+        raise CertificateError("gains: pitch limits differ from the model's")
+    overlaps = Overlaps.read(claim, where, law.rated_torque)
+    if law.rated_torque + overlaps.torque / 2 > law.top_torque:
+        # Only then does the filter hold rated torque all the way from the rounded corner on.
+        raise CertificateError("gains.coupling.top_torque: the rounded corner goes beyond it")
+    winds = _spans(matrix(claim, "winds", where), f"{where}.winds")
+    cells = member(claim, "cells", where)
+    if not isinstance(cells, list) or len(cells) > MOST_CELLS:
+        raise CertificateError(f"{where}.cells: a list of at most {MOST_CELLS} is needed")
+    proved, failures = [], []
+    for k, stated in enumerate(cells):
+        place = f"{where}.cells[{k}]"
+        cell = _Cell.read(stated, law, place)
+        reason = _failure(plant, law, overlaps, cell, place)
+        if reason:
+            failures.append(f"{_shown([cell.ends.wind])} m/s: {reason}")
+        else:
+            proved.append(cell)
+    covered = merged([cell.ends.wind for cell in proved])
+    missing = [gap for span in winds for gap in gaps(span, covered)]
+    verdict = Verdict.UNDECIDED if missing or failures else Verdict.PROVED
+    text = _statement(plant, law, overlaps, proved, covered, missing, failures)
+    if left := _left_out(claim, winds, where):
+        text += f"; looked at but not claimed: {_shown(left)} m/s"
+    return Claim(_name(law, overlaps, winds), verdict, text)
+
+
+def _left_out(claim: Any, winds: list[Span], where: str) -> list[Span]:
+    """Return the winds that the file names as not proved and does not claim."""
+    stated = member(claim, "unproved", where)
+    if not isinstance(stated, list) or len(stated) > MOST_CELLS:
+        raise CertificateError(f"{where}.unproved: a list of at most {MOST_CELLS} is needed")
+    rows = [numbers(gap, "wind", f"{where}.unproved[{k}]", 2) for k, gap in enumerate(stated)]
+    spans = _spans(rows, f"{where}.unproved") if rows else []
+    claimed = merged(winds)
+    return merged([gap for span in spans for gap in gaps(span, claimed)])
+
+
+def _spans(rows: Rows, where: str) -> list[Span]:
+    if len(rows[0]) != 2 or any(not 0 < low < high for low, high in rows):
+        raise CertificateError(f"{where}: pairs of increasing winds are needed")
+    return [(low, high) for low, high in rows]
+
+
+def _failure(plant: Plant, law: PaperLaw, overlaps: Overlaps, cell: _Cell, where: str) -> str:
+    """Return what is not proved about one cell, or nothing."""
+    try:
+        loop = Loop(plant, law, overlaps, cell.ends, "states")
+        for torque_end, free in loop.choices():
+            rates = loop.rates(torque_end, free)
+            rows = [
+                [mul(slope, point(1 / r)) for slope in rate.slopes]
+                for rate, r in zip(rates, cell.ends.widths, strict=True)
+            ]
+            if not any(_holds(rows, low, high) for low, high in cell.corners):
+                return "the loop's matrix leaves the stated ranges"
+        size = _disturbance(plant, law, overlaps, cell.ends)
+    except Refused as reason:
+        return str(reason)
+    for found, r, bound in zip(size, cell.ends.widths, cell.disturbance, strict=True):
+        if not within((0, found), Fraction(0), r * bound):
+            return "the field at the centre exceeds the stated bound"
+    return contraction_failure(
+        cell.P, cell.corners, cell.disturbance, cell.rate, cell.multiplier, where
+    )
+
+
+def _holds(rows: list[list[Q]], low: Rows, high: Rows) -> bool:
+    return all(
+        within(entry, least, most)
+        for row, lows, highs in zip(rows, low, high, strict=True)
+        for entry, least, most in zip(row, lows, highs, strict=True)
+    )
+
+
+def _disturbance(plant: Plant, law: PaperLaw, overlaps: Overlaps, ends: Ends) -> list[int]:
+    """Return bounds of |f_i(z_0(v), v)|, over 2^96: at the middle, and slope times half width."""
+    (v1, v2), zero = ends.wind, [Fraction(0)] * law.states
+    middle = [(a + b) / 2 for a, b in zip(*ends.states, strict=True)]
+    halfway = (v1 + v2) / 2
+    at_middle = Loop(plant, law, overlaps, Ends((halfway, halfway), (middle, middle), zero), "none")
+    along = Loop(plant, law, overlaps, Ends((v1, v2), ends.states, zero), "line")
+    half = point((v2 - v1) / 2)
+    return [
+        add((magnitude(here.value),) * 2, mul((0, magnitude(line.slopes[0])), half))[1]
+        for here, line in zip(at_middle.rates(), along.rates(), strict=True)
+    ]
+
+
+def _name(law: PaperLaw, overlaps: Overlaps, winds: list[Span]) -> str:
+    spans = merged(winds)
+    if len(spans) <= MOST_NAMED:
+        return f"law {law.name}, {_words(overlaps)}, winds {_shown(spans)} m/s"
+    return (
+        f"law {law.name}, {_words(overlaps)}, {len(spans)} windows within "
+        f"{_shown([(spans[0][0], spans[-1][1])])} m/s"
+    )
+
+
+def _words(overlaps: Overlaps) -> str:
+    return (
+        f"speed overlap {exactly(overlaps.width)} rad/s, "
+        f"torque overlap {exactly(overlaps.torque)} N m"
+    )
+
+
+def _shown(spans: list[Span]) -> str:
+    """Return ranges, rounded so that none is wider than what it stands for."""
+    if len(spans) > FEW_SPANS and len({high - low for low, high in spans}) == 1:
+        return _windows([low for low, _ in spans], spans[0][1] - spans[0][0])
+    shown = [f"{at_most(low, 8)} to {at_least(high, 8)}" for low, high in spans[:MOST_SPANS]]
+    more = f" (+{len(spans) - MOST_SPANS} more)" if len(spans) > MOST_SPANS else ""
+    return ", ".join(shown) + more
+
+
+def _windows(starts: list[Fraction], width: Fraction) -> str:
+    """Return windows of one width by their lower ends, runs of one step taken together.
+
+    Lower ends and steps are not rounded, for a window moved to either side is another one.
+    """
+    runs: list[list[Fraction]] = []
+    for start in starts:
+        run = runs[-1] if runs else []
+        if len(run) == 1 or (len(run) > 1 and start - run[-1] == run[1] - run[0]):
+            run.append(start)
+        else:
+            runs.append([start])
+    shown = [
+        f"{exactly(run[0])} to {exactly(run[-1])} in steps of {exactly(run[1] - run[0])}"
+        if len(run) > 2
+        else ", ".join(exactly(start) for start in run)
+        for run in runs
+    ]
+    return f"in windows {at_least(width, 3)} m/s wide from {', '.join(shown)}"
+
+
+def _statement(
+    plant: Plant,
+    law: PaperLaw,
+    overlaps: Overlaps,
+    proved: list[_Cell],
+    covered: list[Span],
+    missing: list[Span],
+    failures: list[str],
+) -> str:
+    changed = (
+        "" if overlaps == law.overlaps else " (the law with these overlaps in place of its own)"
+    )
+    if not proved:
+        parts = [f"proved at no wind for {_words(overlaps)}{changed}"]
+    else:
+        rates = [cell.rate for cell in proved]
+        widths = [cell.ends.widths[0] for cell in proved]
+        parts = [
+            f"proved for winds {_shown(covered)} m/s with {_words(overlaps)}{changed}: at each "
+            f"constant wind, v_hat = v, one equilibrium in a stated set (speed within "
+            f"{at_most(min(widths), 3)} to {at_most(max(widths), 3)} rad/s), reached from all of "
+            f"it at no less than {at_least(min(rates), 3)} to {at_least(max(rates), 3)} 1/s (by "
+            f"wind, {len(proved)} cells)",
+            _rest(plant, law, overlaps, proved),
+        ]
+    if missing:
+        parts.append(f"not proved: {_shown(missing)} m/s, where no stated cell holds")
+    return "; ".join([*parts, *failures[:MOST_LISTED]])
+
+
+def _rest(plant: Plant, law: PaperLaw, overlaps: Overlaps, proved: list[_Cell]) -> str:
+    """Return how far from the turbine's trim the loop rests at most, from the sets themselves."""
+    error = 0
+    for cell in proved:
+        loop = Loop(plant, law, overlaps, cell.ends, "none")
+        error = max(error, magnitude(loop.error.value))
+    share = 100 * Fraction(error, 1 << 96) / plant.rated_speed
+    words = f"there the speed is within {at_most(share, 3)} % of rated of its reference"
+    far = [cell.ends.wind for cell in proved if not _near_trim_pitch(law, cell.ends)]
+    near = "pitch within 2 deg of the trim tables' (lines between nodes, held beyond them)"
+    return f"{words}, {near}" + (f" except at {_shown(merged(far))} m/s" if far else "")
+
+
+def _near_trim_pitch(law: PaperLaw, ends: Ends) -> bool:
+    """Return whether pitch is close to that of the trim tables for these winds, all over the set.
+
+    Both tables make one: lines between the nodes, held beyond the ends.
+    """
+    low, high = law.partial, law.full
+    above = [k for k, v in enumerate(high.wind) if v > low.wind[-1]]
+    wind = low.wind + [high.wind[k] for k in above]
+    pitch = low.pitch + [high.pitch[k] for k in above]
+    line = [z[1] for z in ends.states]
+    places = [*ends.wind, *(v for v in wind if ends.wind[0] < v < ends.wind[1])]
+    offsets = [
+        abs(interpolated(list(ends.wind), line, v) - interpolated(wind, pitch, v)) for v in places
+    ]
+    return max(offsets) + ends.widths[1] <= NEAR_PITCH

@@ -1,0 +1,164 @@
+"""What a claim about a law of the paper speaks of, read exactly: law, schedules, overlaps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+from typing import Any
+
+from takagi.certificates.checker.kernel.reader import (
+    increasing,
+    integer,
+    matrix,
+    member,
+    number,
+    numbers,
+    text,
+)
+from takagi.certificates.checker.kernel.refusal import CertificateError
+
+__all__ = ["Overlaps", "PaperLaw", "Region"]
+
+LAWS = {"paper": 3, "paper-two-integrators": 4}
+SHAPES = ("smooth", "linear")
+KINDS = ("k_speed", "k_pitch", "k_integral")
+POSITIVE = (
+    "speed_setpoint",
+    "minimum_rotor_speed",
+    "optimal_tip_speed_ratio",
+    "largest_tip_speed_ratio",
+    "cut_in",
+    "cut_out",
+    "rated_torque",
+)
+MOST_WINDS = 2000
+
+
+@dataclass(frozen=True)
+class Region:
+    """A region's trim table, premise bounds and gains; the premise d must not matter.
+
+    ``gains[kind][corner]``: kind 0 speed, 1 pitch, 2 integral; corner over a, or over (a, b).
+    """
+
+    wind: list[Fraction]
+    speed: list[Fraction]
+    pitch: list[Fraction]
+    bounds: list[tuple[Fraction, Fraction]]
+    gains: list[dict[tuple[int, ...], Fraction]]
+
+    @classmethod
+    def read(cls, owner: Any, where: str, premises: int) -> Region:
+        """Return a region; refuses gains that differ between the corners of d."""
+        wind = numbers(owner, "wind", where)
+        increasing(wind, f"{where}.wind")
+        if not 1 < len(wind) <= MOST_WINDS or wind[0] <= 0:
+            raise CertificateError(f"{where}.wind: 2 to {MOST_WINDS} winds above 0 are needed")
+        speed = numbers(owner, "rotor_speed", where, len(wind))
+        pitch = numbers(owner, "pitch", where, len(wind))
+        names = "ab"[:premises]
+        stated = member(owner, "premises", where)
+        bounds = [numbers(stated, name, f"{where}.premises", 2) for name in names]
+        if any(low >= high for low, high in bounds):
+            raise CertificateError(f"{where}.premises: lower < upper is needed")
+        rules = matrix(owner, "rules", where)
+        if [tuple(rule) for rule in rules] != list(product((0, 1), repeat=premises + 1)):
+            raise CertificateError(f"{where}.rules: all corners in order are needed")
+        gains: list[dict[tuple[int, ...], Fraction]] = [{}, {}, {}]
+        for kind, table in zip(KINDS, gains, strict=True):
+            row = numbers(owner, kind, where, len(rules))
+            for rule, gain in zip(rules, row, strict=True):
+                corner = tuple(int(entry) for entry in rule[:premises])
+                if table.setdefault(corner, gain) != gain:
+                    raise CertificateError(f"{where}.{kind}: differs between the corners of d")
+        if max(gains[2].values()) >= 0:
+            raise CertificateError(f"{where}.k_integral: must be negative")
+        return cls(wind, speed, pitch, [(b[0], b[1]) for b in bounds], gains)
+
+
+@dataclass(frozen=True)
+class Overlaps:
+    """The ramp in speed and the rounding in torque that a claim speaks of."""
+
+    start: Fraction
+    width: Fraction
+    torque: Fraction
+
+    @classmethod
+    def read(cls, owner: Any, where: str, rated_torque: Fraction) -> Overlaps:
+        found = cls(
+            number(owner, "speed_ramp_start", where),
+            number(owner, "speed_overlap", where),
+            number(owner, "torque_overlap", where),
+        )
+        if found.width <= 0 or not 0 < found.torque < 2 * rated_torque:
+            raise CertificateError(f"{where}: overlaps must be positive, and torque stays so")
+        return found
+
+
+@dataclass(frozen=True)
+class PaperLaw:
+    """The law's numbers."""
+
+    name: str
+    states: int
+    tracking_time: Fraction | None
+    setpoint: Fraction
+    minimum_speed: Fraction
+    optimal_ratio: Fraction
+    largest_ratio: Fraction
+    cut_in: Fraction
+    cut_out: Fraction
+    rated_torque: Fraction
+    top_torque: Fraction
+    pitch_min: Fraction
+    pitch_max: Fraction
+    smooth: bool
+    overlaps: Overlaps
+    partial: Region
+    full: Region
+
+    @classmethod
+    def read(cls, gains: Any) -> PaperLaw:
+        """Return the law; refuses another one, another filter, and numbers of the wrong sign."""
+        name = text(gains, "name", "gains")
+        if name not in LAWS:
+            raise CertificateError(f"gains.name: one of {', '.join(LAWS)} is needed")
+        tracking = number(gains, "tracking_time", "gains") if LAWS[name] == 4 else None
+        positive = {key: number(gains, key, "gains") for key in POSITIVE}
+        ordered = positive["cut_in"] < positive["cut_out"]
+        if min(positive.values()) <= 0 or not ordered or (tracking is not None and tracking <= 0):
+            raise CertificateError(
+                "gains: speeds, ratios, winds, torque and times must be positive"
+            )
+        filter_, where = member(gains, "coupling", "gains"), "gains.coupling"
+        if text(filter_, "variant", where) != "saturated":
+            raise CertificateError(f"{where}.variant: only 'saturated' is covered")
+        shape = text(filter_, "speed_ramp_shape", where)
+        if shape not in SHAPES:
+            raise CertificateError(f"{where}.speed_ramp_shape: one of {', '.join(SHAPES)}")
+        if integer(gains, "states", "gains") != LAWS[name]:
+            raise CertificateError(f"gains.states: {LAWS[name]} are needed")
+        partial = Region.read(member(gains, "partial", "gains"), "gains.partial", 1)
+        if any(partial.gains[1].values()):
+            raise CertificateError("gains.partial.k_pitch: must be 0")
+        return cls(
+            name=name,
+            states=LAWS[name],
+            tracking_time=tracking,
+            setpoint=positive["speed_setpoint"],
+            minimum_speed=positive["minimum_rotor_speed"],
+            optimal_ratio=positive["optimal_tip_speed_ratio"],
+            largest_ratio=positive["largest_tip_speed_ratio"],
+            cut_in=positive["cut_in"],
+            cut_out=positive["cut_out"],
+            rated_torque=positive["rated_torque"],
+            top_torque=number(filter_, "top_torque", where),
+            pitch_min=number(gains, "pitch_min", "gains"),
+            pitch_max=number(gains, "pitch_max", "gains"),
+            smooth=shape == "smooth",
+            overlaps=Overlaps.read(filter_, where, positive["rated_torque"]),
+            partial=partial,
+            full=Region.read(member(gains, "full", "gains"), "gains.full", 2),
+        )

@@ -1,0 +1,221 @@
+r"""``wind-rate``: how fast the wind that the law knows may move for a coherent loop's wind class.
+
+The law's schedule wind v_s is its own low-pass of the wind estimate w, v_s' = (w - v_s) / tau_f.
+On a range of winds let phi (``schedule_rate``) and r (``estimate_rate``) be lines between nodes,
+and eta (``estimate_error``) a number.  Checked, in rationals, are
+
+    phi <= wind_rate,  eta + tau_f phi <= wind_error       in every wind cell that the range meets,
+    r(s + tau_f phi(s)) <= phi(s) (1 + tau_f phi'(s)),
+    r(s - tau_f phi(s)) <= phi(s) (1 - tau_f phi'(s))      on every piece of phi, where
+                                                           s +- tau_f phi(s) is in the range.
+
+Then, with v, w and v_s(0) in the range, |w'| <= r(w), |v - w| <= eta, and at the start
+|w - v_s| <= tau_f phi(v_s), one has |v_s'| <= phi(v_s) and |v - v_s| <= eta + tau_f phi(v_s) for
+all times: the wind class of the claim of kind ``coherent-loop`` that ``loop`` names.  Derived in
+docs/coherent-loop.md, Wind rate.  Both sides of each inequality are lines between finitely many
+winds, and are compared there.
+
+Not promised: that an observer keeps |v - w| <= eta; a law that is sampled.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+from takagi.certificates.checker.kernel.reader import increasing, member, number, numbers
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.turbine.coherent_inputs import Law
+from takagi.certificates.checker.turbine.earlier import earlier_loop
+from takagi.certificates.checker.words.shown import at_least, at_most
+
+__all__ = ["Range", "check_wind_rate", "left_behind"]
+
+MOST_RANGES, MOST_NODES = 20, 5000
+# The rates that the verdict names the winds of [m/s^2].
+TOLD = tuple(map(Fraction, ("0.02", "0.05", "0.1", "0.2", "0.5", "1", "1.5", "2", "3", "5")))
+
+
+@dataclass(frozen=True)
+class Range:
+    """Winds that the estimate stays in, and both rates at its nodes."""
+
+    wind: list[Fraction]
+    estimate: list[Fraction]
+    schedule: list[Fraction]
+    error: Fraction
+
+    @classmethod
+    def read(cls, stated: Any, where: str) -> Range:
+        """Return a range; refuses winds that do not increase and anything negative."""
+        wind = numbers(stated, "wind", where)
+        increasing(wind, f"{where}.wind")
+        if not 2 <= len(wind) <= MOST_NODES:
+            raise CertificateError(f"{where}.wind: 2 to {MOST_NODES} winds are needed")
+        found = cls(
+            wind,
+            numbers(stated, "estimate_rate", where, len(wind)),
+            numbers(stated, "schedule_rate", where, len(wind)),
+            number(stated, "estimate_error", where),
+        )
+        if min(found.error, *found.estimate, *found.schedule) < 0:
+            raise CertificateError(f"{where}: rates and error must not be negative")
+        return found
+
+    def rate(self, at: Fraction) -> Fraction:
+        """Return r."""
+        return _line(self.wind, self.estimate, at)
+
+    def limit(self, at: Fraction) -> Fraction:
+        """Return phi."""
+        return _line(self.wind, self.schedule, at)
+
+    def span(self) -> str:
+        """Return the range, not wider than it is."""
+        return f"{at_most(self.wind[0], 6)} to {at_least(self.wind[-1], 6)} m/s"
+
+
+def check_wind_rate(claim: Any, data: Any, found: list[Claim], where: str) -> Claim:
+    """Return the verdict on one claim; ``found`` are the verdicts on the claims before it.
+
+    Raises
+    ------
+    CertificateError : a part is missing or is not what it has to be.
+    """
+    loop, open_ = earlier_loop(claim, data, found, where)
+    gains = member(data, "gains", "certificate")
+    law, filter_ = Law.read(gains), number(gains, "wind_filter", "gains")
+    stated = member(claim, "ranges", where)
+    if not isinstance(stated, list) or not 0 < len(stated) <= MOST_RANGES:
+        raise CertificateError(f"{where}.ranges: a list of 1 to {MOST_RANGES} is needed")
+    ranges = [Range.read(one, f"{where}.ranges[{i}]") for i, one in enumerate(stated)]
+    name = f"wind rate, {ranges[0].span()}"
+    if open_:
+        return Claim(name, Verdict.UNDECIDED, open_)
+    if filter_ <= 0:
+        return Claim(name, Verdict.UNDECIDED, "the law has no wind filter: no rate is bounded")
+    cells = _cells(loop, f"claims[{claim['loop']}]")
+    failures = []
+    for one in ranges:
+        reason = _outside_class(one, law, cells, filter_) or left_behind(one, filter_)
+        if reason:
+            failures.append(f"{one.span()}: {reason}")
+    if failures:
+        return Claim(name, Verdict.UNDECIDED, "not proved: " + "; ".join(failures))
+    return Claim(name, Verdict.PROVED, _statement(ranges, loop, data, law, filter_, where))
+
+
+def _cells(loop: Any, where: str) -> list[tuple[list[Fraction], Fraction, Fraction]]:
+    """Return (winds, wind error, wind rate) of every cell of the loop's claim."""
+    return [
+        (
+            numbers(cell, "wind", f"{where}.cells[{k}]", 2),
+            number(cell, "wind_error", f"{where}.cells[{k}]"),
+            number(cell, "wind_rate", f"{where}.cells[{k}]"),
+        )
+        for k, cell in enumerate(member(loop, "cells", where))
+    ]
+
+
+def _outside_class(
+    one: Range,
+    law: Law,
+    cells: list[tuple[list[Fraction], Fraction, Fraction]],
+    filter_: Fraction,
+) -> str:
+    """Return where phi leaves the loop's wind class, or nothing."""
+    if not law.wind[0] <= one.wind[0] < one.wind[-1] <= law.wind[-1]:
+        return "the range leaves the winds of the law"
+    for (low, high), error, rate in cells:
+        if high <= one.wind[0]:  # The cell's upper end belongs to the next one.
+            continue
+        inside = [s for s in one.wind if low < s < high]
+        ends = [s for s in (low, high) if one.wind[0] <= s <= one.wind[-1]]
+        for s in (*inside, *ends):
+            phi = one.limit(s)
+            if phi > rate:
+                return f"the schedule wind may move faster than the loop bears at {at_least(s, 6)}"
+            if one.error + filter_ * phi > error:
+                return f"the schedule wind may lag further than the loop bears at {at_least(s, 6)}"
+    return ""
+
+
+def left_behind(one: Range, filter_: Fraction) -> str:
+    """Return where the filter may exceed phi although the estimate keeps to r, or nothing."""
+    for i, (low, high) in enumerate(pairwise(one.wind)):
+        slope = (one.schedule[i + 1] - one.schedule[i]) / (high - low)
+        for sign in (1, -1):
+            ahead = 1 + sign * filter_ * slope
+            for s in _bends(one, low, high, i, sign * filter_):
+                phi = one.schedule[i] + slope * (s - low)
+                seen = s + sign * filter_ * phi
+                # The estimate stays in the range, so that it is no further ahead than its end.
+                if one.wind[0] <= seen <= one.wind[-1] and one.rate(seen) > phi * ahead:
+                    way = "rising" if sign > 0 else "falling"
+                    return f"the rates do not fit at {at_least(s, 6)} m/s with wind {way}"
+    return ""
+
+
+def _bends(
+    one: Range, low: Fraction, high: Fraction, i: int, ahead: Fraction
+) -> Iterator[Fraction]:
+    """Yield the winds s between which r(s + ahead phi(s)) is a line, on piece i of phi."""
+    first, last = low + ahead * one.schedule[i], high + ahead * one.schedule[i + 1]
+    yield low
+    yield high
+    for node in one.wind:
+        if min(first, last) < node < max(first, last):
+            yield low + (high - low) * (node - first) / (last - first)
+
+
+def _line(wind: list[Fraction], values: list[Fraction], at: Fraction) -> Fraction:
+    """Return the value between the nodes, and that of the nearer end beyond them."""
+    if at <= wind[0]:
+        return values[0]
+    if at >= wind[-1]:
+        return values[-1]
+    i = bisect_right(wind, at) - 1
+    share = (at - wind[i]) / (wind[i + 1] - wind[i])
+    return values[i] + (values[i + 1] - values[i]) * share
+
+
+def _statement(
+    ranges: list[Range], loop: Any, data: Any, law: Law, filter_: Fraction, where: str
+) -> str:
+    peaks = member(loop, "peaks", where)
+    peak = number(peaks, "speed_error", f"{where}.peaks")
+    rated = number(member(data, "model", "certificate"), "rated_rotor_speed", "model")
+    overspeed = 100 * ((max(law.speed) + peak) / rated - 1)
+    said = "; ".join(_range_words(one) for one in ranges)
+    return (
+        f"with the law's wind filter of {at_most(filter_, 6)} s, started at the estimate, the loop "
+        f"stays in its proved wind class, so that its set is invariant and overspeed at most "
+        f"{at_most(overspeed, 3)} %, for every wind whose estimate moves no faster than the "
+        f"claim's rate: {said}"
+    )
+
+
+def _range_words(one: Range) -> str:
+    known = "known exactly" if one.error == 0 else f"known to {at_least(one.error, 3)} m/s"
+    steps = [f"{at_least(min(one.estimate), 3)} m/s^2 everywhere"]
+    for rate in TOLD:
+        start = _from(one, rate)
+        if start is not None and rate > min(one.estimate):
+            steps.append(f"{at_most(rate, 3)} m/s^2 from {at_most(start, 6)} m/s on")
+    return f"wind and estimate within {one.span()}, {known}: at least {', '.join(steps)}"
+
+
+def _from(one: Range, rate: Fraction) -> Fraction | None:
+    """Return the least wind from which r is at least the rate up to the range's end."""
+    if one.estimate[-1] < rate:
+        return None
+    for i in range(len(one.wind) - 2, -1, -1):
+        low, high = one.estimate[i : i + 2]
+        if low < rate:
+            return one.wind[i] + (one.wind[i + 1] - one.wind[i]) * (rate - low) / (high - low)
+    return one.wind[0]
