@@ -49,7 +49,7 @@ BESIDE = {
     "exponential": ("decay", "transient"),
     "ellipsoid_size": ("invariant_ellipsoid",),
     "input_rate": ("input_limits",),
-    "no_common_decay": ("decay", "quadratic", "thresholds"),
+    "no_common_decay": ("no_common_decay", "decay", "quadratic", "thresholds"),
     "certificate": ("document", "damaged_files"),
 }
 TURNED: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {

@@ -26,12 +26,13 @@ from takagi.certificates.cross_check.exact import (
     transposed,
     zeros,
 )
-from takagi.certificates.cross_check.loop import Loop, Mixture, Stack, pick
+from takagi.certificates.cross_check.loop import Loop, Stack, pick
 from takagi.certificates.cross_check.obligation import Definite, Fact, Obligations
 from takagi.certificates.cross_check.reading import (
     Refusal,
     entry,
     rational,
+    rational_row,
     rationals,
     table,
     whole,
@@ -88,17 +89,19 @@ def decay(claim: Any, loop: Loop) -> Obligations:
 
 
 def no_common_decay(claim: Any, loop: Loop) -> Obligations:
-    """No P > 0 decreases along all mixtures: by multipliers, or by one mixture alone.
+    """No P > 0 decreases along every blend: by multipliers, or by one blend alone.
 
     Z_k >= 0, not all 0, with sum_k (G_k Z_k + Z_k G_k' + 2 a Z_k) >= 0 (G Z G' - r Z in discrete
     time): the trace with P would be negative.  Or a symmetric P, not positive definite, that
-    decreases along G_k: Lyapunov's equation then has no positive definite solution.
+    decreases along G: Lyapunov's equation then has no positive definite solution.  Every G is that
+    of weights which the loop takes, A(h) - B(h) K(h): no mean of pairs is.
     """
     a = rational(claim, "decay_rate")
     yield Fact("the rate is not negative", a >= 0)
-    rate, mixtures = rate_of(loop, a, up=True), loop.mixtures()
+    yield Fact("which gain meets which rule is known", loop.together or len(loop.K) <= 1)
+    rate = rate_of(loop, a, up=True)
     if "multipliers" not in claim:
-        G = _numbered(claim, mixtures).A
+        G = _blended(claim, loop)
         P = table(claim, "P", (loop.n, loop.n))
         yield Fact("P is not positive definite", not is_definite(P))
         yield Fact("P is symmetric", P == transposed(P))
@@ -109,7 +112,7 @@ def no_common_decay(claim: Any, loop: Loop) -> Obligations:
         raise Refusal("multipliers: a list is needed")
     total, size = zeros(loop.n, loop.n), fmpq(0)
     for one in listed:
-        G, factor = _numbered(one, mixtures).A, table(one, "factor")
+        G, factor = _blended(one, loop), table(one, "factor")
         if factor.nrows() != loop.n:
             raise Refusal("factor: a row for each state is needed")
         Z = factor * transposed(factor)
@@ -124,11 +127,37 @@ def no_common_decay(claim: Any, loop: Loop) -> Obligations:
     yield Definite("the sum with multipliers", total, strict=False)
 
 
-def _numbered(owner: Any, mixtures: list[Mixture]) -> Mixture:
-    k = whole(owner, "blend")
-    if not 0 <= k < len(mixtures):
-        raise Refusal(f"blend: 0 to {len(mixtures) - 1} is needed")
-    return mixtures[k]
+def _blended(owner: Any, loop: Loop) -> fmpq_mat:
+    """Return A(h) - B(h) K(h) for the weights that ``blend`` names: a rule, or shares."""
+    given, r = entry(owner, "blend"), loop.rules
+    if not isinstance(given, list):
+        k = whole(owner, "blend")
+        if not 0 <= k < r:
+            raise Refusal(f"blend: 0 to {r - 1} is needed")
+        h = [fmpq(int(i == k)) for i in range(r)]
+    else:
+        choices = loop.corners or [(i,) for i in range(r)]
+        width = r if loop.corners is None else 2
+        rows = [rational_row(row, "blend", width) for row in given]
+        if len(rows) != len(choices[0]) or any(min(row) < 0 or sum(row) == 0 for row in rows):
+            raise Refusal("blend: a row of shares for each premise, none negative, is needed")
+        h = [fmpq(1)] * r
+        for i, corners in enumerate(choices):
+            for row, corner in zip(rows, corners, strict=True):
+                h[i] = h[i] * row[corner] / sum(row, fmpq(0))
+        if sum(h, fmpq(0)) != 1:
+            raise Refusal("blend: the rules leave out a combination of corners")
+    G = _mixed(loop.A, h)
+    return G - _mixed(loop.B, h) * _mixed(loop.K, h) if loop.K and loop.B else G
+
+
+def _mixed(matrices: Stack, h: list[fmpq]) -> fmpq_mat:
+    if len(matrices) == 1:
+        return matrices[0]
+    found = scaled(h[0], matrices[0])
+    for share, one in zip(h[1:], matrices[1:], strict=True):
+        found = found + scaled(share, one)
+    return found
 
 
 def region(claim: Any, loop: Loop) -> Obligations:

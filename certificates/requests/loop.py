@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -16,6 +17,7 @@ from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Claim
 from takagi.certificates.model_data import pdc_law_data, ts_model_data
 from takagi.certificates.plant_embedding import law_members
+from takagi.certificates.requests.blend_points import Point, weights_at
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -38,6 +40,7 @@ class Loop:
     family : the checker's reading of both, exact.
     pairs, sizes : (vertex, gain) of all blends one after the other, (2, pairs), and how many of
         them each blend has, (N,).
+    shares : of each pair in its blend, (pairs,); they sum to 1 in each.
     """
 
     model: TSModel
@@ -47,6 +50,7 @@ class Loop:
     family: Family
     pairs: Indices
     sizes: Indices
+    shares: Floats
 
     @classmethod
     def of(
@@ -80,7 +84,24 @@ class Loop:
         groups = [pairs for _, pairs in family.groups()]
         every = np.array([pair for pairs in groups for pair in pairs], dtype=np.intp).T
         sizes = np.array([len(pairs) for pairs in groups], dtype=np.intp)
-        return cls(model, K, model_data, law, family, every, sizes)
+        return cls(model, K, model_data, law, family, every, sizes, np.repeat(1 / sizes, sizes))
+
+    @property
+    def is_double_sum(self) -> bool:
+        """Whether blends of pairs stand beside the rules, and the law has the model's weights."""
+        return self.family.shared_weights and len(self.sizes) > self.family.rules
+
+    def at(self, points: Sequence[Point]) -> Loop:
+        """Return the loop whose blends are those of these weights, A(h) - B(h) K(h), alone.
+
+        It is what the loop can be at one instant, where ``A`` of the loop itself is a hull of it.
+        """
+        rows = [weights_at(self.family, point) for point in points]
+        used = [[i for i, share in enumerate(h) if share] for h in rows]
+        every = np.array([pair for some in used for pair in product(some, some)], dtype=np.intp).T
+        sizes = np.array([len(some) ** 2 for some in used], dtype=np.intp)
+        shares = [float(h[i] * h[j]) for h, s in zip(rows, used, strict=True) for i in s for j in s]
+        return replace(self, pairs=every, sizes=sizes, shares=np.array(shares))
 
     @property
     def sample_time(self) -> float | None:
@@ -133,7 +154,7 @@ class Loop:
 
     def _means(self, stack: Floats) -> Floats:
         starts = np.concatenate([[0], np.cumsum(self.sizes)[:-1]])
-        return np.asarray(np.add.reduceat(stack, starts, axis=0) / self.sizes[:, None, None])
+        return np.asarray(np.add.reduceat(self.shares[:, None, None] * stack, starts, axis=0))
 
 
 def _read(data: Mapping[str, Any] | None) -> Any:

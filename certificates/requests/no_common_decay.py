@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.requests.blend_points import Point, grid, points_of, weights_at
 from takagi.certificates.requests.decimals import short
 from takagi.certificates.requests.loop import Loop
 from takagi.certificates.requests.one_blend import equation_function
@@ -22,6 +24,8 @@ __all__ = ["no_common_decay"]
 Floats = NDArray[np.float64]
 # Numbers beyond are no part of a certificate.
 LARGEST = 1e38
+# Blends in halves, thirds, ... of the rules or of each premise's weights, and at most so many.
+PARTS, MOST_POINTS = (2, 4, 8), 130
 
 
 def no_common_decay(loop: Loop, rate: float, answer: Answer) -> Attempt:
@@ -52,24 +56,50 @@ def no_common_decay(loop: Loop, rate: float, answer: Answer) -> Attempt:
 def _evidence(
     loop: Loop, rate: float, coordinates: Floats | None
 ) -> Iterator[tuple[str, dict[str, Any]]]:
-    A = loop.A
+    """Yield the evidence of ever more blends that the loop takes by itself, the rules alone first.
+
+    Of a law with weights of its own there is none, for which blends it takes is not known.
+    """
+    if len(loop.family.K) > 1 and not loop.family.shared_weights:
+        return
+    tried: set[Point] = set()
+    for parts in (1, *(PARTS if loop.is_double_sum else ())):
+        points = points_of(loop.family) if parts == 1 else grid(loop.family, parts, MOST_POINTS)
+        if not set(points) <= tried:
+            yield from _of_points(loop, points, rate, coordinates)
+        tried |= set(points)
+
+
+def _of_points(
+    loop: Loop, points: list[Point], rate: float, coordinates: Floats | None
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    A = loop.at(points).A
     for k in _slowest(A, rate, loop.sample_time):
         P = equation_function(A[k], rate, loop.sample_time)
         if P is not None and np.abs(P).max() < LARGEST:
-            words = f"one blend alone, {loop.family.groups()[k][0]}"
-            yield words, {"blend": k, "P": short(P, 9).tolist()}
+            words = "one blend alone" if max(map(max, points[k])) > 1 else "one rule alone"
+            yield words, {"blend": _named(loop, points[k]), "P": short(P, 9).tolist()}
     # A single matrix that its own equation does not exclude is at its edge, or decays.
     s = np.ones(A.shape[1]) if coordinates is None else coordinates
     Z = _multipliers(A * s / s[:, None], rate, loop.sample_time) if len(A) > 1 else None
     if Z is not None:
         values, vectors = np.linalg.eigh(Z / np.abs(Z).max())
         factors = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] * s[:, None]
-        if not np.abs(factors).max() < LARGEST:
-            return
         used = [k for k, value in enumerate(values[:, -1]) if value > 1e-9 * values.max()]
+        if not used or not np.abs(factors).max() < LARGEST:
+            return
         for digits in (6, 9, 12):
-            listed = [{"blend": k, "factor": _rounded(factors[k], s, digits)} for k in used]
+            listed = [
+                {"blend": _named(loop, points[k]), "factor": _rounded(factors[k], s, digits)}
+                for k in used
+            ]
             yield f"multipliers of {len(used)} blends, {digits} digits", {"multipliers": listed}
+
+
+def _named(loop: Loop, point: Point) -> int | list[list[int]]:
+    """Return a blend as the claim has it: the number of a rule alone, or shares."""
+    h = weights_at(loop.family, point)
+    return h.index(Fraction(1)) if 1 in h else [list(row) for row in point]
 
 
 def _slowest(A: Floats, rate: float, step: float | None) -> list[int]:

@@ -64,9 +64,13 @@ def test_grown_pair(lam: float, verdict: Verdict) -> None:
     assert certify(grown_pair(lam), decay_rate=0).verdict is verdict
 
 
-@pytest.mark.parametrize(("b", "verdict"), [(2.999999, PROVED), (3.000001, DISPROVED)])
+@pytest.mark.parametrize(("b", "verdict"), [(2.999999, PROVED), (4.441519, DISPROVED)])
 def test_gains_that_place_poles(b: float, verdict: Verdict) -> None:
-    """Tanaka, Ikeda & Wang (1998), data: b + 1/b < 10/3 for the mean of G_12 and G_21, so b < 3."""
+    """Tanaka, Ikeda & Wang (1998), data: b + 1/b < 10/3 for the mean of G_12 and G_21, so b < 3.
+
+    Beyond it the mean alone is unstable, which the loop never has alone.  It has h = (1/2, 1/2),
+    where det G(h) = 10 - 6 (1 + h_1 h_2 (b + 1/b - 2)) is zero at b = (7 + 2 sqrt(10))/3 = 4.44152.
+    """
     assert certify(*placed_loop(b), decay_rate=0).verdict is verdict
 
 

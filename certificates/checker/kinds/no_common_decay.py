@@ -1,20 +1,28 @@
-r"""``no-common-decay``: no P > 0 satisfies the inequalities of ``decay`` at this rate.
+r"""``no-common-decay``: no P > 0 makes V = x'Px decay at this rate along every blend of the loop.
 
-Either by multipliers Z_k = L_k L_k', not all zero, for some of the blends G_k,
+Blends G_k = G(h^k) of weights h^k that the loop takes by itself, and for them either multipliers
+Z_k = L_k L_k', not all zero,
 
     continuous   sum_k (G_k Z_k + Z_k G_k' + 2 alpha Z_k) >= 0
     discrete     sum_k (G_k Z_k G_k' - rho^2 Z_k) >= 0,        rho^2 >= e^(-2 alpha T),
 
-for the trace of P times the sum would be negative by the inequalities and is not; or by one blend
-G alone, with a symmetric P that decreases along it as ``decay`` asks for, with the larger rho^2,
-and is not positive definite: then G has an eigenvalue with real part >= -alpha, or of size >= rho
-(Lyapunov's and Stein's theorems), and no other P serves.
+for the trace of P times the sum would be negative by the inequalities of ``decay`` at these h^k,
+and is not; or one blend G alone, with a symmetric P that decreases along it as ``decay`` asks for,
+with the larger rho^2, and is not positive definite: then G has an eigenvalue with real part
+>= -alpha, or of size >= rho (Lyapunov's and Stein's theorems), and no other P serves.
 
-What is disproved is the function, not the loop: blends of different rules are means of loops, which
-the loop may reach or not, and another kind of function may exist.
+Which weights a loop takes by itself: a rule alone, h = e_i; or h of shares that the file names,
+with G(h) = A(h) - B(h) K(h) formed here.  Where weights are products of those of premises, the
+shares are those of each premise, and h_i = prod_k w_k,c_ik.  The mean of G_ij and G_ji is no such
+blend: there h_i h_j never stands alone.  Of a law with weights of its own it is not known which of
+its gains meet which rule, so that nothing is excluded.
 
-Evidence: ``decay_rate``, and ``multipliers`` [{blend, factor}] or ``blend`` and ``P``; blends are
-counted from 0 in the family's order.
+What is disproved is the function, not the loop: another kind of function may exist; and it is about
+the weights, which a plant that the model contains need not all take.
+
+Evidence: ``decay_rate``, and ``multipliers`` [{blend, factor}] or ``blend`` and ``P``.  A ``blend``
+is the number of a rule, from 0, or the shares: one row of numbers >= 0 for each premise, or for all
+rules where weights are no products; a row is divided by its sum.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2; Ostrowski and Schneider (1962) on
 the inertia, recalled.
@@ -23,11 +31,12 @@ the inertia, recalled.
 from __future__ import annotations
 
 from fractions import Fraction
+from math import prod
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import Blend, Family
+from takagi.certificates.checker.kernel.family import Family, Stack, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
-from takagi.certificates.checker.kernel.reader import integer, member, number, text
+from takagi.certificates.checker.kernel.reader import Number, integer, member, number, numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.decay import decrease
@@ -36,6 +45,8 @@ from takagi.certificates.checker.words.shown import at_most
 
 __all__ = ["check_no_common_decay"]
 
+MOST_NAMED = 4
+
 
 def check_no_common_decay(claim: Any, family: Family, where: str) -> Claim:
     """Return DISPROVED when the evidence excludes a common P, else UNDECIDED."""
@@ -43,23 +54,26 @@ def check_no_common_decay(claim: Any, family: Family, where: str) -> Claim:
     alpha = number(claim, "decay_rate", where)
     if alpha < 0:
         return Claim(name, Verdict.UNDECIDED, "the decay rate is negative")
-    blends = family.blends()
+    if len(family.K) > 1 and not family.shared_weights:
+        words = "the law has weights of its own: which gain meets which rule is not known"
+        return Claim(name, Verdict.UNDECIDED, words)
+    factor = _factor(family, alpha)
     if "multipliers" in claim:
-        shown = _multipliers_exclude(claim, family, alpha, blends, where)
-        reason = "multipliers"
+        names, shown = _multipliers_exclude(claim, family, factor, where)
     else:
-        blend = _blend(claim, blends, where)
+        found, G = _blend(claim, family, where)
         P = read_matrix(claim, "P", where, (family.order, family.order))
-        falls = decrease(family, P, blend.A, _factor(family, alpha)).is_positive_definite
-        shown = P.is_symmetric and falls and not P.is_positive_definite
-        reason = f"{blend.label} alone"
+        falls = decrease(family, P, G, factor).is_positive_definite
+        names, shown = [found], P.is_symmetric and falls and not P.is_positive_definite
     if not shown:
         return Claim(name, Verdict.UNDECIDED, "the evidence does not exclude a common P")
+    listed = ", ".join(names[:MOST_NAMED])
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
     return Claim(
         name,
         Verdict.DISPROVED,
-        f"no common quadratic function with decay rate {at_most(alpha, 6)} 1/s satisfies the "
-        f"inequalities of {family.about}: {len(blends)} in all, excluded by {reason}",
+        f"no common quadratic function decays at {at_most(alpha, 6)} 1/s along {family.about}: "
+        f"none does along {listed}{more}",
     )
 
 
@@ -71,22 +85,23 @@ def _factor(family: Family, alpha: Fraction) -> Fraction:
 
 
 def _multipliers_exclude(
-    claim: Any, family: Family, alpha: Fraction, blends: list[Blend], where: str
-) -> bool:
+    claim: Any, family: Family, factor: Fraction, where: str
+) -> tuple[list[str], bool]:
+    """Return the blends' names, and whether the sum with the multipliers is as needed."""
     listed = member(claim, "multipliers", where)
-    if not isinstance(listed, list) or not 0 < len(listed) <= len(blends):
-        raise CertificateError(f"{where}.multipliers: 1 to {len(blends)} are needed")
-    factor = _factor(family, alpha)
-    total, size = None, Fraction(0)
+    if not isinstance(listed, list) or not listed:
+        raise CertificateError(f"{where}.multipliers: a list of them is needed")
+    bounded(len(listed), family.order)
+    total, size, names = 0 * Matrix.identity(family.order), Fraction(0), []
     for i, entry in enumerate(listed):
         place = f"{where}.multipliers[{i}]"
-        G = _blend(entry, blends, place).A
+        name, G = _blend(entry, family, place)
         L = read_matrix(entry, "factor", place)
         Z = L @ L.T
+        names.append(name)
         size += sum(Z[k, k] for k in range(len(Z.rows)))
-        part = _dual(family, G, Z, factor)
-        total = part if total is None else (total + part).reduced()
-    return size > 0 and total is not None and total.is_positive_semidefinite
+        total = (total + _dual(family, G, Z, factor)).reduced()
+    return names, size > 0 and total.is_positive_semidefinite
 
 
 def _dual(family: Family, G: Matrix, Z: Matrix, factor: Fraction) -> Matrix:
@@ -96,8 +111,46 @@ def _dual(family: Family, G: Matrix, Z: Matrix, factor: Fraction) -> Matrix:
     return GZ + GZ.T + factor * Z
 
 
-def _blend(owner: Any, blends: list[Blend], where: str) -> Blend:
-    k = integer(owner, "blend", where)
-    if not 0 <= k < len(blends):
-        raise CertificateError(f"{where}.blend: 0 to {len(blends) - 1} is needed")
-    return blends[k]
+def _blend(owner: Any, family: Family, where: str) -> tuple[str, Matrix]:
+    """Return the name of a blend, and G(h)."""
+    h = _weights(owner, family, where)
+    used = [i for i, share in enumerate(h) if share]
+    name = " + ".join(f"{h[i]} rule {i + 1}" for i in used[:MOST_NAMED])
+    if len(used) == 1:
+        name = f"rule {used[0] + 1} alone"
+    elif len(used) > MOST_NAMED:
+        name = f"a blend of {len(used)} rules"
+    A = _at(family.A, h)
+    return name, A - _at(family.B, h) @ _at(family.K, h) if family.K and family.B else A
+
+
+def _weights(owner: Any, family: Family, where: str) -> list[Fraction]:
+    """Return h, (rules,)."""
+    if isinstance(member(owner, "blend", where), Number):
+        k = integer(owner, "blend", where)
+        if not 0 <= k < family.rules:
+            raise CertificateError(f"{where}.blend: 0 to {family.rules - 1} is needed")
+        return [Fraction(i == k) for i in range(family.rules)]
+    corners = family.corners or tuple((i,) for i in range(family.rules))
+    rows = owner["blend"]
+    if not isinstance(rows, list) or len(rows) != len(corners[0]):
+        raise CertificateError(f"{where}.blend: a rule, or {len(corners[0])} rows are needed")
+    size = 2 if family.corners else family.rules
+    w = [numbers({"blend": row}, "blend", where, size) for row in rows]
+    if any(min(row) < 0 or sum(row) == 0 for row in w):
+        raise CertificateError(f"{where}.blend: shares >= 0, not all 0, are needed")
+    h = [
+        prod((row[c] / sum(row) for row, c in zip(w, rule, strict=True)), start=Fraction(1))
+        for rule in corners
+    ]
+    if sum(h) != 1:
+        raise CertificateError(f"{where}.blend: the rules leave out a combination of corners")
+    return h
+
+
+def _at(stack: Stack, h: list[Fraction]) -> Matrix:
+    """Return sum_i h_i X_i; a stack of one matrix stands for all."""
+    if len(stack) == 1:
+        return stack[0]
+    parts = [share * X for share, X in zip(h, stack, strict=True) if share]
+    return sum(parts[1:], parts[0]).reduced()

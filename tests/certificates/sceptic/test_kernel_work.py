@@ -84,10 +84,12 @@ def test_error_of_an_observer_doubles_the_order() -> None:
         said_of(model, law_data([[[0] * 60]]), claim)
 
 
-def test_more_multipliers_than_blends_are_refused() -> None:
+def test_more_multipliers_than_a_reader_waits_for_are_refused() -> None:
     claim: Data = {"name": "a", "kind": "no-common-decay", "decay_rate": 0}
-    one = {"blend": 0, "factor": [[1]]}
+    one = {"blend": 0, "factor": [[1]] * 80}
+    model = model_data([unit(80, 1)])
 
-    assert said_of(model_data([[[1]]]), None, claim | {"multipliers": [one]})
-    with pytest.raises(CertificateError, match="1 to 1 are needed"):
-        said_of(model_data([[[1]]]), None, claim | {"multipliers": [one, one]})
+    with pytest.raises(CertificateError, match="a list"):
+        said_of(model, None, claim | {"multipliers": []})
+    with pytest.raises(CertificateError, match="3 inequalities of order 80"):
+        said_of(model, None, claim | {"multipliers": [one] * 3})
