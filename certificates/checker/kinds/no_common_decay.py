@@ -89,7 +89,7 @@ def _multipliers_exclude(
 ) -> tuple[list[str], bool]:
     """Return the blends' names, and whether the sum with the multipliers is as needed."""
     listed = member(claim, "multipliers", where)
-    if not isinstance(listed, list) or not listed:
+    if not listed or not isinstance(listed, list):
         raise CertificateError(f"{where}.multipliers: a list of them is needed")
     bounded(len(listed), family.order)
     total, size, names = 0 * Matrix.identity(family.order), Fraction(0), []
