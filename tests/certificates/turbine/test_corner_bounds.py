@@ -1,0 +1,123 @@
+"""The corners of a wind cell: what a moving schedule adds, and which way bounds are rounded."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, Corners
+
+# A cell without a residual whose one free coefficient is the lag's rate T.  P was searched for:
+# it decreases along the loop for T from 0.5 to 1 1/s, and not for T = 1.5 1/s.
+COEFFICIENTS = {"stiffness": "-0.2", "loop_gain": "0.5", "lag_gain": "0.1", "share_gain": "-0.6"}
+INTEGRAL_RATE = Fraction("0.2")
+P = [
+    [Fraction(entry) for entry in row]
+    for row in (("4.25", "3.6", "-1.59"), ("3.6", "3.96", "-0.89"), ("-1.59", "-0.89", "5.81"))
+]
+ALPHA = Fraction("0.01")
+
+
+def corners(lag_rate: tuple[str, str], **sizes: str) -> Corners:
+    """Return the cell with a range of T [1/s] and the sizes that are not zero."""
+    stated = {name: [Fraction(value)] * 2 for name, value in COEFFICIENTS.items()}
+    stated["lag_rate"] = [Fraction(value) for value in lag_rate]
+    bounds = {name: Fraction(sizes.get(name, "0")) for name in BOUNDS}
+    return Corners(stated, bounds, INTEGRAL_RATE, "cell")
+
+
+def decided(found: Corners, error: Any = 0, rate: Any = 0) -> str:
+    return found.failure(P, Fraction(error), Fraction(rate), ALPHA, Fraction(0))
+
+
+def least_eigenvalue(T: float) -> float:
+    """Return that of -(A'P + PA), in floats, from the matrix as the documentation writes it."""
+    a, g, s, f = (float(COEFFICIENTS[name]) for name in COEFFICIENTS)
+    nu = float(INTEGRAL_RATE)
+    A = np.array([[a - g, s, g], [f * (a - g + nu), f * s - T, f * g], [-nu, 0, 0]])
+    weight = np.array([[float(entry) for entry in row] for row in P])
+    return float(np.linalg.eigvalsh(-(A.T @ weight + weight @ A))[0])
+
+
+def test_the_rates_of_the_example_are_on_both_sides() -> None:
+    assert min(least_eigenvalue(0.5), least_eigenvalue(1.0)) > 0.1
+    assert least_eigenvalue(1.5) < -0.1
+
+
+def test_a_moving_schedule_raises_the_lags_rate_too() -> None:
+    """T - (b'/b) v_s' has both signs: its upper end, 1.5 1/s here, is not in the decreasing set."""
+    turning = {"effectiveness_slope": "0.5"}
+
+    assert decided(corners(("0.5", "1")), rate=1) == ""
+    assert decided(corners(("1", "1"), **turning), rate=0) == ""
+    assert "invariance" in decided(corners(("1", "1"), **turning), rate=1)
+    assert "invariance" in decided(corners(("0.75", "0.75"), **turning), rate="1.5")
+
+
+def test_a_moving_schedule_lowers_the_lags_rate() -> None:
+    """The other end: 0.9 - 1.2 < 0 makes the lag unstable."""
+    turning = {"effectiveness_slope": "1.2"}
+
+    assert decided(corners(("0.9", "0.9"), **turning), rate="0.05") == ""
+    assert "invariance" in decided(corners(("0.9", "0.9"), **turning), rate=1)
+
+
+@pytest.mark.parametrize("part", ["wind error", "wind rate", "lag disturbance"])
+def test_disturbances_are_rounded_up(part: str) -> None:
+    """Half a unit of the seventh decimal beyond the largest disturbance that the set bears."""
+
+    def failing(units: Fraction) -> str:
+        size = units / 10**7
+        if part == "wind error":
+            found = corners(("1", "1"), inertia_gain="1", wind_gain="1")
+            return decided(found, error=size)
+        if part == "wind rate":
+            found = corners(("1", "1"), reference_slope="1")
+            return decided(found, rate=size)
+        return decided(corners(("1", "1"), lag_disturbance=str(size)))
+
+    low, high = 0, 10**7
+    assert failing(Fraction(low)) == "" and failing(Fraction(high))
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if failing(Fraction(middle)) else (middle, high)
+
+    assert failing(Fraction(low)) == ""
+    assert "invariance" in failing(low + Fraction(1, 1000))
+    assert "invariance" in failing(low + Fraction(1, 2))
+
+
+def test_the_turning_is_rounded_up() -> None:
+    """The same of (b'/b) v_s': the least part of a unit too much is a unit."""
+    low, high = Fraction(0), Fraction(1)
+
+    def failing(turning: Fraction) -> str:
+        return decided(corners(("1", "1"), effectiveness_slope="1"), rate=turning)
+
+    unit = Fraction(1, 10**7)
+    while high - low > unit:
+        middle = Fraction(int((low + high) / 2 / unit)) * unit
+        low, high = (low, middle) if failing(middle) else (middle, high)
+
+    assert failing(low) == ""
+    assert "invariance" in failing(low + unit / 2)
+
+
+def test_the_rest_is_rounded_outward() -> None:
+    """P_33 (kappa r)^2 < Gamma^2 with r rounded up: at the last unit that is inside, not beyond."""
+    P33, unit = P[2][2], Fraction(1, 10**7)
+    r = Fraction(0)
+    step = Fraction(1)
+    while step >= unit:
+        while P33 * (r + step) ** 2 < Fraction(COEFFICIENTS["loop_gain"]) ** 2:
+            r += step
+        step /= 10
+
+    def failing(residual: Fraction) -> str:
+        return decided(corners(("1", "1"), inertia_gain="1", residual=str(residual)))
+
+    assert "equilibrium" not in failing(r)
+    assert "equilibrium" in failing(r + unit / 2)
