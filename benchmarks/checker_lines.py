@@ -1,268 +1,208 @@
 """Breaks the checker's own lines, one at a time, and counts which the tests notice.
 
-    python benchmarks/checker_lines.py [--count N] [--seed N] [--only TEXT] [--wide] [--seconds S]
+    python benchmarks/checker_lines.py [--only TEXT] [--seconds S] [--shard I/N] [--budget S]
+                                       [--survivors] [--tests PATH ...] [--print-only]
 
-A comparison is turned or loses its equality, a sign, an operator or a constant changes, a guard is
-left out, ``and`` becomes ``or``, ``min`` becomes ``max``, a transpose is dropped.  Every broken
-module is imported in a process of its own, where the tests of that module run until one fails, and
-then those that throw known problems at the checker; ``--wide`` adds all that are about its part.
-Survivors are printed with their lines: each is equivalent, stricter than needed, or a test that is
-missing.  The table goes to docs/benchmarks.md.
+Every change (``line_changes``) is put in the place of the function in a copy of a warm process,
+and the tests that run that line (``line_tests``) are run until one fails.  The changes come in an
+order drawn from all of them, so that what has been tried at any time is a fair sample; of the
+plant's reading it is a third.  A run that ends goes on where it was.  Survivors are printed with
+their lines and with the sentence in ``survivors.toml`` that says why they do no harm; one without
+such a sentence is a test that is missing.  The tables go to docs/benchmarks.md and
+docs/broken-lines.md.
 """
 
 from __future__ import annotations
 
 import argparse
-import ast
+import fcntl
+import hashlib
 import importlib
 import os
-import random
-import signal
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
-from itertools import islice
 from pathlib import Path
-from types import ModuleType
-from typing import NamedTuple
+from types import CodeType, ModuleType
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("MPLBACKEND", "Agg")
 
-from measure import PAGE, placed, table  # noqa: E402  the threads are counted first
+from line_changes import Change, broken_tree, changes_of  # noqa: E402  the threads first
+from line_journal import NOTICED, SURVIVES, Entry, Explained, Journal  # noqa: E402
+from line_tests import LineTests  # noqa: E402
+from measure import PAGE, placed, table  # noqa: E402
+from process_copies import copied
+from warm_tests import Outcome, WarmTests, with_tests  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
-CHECKER, TESTS = ROOT / "certificates" / "checker", "tests/certificates"
-LONGEST = 240.0
-KERNEL = ("definite", "matrices", "family")
-# Heavy, and not what is tested: imported once, before the processes part.
-PRELOADED: tuple[str, ...] = (
-    *("numpy", "scipy.linalg", "scipy.sparse", "scipy.optimize", "pytest"),
-    *("sympy", "clarabel", "flint", "takagi.models.ts_model", "takagi.lmi.answer"),
+CHECKER = ROOT / "certificates" / "checker"
+TESTS = ("tests/certificates", "tests/cli/test_check.py", "tests/cli/test_certify.py")
+# Campaigns, simulations and maps: dear, and no tests of single lines.
+LEFT_OUT = (
+    *("tests/certificates/campaign", "tests/certificates/sweep"),
+    *(f"tests/certificates/campaigns/test_{n}.py" for n in ("mutations", "checker_lines")),
+    *(f"tests/certificates/campaigns/test_{n}.py" for n in ("turbine_judge", "turbine_shown")),
+    "tests/certificates/hostile/test_fuzzer.py",
 )
-# Tests of modules without a file of tests by their own name.
-BESIDE = {
-    "invariant_set": ("invariant_ellipsoid", "peak"),
-    "disturbed_path": ("l2_gain", "h2_norm"),
-    "box_of_validity": ("invariant_ellipsoid", "input_limits"),
-    "exponential": ("decay", "transient"),
-    "ellipsoid_size": ("invariant_ellipsoid",),
-    "input_rate": ("input_limits",),
-    "no_common_decay": ("no_common_decay", "decay", "quadratic", "thresholds"),
-    "certificate": ("document", "damaged_files"),
-}
-TURNED: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
-    ast.Lt: (ast.LtE, ast.Gt),
-    ast.LtE: (ast.Lt, ast.GtE),
-    ast.Gt: (ast.GtE, ast.Lt),
-    ast.GtE: (ast.Gt, ast.LtE),
-    ast.Eq: (ast.NotEq,),
-    ast.NotEq: (ast.Eq,),
-    ast.In: (ast.NotIn,),
-    ast.NotIn: (ast.In,),
-}
-OTHER: dict[type[ast.operator], type[ast.operator]] = {
-    ast.Add: ast.Sub,
-    ast.Sub: ast.Add,
-    ast.Mult: ast.Add,
-    ast.Div: ast.Mult,
-    ast.FloorDiv: ast.Mult,
-    ast.LShift: ast.RShift,
-    ast.RShift: ast.LShift,
-    ast.Pow: ast.Mult,
-}
-SWAPPED = {"min": "max", "max": "min", "all": "any", "any": "all", "at_least": "at_most"}
-SWAPPED |= {"at_most": "at_least", "exp_below": "exp_above", "exp_above": "exp_below"}
-SWAPPED |= {"is_positive_definite": "is_symmetric", "is_positive_semidefinite": "is_symmetric"}
+FOLDER = ROOT / "build" / "checker_lines"
+RESULTS = ROOT / "benchmarks" / "checker_lines.txt"
+WHY = ROOT / "benchmarks" / "survivors.toml"
+SURVIVORS_PAGE = ROOT / "docs" / "broken-lines.md"
+# The share of a part's changes that is drawn; of the others it is all.
+SHARE = {"plant": 1 / 3}
+# Heavy, and not what is tested: imported before the processes part.
+PRELOADED = ("numpy", "scipy.linalg", "scipy.optimize", "sympy", "clarabel", "flint")
 
 
-class Broken(NamedTuple):
-    """A module with one change."""
-
-    module: Path
-    line: int
-    what: str
-    tree: ast.Module
-
-
-def main() -> int:
-    """Break so many lines, print survivors and the table, and write it into the page."""
-    reader = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    reader.add_argument("--count", type=int, default=300, help="lines to break, drawn from all")
-    reader.add_argument("--seed", type=int, default=1)
-    reader.add_argument("--only", default="", help="modules whose path has this in it")
-    reader.add_argument("--wide", action="store_true", help="try survivors on all of their part")
-    reader.add_argument("--seconds", type=float, default=float("inf"), help="stop after these")
-    reader.add_argument("--print-only", action="store_true", help="leave the page as it is")
-    asked = reader.parse_args()
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Try what has not been tried, print survivors and the table, and write the pages."""
+    asked = _asked(arguments)
     os.chdir(ROOT)
-    for name in PRELOADED:
-        importlib.import_module(name)
-    modules = [path for path in targets() if asked.only in str(path.relative_to(CHECKER))]
-    every = [(path, k) for path in modules for k in range(changes_in(path))]
-    rng = random.Random(asked.seed)
-    # Every part of the checker in turn, so that a run that is cut short has seen all of them.
-    parts: dict[str, list[tuple[Path, int]]] = {}
-    for path, k in rng.sample(every, len(every)):
-        parts.setdefault(part_of(path), []).append((path, k))
-    seen = {part: [len(listed), 0, 0] for part, listed in parts.items()}
-    start = time.perf_counter()
-    for k in range(asked.count):
-        listed = list(parts.values())[k % len(parts)]
-        if not listed or time.perf_counter() - start > asked.seconds:
-            continue
-        broken = broken_module(*listed.pop())
-        counts = seen[part_of(broken.module)]
-        counts[1] += 1
-        if survives(broken, wide=asked.wide):
-            place = broken.module.relative_to(ROOT)
-            print(f"survives: {place}:{broken.line}: {broken.what}", flush=True)
-        else:
-            counts[2] += 1
-    rows = [
-        (part, str(sites), str(tried), str(killed), f"{100 * killed / max(tried, 1):.0f} %")
-        for part, (sites, tried, killed) in sorted(seen.items())
+    every = [change for module in modules() for change in changes_of(module)]
+    drawn = sorted((c for c in every if is_drawn(c, asked.seed)), key=lambda c: lot(c, asked.seed))
+    index, count = (int(word) for word in asked.shard.split("/"))
+    journal = Journal(asked.results, asked.folder, f"{index}-of-{count}")
+    left = [
+        change
+        for change in drawn
+        if asked.only in str(change.module.relative_to(CHECKER))
+        and int(lot(change, asked.seed), 16) % count == index
+        and (
+            journal.marks.get(change.key) == SURVIVES
+            if asked.survivors
+            else change.key not in journal.marks
+        )
     ]
-    text = table(("part of the checker", "changes", "tried", "noticed", "share"), rows)
-    print(text)
+    if left and asked.seconds > 0:
+        campaign = Campaign(journal, asked)
+        campaign.run(left[: asked.count])
+    explained = Explained(WHY)
+    print(report(drawn, journal, explained))
     if not asked.print_only:
-        PAGE.write_text(placed(PAGE.read_text(encoding="utf-8"), "checker lines", text), "utf-8")
+        journal.keep(every)
+        publish(drawn, every, journal, explained)
     return 0
 
 
-def targets() -> list[Path]:
-    """Return the modules that are broken: the kernel, claims by kind, the plant's reading."""
-    kernel = [CHECKER / "kernel" / f"{name}.py" for name in (*KERNEL, "certificate")]
-    return [*kernel, *sorted(CHECKER.glob("kinds/*.py")), *sorted(CHECKER.glob("plant/*.py"))]
+def _asked(arguments: Sequence[str] | None) -> argparse.Namespace:
+    reader = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    reader.add_argument("--only", default="", help="modules whose path has this in it")
+    reader.add_argument("--seed", type=int, default=1, help="of the order, and of what is drawn")
+    reader.add_argument("--seconds", type=float, default=float("inf"), help="stop after these")
+    reader.add_argument("--count", type=int, help="changes to try at most")
+    reader.add_argument("--shard", default="0/1", help="I/N: every N-th change, from the I-th")
+    reader.add_argument("--budget", type=float, default=3.0, help="seconds of tests for a change")
+    reader.add_argument("--survivors", action="store_true", help="try survivors once more")
+    reader.add_argument("--tests", nargs="+", default=TESTS, help="files or folders of tests")
+    reader.add_argument("--folder", type=Path, default=FOLDER, help="of the journal")
+    reader.add_argument("--results", type=Path, default=RESULTS, help="what is known by now")
+    reader.add_argument("--print-only", action="store_true", help="leave results and pages")
+    return reader.parse_args(arguments)
+
+
+def modules() -> list[Path]:
+    """Return the checker's modules."""
+    return sorted(CHECKER.rglob("*.py"))
 
 
 def part_of(module: Path) -> str:
-    folder = module.parent.name
-    return "kernel" if folder == "kernel" else f"{folder}/"
+    """Return the room that a module stands in; what opens a certificate is the kernel's."""
+    folders = module.relative_to(CHECKER).parts[:-1]
+    return folders[0] if folders else "kernel"
 
 
-def tests_of(module: Path, *, wide: bool = False) -> list[list[str]]:
-    """Return the tests in stages: of the module's own part, then all about certificates."""
-    stem, part = module.stem, part_of(module)
-    if part == "plant/":
-        names = ["wrong_embeddings", "identities", "ranges", "elementary_functions", "plant_file"]
-        first = [f"{TESTS}/embedding/test_{name}.py" for name in names]
-        return [first, [f"{TESTS}/embedding", f"{TESTS}/test_plant_design.py"]][: 1 + wide]
-    names = [*BESIDE.get(stem, ()), stem]
-    own = [f"{TESTS}/kinds/test_{name}.py" for name in names]
-    own += [f"{TESTS}/test_{name}.py" for name in names]
-    stages = [
-        [path for path in own if Path(path).exists()],
-        [f"{TESTS}/campaigns/test_soundness.py", f"{TESTS}/kinds/test_unstable_loops.py"],
-        [f"{TESTS}/kinds", *(f"{TESTS}/test_{n}.py" for n in (*KERNEL, "quadratic", "thresholds"))],
-    ]
-    return [stage for stage in stages[: 2 + wide] if stage]
+def lot(change: Change, seed: int) -> str:
+    """Return the number in hexadecimal that decides a change's place in the order."""
+    return hashlib.sha256(f"{seed} {change.key}".encode()).hexdigest()
 
 
-# ------------------------------------------------------------------ changes
+def is_drawn(change: Change, seed: int) -> bool:
+    """Whether the campaign tries the change: all, but of some parts a share."""
+    share = SHARE.get(part_of(change.module), 1.0)
+    return int(lot(change, seed)[-8:], 16) < share * 16**8
 
 
-def broken_modules(path: Path) -> Iterator[Broken]:
-    """Yield the module with each change that is known; strings and annotations stay."""
-    for k in range(changes_in(path)):
-        yield broken_module(path, k)
+# ------------------------------------------------------------------ trying
 
 
-def changes_in(path: Path) -> int:
-    """Return how many changes are known for a module."""
-    return sum(1 for _ in _sites(ast.parse(path.read_text(encoding="utf-8"))))
+class Campaign:
+    """Tries changes until the time is over."""
 
+    def __init__(self, journal: Journal, asked: argparse.Namespace) -> None:
+        self.journal, self.budget, self.paths = journal, asked.budget, asked.tests
+        self.deadline = time.monotonic() + asked.seconds
+        self.tests = LineTests(journal.folder / "tests.json", CHECKER)
 
-def broken_module(path: Path, k: int) -> Broken:
-    """Return the module with its change number k."""
-    tree = ast.parse(path.read_text(encoding="utf-8"), str(path))
-    node, what = next(islice(_sites(tree), k, None))
-    line = getattr(node, "lineno", 0)
-    before = ast.unparse(node).splitlines()[0]
-    _change(node, what)
-    after = ast.unparse(node).splitlines()[0]
-    return Broken(path, line, f"{before}  ->  {after}", ast.fix_missing_locations(tree))
+    def run(self, changes: Sequence[Change]) -> None:
+        """Try the changes: those in a function's body in one warm process, others in a cold one."""
+        for name in PRELOADED:
+            importlib.import_module(name)
+        warm = [change for change in changes if change.inside]
+        for change in changes:
+            if not change.inside and time.monotonic() < self.deadline:
+                self._note(change, *_timed(lambda change=change: self._cold(change)))
+        place = self.journal.folder / f"tmp-{self.journal.own.stem}"
+        paths = [*self.paths, *(f"--ignore={path}" for path in LEFT_OUT)]
+        with_tests(paths, CHECKER, place, lambda tests: self._warm(tests, warm))
 
+    def _warm(self, warm: WarmTests, changes: Sequence[Change]) -> None:
+        with _alone(self.journal.folder / "tests.lock"):
+            self.tests = LineTests(self.tests.place, CHECKER)
+            self.tests.update(warm)
+        for change in changes:
+            if time.monotonic() > self.deadline:
+                return
+            self._note(change, *_timed(lambda change=change: self._tried(warm, change)))
 
-def _sites(tree: ast.AST) -> Iterator[tuple[ast.AST, str]]:
-    """Yield (node, change) in order."""
-    for node in _reached(tree):
-        if isinstance(node, ast.Compare):
-            yield from (
-                (node, f"compare {i}") for i in range(len(TURNED.get(type(node.ops[0]), ())))
-            )
-        elif isinstance(node, ast.BinOp) and type(node.op) in OTHER:
-            yield node, "operator"
-        elif isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult):
-            yield node, "order"
-        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.Not)):
-            yield node, "sign"
-        elif isinstance(node, ast.BoolOp):
-            yield node, "junction"
-        elif isinstance(node, ast.Constant) and type(node.value) in (int, bool):
-            yield node, "constant"
-        elif isinstance(node, ast.If):
-            yield node, "guard"
-        elif isinstance(node, ast.Name) and node.id in SWAPPED and isinstance(node.ctx, ast.Load):
-            yield node, "name"
-        elif isinstance(node, ast.Attribute) and (node.attr == "T" or node.attr in SWAPPED):
-            yield node, "attribute"
+    def _tried(self, warm: WarmTests, change: Change) -> Outcome:
+        """Run the tests of the line, and then those whose shared fixtures ran it."""
+        code, seconds = _compiled(change), self.tests.seconds
+        chosen = self.tests.tests_of(change, self.budget)
+        found = warm.outcome(code, chosen, seconds) if chosen else Outcome("", "", 0)
+        again = self.tests.fixtures_of(change)
+        if found.test or not again:
+            return found
+        users = self.tests.users_of(again, warm, self.budget)
+        later = warm.outcome(code, users, seconds, again) if users else Outcome("", "", 0)
+        return Outcome(later.test, later.how, found.ran + later.ran)
 
+    def _cold(self, change: Change) -> Outcome:
+        """Import the broken module before the tests that run its file."""
+        names = self.tests.tests_of_module(change.module)[:100]
 
-def _reached(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield the nodes that decide something: no annotations, no words, no limits of size."""
-    for name, value in ast.iter_fields(node):
-        if name in ("annotation", "returns", "decorator_list"):
-            continue
-        if isinstance(node, ast.Raise) or isinstance(value, ast.JoinedStr):
-            continue
-        for child in value if isinstance(value, list) else [value]:
-            if isinstance(child, (ast.JoinedStr, ast.Raise, ast.Import, ast.ImportFrom)):
-                continue
-            if isinstance(child, ast.Assign) and isinstance(node, ast.Module):
-                continue
-            if isinstance(child, ast.AST):
-                yield child
-                yield from _reached(child)
+        def work() -> bool:
+            import pytest
 
+            sys.meta_path.insert(0, Breaker(change))
+            options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist"]
+            return pytest.main([*names, *options]) == 0
 
-def _change(node: ast.AST, what: str) -> None:
-    if isinstance(node, ast.Compare):
-        node.ops[0] = TURNED[type(node.ops[0])][int(what.split()[1])]()
-    elif isinstance(node, ast.BinOp):
-        if what == "order":
-            node.left, node.right = node.right, node.left
+        return Outcome(*(("", "") if copied(work, 300.0) else ("a test", "fails")), len(names))
+
+    def _note(self, change: Change, found: Outcome, seconds: float) -> None:
+        mark = NOTICED if found.test else SURVIVES
+        place = f"{change.module.relative_to(ROOT)}:{change.line}"
+        entry = Entry(
+            change.key, mark, place, change.what, found.test, found.how, found.ran, seconds
+        )
+        self.journal.add(entry)
+        if found.test:
+            self.tests.note(change, found.test)
         else:
-            node.op = OTHER[type(node.op)]()
-    elif isinstance(node, ast.UnaryOp):
-        # Twice is never: matrices have no unary plus.
-        node.operand = ast.UnaryOp(type(node.op)(), node.operand)
-    elif isinstance(node, ast.BoolOp):
-        node.op = ast.Or() if isinstance(node.op, ast.And) else ast.And()
-    elif isinstance(node, ast.Constant):
-        node.value = not node.value if isinstance(node.value, bool) else int(str(node.value)) + 1
-    elif isinstance(node, ast.If):
-        node.test = ast.Constant(False)
-    elif isinstance(node, ast.Name):
-        node.id = SWAPPED[node.id]
-    elif isinstance(node, ast.Attribute):
-        if node.attr == "T":
-            node.value = ast.Attribute(node.value, "T", ast.Load())
-        else:
-            node.attr = SWAPPED[node.attr]
-
-
-# ------------------------------------------------------------------ one broken module
+            print(f"survives: {place}: {change.what} ({found.ran} tests)", flush=True)
 
 
 class Breaker(MetaPathFinder, Loader):
     """Imports one module from a changed tree."""
 
-    def __init__(self, broken: Broken) -> None:
-        place = broken.module.relative_to(ROOT).with_suffix("")
+    def __init__(self, change: Change) -> None:
+        place = change.module.relative_to(ROOT).with_suffix("")
         self.name = ".".join(("takagi", *place.parts))
-        self.code = compile(broken.tree, str(broken.module), "exec")
+        self.code = _compiled(change)
 
     def find_spec(
         self, fullname: str, path: object = None, target: ModuleType | None = None
@@ -273,40 +213,77 @@ class Breaker(MetaPathFinder, Loader):
         exec(self.code, module.__dict__)
 
 
-def survives(broken: Broken, *, wide: bool) -> bool:
-    """Return whether no test notices; one that runs for minutes has noticed."""
-    return all(_passes(broken, tests) for tests in tests_of(broken.module, wide=wide))
+def _compiled(change: Change) -> CodeType:
+    return compile(broken_tree(change.module, change.at), str(change.module), "exec")
 
 
-def _passes(broken: Broken, tests: list[str]) -> bool:
-    child = os.fork()
-    if child == 0:
-        os.setpgid(0, 0)
-        _test(broken, tests)
-    deadline = time.monotonic() + LONGEST
-    while time.monotonic() < deadline:
-        done, status = os.waitpid(child, os.WNOHANG)
-        if done:
-            return os.waitstatus_to_exitcode(status) == 0
-        time.sleep(0.05)
-    os.kill(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-    return False
+def _timed(work: object) -> tuple[Outcome, float]:
+    began = time.perf_counter()
+    found = work()  # type: ignore[operator]
+    return found, round(time.perf_counter() - began, 3)
 
 
-def _test(broken: Broken, tests: list[str]) -> None:
-    """Run the tests in this process, which is a copy, and end it with their status."""
-    import pytest
+@contextmanager
+def _alone(place: Path) -> Iterator[None]:
+    """Let one process at a time measure the tests."""
+    place.parent.mkdir(parents=True, exist_ok=True)
+    with place.open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
 
-    code = 1
-    try:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, 1)
-        os.dup2(nowhere, 2)
-        sys.meta_path.insert(0, Breaker(broken))
-        code = int(pytest.main([*tests, "-x", "-q", "-p", "no:cacheprovider"]))
-    finally:
-        os._exit(code)
+
+# ------------------------------------------------------------------ saying
+
+
+def report(drawn: Sequence[Change], journal: Journal, explained: Explained) -> str:
+    """Return the table of parts, and the survivors without a sentence."""
+    rows, open_ = [], []
+    for part in sorted({part_of(change.module) for change in drawn}):
+        of_part = [change for change in drawn if part_of(change.module) == part]
+        rows.append(_row(f"{part}/", of_part, journal, explained))
+        open_ += [c for c in survivors(of_part, journal) if not explained.why(c)]
+    rows.append(_row("all", drawn, journal, explained))
+    heads = ("part of the checker", "changes", "tried", "noticed", "share", "survivors explained")
+    lines = [f"{c.module.relative_to(ROOT)}:{c.line}: {c.owner}: {c.what}" for c in open_]
+    return "\n".join([*lines, table(heads, rows)])
+
+
+def survivors(changes: Sequence[Change], journal: Journal) -> list[Change]:
+    """Return the changes that no test noticed, by place."""
+    found = [change for change in changes if journal.marks.get(change.key) == SURVIVES]
+    return sorted(found, key=lambda change: (change.module, change.line, change.at))
+
+
+def _row(
+    name: str, changes: Sequence[Change], journal: Journal, explained: Explained
+) -> tuple[str, ...]:
+    marks = [journal.marks.get(change.key) for change in changes]
+    noticed = marks.count(NOTICED)
+    tried = noticed + marks.count(SURVIVES)
+    said = sum(bool(explained.why(change)) for change in survivors(changes, journal))
+    share = f"{100 * noticed / tried:.1f} %" if tried else "-"
+    counts = (str(len(changes)), str(tried), str(noticed), share, f"{said} of {tried - noticed}")
+    return name, *counts
+
+
+def publish(
+    drawn: Sequence[Change], every: Sequence[Change], journal: Journal, explained: Explained
+) -> None:
+    """Write the table of parts, and the list of survivors with the reason for each."""
+    parts = report(drawn, journal, explained).split("\n")
+    text = "\n".join(line for line in parts if line.startswith("|"))
+    PAGE.write_text(placed(PAGE.read_text(encoding="utf-8"), "checker lines", text), "utf-8")
+    rows = [
+        (
+            f"`{change.module.relative_to(CHECKER).with_suffix('')}.{change.owner}`",
+            f"`{change.what.replace('|', chr(92) + '|')}`",
+            explained.why(change) or "not explained",
+        )
+        for change in survivors(every, journal)
+    ]
+    listed = table(("function", "change", "why it does no harm"), rows)
+    old = SURVIVORS_PAGE.read_text(encoding="utf-8")
+    SURVIVORS_PAGE.write_text(placed(old, "survivors", listed), "utf-8")
 
 
 if __name__ == "__main__":

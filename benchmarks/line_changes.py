@@ -1,0 +1,260 @@
+"""What a change of one line of the checker is: which there are, and the module with one of them.
+
+A comparison is turned or loses its equality, a sign, an operator or a constant changes, a guard is
+left out, ``and`` becomes ``or``, ``min`` becomes ``max``, a transpose is dropped.  Words, types,
+imports and constants of a module stay.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+from collections.abc import Callable, Iterator
+from copy import deepcopy
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+TURNED: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
+    ast.Lt: (ast.LtE, ast.Gt),
+    ast.LtE: (ast.Lt, ast.GtE),
+    ast.Gt: (ast.GtE, ast.Lt),
+    ast.GtE: (ast.Gt, ast.LtE),
+    ast.Eq: (ast.NotEq,),
+    ast.NotEq: (ast.Eq,),
+    ast.In: (ast.NotIn,),
+    ast.NotIn: (ast.In,),
+}
+OTHER: dict[type[ast.operator], type[ast.operator]] = {
+    ast.Add: ast.Sub,
+    ast.Sub: ast.Add,
+    ast.Mult: ast.Add,
+    ast.Div: ast.Mult,
+    ast.FloorDiv: ast.Mult,
+    ast.LShift: ast.RShift,
+    ast.RShift: ast.LShift,
+    ast.Pow: ast.Mult,
+}
+SWAPPED = {"min": "max", "max": "min", "all": "any", "any": "all", "at_least": "at_most"}
+SWAPPED |= {"at_most": "at_least", "exp_below": "exp_above", "exp_above": "exp_below"}
+SWAPPED |= {"is_positive_definite": "is_symmetric", "is_positive_semidefinite": "is_symmetric"}
+
+
+class Change(NamedTuple):
+    """One change of a module: where it is, and a name that outlives edits elsewhere.
+
+    Attributes
+    ----------
+    module : the file.
+    owner : the outermost function or method that holds it, or "" beside all functions.
+    digest : of the owner's code without its words, so that an edited function is tried anew.
+    k, at : its number in the owner, and in the module.
+    line, last : the statement's lines; of a compound one, those of its head.
+    first : the owner's first line.
+    what : before and after.
+    """
+
+    module: Path
+    owner: str
+    digest: str
+    k: int
+    at: int
+    line: int
+    last: int
+    first: int
+    what: str
+
+    @property
+    def key(self) -> str:
+        """Return the name in the journal: module, function, digest and number."""
+        return f"{module_name(self.module)} {self.owner or '-'} {self.digest} {self.k}"
+
+    @property
+    def inside(self) -> bool:
+        """Whether the change is in a function's body, which can be put in its place later."""
+        return bool(self.owner)
+
+
+def module_name(module: Path) -> str:
+    """Return a module's room and name."""
+    return f"{module.parent.name}/{module.stem}"
+
+
+def changes_of(module: Path) -> list[Change]:
+    """Return every change that is known for a module, in order."""
+    text = module.read_text(encoding="utf-8")
+    tree = ast.parse(text)
+    owners, spans = _owners(tree), _spans(tree)
+    digests = {name: _digest(node) for name, node in dict(owners.values()).items()}
+    counted: dict[str, int] = {}
+    found = []
+    for at, (node, what) in enumerate(_sites(tree)):
+        owner, holder = owners.get(id(node), ("", tree))
+        k = counted[owner] = counted.get(owner, -1) + 1
+        before = ast.unparse(node).splitlines()[0]
+        restored = _changed(node, what)
+        after = ast.unparse(node).splitlines()[0]
+        restored()
+        line, last = spans.get(id(node), (getattr(node, "lineno", 1),) * 2)
+        digest, first = (digests[owner], holder.lineno) if owner else (_digest(tree), 1)
+        said = f"{before}  ->  {after}"
+        found.append(Change(module, owner, digest, k, at, line, last, first, said))
+    return found
+
+
+class Function(NamedTuple):
+    """An outermost function or method: its name with the module's, lines, and a hash of them."""
+
+    name: str
+    first: int
+    last: int
+    sha: str
+
+
+def functions_of(module: Path) -> list[Function]:
+    """Return the functions and methods of a module that hold changes, or might."""
+    text = module.read_text(encoding="utf-8")
+    lines = text.splitlines()
+    found = []
+    for name, node in dict(_owners(ast.parse(text)).values()).items():
+        first, last = node.lineno, node.end_lineno or node.lineno
+        sha = hashlib.sha256("\n".join(lines[first - 1 : last]).encode()).hexdigest()[:10]
+        found.append(Function(f"{module_name(module)} {name}", first, last, sha))
+    return found
+
+
+def broken_tree(module: Path, at: int) -> ast.Module:
+    """Return the module with its change number ``at``."""
+    tree = ast.parse(module.read_text(encoding="utf-8"), str(module))
+    node, what = next(islice(_sites(tree), at, None))
+    _changed(node, what)
+    return ast.fix_missing_locations(tree)
+
+
+Definition = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def _owners(tree: ast.Module) -> dict[int, tuple[str, Definition]]:
+    """Return for every node in a function's body the outermost function, by name and node."""
+    found: dict[int, tuple[str, Definition]] = {}
+
+    def enter(node: ast.AST, names: tuple[str, ...]) -> None:
+        for child in ast.iter_child_nodes(node):
+            if isinstance(child, ast.ClassDef):
+                enter(child, (*names, child.name))
+            elif isinstance(child, Definition):
+                name = ".".join((*names, child.name))
+                for statement in child.body:
+                    found.update((id(n), (name, child)) for n in ast.walk(statement))
+
+    enter(tree, ())
+    return found
+
+
+def _spans(tree: ast.Module) -> dict[int, tuple[int, int]]:
+    """Return for every node the lines of its innermost statement, without a body of its own."""
+    found: dict[int, tuple[int, int]] = {}
+    for statement in ast.walk(tree):
+        if isinstance(statement, ast.stmt):
+            body = getattr(statement, "body", None)
+            last = statement.end_lineno or statement.lineno
+            if isinstance(body, list) and body:
+                last = max(statement.lineno, body[0].lineno - 1)
+            # Inner statements come later in the walk, and take their nodes over.
+            found.update((id(n), (statement.lineno, last)) for n in ast.walk(statement))
+    return found
+
+
+def _digest(node: ast.AST) -> str:
+    """Return a hash of the code; words at the head of a function do not count."""
+    copy = deepcopy(node)
+    for inner in ast.walk(copy):
+        body = getattr(inner, "body", None)
+        if isinstance(body, list) and body and isinstance(body[0], ast.Expr):
+            if isinstance(body[0].value, ast.Constant) and isinstance(body[0].value.value, str):
+                body[:1] = [] if body[1:] else [ast.Pass()]
+    return hashlib.sha256(ast.dump(copy).encode()).hexdigest()[:10]
+
+
+def _sites(tree: ast.AST) -> Iterator[tuple[ast.AST, str]]:
+    """Yield (node, change) in order."""
+    for node in _reached(tree):
+        if isinstance(node, ast.Compare):
+            yield from (
+                (node, f"compare {i} {j}")
+                for i, op in enumerate(node.ops)
+                for j in range(len(TURNED.get(type(op), ())))
+            )
+        elif isinstance(node, ast.BinOp) and type(node.op) in OTHER:
+            yield node, "operator"
+        elif isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult):
+            yield node, "order"
+        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.Not)):
+            yield node, "sign"
+        elif isinstance(node, ast.BoolOp):
+            yield node, "junction"
+        elif isinstance(node, ast.Constant) and type(node.value) in (int, bool):
+            yield node, "constant"
+        elif isinstance(node, ast.If):
+            yield node, "guard"
+        elif isinstance(node, ast.Name) and node.id in SWAPPED and isinstance(node.ctx, ast.Load):
+            yield node, "name"
+        elif isinstance(node, ast.Attribute) and (node.attr == "T" or node.attr in SWAPPED):
+            yield node, "attribute"
+
+
+def _reached(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield the nodes that decide something: no annotations, no words, no limits of size."""
+    for name, value in ast.iter_fields(node):
+        if name in ("annotation", "returns", "decorator_list"):
+            continue
+        if isinstance(node, ast.Raise) or isinstance(value, ast.JoinedStr):
+            continue
+        for child in value if isinstance(value, list) else [value]:
+            if isinstance(child, (ast.JoinedStr, ast.Raise, ast.Import, ast.ImportFrom)):
+                continue
+            if isinstance(child, ast.Assign) and isinstance(node, ast.Module):
+                continue
+            if isinstance(child, ast.AST):
+                yield child
+                yield from _reached(child)
+
+
+def _changed(node: ast.AST, what: str) -> Callable[[], None]:
+    """Make one change of a node; return what takes it back."""
+    before = {name: getattr(node, name) for name in node._fields}
+    before = {n: list(v) if isinstance(v, list) else v for n, v in before.items()}
+    _change(node, what)
+
+    def restore() -> None:
+        for name, value in before.items():
+            setattr(node, name, value)
+
+    return restore
+
+
+def _change(node: ast.AST, what: str) -> None:
+    if isinstance(node, ast.Compare):
+        i, j = (int(word) for word in what.split()[1:])
+        node.ops[i] = TURNED[type(node.ops[i])][j]()
+    elif isinstance(node, ast.BinOp):
+        if what == "order":
+            node.left, node.right = node.right, node.left
+        else:
+            node.op = OTHER[type(node.op)]()
+    elif isinstance(node, ast.UnaryOp):
+        # Twice is never: matrices have no unary plus.
+        node.operand = ast.UnaryOp(type(node.op)(), node.operand)
+    elif isinstance(node, ast.BoolOp):
+        node.op = ast.Or() if isinstance(node.op, ast.And) else ast.And()
+    elif isinstance(node, ast.Constant):
+        node.value = not node.value if isinstance(node.value, bool) else int(str(node.value)) + 1
+    elif isinstance(node, ast.If):
+        node.test = ast.Constant(False)
+    elif isinstance(node, ast.Name):
+        node.id = SWAPPED[node.id]
+    elif isinstance(node, ast.Attribute):
+        if node.attr == "T":
+            node.value = ast.Attribute(node.value, "T", ast.Load())
+        else:
+            node.attr = SWAPPED[node.attr]

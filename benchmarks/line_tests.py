@@ -1,0 +1,184 @@
+"""Which tests run which lines of the checker, and in which order they are tried.
+
+Measured once, a test at a time, and kept in a file beside the journal.  A test is measured anew
+when its own file has changed, or a function of the checker that it runs.  Lines are counted from
+the head of their function, so that a function may move.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import json
+import os
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from line_changes import Change, Function, functions_of, module_name
+
+FEW, OFTEN = 40, 8
+
+
+class LineTests:
+    """Tests by line: seconds of each test, and the lines that each test and fixture runs."""
+
+    def __init__(self, place: Path, package: Path) -> None:
+        self.place, self.package = place, package
+        known = json.loads(place.read_text()) if place.exists() else {}
+        self.functions: dict[str, str] = known.get("functions", {})
+        self.tests: dict[str, dict[str, Any]] = known.get("tests", {})
+        self.fixtures: dict[str, dict[str, Any]] = known.get("fixtures", {})
+        self.noticed: dict[str, Counter[str]] = {}
+        self._by_line: dict[tuple[str, int], list[str]] = {}
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        return {name: test["seconds"] for name, test in self.tests.items()}
+
+    # ------------------------------------------------------------------ measuring
+
+    def update(self, warm: Any) -> None:
+        """Make the fixtures that tests share, and measure what is not known; minutes at first."""
+        functions = {path: functions_of(path) for path in sorted(self.package.rglob("*.py"))}
+        hashes = {found.name: found.sha for listed in functions.values() for found in listed}
+        changed = {name for name, sha in self.functions.items() if hashes.get(name) != sha}
+        files = {name.partition("::")[0] for name in warm.items}
+        shas = {file: _sha(Path(file)) for file in sorted(files)}
+        stale = [
+            name
+            for name in warm.items
+            if name not in self.tests
+            or self.tests[name]["sha"] != shas[name.partition("::")[0]]
+            or changed & self.tests[name]["lines"].keys()
+        ]
+        unknown = [
+            name
+            for name in warm.fixtures
+            if name not in self.fixtures or changed & self.fixtures[name]["lines"].keys()
+        ]
+        warm.make_fixtures(self.seconds, traced=bool(unknown))
+        for name, lines in warm.fixture_lines.items():
+            self.fixtures[name] = {"lines": _by_function(lines, functions)}
+        self.tests = {name: test for name, test in self.tests.items() if name in warm.items}
+        for count, name in enumerate(stale, start=1):
+            run = warm.run_of(name)
+            self.tests[name] = {
+                "sha": shas[name.partition("::")[0]],
+                "seconds": run.seconds,
+                "passed": run.passed,
+                "lines": _by_function(run.lines, functions),
+            }
+            if count % 100 == 0:
+                print(f"{count} of {len(stale)} tests measured", flush=True)
+                self._save()
+        self.functions = hashes
+        self._save()
+        self.index()
+
+    def index(self) -> None:
+        """Note for every line the tests that run it; those that fail as they are do not count."""
+        self._by_line = {}
+        for name, test in self.tests.items():
+            if test["passed"]:
+                for function, lines in test["lines"].items():
+                    for line in lines:
+                        self._by_line.setdefault((function, line), []).append(name)
+
+    def _save(self) -> None:
+        self.place.parent.mkdir(parents=True, exist_ok=True)
+        beside = self.place.with_name(f"{self.place.name}.{os.getpid()}")
+        known = {"functions": self.functions, "tests": self.tests, "fixtures": self.fixtures}
+        beside.write_text(json.dumps(known))
+        beside.replace(self.place)
+
+    # ------------------------------------------------------------------ choosing
+
+    def tests_of(self, change: Change, budget: float) -> list[str]:
+        """Return tests that run the changed line: what noticed its neighbours, then the quickest.
+
+        The first is always among them, further ones until their seconds are more than ``budget``.
+        """
+        function, lines = _where(change)
+        running = {name for line in lines for name in self._by_line.get((function, line), ())}
+        seconds = self.seconds
+        ordered: list[str] = []
+        for counts in (self.noticed.get(function), self.noticed.get(module_name(change.module))):
+            often = sorted(
+                (name for name in counts or () if name in running and name not in ordered),
+                key=lambda name: seconds[name] / (counts or {})[name],
+            )
+            ordered += often[:OFTEN]
+        ordered += sorted(running - set(ordered), key=lambda name: seconds[name])
+        return _within(ordered, seconds, budget)
+
+    def tests_of_module(self, module: Path) -> list[str]:
+        """Return the tests that run any function of a module, the quickest first."""
+        found = [
+            name
+            for name, test in self.tests.items()
+            if test["passed"]
+            and any(f.startswith(f"{module_name(module)} ") for f in test["lines"])
+        ]
+        return sorted(found, key=lambda name: self.tests[name]["seconds"])
+
+    def fixtures_of(self, change: Change) -> list[str]:
+        """Return the shared fixtures that run the changed line."""
+        function, lines = _where(change)
+        return [
+            name
+            for name, fixture in self.fixtures.items()
+            if set(lines) & set(fixture["lines"].get(function, ()))
+        ]
+
+    def users_of(self, fixtures: Iterable[str], warm: Any, budget: float) -> list[str]:
+        """Return the quickest tests that use these fixtures."""
+        seconds = self.seconds
+        using = {name for fixture in fixtures for name in warm.fixtures[fixture][1]}
+        passing = [name for name in using if self.tests[name]["passed"]]
+        return _within(sorted(passing, key=lambda name: seconds[name])[:FEW], seconds, budget)
+
+    def note(self, change: Change, test: str) -> None:
+        """Remember which test noticed a change."""
+        for name in (_where(change)[0], module_name(change.module)):
+            self.noticed.setdefault(name, Counter())[test] += 1
+
+
+def _within(ordered: Sequence[str], seconds: dict[str, float], budget: float) -> list[str]:
+    found, left = [], budget
+    for name in ordered:
+        if found and seconds[name] > left:
+            continue
+        found.append(name)
+        left -= seconds[name]
+    return found
+
+
+def _where(change: Change) -> tuple[str, range]:
+    """Return the function of a change, and the lines of its statement from the function's head."""
+    start = change.line - change.first
+    return f"{module_name(change.module)} {change.owner}", range(
+        start, start + change.last - change.line + 1
+    )
+
+
+def _by_function(
+    lines: dict[str, set[int]], functions: dict[Path, list[Function]]
+) -> dict[str, list[int]]:
+    """Return lines of files as lines of functions."""
+    found = {}
+    for path, numbers in lines.items():
+        for function in functions.get(Path(path), ()):
+            inside = range(function.first, function.last + 1)
+            ran = sorted(n - function.first for n in numbers if n in inside and n > function.first)
+            if ran:
+                found[function.name] = ran
+    return found
+
+
+def _sha(path: Path) -> str:
+    """Return a hash of a file of tests without its imports, which may follow moved modules."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree.body = [node for node in tree.body if not isinstance(node, (ast.Import, ast.ImportFrom))]
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()[:12]

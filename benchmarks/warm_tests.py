@@ -1,0 +1,341 @@
+"""The tests, collected once in a warm process, and run in copies of it.
+
+pytest imports the tests and makes the fixtures that more than one test shares.  Every run after
+that is a copy of this process (``os.fork``), which costs milliseconds: to see which lines of the
+checker a test runs and how long it takes, or to run tests with other code in the place of the
+checker's functions until one fails.
+
+A fixture that is made once is made by the code as it is.  Where a changed line ran in such a
+fixture, it is made anew in the copy.
+"""
+
+from __future__ import annotations
+
+import functools
+import gc
+import inspect
+import io
+import shutil
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import CodeType, FunctionType
+from typing import Any, NamedTuple
+
+import pytest
+from _pytest.fixtures import FixtureDef, FixtureRequest
+from _pytest.runner import runtestprotocol
+from coverage import Coverage
+from process_copies import copy, last, limit_memory, limit_seconds
+
+# A test that takes this many times as long as before, and this much longer [s of the processor],
+# does not end; one that waits this long [s] neither.
+TIMES_SLOWER, SECONDS_SLOWER, SECONDS_SILENT = 4.0, 6.0, 400.0
+# Tests that take longer than this [s of the processor] are left out.
+LONGEST = 5.0
+# And those whose shared fixtures do.
+LONGEST_FIXTURE = 12.0
+# What making shared fixtures anew may take on top [s of the processor].
+SECONDS_FIXTURES = 60.0
+# Whose fixtures are not the project's.
+PLUGINS = ("_pytest", "pytest", "hypothesis", "xdist")
+Lines = dict[str, set[int]]
+
+
+class Run(NamedTuple):
+    """How a test ran: whether it passed, its time [s], and the lines of the checker that it ran."""
+
+    passed: bool
+    seconds: float
+    lines: Lines
+
+
+class Outcome(NamedTuple):
+    """What a broken line did: the test that noticed it, or "", how, and how many tests ran."""
+
+    test: str
+    how: str
+    ran: int
+
+
+class WarmTests:
+    """The collected tests of a pytest session and its shared fixtures."""
+
+    def __init__(self, session: pytest.Session, package: Path) -> None:
+        self.package = package
+        self.items = {item.nodeid: item for item in session.items}
+        self.fixtures: dict[str, tuple[FixtureDef[Any], set[str]]] = {}
+        for nodeid, item in self.items.items():
+            for definition in _shared(item):
+                self.fixtures.setdefault(_name(definition), (definition, set()))[1].add(nodeid)
+        self.fixture_lines: dict[str, Lines] = {}
+        self._all_items = session.items
+        self._functions: dict[tuple[str, str, int], list[FunctionType]] = {}
+        self._caches: list[Any] = []
+
+    # -------------------------------------------------------------- shared fixtures
+
+    def make_fixtures(self, seconds: dict[str, float], *, traced: bool) -> None:
+        """Make every shared fixture by running the quickest test that asks for it."""
+        FixtureDef.finish = _kept(FixtureDef.finish)  # type: ignore[method-assign]
+        if traced:
+            recorder = _Recorder(self)
+            self._all_items[0].session.config.pluginmanager.register(recorder)
+        for definition, nodeids in self.fixtures.values():
+            if definition.cached_result is None:
+                nodeid = min(nodeids, key=lambda n: (seconds.get(n, 0.0), n))
+                with _interrupted(LONGEST_FIXTURE):
+                    self._run(self.items[nodeid])
+        if traced:
+            self._all_items[0].session.config.pluginmanager.unregister(recorder)
+        gc.collect()
+        for found in gc.get_objects():
+            if isinstance(found, FunctionType) and _inside(found.__code__, self.package):
+                self._functions.setdefault(_place(found.__code__), []).append(found)
+            elif isinstance(found, functools._lru_cache_wrapper):
+                self._caches.append(found)
+        # Copies share what is not touched: the collector shall not touch it either.
+        gc.freeze()
+
+    def _run(self, item: pytest.Item) -> bool:
+        """Run one test; the session goes on behind it."""
+        others = [i for i in self._all_items if i is not item]
+        other = next((i for i in others if i.path != item.path), others[0] if others else item)
+        reports = runtestprotocol(item, log=False, nextitem=other)
+        return not any(report.failed for report in reports)
+
+    # -------------------------------------------------------------- lines of a test
+
+    def run_of(self, nodeid: str) -> Run:
+        """Return how a test runs in a copy of this process."""
+
+        def work() -> dict[str, Any]:
+            item = self.items[nodeid]
+            limit_seconds(LONGEST)
+            with traced(self.package) as lines:
+                began = time.process_time()
+                passed = self._run(item)
+                spent = time.process_time() - began
+            return {
+                "passed": passed,
+                "seconds": spent,
+                "lines": {path: sorted(found) for path, found in lines.items()},
+            }
+
+        said = last(copy(lambda say: say(work()), 2 * SECONDS_SILENT))
+        if said is None:
+            return Run(False, LONGEST, {})
+        lines = {path: set(found) for path, found in said["lines"].items()}
+        return Run(said["passed"], said["seconds"], lines)
+
+    # -------------------------------------------------------------- broken code
+
+    def outcome(
+        self,
+        code: CodeType,
+        tests: Sequence[str],
+        seconds: dict[str, float],
+        again: Iterable[str] = (),
+    ) -> Outcome:
+        """Run tests with other code in the functions of one module, until one fails.
+
+        Parameters
+        ----------
+        code : the compiled module.
+        seconds : how long each test takes, by name.
+        again : shared fixtures that shall be made anew.
+        """
+        anew = self._with_dependents(again)
+
+        def work(say: Callable[[Any], None]) -> None:
+            limit_memory()
+            self._put(code)
+            self._clear_caches("takagi.", *(("tests.",) if anew else ()))
+            for definition in anew:
+                definition.cached_result = None
+                definition._finalizers.clear()
+            for number, nodeid in enumerate(tests):
+                say({"starts": number})
+                longest = TIMES_SLOWER * seconds.get(nodeid, 1.0) + SECONDS_SLOWER
+                limit_seconds(longest + (SECONDS_FIXTURES if anew else 0.0))
+                if not self._run(self.items[nodeid]):
+                    say({"failed": number})
+                    return
+            say({"passed": True})
+
+        current, latest = 0, {"ended": True}
+        for said in copy(work, SECONDS_SILENT):
+            current, latest = said.get("starts", current), said
+        if "passed" in latest:
+            return Outcome("", "", len(tests))
+        how = "fails" if "failed" in latest else "does not end"
+        return Outcome(tests[current], how, current + 1)
+
+    def _with_dependents(self, names: Iterable[str]) -> list[FixtureDef[Any]]:
+        """Return shared fixtures, and those that are made of them."""
+        found = {self.fixtures[name][0].argname: self.fixtures[name][0] for name in names}
+        while True:
+            more = {
+                definition.argname: definition
+                for definition, _ in self.fixtures.values()
+                if definition.argname not in found and set(definition.argnames) & found.keys()
+            }
+            if not more:
+                return list(found.values())
+            found |= more
+
+    def _put(self, code: CodeType) -> None:
+        """Give every live function the code that a module's own code has for it."""
+        for found in _codes(code):
+            for function in self._functions.get(_place(found), ()):
+                if len(found.co_freevars) == len(function.__code__.co_freevars):
+                    function.__code__ = found
+
+    def _clear_caches(self, *packages: str) -> None:
+        """Forget what functions of these packages have remembered."""
+        for cache in self._caches:
+            if (getattr(cache, "__module__", "") or "").startswith(packages):
+                cache.cache_clear()
+
+
+# ------------------------------------------------------------------ shared fixtures
+
+
+def _shared(item: pytest.Item) -> Iterator[FixtureDef[Any]]:
+    """Yield the fixtures of a test that several tests share and that are kept."""
+    for definitions in item._fixtureinfo.name2fixturedefs.values():
+        for definition in definitions:
+            ours = not definition.func.__module__.startswith(PLUGINS)
+            if definition.scope != "function" and ours and _keepable(definition):
+                yield definition
+
+
+class TooLong(Exception):
+    """A shared fixture takes longer than a campaign can bear."""
+
+
+@contextmanager
+def _interrupted(seconds: float) -> Iterator[None]:
+    """Raise TooLong in what runs inside when it has used this much of the processor [s]."""
+
+    def end(number: int, frame: object) -> None:
+        raise TooLong(f"{seconds} s")
+
+    before = signal.signal(signal.SIGVTALRM, end)
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+    try:
+        yield
+    except TooLong:
+        # It came between two tests' steps: the next one starts all the same.
+        return
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.signal(signal.SIGVTALRM, before)
+
+
+def _name(definition: FixtureDef[Any]) -> str:
+    return f"{definition.baseid}::{definition.argname}"
+
+
+def _keepable(definition: FixtureDef[Any]) -> bool:
+    """Whether nothing has to be taken back, and no parameter chooses the value."""
+    return definition.params is None and not inspect.isgeneratorfunction(definition.func)
+
+
+def _kept(finish: Callable[..., None]) -> Callable[..., None]:
+    """Return the end of a fixture's life, for those that do not live until the process ends."""
+
+    def finished(self: FixtureDef[Any], request: FixtureRequest) -> None:
+        if self.scope == "function" or not _keepable(self) or hasattr(request, "param"):
+            finish(self, request=request)
+
+    return finished
+
+
+class _Recorder:
+    """Notes which lines of the checker each shared fixture runs."""
+
+    def __init__(self, tests: WarmTests) -> None:
+        self.tests = tests
+
+    @pytest.hookimpl(hookwrapper=True)
+    def pytest_fixture_setup(self, fixturedef: FixtureDef[Any]) -> Iterator[None]:
+        if _name(fixturedef) not in self.tests.fixtures:
+            yield
+            return
+        with traced(self.tests.package) as lines:
+            yield
+        self.tests.fixture_lines[_name(fixturedef)] = lines
+
+
+class traced:
+    """Collects the lines of a package that run inside a ``with`` statement, by file."""
+
+    def __init__(self, package: Path) -> None:
+        self.tracer = Coverage(data_file=None, config_file=False, include=[f"{package}/*"])
+        self.lines: Lines = {}
+
+    def __enter__(self) -> Lines:
+        self.tracer.start()
+        return self.lines
+
+    def __exit__(self, *raised: object) -> None:
+        self.tracer.stop()
+        data = self.tracer.get_data()
+        self.lines.update((path, set(data.lines(path) or ())) for path in data.measured_files())
+
+
+# ------------------------------------------------------------------ code in its place
+
+
+def _inside(code: CodeType, package: Path) -> bool:
+    return code.co_filename.startswith(f"{package}/")
+
+
+def _place(code: CodeType) -> tuple[str, str, int]:
+    return code.co_filename, code.co_qualname, code.co_firstlineno
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield constant
+            yield from _codes(constant)
+
+
+# ------------------------------------------------------------------ the session
+
+
+def with_tests(
+    paths: Sequence[str], package: Path, place: Path, work: Callable[[WarmTests], None]
+) -> None:
+    """Collect tests with pytest, and call ``work`` with them; files of the run go to ``place``."""
+    shutil.rmtree(place, ignore_errors=True)
+    place.parent.mkdir(parents=True, exist_ok=True)
+
+    class Session:
+        @pytest.hookimpl(tryfirst=True)
+        def pytest_runtestloop(self, session: pytest.Session) -> bool:
+            if session.testsfailed:
+                raise RuntimeError(f"{session.testsfailed} files of tests cannot be collected")
+            hidden, sys.stdout = sys.stdout, shown
+            try:
+                work(WarmTests(session, package))
+            finally:
+                sys.stdout = hidden
+            return True
+
+    options = ["-q", "-s", "-p", "no:cacheprovider", "-p", "no:xdist", f"--basetemp={place}"]
+    options += ["-o", "tmp_path_retention_policy=none", "-m", "not slow and not tex and not coq"]
+    # pytest's own words are of no use here; what ``work`` prints is.
+    shown, words = sys.stdout, io.StringIO()
+    sys.stdout = words
+    try:
+        status = int(pytest.main([*paths, *options], plugins=[Session()]))
+    finally:
+        sys.stdout = shown
+    if status not in (0, 5):
+        raise RuntimeError(f"pytest ended with status {status}:\n{words.getvalue()}")
