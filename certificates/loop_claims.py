@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.actuator_rates import actuator_rates_claim
-from takagi.certificates.checker.kernel.claim_kinds import RESTING
+from takagi.certificates.checker.kernel.claim_kinds import replay_resting
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict, in_words
 from takagi.certificates.coherent import CoherentCandidate, coherent_claim
 from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
 from takagi.certificates.known_wind import wind_rate_claim
@@ -96,6 +96,6 @@ def _open(
     """Return why the checker would not prove a claim that rests on the loop's, or nothing."""
     parts = {"model": model, "gains": gains, "claims": [loop, claim]}
     data = read_text(json.dumps(parts), "candidate")
-    below = [Claim("the coherent loop", Verdict.PROVED, "taken as proved")]
-    found = RESTING[claim["kind"]](data["claims"][1], data, below, "claims[1]")
-    return "" if found.verdict is Verdict.PROVED else found.text
+    below: list[Outcome] = [Claim("the coherent loop", Verdict.PROVED, "taken as proved")]
+    found = replay_resting(data["claims"][1], data, below, "claims[1]")
+    return "" if found.verdict is Verdict.PROVED else in_words(found).text

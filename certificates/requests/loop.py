@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.certificates.checker.kernel.claim_kinds import KINDS
+from takagi.certificates.checker.kernel.claim_kinds import replay_on_loop
 from takagi.certificates.checker.kernel.family import Family, read_family
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.kernel.result import Claim
+from takagi.certificates.checker.kernel.result import Claim, in_words
 from takagi.certificates.model_data import pdc_law_data, ts_model_data
 from takagi.certificates.plant_embedding import law_members
 from takagi.certificates.requests.blend_points import Point, weights_at
@@ -144,7 +144,7 @@ class Loop:
         CertificateError : the claim is malformed.
         """
         read = read_text(json.dumps(claim), "claim")
-        return KINDS[claim["kind"]](read, self.family, "claim")
+        return in_words(replay_on_loop(read, self.family, "claim"))
 
     def _closed(self, X: Floats, Y: Floats) -> Floats:
         i, j = self.pairs

@@ -8,8 +8,6 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from takagi.certificates.checker.files.differing import differing, in_words
-from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.checker.files.turbine_file import compare_turbine
 from takagi.certificates.checker.kernel.reader import canonical, member, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
@@ -22,10 +20,8 @@ MOST_TOLD, MOST_COUNTED = 3, 1000
 LARGEST_FILE = 64_000_000
 
 
-def compare_gains(data: dict[str, Any], gains: Path | str | None) -> str:
+def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
     """Return what a reader has to know; refuses a gain file with another law."""
-    if gains is None:
-        return "checked without a gain file: the verdict is about the gains inside the certificate"
     law = member(read_json(Path(gains)), "law", str(gains))
     if canonical(law) != canonical(data.get("gains")):
         raise CertificateError(f"{gains}: the law is not the certificate's{_first(law, data)}")
@@ -52,10 +48,8 @@ def unconnected(data: dict[str, Any]) -> str:
     return f"about matrices inside the claim alone: {', '.join(places)}" if places else ""
 
 
-def compare_model(data: dict[str, Any], model: Path | str | None) -> str:
+def compare_model(data: dict[str, Any], model: Path | str) -> str:
     """Return what a reader has to know; refuses data files that have changed since."""
-    if model is None:
-        return "checked without a model file: the verdict is about the plant inside the certificate"
     if "model" not in data:
         raise CertificateError(
             "certificate: 'model' is missing; give a certificate, such as the certificate.json of "
@@ -84,10 +78,15 @@ def compare_model(data: dict[str, Any], model: Path | str | None) -> str:
 
 def _compared(data: dict[str, Any], path: Path) -> str:
     """Compare the numbers and equations of a file that the checker can read."""
+    # Imported here: one of them at most is needed, and neither for a gain file.
     if path.suffix == ".toml" and data["model"].get("kind") == "plant":
+        from takagi.certificates.checker.files.plant_file import compare_plant
+
         _require_blend_claim(data)
         return compare_plant(data["model"], path)
     if path.suffix == ".toml" and data["model"].get("kind") == "turbine":
+        from takagi.certificates.checker.files.turbine_file import compare_turbine
+
         return compare_turbine(data["model"], data.get("gains"), path)
     return ""
 

@@ -1,75 +1,93 @@
-"""Which function replays which kind of claim."""
+"""Which function replays which kind of claim.
+
+Modules stand here by name, and are imported when a certificate has such a claim: what is not
+needed for a verdict is not loaded for it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.checker.kernel.family import Family
-from takagi.certificates.checker.kernel.result import Claim
-from takagi.certificates.checker.kinds.box_enlargement import check_box_enlargement
-from takagi.certificates.checker.kinds.decay import check_decay
-from takagi.certificates.checker.kinds.fuzzy_decay import check_fuzzy_decay
-from takagi.certificates.checker.kinds.gain_rounding import check_gain_rounding
-from takagi.certificates.checker.kinds.h2_norm import check_h2_norm
-from takagi.certificates.checker.kinds.input_limits import check_input_limits
-from takagi.certificates.checker.kinds.invariant_ellipsoid import check_invariant_ellipsoid
-from takagi.certificates.checker.kinds.l2_gain import check_l2_gain
-from takagi.certificates.checker.kinds.no_common_decay import check_no_common_decay
-from takagi.certificates.checker.kinds.observer import check_observed_feedback, check_observer
-from takagi.certificates.checker.kinds.peak import check_peak
-from takagi.certificates.checker.kinds.quadratic import check_impossibility, check_quadratic
-from takagi.certificates.checker.kinds.region import check_region
-from takagi.certificates.checker.kinds.transient import check_transient
-from takagi.certificates.checker.plant.effort_blend import check_effort_blend
-from takagi.certificates.checker.plant.secant_embedding import check_secant_embedding
-from takagi.certificates.checker.plant.sector_embedding import check_embedding
-from takagi.certificates.checker.turbine.actuator_rates import check_actuator_rates
-from takagi.certificates.checker.turbine.coherent import check_coherent
-from takagi.certificates.checker.turbine.equilibrium import check_equilibrium
-from takagi.certificates.checker.turbine.paper import check_paper
-from takagi.certificates.checker.turbine.wind_rate import check_wind_rate
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Outcome
 
-__all__ = ["KINDS", "OWN_READING", "RESTING", "own_reading"]
+if TYPE_CHECKING:
+    from takagi.certificates.checker.kernel.family import Family
+
+__all__ = ["KINDS", "OWN_READING", "RESTING", "replay", "replay_on_loop", "replay_resting"]
 
 # Claims about the loop that model and gains make.
-KINDS: dict[str, Callable[[Any, Family, str], Claim]] = {
-    "decay": check_decay,
-    "no-common-decay": check_no_common_decay,
-    "fuzzy-decay": check_fuzzy_decay,
-    "region": check_region,
-    "gain-rounding": check_gain_rounding,
-    "box-enlargement": check_box_enlargement,
-    "l2-gain": check_l2_gain,
-    "h2-norm": check_h2_norm,
-    "peak": check_peak,
-    "invariant-ellipsoid": check_invariant_ellipsoid,
-    "input-limits": check_input_limits,
-    "observer": check_observer,
-    "observed-feedback": check_observed_feedback,
-    "transient": check_transient,
+KINDS = {
+    "decay": "kinds.decay.check_decay",
+    "no-common-decay": "kinds.no_common_decay.check_no_common_decay",
+    "fuzzy-decay": "kinds.fuzzy_decay.check_fuzzy_decay",
+    "region": "kinds.region.check_region",
+    "gain-rounding": "kinds.gain_rounding.check_gain_rounding",
+    "box-enlargement": "kinds.box_enlargement.check_box_enlargement",
+    "l2-gain": "kinds.l2_gain.check_l2_gain",
+    "h2-norm": "kinds.h2_norm.check_h2_norm",
+    "peak": "kinds.peak.check_peak",
+    "invariant-ellipsoid": "kinds.invariant_ellipsoid.check_invariant_ellipsoid",
+    "input-limits": "kinds.input_limits.check_input_limits",
+    "observer": "kinds.observer.check_observer",
+    "observed-feedback": "kinds.observer.check_observed_feedback",
+    "transient": "kinds.transient.check_transient",
 }
 # Claims with a reading of model and gains of their own, and those that hold their own matrices.
-OWN_READING: dict[str, Callable[[Any, Any, Any, str], Claim]] = {
-    "coherent-loop": check_coherent,
-    "paper-loop": check_paper,
-    "equilibrium": check_equilibrium,
-    "effort-blend": check_effort_blend,
-    "sector-embedding": check_embedding,
-    "secant-embedding": check_secant_embedding,
-    "quadratic-decay": lambda claim, _model, _gains, where: check_quadratic(claim, where),
-    "no-common-quadratic": lambda claim, _model, _gains, where: check_impossibility(claim, where),
+OWN_READING = {
+    "coherent-loop": "turbine.coherent.check_coherent",
+    "paper-loop": "turbine.paper.check_paper",
+    "equilibrium": "turbine.equilibrium.check_equilibrium",
+    "effort-blend": "plant.effort_blend.check_effort_blend",
+    "sector-embedding": "plant.sector_embedding.check_embedding",
+    "secant-embedding": "plant.secant_embedding.check_secant_embedding",
+    "quadratic-decay": "kinds.quadratic.check_quadratic",
+    "no-common-quadratic": "kinds.quadratic.check_impossibility",
 }
 # Claims that rest on an earlier one: given the whole file and the verdicts before them.
-RESTING: dict[str, Callable[[Any, Any, list[Claim], str], Claim]] = {
-    "wind-rate": check_wind_rate,
-    "actuator-rates": check_actuator_rates,
+RESTING = {
+    "wind-rate": "turbine.wind_rate.check_wind_rate",
+    "actuator-rates": "turbine.actuator_rates.check_actuator_rates",
 }
 
 
-def own_reading(claim: Any, data: Any, found: list[Claim], where: str) -> Claim:
-    """Return the verdict on a claim of ``OWN_READING`` or ``RESTING``."""
+def replay(
+    claim: Any, data: Any, family: Family | None, found: list[Outcome], where: str
+) -> Outcome:
+    """Return the verdict on one claim of a file.
+
+    Parameters
+    ----------
+    family : the loop that model and gains make; needed for claims of ``KINDS``.
+    found : the verdicts on the claims before this one.
+
+    Raises
+    ------
+    CertificateError : a kind that is not known, or a claim that is malformed.
+    """
     kind = claim["kind"]
+    if kind in KINDS and family is not None:
+        return replay_on_loop(claim, family, where)
+    if kind in OWN_READING:
+        return _outcome(OWN_READING[kind], claim, data["model"], data.get("gains"), where)
     if kind in RESTING:
-        return RESTING[kind](claim, data, found, where)
-    return OWN_READING[kind](claim, data["model"], data.get("gains"), where)
+        return replay_resting(claim, data, found, where)
+    raise CertificateError(f"{where}.kind: {kind!r} is not one that this checker replays")
+
+
+def replay_on_loop(claim: Any, family: Family, where: str) -> Outcome:
+    """Return the verdict on a claim of ``KINDS``."""
+    return _outcome(KINDS[claim["kind"]], claim, family, where)
+
+
+def replay_resting(claim: Any, data: Any, found: list[Outcome], where: str) -> Outcome:
+    """Return the verdict on a claim of ``RESTING``."""
+    return _outcome(RESTING[claim["kind"]], claim, data, found, where)
+
+
+def _outcome(place: str, *given: Any) -> Outcome:
+    module, _, name = place.rpartition(".")
+    function = getattr(import_module(f"takagi.certificates.checker.{module}"), name)
+    outcome: Outcome = function(*given)
+    return outcome

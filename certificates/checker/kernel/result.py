@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from importlib import import_module
+from typing import Any
 
-__all__ = ["Checked", "Claim", "Verdict"]
+__all__ = ["Checked", "Claim", "Found", "Outcome", "Verdict", "in_words"]
 
 
 class Verdict(Enum):
@@ -17,12 +20,40 @@ class Verdict(Enum):
 
 
 @dataclass(frozen=True)
+class Found:
+    """What replaying one claim found, before it is put in words.
+
+    Attributes
+    ----------
+    verdict : stands; what makes words of the rest is asked afterwards and cannot change it.
+    words : the module of ``takagi.certificates.checker.words`` that says it.
+    given : what that module's ``said`` is given; it returns (name, text).
+    """
+
+    verdict: Verdict
+    words: str
+    given: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
 class Claim:
     """One claim of the file: its name, the verdict on it, and why or about what."""
 
     name: str
     verdict: Verdict
     text: str
+
+
+Outcome = Claim | Found
+
+
+def in_words(found: Outcome) -> Claim:
+    """Return the claim with the verdict that was found, and its sentence."""
+    if isinstance(found, Claim):
+        return found
+    words = import_module(f"takagi.certificates.checker.words.{found.words}")
+    name, text = words.said(**found.given)
+    return Claim(name, found.verdict, text)
 
 
 @dataclass(frozen=True)
@@ -41,11 +72,12 @@ class Checked:
     messages: list[str] = field(default_factory=list)
 
     @classmethod
-    def of(cls, claims: list[Claim], messages: list[str]) -> Checked:
-        verdicts = {claim.verdict for claim in claims}
+    def of(cls, found: Sequence[Outcome], messages: list[str]) -> Checked:
+        """Return the verdict on the whole, and then each claim in words."""
+        verdicts = {one.verdict for one in found}
         overall = Verdict.UNDECIDED
         if Verdict.DISPROVED in verdicts:
             overall = Verdict.DISPROVED
         elif verdicts == {Verdict.PROVED}:
             overall = Verdict.PROVED
-        return cls(overall, claims, messages)
+        return cls(overall, [in_words(one) for one in found], messages)

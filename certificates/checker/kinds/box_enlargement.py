@@ -33,16 +33,15 @@ from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix, mean
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.decay import check_decay
-from takagi.certificates.checker.words.shown import at_least
 
 __all__ = ["check_box_enlargement", "enlarged"]
 
 Stack = tuple[Matrix, ...]
 
 
-def check_box_enlargement(claim: Any, family: Family, where: str) -> Claim:
+def check_box_enlargement(claim: Any, family: Family, where: str) -> Outcome:
     """Return PROVED when ``decay`` is for the enlarged vertices, else UNDECIDED."""
     name = text(claim, "name", where)
     theta = number(claim, "enlargement", where)
@@ -61,7 +60,8 @@ def check_box_enlargement(claim: Any, family: Family, where: str) -> Claim:
     if found.verdict is not Verdict.PROVED:
         return found
     what = "vertices moved from their mean" if family.corners is None else "premises' ranges"
-    return Claim(name, found.verdict, f"{what} times {at_least(theta, 6)}: {found.text}")
+    said = {"what": what, "theta": theta, "decay": found}
+    return Found(found.verdict, "box_enlargement", said)
 
 
 def enlarged(stack: Stack, family: Family, theta: Fraction) -> Stack:

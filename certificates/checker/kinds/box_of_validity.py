@@ -21,12 +21,10 @@ from takagi.certificates.checker.kernel.matrices import Matrix
 __all__ = [
     "beyond_range",
     "bounded_inputs",
-    "granted",
     "outside_of",
+    "pushing",
     "reaches_at_most",
     "row_of",
-    "undisturbed",
-    "while_valid",
 ]
 
 Range = tuple[Fraction, Fraction]
@@ -83,23 +81,16 @@ def bounded_inputs(family: Family) -> dict[int, Range]:
 def beyond_range(family: Family, bounds: Sequence[Fraction]) -> str:
     """Return which disturbance |w_k| <= bounds_k may leave its range in the box; empty for none.
 
-    One that only schedules, without a column of E that is not zero, is left to ``granted``.
+    One that only schedules, without a column of E that is not zero, is left to ``words.validity``.
     """
-    pushing = _pushing(family)
+    moved = pushing(family)
     for name, side in (family.other_box or {}).items():
-        if name in pushing and bounds[family.disturbances.index(name)] > _half(side):
+        if name in moved and bounds[family.disturbances.index(name)] > _half(side):
             return f"{name} is bounded less tightly than in the model's box"
     return ""
 
 
-def granted(family: Family, *, disturbances_too: bool = True) -> str:
-    """Return in words which ranges of the box nothing shows to be kept; empty for none."""
-    known = set(family.inputs) | (set() if disturbances_too else _pushing(family))
-    names = [name for name in family.other_box or {} if name not in known]
-    return f", while {', '.join(names)} {_stay(len(names))} in the model's box" if names else ""
-
-
-def _pushing(family: Family) -> set[str]:
+def pushing(family: Family) -> set[str]:
     """Return the disturbances that move the state by themselves."""
     return {
         name
@@ -108,25 +99,6 @@ def _pushing(family: Family) -> set[str]:
     }
 
 
-def while_valid(family: Family) -> str:
-    """Return in words that the model is its plant on a box alone; empty where there is no box.
-
-    That matrices alone contain a plant is shown by no claim: of them it is an assumption.
-    """
-    bounded = any(side is not None for side in family.box) or family.other_box
-    plant = "a plant that the model contains" if family.scheduled_by is None else "its plant"
-    return f"; of {plant}, as long as that stays in the model's box" if bounded else ""
-
-
-def undisturbed(family: Family) -> str:
-    """Return in words that the model's disturbance is taken to be zero; empty without one."""
-    return " without disturbance" if family.E else ""
-
-
 def _half(side: Range) -> Fraction:
     """Return the largest b with [-b, b] in the range; negative where 0 is outside."""
     return min(-side[0], side[1])
-
-
-def _stay(count: int) -> str:
-    return "stays" if count == 1 else "stay"

@@ -23,15 +23,12 @@ from typing import Any
 from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, text
-from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.checker.kinds.box_of_validity import undisturbed, while_valid
-from takagi.certificates.checker.kinds.exponential import exp_below
-from takagi.certificates.checker.words.shown import at_least
+from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 
 __all__ = ["check_decay", "decrease", "decrease_factor"]
 
 
-def check_decay(claim: Any, family: Family, where: str) -> Claim:
+def check_decay(claim: Any, family: Family, where: str) -> Outcome:
     """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
     name = text(claim, "name", where)
     alpha = number(claim, "decay_rate", where)
@@ -45,20 +42,20 @@ def check_decay(claim: Any, family: Family, where: str) -> Claim:
     for blend in blends:
         if not decrease(family, P, blend.A, factor).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
-    rate = f"decays as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"
-    return Claim(
-        name,
-        Verdict.PROVED,
-        f"V = x'Px {rate}{undisturbed(family)} along {family.about} (inequalities: {len(blends)})"
-        f"{while_valid(family)}",
-    )
+    said = {"name": name, "family": family, "alpha": alpha, "blends": len(blends)}
+    return Found(Verdict.PROVED, "decay", said)
 
 
 def decrease_factor(family: Family, alpha: Fraction) -> Fraction:
     """Return 2 alpha in continuous time, rho^2 <= e^(-2 alpha T) in discrete time."""
     if family.sample_time is None:
         return 2 * alpha
-    return exp_below(2 * alpha * family.sample_time) if alpha else Fraction(1)
+    if not alpha:
+        return Fraction(1)
+    # Imported here: continuous time needs no exponential.
+    from takagi.certificates.checker.kinds.exponential import exp_below
+
+    return exp_below(2 * alpha * family.sample_time)
 
 
 def decrease(family: Family, P: Matrix, G: Matrix, factor: Fraction) -> Matrix:

@@ -35,10 +35,10 @@ from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import integer, member, number, numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.checker.kinds.box_of_validity import undisturbed, while_valid
 from takagi.certificates.checker.kinds.decay import decrease_factor
 from takagi.certificates.checker.kinds.simplex_polynomial import Exponent, Polynomial, exponents
 from takagi.certificates.checker.words.shown import at_least
+from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 __all__ = ["check_fuzzy_decay"]
 

@@ -25,13 +25,13 @@ from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.checker.kinds.box_of_validity import while_valid
 from takagi.certificates.checker.kinds.disturbed_path import (
     paths,
     quadratic_change,
     shown_path,
 )
 from takagi.certificates.checker.words.shown import at_most
+from takagi.certificates.checker.words.validity import while_valid
 
 __all__ = ["check_h2_norm"]
 

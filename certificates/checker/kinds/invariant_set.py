@@ -36,13 +36,14 @@ from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kinds.box_of_validity import beyond_range, granted, outside_of
+from takagi.certificates.checker.kinds.box_of_validity import beyond_range, outside_of
 from takagi.certificates.checker.kinds.disturbed_path import (
     entrance,
     quadratic_change,
     scaled_identity,
 )
 from takagi.certificates.checker.words.shown import at_least, exactly
+from takagi.certificates.checker.words.validity import granted
 
 __all__ = ["InvariantSet", "read_invariant_set"]
 

@@ -26,12 +26,7 @@ from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.checker.kinds.box_of_validity import (
-    bounded_inputs,
-    granted,
-    outside_of,
-    while_valid,
-)
+from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs, outside_of
 from takagi.certificates.checker.kinds.disturbed_path import (
     paths,
     quadratic_change,
@@ -39,6 +34,7 @@ from takagi.certificates.checker.kinds.disturbed_path import (
     shown_path,
 )
 from takagi.certificates.checker.words.shown import at_least, at_most
+from takagi.certificates.checker.words.validity import granted, while_valid
 
 __all__ = ["check_l2_gain"]
 

@@ -37,10 +37,10 @@ from takagi.certificates.checker.kernel.matrices import Matrix, mean, read_matri
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.checker.kinds.box_of_validity import undisturbed, while_valid
 from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
 from takagi.certificates.checker.kinds.disturbed_path import zero
 from takagi.certificates.checker.words.shown import at_least
+from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 __all__ = [
     "check_observed_feedback",

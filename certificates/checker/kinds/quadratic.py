@@ -13,14 +13,14 @@ from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import read_stack
 from takagi.certificates.checker.kernel.reader import Number, member
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim
+from takagi.certificates.checker.kernel.result import Outcome
 from takagi.certificates.checker.kinds.decay import check_decay
 from takagi.certificates.checker.kinds.no_common_decay import check_no_common_decay
 
 __all__ = ["check_impossibility", "check_quadratic"]
 
 
-def check_quadratic(claim: Any, where: str) -> Claim:
+def check_quadratic(claim: Any, _model: Any, _gains: Any, where: str) -> Outcome:
     """Return the verdict on a claim of kind ``quadratic-decay``."""
     family = _family(claim, where)
     if "K" not in claim:
@@ -32,7 +32,7 @@ def check_quadratic(claim: Any, where: str) -> Claim:
     return check_decay(claim, Family(family.A, B=B, K=K), where)
 
 
-def check_impossibility(claim: Any, where: str) -> Claim:
+def check_impossibility(claim: Any, _model: Any, _gains: Any, where: str) -> Outcome:
     """Return DISPROVED when the multipliers show that no common P exists, else UNDECIDED."""
     family = _family(claim, where)
     factors = member(claim, "multiplier_factors", where)

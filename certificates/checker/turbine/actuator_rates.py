@@ -30,17 +30,13 @@ from takagi.certificates.checker.arithmetic.effort_ramp import share
 from takagi.certificates.checker.kernel.definite import is_positive_definite
 from takagi.certificates.checker.kernel.reader import matrix, member, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Found, Outcome, Verdict
 from takagi.certificates.checker.turbine.coherent_inputs import Box, Law, Plant, Uncertainty
 from takagi.certificates.checker.turbine.coherent_loop import Loop
 from takagi.certificates.checker.turbine.coherent_residual import slope
 from takagi.certificates.checker.turbine.earlier import earlier_loop
-from takagi.certificates.checker.words.shown import at_least, at_most
 
 __all__ = ["CellRates", "cell_rates", "check_actuator_rates", "torque_step"]
-
-ACTUATORS = ("pitch", "torque")
-NAME = "actuator rates of the coherent loop"
 
 
 @dataclass(frozen=True)
@@ -117,16 +113,16 @@ def _held(value: Fraction, limit: Fraction) -> Fraction:
     return min(max(value, -limit), limit)
 
 
-def check_actuator_rates(claim: Any, data: Any, found: list[Claim], where: str) -> Claim:
+def check_actuator_rates(claim: Any, data: Any, found: list[Outcome], where: str) -> Found:
     """Return the verdict on one claim; ``found`` are the verdicts on the claims before it.
 
     Raises
     ------
     CertificateError : a part is missing or is not what it has to be.
     """
-    loop, open_ = earlier_loop(claim, data, found, where)
-    if open_:
-        return Claim(NAME, Verdict.UNDECIDED, open_)
+    loop, unproved = earlier_loop(claim, data, found, where)
+    if unproved:
+        return Found(Verdict.UNDECIDED, "actuator_rates", {"unproved": unproved})
     place = f"claims[{claim['loop']}]"
     bounds, law = cell_rates(data, loop, place), Law.read(data.get("gains"))
     cells = member(claim, "cells", where)
@@ -137,14 +133,16 @@ def check_actuator_rates(claim: Any, data: Any, found: list[Claim], where: str) 
     failures = []
     for k, (cell, bound) in enumerate(zip(cells, bounds, strict=True)):
         if reason := _failure(cell, bound, P, f"{where}.cells[{k}]"):
-            failures.append(f"wind {_span(*law.wind[k : k + 2])} m/s: {reason}")
+            failures.append((law.wind[k : k + 2], reason))
     rates = [number(cell, "wind_rate", place) for cell in loop["cells"]]
     if torque_step(law, rates) > step:
-        failures.append("torque may step by more than is stated where v_s passes a node")
+        why = "torque may step by more than is stated where v_s passes a node"
+        failures.append(([], why))
     if failures:
-        more = f" (+{len(failures) - 12} more)" if len(failures) > 12 else ""
-        return Claim(NAME, Verdict.UNDECIDED, "not proved: " + "; ".join(failures[:12]) + more)
-    return Claim(NAME, Verdict.PROVED, _statement(cells, bounds, data, law, step, where))
+        return Found(Verdict.UNDECIDED, "actuator_rates", {"failures": failures})
+    fed = [bound.fed > 0 for bound in bounds]
+    proved = {"cells": cells, "fed": fed, "data": data, "law": law, "step": step, "where": where}
+    return Found(Verdict.PROVED, "actuator_rates", proved)
 
 
 def _failure(cell: Any, bound: CellRates, P: list[list[Fraction]], where: str) -> str:
@@ -162,48 +160,3 @@ def _failure(cell: Any, bound: CellRates, P: list[list[Fraction]], where: str) -
     if bound.torque_rate(B, bend) > torque:
         return "the torque asked for may move faster than is stated"
     return ""
-
-
-def _statement(
-    cells: list[Any], bounds: list[CellRates], data: Any, law: Law, step: Fraction, where: str
-) -> str:
-    pitch, torque = ([number(c, f"{name}_rate", where) for c in cells] for name in ACTUATORS)
-    most, own = (number(data["model"], f"{name}_rate_limit", "model") for name in ACTUATORS)
-    fed = [
-        number(cell, "schedule_bend", where)
-        for cell, bound in zip(cells, bounds, strict=True)
-        if bound.fed
-    ]
-    turning = ""
-    if fed:
-        turning = (
-            f" (where it is fed the schedule wind's rate, in {len(fed)} of them, while |v_s''| is "
-            f"at most {at_least(min(fed), 3)} m/s^3)"
-        )
-    within = [k for k, one in enumerate(torque) if one <= own]
-    beyond = "".join(f", NOT for {_span(*ends)} m/s" for ends in _beyond(within, law.wind))
-    return (
-        f"on the proved set and in its wind class, of {len(cells)} wind cells: pitch moves at most "
-        f"at {at_most(max(pitch), 4)} rad/s, and in {sum(one < most for one in pitch)} stays below "
-        f"the drive's limit of {at_most(most, 4)} rad/s; the torque asked for moves, between the "
-        f"law's wind nodes, at most at {at_most(max(torque), 4)} N m/s{turning}, and in "
-        f"{len(within)} within the turbine's limit of {at_most(own, 6)} N m/s{beyond}; it steps by "
-        f"at most {at_most(step, 4)} N m where the schedule wind passes a node"
-    )
-
-
-def _beyond(within: list[int], wind: list[Fraction]) -> list[list[Fraction]]:
-    """Return the winds of the cells that are not listed, adjacent ones as one range."""
-    found: list[list[Fraction]] = []
-    for k, (low, high) in enumerate(pairwise(wind)):
-        if k in within:
-            continue
-        if found and found[-1][1] == low:
-            found[-1][1] = high
-        else:
-            found.append([low, high])
-    return found
-
-
-def _span(low: Fraction, high: Fraction) -> str:
-    return f"{at_least(low, 6)} to {at_most(high, 6)}"

@@ -36,7 +36,7 @@ from typing import Any
 from takagi.certificates.checker.kernel.definite import is_positive_definite
 from takagi.certificates.checker.kernel.reader import matrix, member, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Found, Verdict
 from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES, Corners
 from takagi.certificates.checker.turbine.coherent_inputs import (
     Box,
@@ -46,7 +46,6 @@ from takagi.certificates.checker.turbine.coherent_inputs import (
     Uncertainty,
 )
 from takagi.certificates.checker.turbine.coherent_loop import Loop
-from takagi.certificates.checker.words.shown import at_least, at_most
 
 __all__ = ["check_coherent"]
 
@@ -57,11 +56,12 @@ DIRECTIONS = {
     "speed_signal": (1, 0, -1),
     "integral": (0, 0, 1),
 }
-MOST_REASONS = 12
 Rows = list[list[Fraction]]
+# The wind cell, or None for all, and what is not proved.
+Failure = tuple[int | None, str]
 
 
-def check_coherent(claim: Any, model: Any, gains: Any, where: str) -> Claim:
+def check_coherent(claim: Any, model: Any, gains: Any, where: str) -> Found:
     """Return the verdict on one claim of kind ``coherent-loop``, with what fails and where.
 
     Raises
@@ -78,40 +78,28 @@ def check_coherent(claim: Any, model: Any, gains: Any, where: str) -> Claim:
     cells = member(claim, "cells", where)
     if not isinstance(cells, list) or len(cells) != len(law.wind) - 1:
         raise CertificateError(f"{where}.cells: one per interval of the law's winds is needed")
-    name = _name(law, uncertainty)
+    said = {"claim": claim, "law": law, "uncertainty": uncertainty}
     if not is_positive_definite(P):
-        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    failures = list(_set_failures(P, claim, box, law, where))
+        why = "P is not symmetric positive definite"
+        return Found(Verdict.UNDECIDED, "coherent", said | {"why": why})
+    failures: list[Failure] = [(None, why) for why in _set_failures(P, claim, box, law, where)]
     settling = Settling.read(claim, where)
     if not is_positive_definite(settling.P):
-        failures.append("the matrix of the common decay rate is not positive definite")
+        failures.append((None, "the matrix of the common decay rate is not positive definite"))
     for k, cell in enumerate(cells):
         place = f"{where}.cells[{k}]"
         rate = number(cell, "wind_rate", place)
         if rate < 0:
-            failures.append(f"wind {_span(*law.wind[k : k + 2])} m/s: a negative wind rate")
+            failures.append((k, "a negative wind rate"))
             continue
         loop = Loop(plant, law, box, uncertainty, k, rate)
         reason = _cell_failure(loop, cell, P, settling, place)
         if reason:
-            failures.append(f"wind {_span(*law.wind[k : k + 2])} m/s: {reason}")
+            failures.append((k, reason))
     if failures:
-        return Claim(name, Verdict.UNDECIDED, _listed(failures, len(cells)))
-    return Claim(
-        name, Verdict.PROVED, _statement(claim, plant, law, cells, uncertainty, settling, where)
-    )
-
-
-def _name(law: Law, uncertainty: Uncertainty) -> str:
-    """Return the claim's name from what is checked; the file's own name proves nothing."""
-    wake = "frozen wake included" if uncertainty.frozen_wake else "equilibrium wake"
-    return f"coherent loop, {_span(law.wind[0], law.wind[-1])} m/s, {wake}"
-
-
-def _listed(reasons: list[str], cells: int) -> str:
-    left = len(reasons) - MOST_REASONS
-    more = f" (+{left} more)" if left > 0 else ""
-    return f"not proved, of {cells} wind cells: " + "; ".join(reasons[:MOST_REASONS]) + more
+        return Found(Verdict.UNDECIDED, "coherent", said | {"failures": failures})
+    proved = {"plant": plant, "settling": settling, "where": where}
+    return Found(Verdict.PROVED, "coherent", said | proved)
 
 
 def _set_failures(P: Rows, claim: Any, box: Box, law: Law, where: str) -> Iterator[str]:
@@ -160,38 +148,3 @@ def _cell_failure(loop: Loop, cell: Any, P: Rows, settling: Settling, where: str
     if corners.settles(settling.P, settling.decay_rate):
         return ""
     return "the common decay inequality fails at a corner"
-
-
-def _span(low: Fraction, high: Fraction) -> str:
-    """Return an interval that is not wider than what was proved."""
-    return f"{at_most(low, 6)} to {at_least(high, 6)}"
-
-
-def _statement(
-    claim: Any,
-    plant: Plant,
-    law: Law,
-    cells: list[Any],
-    uncertainty: Uncertainty,
-    settling: Settling,
-    where: str,
-) -> str:
-    peak = number(member(claim, "peaks", where), "speed_error", f"{where}.peaks")
-    overspeed = 100 * ((max(law.speed) + peak) / plant.rated_speed - 1)
-    columns = {
-        name: [number(cell, name, where) for cell in cells]
-        for name in ("wind_error", "wind_rate", "decay_rate")
-    }
-    least = {name: at_least(min(column), 3) for name, column in columns.items()}
-    most = {name: at_least(max(column), 3) for name, column in columns.items()}
-    wake = "equilibrium to frozen wake" if uncertainty.frozen_wake else "equilibrium wake"
-    power = f", c_P {_span(*uncertainty.power)} of the table's" if uncertainty.wrong_table else ""
-    return (
-        f"winds {_span(law.wind[0], law.wind[-1])} m/s in {len(cells)} cells, inertia "
-        f"{_span(*uncertainty.inertia)} of nominal{power}, pitch effectiveness {wake}: the set is "
-        f"invariant for |v - v_s| up to {least['wind_error']} to {most['wind_error']} m/s and "
-        f"|v_s'| up to {least['wind_rate']} to {most['wind_rate']} m/s^2 (by wind cell); overspeed "
-        f"at most {at_most(overspeed, 3)} %; at constant wind v = v_s the loop settles at no less "
-        f"than {at_least(settling.decay_rate, 3)} 1/s in one quadratic function for all winds, up "
-        f"to {most['decay_rate']} 1/s by wind cell"
-    )

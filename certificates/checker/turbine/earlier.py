@@ -6,13 +6,15 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.reader import integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Outcome, Verdict
 
 __all__ = ["earlier_loop"]
 
 
-def earlier_loop(claim: Any, data: Any, found: list[Claim], where: str) -> tuple[Any, str]:
-    """Return the claim whose place in the file ``loop`` names, and why it cannot be rested on.
+def earlier_loop(
+    claim: Any, data: Any, found: list[Outcome], where: str
+) -> tuple[Any, Outcome | None]:
+    """Return the claim whose place in the file ``loop`` names, and its verdict if it is not PROVED.
 
     Parameters
     ----------
@@ -29,5 +31,5 @@ def earlier_loop(claim: Any, data: Any, found: list[Claim], where: str) -> tuple
     if text(loop, "kind", f"claims[{place}]") != "coherent-loop":
         raise CertificateError(f"{where}.loop: claims[{place}] is not of kind coherent-loop")
     if found[place].verdict is not Verdict.PROVED:
-        return loop, f"the claim that it rests on is not proved: {found[place].name}"
-    return loop, ""
+        return loop, found[place]
+    return loop, None

@@ -29,16 +29,15 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.reader import increasing, member, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Found, Outcome, Verdict
 from takagi.certificates.checker.turbine.coherent_inputs import Law
 from takagi.certificates.checker.turbine.earlier import earlier_loop
-from takagi.certificates.checker.words.shown import at_least, at_most
 
 __all__ = ["Range", "check_wind_rate", "left_behind"]
 
 MOST_RANGES, MOST_NODES = 20, 5000
-# The rates that the verdict names the winds of [m/s^2].
-TOLD = tuple(map(Fraction, ("0.02", "0.05", "0.1", "0.2", "0.5", "1", "1.5", "2", "3", "5")))
+# What is not proved, with {} for the wind where.
+Place = tuple[str, Fraction | None]
 
 
 @dataclass(frozen=True)
@@ -75,39 +74,36 @@ class Range:
         """Return phi."""
         return _line(self.wind, self.schedule, at)
 
-    def span(self) -> str:
-        """Return the range, not wider than it is."""
-        return f"{at_most(self.wind[0], 6)} to {at_least(self.wind[-1], 6)} m/s"
 
-
-def check_wind_rate(claim: Any, data: Any, found: list[Claim], where: str) -> Claim:
+def check_wind_rate(claim: Any, data: Any, found: list[Outcome], where: str) -> Found:
     """Return the verdict on one claim; ``found`` are the verdicts on the claims before it.
 
     Raises
     ------
     CertificateError : a part is missing or is not what it has to be.
     """
-    loop, open_ = earlier_loop(claim, data, found, where)
+    loop, unproved = earlier_loop(claim, data, found, where)
     gains = member(data, "gains", "certificate")
     law, filter_ = Law.read(gains), number(gains, "wind_filter", "gains")
     stated = member(claim, "ranges", where)
     if not isinstance(stated, list) or not 0 < len(stated) <= MOST_RANGES:
         raise CertificateError(f"{where}.ranges: a list of 1 to {MOST_RANGES} is needed")
     ranges = [Range.read(one, f"{where}.ranges[{i}]") for i, one in enumerate(stated)]
-    name = f"wind rate, {ranges[0].span()}"
-    if open_:
-        return Claim(name, Verdict.UNDECIDED, open_)
+    said = {"ranges": ranges, "wind_filter": filter_}
+    if unproved:
+        return Found(Verdict.UNDECIDED, "wind_rate", said | {"unproved": unproved})
     if filter_ <= 0:
-        return Claim(name, Verdict.UNDECIDED, "the law has no wind filter: no rate is bounded")
+        return Found(Verdict.UNDECIDED, "wind_rate", said)
     cells = _cells(loop, f"claims[{claim['loop']}]")
     failures = []
     for one in ranges:
         reason = _outside_class(one, law, cells, filter_) or left_behind(one, filter_)
         if reason:
-            failures.append(f"{one.span()}: {reason}")
+            failures.append((one, *reason))
     if failures:
-        return Claim(name, Verdict.UNDECIDED, "not proved: " + "; ".join(failures))
-    return Claim(name, Verdict.PROVED, _statement(ranges, loop, data, law, filter_, where))
+        return Found(Verdict.UNDECIDED, "wind_rate", said | {"failures": failures})
+    proved = {"loop": loop, "data": data, "law": law, "where": where}
+    return Found(Verdict.PROVED, "wind_rate", said | proved)
 
 
 def _cells(loop: Any, where: str) -> list[tuple[list[Fraction], Fraction, Fraction]]:
@@ -127,10 +123,10 @@ def _outside_class(
     law: Law,
     cells: list[tuple[list[Fraction], Fraction, Fraction]],
     filter_: Fraction,
-) -> str:
+) -> Place | None:
     """Return where phi leaves the loop's wind class, or nothing."""
     if not law.wind[0] <= one.wind[0] < one.wind[-1] <= law.wind[-1]:
-        return "the range leaves the winds of the law"
+        return "the range leaves the winds of the law", None
     for (low, high), error, rate in cells:
         if high <= one.wind[0]:  # The cell's upper end belongs to the next one.
             continue
@@ -139,13 +135,13 @@ def _outside_class(
         for s in (*inside, *ends):
             phi = one.limit(s)
             if phi > rate:
-                return f"the schedule wind may move faster than the loop bears at {at_least(s, 6)}"
+                return "the schedule wind may move faster than the loop bears at {}", s
             if one.error + filter_ * phi > error:
-                return f"the schedule wind may lag further than the loop bears at {at_least(s, 6)}"
-    return ""
+                return "the schedule wind may lag further than the loop bears at {}", s
+    return None
 
 
-def left_behind(one: Range, filter_: Fraction) -> str:
+def left_behind(one: Range, filter_: Fraction) -> Place | None:
     """Return where the filter may exceed phi although the estimate keeps to r, or nothing."""
     for i, (low, high) in enumerate(pairwise(one.wind)):
         slope = (one.schedule[i + 1] - one.schedule[i]) / (high - low)
@@ -157,8 +153,8 @@ def left_behind(one: Range, filter_: Fraction) -> str:
                 # The estimate stays in the range, so that it is no further ahead than its end.
                 if one.wind[0] <= seen <= one.wind[-1] and one.rate(seen) > phi * ahead:
                     way = "rising" if sign > 0 else "falling"
-                    return f"the rates do not fit at {at_least(s, 6)} m/s with wind {way}"
-    return ""
+                    return f"the rates do not fit at {{}} m/s with wind {way}", s
+    return None
 
 
 def _bends(
@@ -182,40 +178,3 @@ def _line(wind: list[Fraction], values: list[Fraction], at: Fraction) -> Fractio
     i = bisect_right(wind, at) - 1
     share = (at - wind[i]) / (wind[i + 1] - wind[i])
     return values[i] + (values[i + 1] - values[i]) * share
-
-
-def _statement(
-    ranges: list[Range], loop: Any, data: Any, law: Law, filter_: Fraction, where: str
-) -> str:
-    peaks = member(loop, "peaks", where)
-    peak = number(peaks, "speed_error", f"{where}.peaks")
-    rated = number(member(data, "model", "certificate"), "rated_rotor_speed", "model")
-    overspeed = 100 * ((max(law.speed) + peak) / rated - 1)
-    said = "; ".join(_range_words(one) for one in ranges)
-    return (
-        f"with the law's wind filter of {at_most(filter_, 6)} s, started at the estimate, the loop "
-        f"stays in its proved wind class, so that its set is invariant and overspeed at most "
-        f"{at_most(overspeed, 3)} %, for every wind whose estimate moves no faster than the "
-        f"claim's rate: {said}"
-    )
-
-
-def _range_words(one: Range) -> str:
-    known = "known exactly" if one.error == 0 else f"known to {at_least(one.error, 3)} m/s"
-    steps = [f"{at_least(min(one.estimate), 3)} m/s^2 everywhere"]
-    for rate in TOLD:
-        start = _from(one, rate)
-        if start is not None and rate > min(one.estimate):
-            steps.append(f"{at_most(rate, 3)} m/s^2 from {at_most(start, 6)} m/s on")
-    return f"wind and estimate within {one.span()}, {known}: at least {', '.join(steps)}"
-
-
-def _from(one: Range, rate: Fraction) -> Fraction | None:
-    """Return the least wind from which r is at least the rate up to the range's end."""
-    if one.estimate[-1] < rate:
-        return None
-    for i in range(len(one.wind) - 2, -1, -1):
-        low, high = one.estimate[i : i + 2]
-        if low < rate:
-            return one.wind[i] + (one.wind[i + 1] - one.wind[i]) * (rate - low) / (high - low)
-    return one.wind[0]

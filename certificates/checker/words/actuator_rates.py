@@ -1,0 +1,89 @@
+"""What a claim of kind ``actuator-rates`` says, proved or not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+from takagi.certificates.checker.kernel.reader import number
+from takagi.certificates.checker.kernel.result import Outcome, in_words
+from takagi.certificates.checker.turbine.coherent_inputs import Law
+from takagi.certificates.checker.words.shown import at_least, at_most
+
+__all__ = ["said"]
+
+NAME = "actuator rates of the coherent loop"
+ACTUATORS = ("pitch", "torque")
+MOST_REASONS = 12
+
+
+def said(
+    unproved: Outcome | None = None,
+    failures: Sequence[tuple[list[Fraction], str]] = (),
+    cells: Sequence[Any] = (),
+    fed: Sequence[bool] = (),
+    data: Any = None,
+    law: Law | None = None,
+    step: Fraction = Fraction(0),
+    where: str = "",
+) -> tuple[str, str]:
+    """Return name and sentence.
+
+    Parameters
+    ----------
+    unproved : the claim that this one rests on, where that is not proved.
+    failures : what is not proved, with the ends of the wind cell, or none of the whole.
+    fed : of each cell, whether it is fed the schedule wind's rate.
+    """
+    if unproved:
+        return NAME, f"the claim that it rests on is not proved: {in_words(unproved).name}"
+    if law is None:
+        reasons = [f"wind {_span(*ends)} m/s: {why}" if ends else why for ends, why in failures]
+        left = len(reasons) - MOST_REASONS
+        more = f" (+{left} more)" if left > 0 else ""
+        return NAME, "not proved: " + "; ".join(reasons[:MOST_REASONS]) + more
+    return NAME, _statement(cells, fed, data, law, step, where)
+
+
+def _statement(
+    cells: Sequence[Any], fed: Sequence[bool], data: Any, law: Law, step: Fraction, where: str
+) -> str:
+    pitch, torque = ([number(c, f"{name}_rate", where) for c in cells] for name in ACTUATORS)
+    most, own = (number(data["model"], f"{name}_rate_limit", "model") for name in ACTUATORS)
+    fed_cells = [cell for cell, is_fed in zip(cells, fed, strict=True) if is_fed]
+    bends = [number(cell, "schedule_bend", where) for cell in fed_cells]
+    turning = ""
+    if bends:
+        turning = (
+            f" (where it is fed the schedule wind's rate, in {len(bends)} of them, while |v_s''| "
+            f"is at most {at_least(min(bends), 3)} m/s^3)"
+        )
+    within = [k for k, one in enumerate(torque) if one <= own]
+    beyond = "".join(f", NOT for {_span(*ends)} m/s" for ends in _beyond(within, law.wind))
+    return (
+        f"on the proved set and in its wind class, of {len(cells)} wind cells: pitch moves at most "
+        f"at {at_most(max(pitch), 4)} rad/s, and in {sum(one < most for one in pitch)} stays below "
+        f"the drive's limit of {at_most(most, 4)} rad/s; the torque asked for moves, between the "
+        f"law's wind nodes, at most at {at_most(max(torque), 4)} N m/s{turning}, and in "
+        f"{len(within)} within the turbine's limit of {at_most(own, 6)} N m/s{beyond}; it steps by "
+        f"at most {at_most(step, 4)} N m where the schedule wind passes a node"
+    )
+
+
+def _beyond(within: list[int], wind: list[Fraction]) -> list[list[Fraction]]:
+    """Return the winds of the cells that are not listed, adjacent ones as one range."""
+    found: list[list[Fraction]] = []
+    for k, (low, high) in enumerate(pairwise(wind)):
+        if k in within:
+            continue
+        if found and found[-1][1] == low:
+            found[-1][1] = high
+        else:
+            found.append([low, high])
+    return found
+
+
+def _span(low: Fraction, high: Fraction) -> str:
+    return f"{at_least(low, 6)} to {at_most(high, 6)}"

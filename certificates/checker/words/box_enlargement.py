@@ -1,0 +1,16 @@
+"""What a proved claim of kind ``box-enlargement`` says: the claim ``decay`` of wider ranges."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from takagi.certificates.checker.kernel.result import Outcome, in_words
+from takagi.certificates.checker.words.shown import at_least
+
+__all__ = ["said"]
+
+
+def said(what: str, theta: Fraction, decay: Outcome) -> tuple[str, str]:
+    """Return name and sentence; ``what`` has been widened by the factor ``theta``."""
+    proved = in_words(decay)
+    return proved.name, f"{what} times {at_least(theta, 6)}: {proved.text}"
