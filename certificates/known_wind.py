@@ -31,8 +31,9 @@ Floats = NDArray[np.float64]
 # tau_f times the slope of phi: its loss in r.  A step of the class is taken at most so steeply, and
 # in wide cells no less steeply than GENTLE, so that all of the cell but its edge has its full rate.
 STEEPEST, GENTLE = 0.3, 0.03
-# What is asked for in full load [m/s^2], and the least error of the estimate worth a claim [m/s].
-FULL_LOAD_RATE, LEAST_ERROR = 2.0, 0.001
+# What is asked for in full load [m/s^2], the share of the wind error that this may take, and the
+# least error of the estimate worth a claim [m/s].
+FULL_LOAD_RATE, RATE_SHARE, LEAST_ERROR = 2.0, 0.7, 0.001
 DIGITS, CLOSE = 5, 1e-9
 
 
@@ -68,7 +69,8 @@ def wind_rate_claim(
 
     The first range covers all winds, known exactly.  A second one covers the winds in full load at
     a rate of 2 m/s^2 (or the largest at cut-out, if that is less), known with the largest error
-    that is left.
+    that is left; where the filter makes more than RATE_SHARE of the class out of that rate, at the
+    rate of which it makes so much.
 
     Parameters
     ----------
@@ -204,8 +206,9 @@ def _full_load(cells: Sequence[Mapping[str, Any]], wind_filter: float) -> RateRa
     while first and cells[first - 1]["wind_rate"] >= asked:
         first -= 1
     upper = cells[first:]
-    error = min(cell["wind_error"] for cell in upper) - wind_filter * asked
-    error = math.floor(error * 1e4 * (1 + 1e-12)) / 1e4
+    borne = min(cell["wind_error"] for cell in upper)
+    asked = min(asked, math.floor(RATE_SHARE * borne / wind_filter * 1e4) / 1e4)
+    error = math.floor((borne - wind_filter * asked) * 1e4 * (1 + 1e-12)) / 1e4
     if asked <= 0 or error < LEAST_ERROR:
         return None
     ends = np.array([upper[0]["wind"][0], upper[-1]["wind"][1]], dtype=np.float64)

@@ -45,9 +45,6 @@ EFFORT = 97 * 43093.55 / (38759228.0 + 97**2 * 534.116)
 TORQUE = 43093.55
 LAG = 0.2
 DRIVE = 8 * pi / 180 * LAG
-# A tower below this fore-aft frequency [rad/s] is shaken by pitch that follows every gust: the
-# shortest filter costs the IEA 15-MW monopile (1.07) 30 % of fatigue load, 5 MW (2.04) about 5 %.
-SOFT_TOWER = 2.0
 PITCH = 8 * pi / 180 * 28.24e6 / (SPEED * (38759228.0 + 97**2 * 534.116))
 
 
@@ -61,16 +58,9 @@ def default_settings(turbine: Turbine) -> DesignSettings:
         overlap=_rounded(asked.overlap * _effort(turbine) / EFFORT),
         speed_overlap=_rounded(asked.speed_overlap * speed),
         torque_overlap=_rounded(asked.torque_overlap * turbine.rated_torque / TORQUE),
-        wind_filter=_wind_filter(turbine, asked.wind_filter),
         effort=_effort_settings(turbine, float(box.speed_signal)),
         box=box,
     )
-
-
-def _wind_filter(turbine: Turbine, shortest: float) -> float:
-    """Return the wind filter [s]: the shortest on a stiff tower, 1 / omega of a soft one."""
-    frequency = sqrt(turbine.tower_stiffness / turbine.tower_mass)
-    return shortest if frequency >= SOFT_TOWER else _rounded(1 / frequency)
 
 
 def _effort_settings(turbine: Turbine, speed_error: float) -> EffortSettings:

@@ -44,8 +44,9 @@ from takagi.models.turbine.data import Turbine
 __all__ = ["CoherentLaw", "EffortGains"]
 
 Array = NDArray[np.float64]
-# The shortest that a sample time of 20 ms resolves; the observer before it smooths already.
-DEFAULT_WIND_FILTER = 0.05
+# Slow beside tower, flap and wake (0.5 s and 3 to 8 s for 5 MW): an estimate from rotor speed sees
+# their motion as wind, and a schedule that follows at once makes it a feedback that swings.
+DEFAULT_WIND_FILTER = 5.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

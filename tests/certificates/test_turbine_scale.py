@@ -42,9 +42,9 @@ def test_a_larger_rotor_gets_smaller_bands() -> None:
     assert found.overlap == 0.0066
     assert found.speed_overlap == 0.062
     assert found.torque_overlap == 920000.0
-    # A soft tower: 1 / omega of its fore-aft mode, in place of the shortest filter.
-    assert found.wind_filter == 0.94
-    assert default_settings(nrel5mw()).wind_filter == 0.05
+    # Slow beside both towers, 2.0 and 1.1 rad/s.
+    assert found.wind_filter == 5.0
+    assert default_settings(nrel5mw()).wind_filter == 5.0
 
 
 @pytest.mark.parametrize("name", ["nrel5mw", "iea15mw"])

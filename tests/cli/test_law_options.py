@@ -37,7 +37,7 @@ def test_each_option_sets_its_field() -> None:
 def test_the_wind_filter_is_the_coherent_laws() -> None:
     """It reaches its field; a filter that is none, and one for another law, are refused."""
     assert design_settings(TURBINE, wind_filter=0.3).wind_filter == 0.3
-    assert design_settings(TURBINE).wind_filter == 0.05
+    assert design_settings(TURBINE).wind_filter == 5.0
     for given in (0.0, -1.0, float("inf"), float("nan")):
         with pytest.raises(ModelError, match=r"--wind-filter: .* must be positive"):
             design_settings(TURBINE, wind_filter=given)
