@@ -66,9 +66,9 @@ WindFilter = Annotated[
     float | None,
     typer.Option(
         metavar="SECONDS",
-        help="Turbines: low-pass on the wind estimate [s]; 5 unless given. A fast one, 0.05, is for "
-        "a wind that is measured, by a lidar say: the wind rate that is proved is then larger, but "
-        "an estimate from rotor speed makes the loop swing. Law coherent.",
+        help="Turbines: low-pass on the wind estimate [s]; 5 unless given. A fast one, 0.05, is "
+        "for a wind that is measured, by a lidar say: the wind rate that is proved is then larger, "
+        "but an estimate from rotor speed makes the loop swing. Law coherent.",
     ),
 ]
 
