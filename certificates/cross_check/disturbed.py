@@ -94,6 +94,8 @@ def _ways(claim: Any, loop: Loop) -> Iterator[Way]:
                 or len(found) not in (1, loop.rules)
             ):
                 raise Refusal("output: C, D, F do not fit the model")
+            if loop.averages and len(found) > 1:
+                raise Refusal("output: blended by weights that are averages over a segment")
         loop = replace(loop, C=C, D=D)
     if not loop.C:
         raise Refusal("there is no output")
@@ -133,7 +135,10 @@ def _lower_block(n: int, corner: fmpq_mat) -> fmpq_mat:
 
 
 def h2_norm(claim: Any, loop: Loop) -> Obligations:
-    """The mean of E|y|^2 is at most norm^2: -N_11 - C'C > 0, tr(E'PE + D'D) <= norm^2."""
+    """The mean of E|y|^2 is at most norm^2: -N_11 - C'C > 0, tr(E'PE + D'D) <= norm^2.
+
+    Weights that depend on the noise of the same instant would be correlated with it.
+    """
     P, norm = table(claim, "P", (loop.n, loop.n)), rational(claim, "norm")
     if norm <= 0:
         raise Refusal("norm: a positive number is needed")
@@ -147,6 +152,9 @@ def h2_norm(claim: Any, loop: Loop) -> Obligations:
         energy = transposed(way.E) * P * way.E
         total = sum((energy[k, k] for k in range(energy.nrows())), direct)
         yield Fact(f"variance at {way.mixture.label}", total <= norm**2)
+    noisy = loop.pushes if entry(claim, "disturbance") == "disturbances" else loop.inputs
+    unaware = not any(name in noisy for name in loop.seen_by)
+    yield Fact("premises do not depend on the noise of the same instant", unaware)
 
 
 @dataclass(frozen=True)

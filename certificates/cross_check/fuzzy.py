@@ -142,7 +142,9 @@ def fuzzy_decay(claim: Any, loop: Loop) -> Obligations:
     yield Fact("the rate is not negative", a >= 0)
     P, coefficients = _function(claim, loop, where)
     yield from where.positive(_more(where, P, polya), "P", loop.n)
-    if loop.K and not loop.together:
+    if loop.averages and loop.rules > 1 and any(where.degrees(P)):
+        raise Refusal("P depends on weights that are averages over a segment")
+    if len(loop.K) > 1 and not loop.together:
         raise Refusal("a law with weights of its own")
     G = where.stack(loop.A)
     if loop.K:

@@ -35,6 +35,8 @@ class Loop:
     the box names.  ``premises`` : what weights are made of, to compare two sets of them.
     ``seen_by`` : names that premises depend on, empty where the model does not say.  ``stated`` :
     the model's count of rules, also for a claim that puts some of its matrices aside.
+    ``averages`` : the weights are means over the segment from rest to the state, as those of
+    secants are: no law, observer or output has them.
     """
 
     A: Stack
@@ -54,6 +56,7 @@ class Loop:
     seen_by: tuple[str, ...] = ()
     together: bool = True
     stated: int = 1
+    averages: bool = False
 
     @property
     def n(self) -> int:
@@ -278,4 +281,7 @@ def close(loop: Loop, gains: Any) -> Loop:
         raise Refusal("gains: their inputs are not the model's")
     corners = _corners(gains, len(K) if len(K) > 1 else loop.rules) or loop.corners
     same = same_weights(gains.get("premises"), corners) == loop.premises
-    return replace(loop, K=K, together=same and len(K) in (1, loop.rules))
+    same = same and not loop.averages and len(K) in (1, loop.rules)
+    if len(K) > 1 and any(name in loop.inputs for name in loop.seen_by):
+        same = False  # Its weights would follow from the command that they are needed for.
+    return replace(loop, K=K, together=same)

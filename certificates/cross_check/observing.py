@@ -5,7 +5,8 @@ r"""``observer`` and ``observed-feedback``: the error of an observer, and the lo
     z = (x, e):      z' = sum h_i h_j [[A_i - B_i K_j, B_i K_j], [0, A_i - L_j C_i]] z
 
 decay as in ``decay``.  Every variable that premises depend on must be an input, or a state that is
-an output by itself.
+an output by itself.  Weights that are averages over a segment can be known to no observer: where a
+matrix of the plant depends on them there is no such loop.
 """
 
 from __future__ import annotations
@@ -65,6 +66,8 @@ def observed_feedback(claim: Any, loop: Loop) -> Obligations:
 
 
 def _gains(claim: Any, loop: Loop) -> Stack:
+    if loop.averages and any(len(M) > 1 for M in (loop.A, loop.B, loop.C, loop.D)):
+        raise Refusal("an observer cannot know weights that are averages over a segment")
     if not loop.C:
         raise Refusal("there is no output to observe from")
     L = stack(claim, "L")

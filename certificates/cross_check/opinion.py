@@ -116,7 +116,7 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
         line(claim, "kind"), line(claim, "name")
     model, gains = entry(document, "model"), document.get("gains")
     about_plant = isinstance(model, dict) and model.get("kind") == "plant"
-    if about_plant and "sector-embedding" not in kinds:
+    if about_plant and not {"sector-embedding", "secant-embedding"} & {*map(str, kinds)}:
         raise Refusal("claims about a plant, and none that it is its model")
     loop, unread = None, ""
     try:
@@ -161,6 +161,10 @@ def obligations(
         from takagi.certificates.cross_check.embedding import embedded
 
         return embedded(model, gains)
+    if kind == "secant-embedding":
+        from takagi.certificates.cross_check.secant import lies_in_secants
+
+        return lies_in_secants(model, gains)
     if kind == "effort-blend":
         from takagi.certificates.cross_check.blend import effort_blend
 

@@ -82,6 +82,7 @@ class Plant:
     premises: list[Premise]
     entries: dict[str, list[list[Tree]]]
     tables: tuple[str, ...]
+    form: str = "sector"
 
     @property
     def variables(self) -> list[Variable]:
@@ -148,7 +149,12 @@ def read_plant(model: Any) -> Plant:
         if size[rows] and size[columns]:
             given = _rows(entry(embedding, letter), size[rows])
             entries[letter] = [[parsed(one) for one in _rows(row, size[columns])] for row in given]
-    return Plant(states, inputs, pushes, step, f, mass, outputs, premises, entries, tuple(tables))
+    form = line(embedding, "form") if "form" in embedding else "sector"
+    if form not in ("sector", "secant"):
+        raise Refusal(f"embedding.form: {form[:40]!a} is not 'sector' or 'secant'")
+    return Plant(
+        states, inputs, pushes, step, f, mass, outputs, premises, entries, tuple(tables), form
+    )
 
 
 def _rows(value: Any, count: int | None = None) -> list[Any]:
@@ -224,7 +230,7 @@ def plant_loop(model: Any) -> Loop:
     context = fmpq_mpoly_ctx.get([p.name for p in plant.premises] or ["_"], Ordering.lex)
     stacks: dict[str, Any] = {}
     for letter, rows in plant.entries.items():
-        found = [[_affine(one, context) for one in row] for row in rows]
+        found = [[_affine(one, context, plant.form) for one in row] for row in rows]
         varies = any(any(sum(e) for e in one.monoms()) for row in found for one in row)
         places = values if varies else values[:1]
         if len(places) * len(rows) * len(rows[0]) > MOST_ENTRIES:
@@ -246,11 +252,14 @@ def plant_loop(model: Any) -> Loop:
         corners=tuple(picks),
         premises=same_weights(model["embedding"]["premises"], tuple(picks)),
         seen_by=tuple(v.label for v in plant.variables if v.symbol in used),
+        averages=plant.form == "secant",
     )
 
 
-def _affine(tree: Tree, context: fmpq_mpoly_ctx) -> fmpq_mpoly:
+def _affine(tree: Tree, context: fmpq_mpoly_ctx, form: str) -> fmpq_mpoly:
     found = _polynomial(tree, context)
+    if form == "secant" and any(sum(powers) > 1 for powers in found.monoms()):
+        raise Refusal("an entry with a product of premises: its mean is no product of means")
     if any(power > 1 for powers in found.monoms() for power in powers):
         raise Refusal("an entry with a premise to a power above one")
     return found

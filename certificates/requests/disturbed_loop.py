@@ -32,7 +32,8 @@ def path_evidence(loop: Loop, disturbance: str | None, output: Output | None) ->
 
     Raises
     ------
-    ModelError : no such disturbance, no output, shapes.
+    ModelError : no such disturbance, no output, shapes; a matrix for each rule of a secant
+        embedding.
     """
     model = loop.model
     found = {"disturbances": bool(loop.family.E), "inputs": bool(loop.family.B)}
@@ -57,6 +58,8 @@ def path_evidence(loop: Loop, disturbance: str | None, output: Output | None) ->
         for letter, value in given.items()
         if value is not None
     }
+    if any(len(stack) > 1 for stack in evidence["output"].values()):
+        loop.refuse_averages("output")
     return evidence
 
 

@@ -51,7 +51,12 @@ class FuzzyDecay:
         """Return the claim ``fuzzy-decay``; the rate is backed off until it proves.
 
         Without a candidate the claim is one with a common P that the checker leaves open.
+
+        Raises
+        ------
+        ModelError : a secant embedding, whose weights nobody can evaluate.
         """
+        loop.refuse_averages("function")
         from takagi.lmi import fuzzy_lyapunov
 
         for polya in POLYA:

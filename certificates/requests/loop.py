@@ -15,6 +15,7 @@ from takagi.certificates.checker.kernel.claim_kinds import replay_on_loop
 from takagi.certificates.checker.kernel.family import Family, read_family
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Claim, in_words
+from takagi.certificates.checker.kinds.averages import why_averages_fail
 from takagi.certificates.model_data import pdc_law_data, ts_model_data
 from takagi.certificates.plant_embedding import law_members
 from takagi.certificates.requests.blend_points import Point, weights_at
@@ -135,6 +136,20 @@ class Loop:
         ``stack`` is (r, ., .).
         """
         return self._means(stack[self.pairs[0 if of == "vertex" else 1]])
+
+    def refuse_averages(self, what: str) -> None:
+        """Refuse what needs the weights of a model that are averages nobody can evaluate.
+
+        Parameters
+        ----------
+        what : "observer", "function" or "output".
+
+        Raises
+        ------
+        ModelError : the model is a secant embedding.
+        """
+        if why := why_averages_fail(self.family, what):
+            raise ModelError(f"model {self.model.name!r}: {why}")
 
     def replay(self, claim: Mapping[str, Any]) -> Claim:
         """Return the checker's verdict on a claim about this loop.

@@ -38,7 +38,13 @@ class ObserverError:
     secants: ArrayLike | None = None
 
     def attempt(self, loop: Loop) -> Attempt:
-        """Return the claim ``observer``."""
+        """Return the claim ``observer``.
+
+        Raises
+        ------
+        ModelError : a model without output, or with weights that no observer has; shapes.
+        """
+        loop.refuse_averages("observer")
         evidence = _evidence(loop, self.L)
         if self.secants is not None:
             evidence["secants"] = np.atleast_3d(np.asarray(self.secants)).tolist()
@@ -66,8 +72,9 @@ class ObservedFeedback:
 
         Raises
         ------
-        ModelError : no gains.
+        ModelError : no gains; as ``ObserverError``.
         """
+        loop.refuse_averages("observer")
         if loop.gains is None:
             raise ModelError("a loop with an observer has gains K as well; give them to certify")
         evidence = _evidence(loop, self.L)

@@ -9,7 +9,8 @@ when it holds for the mean of each such group, a ``Blend``.  Which products are 
 
     (i, j) and (j, i)        where the law has the weights of the model, g = h
     equal corners            where h_i = prod_k w_k,c_ik besides: the corners {c_ik, c_jk} agree
-    a pair by itself         where the law has weights of its own
+    a pair by itself         where the law has weights of its own, or would need its own command
+                             to know those of the model; and beside weights that are averages
 
 One gain for all rules, or one B and one D with g = h, makes the loop affine: its rules suffice.
 """
@@ -26,13 +27,15 @@ from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.matrices import Matrix, mean, read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["Blend", "Family", "bounded", "read_family", "weights_of"]
+__all__ = ["SECANTS", "Blend", "Family", "bounded", "read_family", "weights_of"]
 
 Stack = tuple[Matrix, ...]
 Pairs = tuple[tuple[int, int], ...]
 Side = tuple[Fraction, Fraction]
 Box = tuple[Side | None, ...]
 SHAPES = {"A": "nn", "B": "nm", "C": "pn", "D": "pm", "E": "nq"}
+# Weights that are means of slopes along the segment from rest to the state: see ``averaged``.
+SECANTS = "secants"
 # Exact elimination takes time like the fourth power of the order: two minutes at most.
 MOST_PAIRS, MOST_WORK = 1 << 20, 10**8
 
@@ -82,6 +85,11 @@ class Family:
     @property
     def is_discrete(self) -> bool:
         return self.sample_time is not None
+
+    @property
+    def averaged(self) -> bool:
+        """Whether the weights are averages along a segment: nothing in the loop can have them."""
+        return self.weights == SECANTS and self.rules > 1
 
     @property
     def about(self) -> str:
@@ -274,4 +282,7 @@ def _closed_by(plain: Family, gains: Any, where: str) -> Family:
         raise CertificateError(f"{where}: states or inputs are not the model's, in its order")
     corners = _corners(gains, where, len(K) if len(K) > 1 else plain.rules) or plain.corners
     shared = weights_of(gains.get("premises"), corners) == plain.weights
-    return replace(plain, K=K, shared_weights=shared and len(K) in (1, plain.rules))
+    # A law whose weights follow from its own command would have to know it beforehand.
+    circular = len(K) > 1 and not set(plain.inputs).isdisjoint(plain.scheduled_by or ())
+    known = shared and not circular and len(K) in (1, plain.rules)
+    return replace(plain, K=K, shared_weights=known)

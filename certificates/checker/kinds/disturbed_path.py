@@ -8,7 +8,8 @@ with A and C of the closed loop.  Which path is said by the claim:
     "disturbance": "inputs"         B = B_i, D = D_i: w is added to the input, u = -K x + w
     "output": absent                C = C_i - D_i K_j of the model
     "output": {"C", "D", "F"}       y = C x + D u + F w of its own, stacks of one or r matrices;
-                                    D and F may be left out
+                                    D and F may be left out; one each beside a secant embedding,
+                                    whose weights nobody can evaluate
 
 Means over the pairs of a ``Blend`` are taken of every matrix alike, so the loop is a blend of these
 paths, and what is convex in (A, B, C, D) holds for the loop when it holds for each of them.
@@ -25,6 +26,7 @@ from takagi.certificates.checker.kernel.family import Blend, Family, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
 from takagi.certificates.checker.kernel.reader import member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kinds.averages import refuse_averages
 
 __all__ = ["Path", "entrance", "paths", "quadratic_change", "scaled_identity", "shown_path", "zero"]
 
@@ -110,6 +112,8 @@ def _with_output(claim: Any, family: Family, width: int, where: str) -> tuple[Fa
             raise CertificateError(
                 f"{place}.{key}: {height} by {columns} is needed, one or {family.rules} of them"
             )
+    if any(len(stack) > 1 for stack in (C, D, F)):
+        refuse_averages(family, "output", place)
     return replace(family, C=C, D=D), F
 
 

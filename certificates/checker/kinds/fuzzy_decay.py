@@ -13,7 +13,8 @@ that is asked for:
 with rho^2 <= e^(-2 alpha T).  In discrete time the weights may jump as they like: P at the next
 sample is a convex combination of the P_b, the Bernstein coefficients of P.  In continuous time
 they keep to the rates [1/s], which is taken for granted; a rate that is null is no bound, and P
-then must not depend on that weight.
+then must not depend on that weight.  Weights of a secant embedding are averages that nobody can
+evaluate: there P must not depend on any.
 
 Evidence: ``decay_rate``, ``degrees`` of P in each simplex, ``P`` [{powers, matrix}] with its
 Bernstein coefficients, P(w) = sum_b multinomial_b w^b P_b, ``rates`` (continuous time), ``polya``.
@@ -35,6 +36,7 @@ from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import integer, member, number, numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kinds.averages import refuse_averages
 from takagi.certificates.checker.kinds.decay import decrease_factor
 from takagi.certificates.checker.kinds.simplex_polynomial import Exponent, Polynomial, exponents
 from takagi.certificates.checker.words.shown import at_least
@@ -54,6 +56,8 @@ def check_fuzzy_decay(claim: Any, family: Family, where: str) -> Claim:
         return Claim(name, Verdict.UNDECIDED, "the decay rate is negative")
     polya = _small(claim, "polya", where)
     P, coefficients = _scheduled(claim, family, where)
+    if any(P.degrees):
+        refuse_averages(family, "function", where)
     raise_by = [polya] * len(P.sizes)
     _bounded(len(exponents(P.sizes, [d + polya for d in P.degrees])), family.order, where)
     fault = P.raised(raise_by).failing()
@@ -120,7 +124,7 @@ def _loop(family: Family, where: str) -> Polynomial:
     A = _stack(family, family.A)
     if not family.K:
         return A
-    if not family.shared_weights:
+    if len(family.K) > 1 and not family.shared_weights:
         raise CertificateError(f"{where}: a law with weights of its own has no P(h) for both")
     return A + -(_stack(family, family.B) @ _stack(family, family.K))
 

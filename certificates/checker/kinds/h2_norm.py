@@ -75,8 +75,9 @@ def _of_the_noise(claim: Any, family: Family) -> str:
 
 
 def _unforeseeing(family: Family) -> str:
-    """Return the assumption on the weights in words, where the model does not say what they are."""
+    """Return the assumption on weights in words, where model or law do not say what they are."""
     granted = family.rules > 1 and family.scheduled_by is None
+    granted = granted or (len(family.K) > 1 and not family.shared_weights)
     return " for weights that do not depend on the noise at the same instant" if granted else ""
 
 

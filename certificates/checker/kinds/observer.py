@@ -3,7 +3,9 @@ r"""``observer``: the error e = x - xhat of an observer decays, with one P > 0 f
 The observer xhat' = sum_i h_i (A_i xhat + B_i u + L_i (y - yhat)) (xhat+ in discrete time) knows
 the weights h of the plant: its premises are measured.  Where the model says what they depend on,
 each of these has to be an input, or a state that is an output by itself; else it is taken for
-granted.  Then what the input does cancels, and
+granted.  Weights of a secant embedding are averages between rest and the state, which nothing
+measures: both claims are refused there, unless A, B, C and D are the same in all rules.  Then what
+the input does cancels, and
 
     e' = sum_ij h_i h_j (A_i - L_j C_i) e.
 
@@ -37,6 +39,7 @@ from takagi.certificates.checker.kernel.matrices import Matrix, mean, read_matri
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kinds.averages import refuse_averages
 from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
 from takagi.certificates.checker.kinds.disturbed_path import zero
 from takagi.certificates.checker.words.shown import at_least
@@ -55,6 +58,7 @@ Stack = tuple[Matrix, ...]
 
 def check_observer(claim: Any, family: Family, where: str) -> Claim:
     """Return the verdict on a claim of kind ``observer``."""
+    refuse_averages(family, "observer", where)
     if "secants" in claim:
         loops, assumed = secant_loops(claim, family, where), "secants of f in the stated hull"
         assumed += " and premises that the observer measures" if family.rules > 1 else ""
@@ -66,6 +70,7 @@ def check_observer(claim: Any, family: Family, where: str) -> Claim:
 
 def check_observed_feedback(claim: Any, family: Family, where: str) -> Claim:
     """Return the verdict on a claim of kind ``observed-feedback``."""
+    refuse_averages(family, "observer", where)
     what = "the loop with u = -K xhat, for premises that the observer measures,"
     loops = joint_loops(claim, family, where)
     return _verdict(claim, family, 2 * family.order, loops, what, where)

@@ -27,7 +27,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 
-from takagi.certificates.checker.kernel.family import Family, weights_of
+from takagi.certificates.checker.kernel.family import SECANTS, Family, weights_of
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
@@ -89,7 +89,7 @@ def plant_family(model: Any, where: str = "model") -> Family:
 def _weights(plant: PlantNodes, model: Any, corners: tuple[tuple[int, ...], ...]) -> str:
     """Return what the weights are made of; those of secants are averages that no law has."""
     if plant.form == "secant":
-        return "secants"
+        return SECANTS
     return weights_of(model["embedding"]["premises"], corners)
 
 
