@@ -10,7 +10,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from catalogue import page, pendulum, published
+from catalogue import page, pendulum, published, weights
 from catalogue.sheet import sheet
 
 HERE = Path(__file__).parent
@@ -18,6 +18,7 @@ PAGES = {
     "conditions.md": page.page,
     "published.md": published.page,
     "pendulum.md": pendulum.page,
+    "weights.md": weights.page,
 }
 
 

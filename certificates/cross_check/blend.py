@@ -56,6 +56,8 @@ def effort_blend(model: Any, gains: Any) -> Obligations:
     if entry(model, "kind") != "plant":
         raise Refusal("a claim about a plant, and the model is none")
     plant, given = read_plant(model), entry(model, "blending")
+    if plant.form != "sector":
+        raise Refusal("a blend's share moves the matrices of a sector model alone")
     if gains is not None and entry(gains, "blending") != given:
         raise Refusal("the law has another blend than the model")
     meaning = _meaning(model, plant)

@@ -61,6 +61,11 @@ def check_effort_blend(claim: Any, model: Any, gains: Any, where: str) -> Claim:
     if text(model, "kind", "model") != KIND:
         raise CertificateError(f"{where}: a claim about a plant; model.kind is {model['kind']!a}")
     plant = read_plant(model, "model")
+    if plant.form != "sector":
+        raise CertificateError(
+            f"{where}: the share of a blend moves the matrices of a sector model; "
+            f"model.embedding.form is {plant.form!a}"
+        )
     blend = read_blend(model, plant, "model")
     if gains is not None:
         emitted = member(gains, "blending", "gains")

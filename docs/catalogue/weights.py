@@ -1,0 +1,108 @@
+"""docs/weights.md: every kind of claim against every kind of weights, theorem or refusal."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+__all__ = ["CELLS", "COLUMNS", "page"]
+
+COLUMNS = ("shared", "own", "products", "tables", "secants", "sampled")
+
+PROVED, REFUSED = "theorem", "refused"
+THEOREM = (PROVED,) * 5
+PLANT = "refused: no plant"
+OTHER = ("refused: another model",) * 5
+# Kind of claim -> what both checkers say of it for the first five kinds of weights.
+CELLS = MappingProxyType(
+    {
+        "decay": THEOREM,
+        "transient": THEOREM,
+        "region": THEOREM,
+        "gain-rounding": THEOREM,
+        "box-enlargement": THEOREM,
+        "no-common-decay": ("disproof",) * 5,
+        "invariant-ellipsoid": THEOREM,
+        "input-limits": THEOREM,
+        "input-limits, rates": (PROVED, "refused (1)", PROVED, PROVED, "refused (1)"),
+        "l2-gain": THEOREM,
+        "l2-gain, output by rule": (PROVED, PROVED, PROVED, PROVED, "refused (2)"),
+        "h2-norm": (PROVED, "theorem (3)", PROVED, PROVED, PROVED),
+        "peak": THEOREM,
+        "fuzzy-decay": (PROVED, "refused (4)", PROVED, PROVED, "refused (5)"),
+        "observer": ("theorem (6)", "theorem (6)", PROVED, PROVED, "refused (7)"),
+        "observed-feedback": ("theorem (6)", "refused (4)", PROVED, PROVED, "refused (7)"),
+        "sector-embedding": (PLANT, PLANT, PROVED, PROVED, "refused: its form"),
+        "secant-embedding": (PLANT, PLANT, "refused: its form", "refused: its form", PROVED),
+        "effort-blend": (PLANT, PLANT, "theorem (8)", "theorem (8)", "refused (8)"),
+        "quadratic-decay": THEOREM,
+        "no-common-quadratic": ("disproof",) * 5,
+        "coherent-loop": OTHER,
+        "paper-loop": OTHER,
+        "equilibrium": OTHER,
+        "wind-rate": OTHER,
+        "actuator-rates": OTHER,
+    }
+)
+
+HEAD = """# Claims and weights
+
+A loop is a blend of vertices, and what may be claimed of it depends on who has the weights. Both
+checkers decide as this table says, for a certificate of `certify` and for one that is written by
+hand; a test holds a certificate for each cell, and simulates the nonlinear plant.
+
+| weights | what they are |
+|---|---|
+| shared | of a model given by its vertices; the law u = -sum_j h_j K_j x has the same |
+| own | of the same model, with a law whose weights are others, or that does not say which |
+| products | of a sector model of a plant: products over its premises, which the law evaluates |
+| tables | the same, where a premise holds a table |
+| secants | of a secant embedding: averages of slopes between rest and the state |
+| sampled | of a model with a premise whose bounds rest on samples |
+
+"Sampled" is refused in every row, so it has no column: `certify` refuses such a model, and of a
+certificate written by hand the checker bounds the premises itself, finds the point that the samples
+missed, and leaves `sector-embedding` open.
+"""
+
+NOTES = """
+The last five kinds are about a turbine's model, which no certificate of a plant has;
+`quadratic-decay` and `no-common-quadratic` hold their own matrices.
+
+A law whose gains differ, with weights that depend on its own input, would have to know its command
+before it is worked out. Its gains are proved for weights of their own. (x' = x + (5 - u^2) u with
+gains 0.3 at u = 0 and 1.2 at u^2 = 4: with the weights of the model every blend decays, and the law
+as it is run, which takes u = 0 for a command that it does not know yet, is unstable at x = 6.5.)
+
+1. u' holds the rates of the law's weights beside the plant's. With one gain for all rules, and in
+   discrete time, it is a theorem.
+2. With one matrix, or of the plant's own output, it is a theorem. An output that is written by
+   rules needs the weights: with the slopes at the present state in the place of averages it is
+   another one. (x' = -x - x^3 + w, y = h_2 x: the inequalities hold with a gain of 0.3, and for
+   w = 2 the state rests at 1, where y = 1 is half of w.)
+3. The verdict says "for weights that do not depend on the noise at the same instant". (x+ = x/2 +
+   u + w with u = 0 or -x, whichever makes x w grow: the mean of x^2 is 3.0, where it is 1.33 else.)
+   Where the premises of a plant depend on the noise, the claim is refused in every column.
+4. P(h), and the loop through an observer, need gains with the weights of the model, or one gain.
+5. V = x'P(h)x holds averages that nobody can evaluate. (x' = -10 x - x^3, P = 2 at slope 10 and 1
+   at slope 13, rates up to 22 1/s: the inequalities hold at 1.99 1/s, and with the slopes at the
+   present state V does not fall at all at x = 1.) Where P depends on no weight it is `decay`.
+6. The verdict says "for premises that the observer measures". Of a plant the checker shows it:
+   every variable that a premise depends on is an input, or an output by itself; else it is refused.
+7. The observer would need the averages. (x' = -x - x^3 + u, y = x, L = 1, with the slope at the
+   measured x: held at x = 0.9, the error stays where the claim has it fall as e^(-4t).) One whose
+   A, B, C and D are the same in all rules needs no weights, and is a theorem.
+8. Of a plant with `[blending]`. Its share is a signal that moves the matrices, and what it adds by
+   itself is a slope of a secant embedding, which is refused.
+
+What the theorems rest on: [claims](claims.md), and the docstring of each kind.
+"""
+
+
+def page() -> str:
+    """Return docs/weights.md."""
+    columns = COLUMNS[:-1]
+    lines = [f"| kind | {' | '.join(columns)} |", "|---" * (len(columns) + 1) + "|"]
+    for kind, cells in CELLS.items():
+        name, _, rest = kind.partition(", ")
+        lines.append(f"| `{name}`{', ' + rest if rest else ''} | {' | '.join(cells)} |")
+    return HEAD + "\n" + "\n".join(lines) + "\n" + NOTES

@@ -1,0 +1,155 @@
+"""Small certificates for every kind of claim and every kind of weights, and their verdicts."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.document import certificate_document
+from takagi.certificates.model_data import pdc_law_data
+from takagi.certificates.plant_embedding import embedding_claim, law_members, plant_data
+from takagi.certificates.plant_secant import secant_model
+from takagi.models import (
+    Interval,
+    Output,
+    Plant,
+    TSModel,
+    Variable,
+    interpolate_curve,
+    sector_model,
+    table_function,
+)
+
+__all__ = ["EVIDENCE", "LAWLESS", "column", "cubic", "plant_document", "sampled", "verdicts"]
+
+Data = dict[str, Any]
+x, u, w = sp.symbols("x u w", real=True)
+GAINS = [[[1.0]], [[1.5]]]
+SET = {"P": [[1]], "level": 1, "multiplier": 0.5}
+PUSHED = {"disturbance": "disturbances"}
+OWN = {"A": [[[-2]], [[-3]]], "P": [[1]], "decay_rate": 1}
+# One state, P = 1: with A from -4 to -1 and gains from 1 to 1.5 the loop lies in [-5.5, -2].
+EVIDENCE: dict[str, Data] = {
+    "decay": {"P": [[1]], "decay_rate": 1},
+    "transient": {"P": [[1]], "decay_rate": 1, "scales": [1], "lower": 1, "overshoot": 1}
+    | {"settled_share": 0.5, "settling_time": 1},
+    "region": {"P": [[1]], "parts": [{"L": [[2]], "M": [[1]]}]},
+    "gain-rounding": {"P": [[1]], "decay_rate": 1, "absolute": [[0.01]], "relative": 0}
+    | {"tau": [0.01]},
+    "box-enlargement": {"P": [[1]], "decay_rate": 1, "enlargement": 1.1},
+    "no-common-decay": {"P": [[-1]], "decay_rate": 100, "blend": 0},
+    "invariant-ellipsoid": SET,
+    "input-limits": SET | {"input_limits": [1.5]},
+    "input-limits, rates": SET
+    | {"input_limits": [1.5], "rate_limits": [10], "membership_rates": [1, 1]}
+    | {"rate_shares": {"motion": [9], "memberships": [0.5]}},
+    "l2-gain": PUSHED | {"P": [[1]], "gain": 1},
+    "l2-gain, output by rule": PUSHED | {"P": [[1]], "gain": 1, "output": {"C": [[[0.5]], [[1]]]}},
+    "h2-norm": PUSHED | {"P": [[1]], "norm": 1},
+    "peak": PUSHED | SET | {"disturbance_norm": 0.5, "gain": 2},
+    "fuzzy-decay": {"decay_rate": 1, "degrees": [1], "polya": 0, "rates": [[0.1, 0.1]]}
+    | {"P": [{"powers": [[1, 0]], "matrix": [[1]]}, {"powers": [[0, 1]], "matrix": [[1.01]]}]},
+    "observer": {"P": [[1]], "decay_rate": 1, "L": [[[1]]]},
+    "observed-feedback": {"P": [[1, 0], [0, 1]], "decay_rate": 0.5, "L": [[[1]]]},
+    "sector-embedding": {},
+    "secant-embedding": {},
+    "effort-blend": {},
+    "quadratic-decay": OWN,
+    "no-common-quadratic": {"A": [[[1]]], "decay_rate": 1, "multiplier_factors": [[[1]]]},
+    "coherent-loop": SET,
+    "paper-loop": SET,
+    "equilibrium": SET,
+    "wind-rate": {"loop": 0},
+    "actuator-rates": {"loop": 0},
+}
+# Asked of the plant by itself: with gains it would be refused for another reason.
+LAWLESS = {("fuzzy-decay", "secants"), ("observer", "secants")}
+
+
+@cache
+def cubic(form: str = "sector") -> TSModel:
+    """Return x' = -x - x^3 + u + w, y = x on |x| <= 1; the force is a table in form "tables"."""
+    if form == "tables":
+        ends = [-1, -0.5, 0, 0.5, 1]
+        curve = interpolate_curve(ends, [1 + v**2 for v in ends])
+        force = table_function("stiffness", curve)(x) * x
+    else:
+        force = x + x**3
+    plant = Plant(
+        equations=(-force + u + w,),
+        states=(Variable(x, "-", Interval.of(-1, 1)),),
+        inputs=(Variable(u, "-"),),
+        disturbances=(Variable(w, "-"),),
+        outputs=(Output("y", x, "-"),),
+        name="cubic",
+    )
+    return secant_model(plant) if form == "secants" else sector_model(plant)
+
+
+def _vertices(form: str) -> tuple[Data, Data]:
+    names = {"state_names": ["x [-]"], "input_names": ["u [-]"]}
+    weights = {"premises": [{"name": "z", "lower": 0, "upper": 1}], "rules": [[0], [1]]}
+    model = {"kind": "takagi-sugeno", "name": "two", "sample_time": None, **names, **weights}
+    model |= {"disturbance_names": ["w [-]"], "A": [[[-1]], [[-2]]], "B": [[[1]]]}
+    model |= {"C": [[[1]]], "E": [[[1]]], "box": {"x [-]": [-1, 1]}}
+    law = {"name": "pdc", "sample_time": None, **names, **weights, "K": GAINS}
+    if form == "own":
+        law["premises"] = [{"name": "other", "lower": 0, "upper": 1}]
+    return model, law
+
+
+def column(form: str) -> tuple[Data, Data, list[Data]]:
+    """Return (model, law, claims that go first) for a kind of weights."""
+    if form in ("shared", "own"):
+        return (*_vertices(form), [])
+    model = cubic(form)
+    data = plant_data(model)
+    law = pdc_law_data(model, np.array(GAINS)) | law_members(data)
+    return data, law, [embedding_claim(model)]
+
+
+def plant_document(
+    model: TSModel, claim: Data, gains: Any = None, *, law: Data | None = None
+) -> Data:
+    """Return a certificate of a plant's model with one claim, written by hand."""
+    data = plant_data(model)
+    if gains is not None:
+        law = pdc_law_data(model, np.array(gains, dtype=float)) | law_members(data)
+    named = {"name": claim["kind"], **claim}
+    claims = [embedding_claim(model), named]
+    return certificate_document(model=data, gains=law, claims=claims, provenance={})
+
+
+@cache
+def sampled() -> TSModel:
+    """Return x' = -x + 3 p(x) x + u, p with a narrow peak at 0.37."""
+    z = sp.Symbol("z", real=True)
+    peak = sp.exp(-1000 * (x - sp.Rational(37, 100)) ** 2)
+    plant = Plant(
+        equations=(-x + 3 * peak * x + u,),
+        states=(Variable(x, "-", Interval.of(-1, 1)),),
+        inputs=(Variable(u, "-"),),
+        outputs=(Output("y", x, "-"),),
+        premises={z: peak},
+        name="peaked",
+    )
+    return sector_model(plant)
+
+
+def verdicts(document: Data) -> tuple[list[str], list[str]]:
+    """Return what each checker says, claim by claim; REFUSED alone where the file is refused."""
+    try:
+        first = [claim.verdict.name for claim in check_document(document).claims]
+    except CertificateError as error:
+        first = ["REFUSED", str(error)]
+    try:
+        second = [found.verdict for found in judge_document(document)]
+    except Refusal as error:
+        second = ["REFUSED", str(error)]
+    return first, second
