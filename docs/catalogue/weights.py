@@ -20,7 +20,7 @@ CELLS = MappingProxyType(
         "region": THEOREM,
         "gain-rounding": THEOREM,
         "box-enlargement": THEOREM,
-        "no-common-decay": ("disproof",) * 5,
+        "no-common-decay": ("disproof", "open (9)", "disproof", "disproof", "open (9)"),
         "invariant-ellipsoid": THEOREM,
         "input-limits": THEOREM,
         "input-limits, rates": (PROVED, "refused (1)", PROVED, PROVED, "refused (1)"),
@@ -93,6 +93,9 @@ as it is run, which takes u = 0 for a command that it does not know yet, is unst
    A, B, C and D are the same in all rules needs no weights, and is a theorem.
 8. Of a plant with `[blending]`. Its share is a signal that moves the matrices, and what it adds by
    itself is a slope of a secant embedding, which is refused.
+
+9. Left open, not refused: which gain of a law with weights of its own meets which rule is not
+   known, so that nothing is excluded. With one gain for all rules it is a disproof.
 
 What the theorems rest on: [claims](claims.md), and the docstring of each kind.
 """

@@ -65,14 +65,15 @@ def test_an_observer_with_slopes_keeps_an_error() -> None:
     At rest e' = 2 x^3 - (1 + 3 x^2 + L) e, and e = 0.329: V = 0.108 where the claim says e^(-4t).
     """
     model = cubic("secants")
-    claim = {"kind": "observer", "P": [[1]], "decay_rate": 1.998, "L": [[[1]]]}
+    rate = 1.998
+    claim = {"kind": "observer", "P": [[1]], "decay_rate": rate, "L": [[[1]]]}
     held = 0.9 + 0.9**3
 
     path = motion(lambda state: observed(state, held, 1.0), [0.9, 0.0], 5.0)
 
     V = (path[:, 0] - path[:, 1]) ** 2
     assert V[-1] == pytest.approx(0.108, abs=5e-4)
-    assert V[-1] > 1e6 * 0.81 * np.exp(-2 * claim["decay_rate"] * 5.0)
+    assert V[-1] > 1e6 * 0.81 * np.exp(-2 * rate * 5.0)
     first, second = verdicts(plant_document(model, claim))
     assert first[0] == second[0] == "REFUSED"
     assert "averages of slopes" in first[1]
