@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from takagi.certificates.checker.kernel.family import Family
-from takagi.certificates.checker.kinds.box_of_validity import pushing
 
 __all__ = ["granted", "undisturbed", "while_valid"]
 
 
 def granted(family: Family, *, disturbances_too: bool = True) -> str:
     """Return which ranges of the box nothing shows to be kept; empty for none."""
-    known = set(family.inputs) | (set() if disturbances_too else pushing(family))
+    known = set(family.inputs)
+    if not disturbances_too:
+        # Imported here: no kind that grants everything needs it.
+        from takagi.certificates.checker.kinds.box_of_validity import pushing
+
+        known |= pushing(family)
     names = [name for name in family.other_box or {} if name not in known]
     return f", while {', '.join(names)} {_stay(len(names))} in the model's box" if names else ""
 
