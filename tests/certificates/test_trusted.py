@@ -1,0 +1,202 @@
+"""What a verdict ran through: only what the claims need is loaded, and the count is right."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from takagi.certificates.checker import CertificateError, Verdict, check
+from takagi.certificates.checker.words import decay as decay_words
+from takagi.certificates.loop_claims import loop_claims
+from takagi.certificates.trusted import FOLDER, Trusted, check_counted, code_lines
+from takagi.cli.main import main
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+# Aims: code that somebody reads in an afternoon.
+MOST_FOR_DECAY, MOST_FOR_TURBINE = 700, 1470
+
+
+@pytest.fixture(scope="module")
+def counted_page() -> Iterator[Any]:
+    """The module that writes the table in docs/certificate.md; it lies beside the page."""
+    sys.path.insert(0, str(DOCS))
+    try:
+        yield import_module("catalogue.trusted")
+    finally:
+        sys.path.remove(str(DOCS))
+
+
+@pytest.fixture(scope="module")
+def decay(counted_page: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the certificate of one claim ``decay`` about a model of matrices."""
+    path = tmp_path_factory.mktemp("decay") / "decay.json"
+    path.write_text(json.dumps(counted_page.decay()))
+    return path
+
+
+@pytest.fixture(scope="module")
+def turbine(
+    short_document: dict[str, Any], reseal: Any, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    """Return the short certificate with all claims of the default design."""
+    model, gains = short_document["model"], short_document["gains"]
+    claims, left_out = loop_claims(model, gains, short_document["claims"][0])
+    assert not left_out
+    path = tmp_path_factory.mktemp("turbine") / "turbine.json"
+    path.write_text(json.dumps(reseal(short_document | {"claims": claims})))
+    return path
+
+
+@pytest.fixture(scope="module")
+def of_turbine(turbine: Path) -> tuple[Any, Trusted]:
+    return check_counted(turbine)
+
+
+def test_a_decay_claim_needs_few_lines(decay: Path) -> None:
+    checked, trusted = check_counted(decay)
+
+    assert checked.verdict.name == "PROVED"
+    assert trusted.lines <= MOST_FOR_DECAY
+    assert 0 < trusted.executed < trusted.lines
+    rooms = {file.place.partition("/")[0] for file in trusted.files}
+    assert rooms == {"__init__.py", "kernel", "kinds"}
+    assert [f.place for f in trusted.files if f.place.startswith("kinds/")] == ["kinds/decay.py"]
+
+
+def test_a_turbine_loads_what_its_claims_need(of_turbine: tuple[Any, Trusted]) -> None:
+    checked, trusted = of_turbine
+
+    assert checked.verdict.name == "PROVED"
+    assert len(checked.claims) == 3
+    assert trusted.lines <= MOST_FOR_TURBINE
+    places = {file.place for file in trusted.files}
+    assert not [place for place in places if place.startswith(("kinds/", "plant/", "files/"))]
+    assert not [place for place in places if "paper" in place or "rest" in place]
+
+
+def test_a_check_in_a_process_of_its_own_loads_the_same(decay: Path) -> None:
+    """Counted by another way: the interpreter's own list of modules."""
+    program = (
+        "import sys; from takagi.certificates.checker import check; check(sys.argv[1]); "
+        "print(*(m.__file__ for n, m in sys.modules.items() if n.startswith('takagi.certificates"
+        ".checker')), sep='\\n')"
+    )
+    ran = subprocess.run(
+        [sys.executable, "-c", program, str(decay)], capture_output=True, text=True, check=True
+    )
+
+    loaded = {Path(line).resolve().relative_to(FOLDER.resolve()).as_posix()
+              for line in ran.stdout.split()}  # fmt: skip
+    _, trusted = check_counted(decay)
+    counted = {file.place for file in (*trusted.files, *trusted.words)}
+    # Files without a line of code are not listed.
+    assert {place for place in loaded if code_lines((FOLDER / place).read_text())} <= counted
+    assert counted <= loaded
+
+
+def test_counting_changes_nothing(of_turbine: tuple[Any, Trusted], turbine: Path) -> None:
+    checked, plain = of_turbine[0], check(turbine)
+
+    assert checked.verdict.name == plain.verdict.name
+    assert [claim.text for claim in checked.claims] == [claim.text for claim in plain.claims]
+    assert checked.messages == plain.messages
+    # The classes that were loaded before are still the ones in use.
+    assert sys.modules["takagi.certificates.checker"].Verdict is Verdict  # type: ignore[attr-defined]
+    assert plain.verdict is Verdict.PROVED
+    assert sys.gettrace() is None or "trusted" not in str(sys.gettrace())
+
+
+def test_a_refused_file_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "certificate.json"
+    path.write_text('{"format": "another"}')
+
+    with pytest.raises(CertificateError, match="the format is not"):
+        check_counted(path)
+
+
+def test_lines_of_code() -> None:
+    source = (
+        '"""Words."""\n\nimport os  # why\n\n# a comment\ndef f(\n    a,\n):\n    """Words."""\n'
+    )
+    source += "    return (\n        a\n    )\n"
+
+    assert code_lines(source) == {3, 6, 7, 8, 10, 11, 12}
+
+
+def test_what_did_not_run_is_not_counted_as_executed(decay: Path) -> None:
+    """A claim that fails at its first test executes less; the same files are read."""
+    document = json.loads(decay.read_text())
+    document["claims"][0]["decay_rate"] = -1
+    wrong = decay.with_name("wrong.json")
+    wrong.write_text(json.dumps(_resealed(document)))
+
+    checked, refused = check_counted(wrong)
+    _, proved = check_counted(decay)
+
+    assert checked.verdict.name == "UNDECIDED"
+    assert [file.place for file in refused.files] == [file.place for file in proved.files]
+    assert refused.executed < proved.executed
+    definite = {file.place: file for file in refused.files}["kernel/definite.py"]
+    assert definite.executed < 20
+
+
+@pytest.mark.parametrize("words", ["PROVED", "a lie"])
+def test_words_cannot_change_a_verdict(
+    decay: Path, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    document = json.loads(decay.read_text())
+    document["claims"][0]["decay_rate"] = 1000
+    wrong = decay.with_name("fast.json")
+    wrong.write_text(json.dumps(_resealed(document)))
+    monkeypatch.setattr(decay_words, "said", lambda **_: ("a name", words))
+
+    assert check(decay).verdict is Verdict.PROVED
+    assert check(decay).claims[0].text == words
+    assert check(wrong).verdict is Verdict.UNDECIDED
+
+
+def test_the_verb_prints_a_table(decay: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(decay), "--trusted"]) == 0
+    printed = capsys.readouterr().out
+    assert main(["check", str(decay), "--trusted", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)["trusted"]
+
+    assert "The verdict ran through:" in printed
+    for file in answer["files"]:
+        assert f"  {file['file']} " in printed
+    assert answer["lines"] == sum(file["lines"] for file in answer["files"])
+    assert f"{len(answer['files'])} files" in printed
+    assert [file["file"] for file in answer["words"]]
+
+
+def test_the_verb_says_nothing_of_it_unasked(
+    decay: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", str(decay), "--json"]) == 0
+
+    assert "trusted" not in json.loads(capsys.readouterr().out)
+
+
+def test_the_page_has_these_numbers(
+    counted_page: Any, decay: Path, of_turbine: tuple[Any, Trusted]
+) -> None:
+    """Run ``make docs`` when this fails.  Which files are loaded does not depend on the winds."""
+    page = counted_page.PAGE.read_text(encoding="utf-8")
+
+    assert counted_page.row(counted_page.DECAY, check_counted(decay)[1]) in page
+    assert counted_page.row(counted_page.TURBINE, of_turbine[1]) in page
+
+
+def _resealed(document: dict[str, Any]) -> dict[str, Any]:
+    from takagi.certificates.checker.kernel.reader import digest, read_text
+
+    read = read_text(json.dumps(document), "document")
+    hashes = {part: digest(read.get(part)) for part in ("model", "gains", "claims")}
+    return document | {"provenance": {"sha256": hashes}}
