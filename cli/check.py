@@ -11,7 +11,7 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from takagi.cli.errors import MISUSE, PROVED, UNPROVED
 
@@ -150,7 +150,7 @@ def _as_json(options: argparse.Namespace, checked: Checked, trusted: Trusted | N
         {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}
         for claim in checked.claims
     ]
-    answer = {
+    answer: dict[str, Any] = {
         "certificate": str(options.certificate),
         "verdict": checked.verdict.name,
         "claims": claims,
