@@ -119,7 +119,7 @@ def energy_gain_condition(
     slack, sums = relaxation_named(relaxation)(loop)
     scale = (
         _lmi("Q positive definite", Q, ()),
-        _lmi("scale of Q", Q, (Constant(value=-level * one),), sign=-1, weight=0.0),
+        _lmi("scale of Q", Q, (Constant(value=-level * one),), sign=-1, strict=False),
     )
     return Condition(
         name="energy gain, compensation",

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates.wind_class import RESERVE, cell_class
-from takagi.lmi.analysis.decay_rate import max_decay_rate
+from takagi.lmi.analysis.decay_rate import fast_decay
 from takagi.lmi.analysis.invariant_ellipsoid import decay_rates
 from takagi.models.embedding.coherent import CellLoop
 from takagi.models.embedding.loop_cell import LoopBox, LoopCell, Uncertainty
@@ -146,7 +146,7 @@ def _settling(P: Floats, corners: list[LoopVertices]) -> tuple[Floats, float]:
     The largest rate is a generalised eigenvalue problem; where it fails, P itself serves.
     """
     A = np.concatenate([v.at_rest for v in corners])
-    answer = max_decay_rate(A)
+    answer = fast_decay(A)
     candidate = P if answer.P is None else np.asarray(answer.P)
     rounded = np.round(candidate * (1e3 / np.linalg.eigvalsh(candidate)[0]), 3)
     rate = RESERVE * float(decay_rates(rounded, A).min())

@@ -37,8 +37,9 @@ class Answer:
 
     Attributes
     ----------
-    status : "candidate", the unknowns were put back and every LMI held by eigenvalues;
-        "infeasible", multipliers bound the margin by zero to solver accuracy; "unknown", neither.
+    status : "candidate", the unknowns were put back and every LMI held by eigenvalues, and where
+        an optimum was asked for they are near it; "infeasible", multipliers bound the margin by
+        zero to solver accuracy; "unknown", neither.
     P : (n, n) for V = x' P x with smallest eigenvalue of order 1 in balanced states, or the one
         that shows the gain; None unless a candidate, and where V depends on the memberships.
     family : P(h) for V = x' P(h) x, where that was asked for and found; else None.
@@ -55,6 +56,8 @@ class Answer:
     multipliers : LMI -> (items, size, size), in the coordinates of ``condition``.
     coordinates : (n,) s: the condition is posed in x_k / s_k.
     condition : what was solved.
+    feasible : as ``values``, where an optimum was asked for and not reached: they satisfy the
+        condition, and the diagnosis says what they show beside the bound; else empty.
     diagnosis : in words, which item binds and what to relax; empty for a candidate.
     tries : every solver call, in order.
     """
@@ -71,6 +74,7 @@ class Answer:
     multipliers: Mapping[str, Floats] = field(default_factory=dict)
     coordinates: Floats | None = None
     condition: Condition | None = None
+    feasible: Mapping[str, Floats] = field(default_factory=dict)
     diagnosis: str = ""
     tries: tuple[Try, ...] = ()
 

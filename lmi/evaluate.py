@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 
 from takagi.lmi.term import LMI, Array, Condition
 
-__all__ = ["lmi_value", "margin", "smallest_eigenvalues"]
+__all__ = ["SMALLEST_MARGIN", "holds", "lmi_value", "margin", "shares", "smallest_eigenvalues"]
+
+# A margin is recomputed from the unknowns, so it is wrong by rounding only, some 1e-15.
+SMALLEST_MARGIN = 1e-10
 
 
 def lmi_value(
@@ -28,9 +31,10 @@ def lmi_value(
     total = np.full((lmi.count, lmi.size, lmi.size), zero, dtype=dtype)
     for constant in lmi.constants:
         row, column = lmi.spans(constant.at)
-        total[:, row, column] += constant.value
+        value = constant.value.astype(dtype, copy=False)
+        total[:, row, column] += value
         if row != column:
-            total[:, column, row] += constant.value.transpose(0, 2, 1)
+            total[:, column, row] += value.transpose(0, 2, 1)
     for term in lmi.terms:
         item, member, left, right = term.spread(lmi.count)
         X = values[term.unknown.name][member]
@@ -52,13 +56,63 @@ def smallest_eigenvalues(condition: Condition, lmi: LMI, values: Mapping[str, Ar
     return np.asarray(np.linalg.eigvalsh((F + F.transpose(0, 2, 1)) / 2)[:, 0])
 
 
-def margin(condition: Condition, values: Mapping[str, Array]) -> float:
-    """Return the largest t with sign F >= t weight I for every LMI with a weight.
+def shares(condition: Condition, lmi: LMI, values: Mapping[str, Array]) -> Array:
+    """Return lambda_min(sign F_k) relative to the size of what is summed up in F_k, (count,).
 
-    Normalisations (weight 0) do not count: dividing by their excess mends them.
+    In the units that ``LMI`` states for its tolerance: a non-strict LMI holds where this is at
+    least -tolerance.
     """
-    return min(
+    F: NDArray[np.float64] = lmi.sign * lmi_value(lmi, values, condition.parameters)
+    root = np.sqrt(_sizes(lmi, values, condition.parameters))
+    inside = (F + F.transpose(0, 2, 1)) / 2 / root[:, :, None] / root[:, None, :]
+    return np.asarray(np.linalg.eigvalsh(inside)[:, 0])
+
+
+def margin(condition: Condition, values: Mapping[str, Array]) -> float:
+    """Return the largest t with sign F >= t weight I for every strict LMI.
+
+    Where a non-strict LMI is missed by more than its tolerance: how far, as a negative share of
+    its size.  Where no LMI is strict: their least share, 0 where they are touched.
+    """
+    strict = [
         float(smallest_eigenvalues(condition, lmi, values).min()) / lmi.weight
         for lmi in condition.lmis
-        if lmi.weight > 0
-    )
+        if lmi.strict
+    ]
+    others = [
+        (float(shares(condition, lmi, values).min()), lmi)
+        for lmi in condition.lmis
+        if not lmi.strict
+    ]
+    missed = [share for share, lmi in others if not share >= -lmi.tolerance]
+    if strict or missed:
+        return min([*strict, *missed])
+    return max(0.0, min((share for share, _ in others), default=0.0))
+
+
+def holds(condition: Condition, held: float) -> bool:
+    """Return whether every LMI holds, from the margin: with one, where an LMI is strict."""
+    return held > SMALLEST_MARGIN if any(lmi.strict for lmi in condition.lmis) else held >= 0
+
+
+def _sizes(lmi: LMI, values: Mapping[str, Array], parameters: Mapping[str, Any]) -> Array:
+    """Return the diagonal of N_k, (count, size): see ``LMI``."""
+    sizes, largest = np.zeros((lmi.count, lmi.size)), np.zeros(lmi.count)
+    for constant in lmi.constants:
+        row, column = lmi.spans(constant.at)
+        value = np.abs(constant.value.astype(np.float64))
+        largest = np.maximum(largest, value.max(axis=(1, 2)))
+        if row == column:
+            sizes[:, row] += np.diagonal(value, axis1=1, axis2=2)
+    for term in lmi.terms:
+        row, column = lmi.spans(term.at)
+        if row != column:
+            continue
+        item, member, left, right = term.spread(lmi.count)
+        X = values[term.unknown.name][member]
+        block = X * left if right is None else left @ X @ right
+        factor = 1.0 if term.parameter is None else abs(float(parameters[term.parameter]))
+        factor *= 2.0 if term.plus_transpose else 1.0
+        found = np.abs(np.diagonal(block, axis1=1, axis2=2)).astype(np.float64)
+        np.add.at(sizes[:, row], item, factor * found)
+    return np.asarray(np.maximum(sizes, np.where(largest > 0, largest, 1.0)[:, None]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -19,6 +20,9 @@ __all__ = ["Condition", "Constant", "LMI", "Term", "Unknown"]
 Array: TypeAlias = NDArray[Any]
 Indices: TypeAlias = NDArray[np.intp]
 Position: TypeAlias = tuple[int, int]
+
+# By how much a non-strict LMI may be missed where nothing else is said, relative to its size.
+TOLERANCE = 1e-7
 
 
 class Spread(NamedTuple):
@@ -103,7 +107,16 @@ class Constant:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class LMI:
-    """F_k(X) = sum of terms + constants, and sign F_k(X) >= 0 for every item k.
+    """F_k(X) = sum of terms + constants, and sign F_k(X) > 0 for every item k.
+
+    A strict LMI holds with a margin t > 0.  A non-strict one, sign F_k(X) >= 0, may be touched: it
+    takes no part in the margin, and holds where the smallest eigenvalue of
+
+        N_k^(-1/2) sign F_k(X) N_k^(-1/2)
+
+    is at least -tolerance.  N_k is diagonal: the sum of the absolute values that are summed up on
+    the diagonal of F_k, and no less than the largest constant of the item, or 1 where it has none.
+    So x <= b is kept to within 2 tolerance b, in all units.
 
     Attributes
     ----------
@@ -112,8 +125,10 @@ class LMI:
     terms, constants : what is summed.
     sign : 1 for F >= 0, -1 for F <= 0.
     count : number of items, one cone each.
-    weight : an LMI holds with margin t when sign F >= t weight I; 0 for a normalisation, which
-        may be touched.
+    weight : a strict LMI holds with margin t when sign F >= t weight I; 0 says the same as
+        ``strict=False``, and every non-strict LMI has it.
+    strict : False for an LMI that may be touched.
+    tolerance : by how much a non-strict LMI may be missed, as above.
     labels : one name per item, made when it is asked for if it is ``Labels``; ``"<name> 3 of 8"``
         when empty.
     index : LaTeX of the index range, e.g. ``"i = 1, \\dots, 8"``.
@@ -126,12 +141,27 @@ class LMI:
     sign: int = 1
     count: int = 1
     weight: float = 1.0
+    strict: bool = True
+    tolerance: float = TOLERANCE
     labels: Sequence[str] = ()
     index: str = ""
 
     def __post_init__(self) -> None:
         if self.sign not in (1, -1):
             raise ModelError(f"LMI {self.name}: sign is {self.sign}; give 1 for >= 0, -1 for <= 0")
+        if not 0 <= self.weight < math.inf:
+            raise ModelError(
+                f"LMI {self.name}: weight is {self.weight!r}; a positive number is needed, or "
+                "strict=False for an LMI that may be touched"
+            )
+        if not 0 <= self.tolerance < 1:
+            raise ModelError(
+                f"LMI {self.name}: tolerance is {self.tolerance!r}; a number from 0 to below 1 is "
+                "needed, the share of its size by which a non-strict LMI may be missed"
+            )
+        if not self.strict or self.weight == 0:
+            object.__setattr__(self, "strict", False)
+            object.__setattr__(self, "weight", 0.0)
         if self.labels and len(self.labels) != self.count:
             raise ModelError(
                 f"LMI {self.name}: {len(self.labels)} labels for {self.count} items; name each"
@@ -169,7 +199,7 @@ class Condition:
     ----------
     name, source : what it proves and where it was published.
     unknowns : in the order of the solver's variables.
-    lmis : all must hold.
+    lmis : all must hold, the strict ones with a margin.
     objective : unknown name -> (count, rows, cols); the sum of entrywise products is minimised.
     parameters : values of the named numbers in the terms.
     """

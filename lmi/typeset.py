@@ -83,7 +83,7 @@ def _lines(condition: Condition) -> list[tuple[str, str]]:
 
 
 def _relation(lmi: LMI) -> str:
-    strict = lmi.weight > 0
+    strict = lmi.strict
     if lmi.size == 1:
         return {(1, True): ">", (1, False): r"\ge", (-1, True): "<"}.get((lmi.sign, strict), r"\le")
     if lmi.sign > 0:

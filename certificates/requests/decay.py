@@ -71,11 +71,12 @@ class Decay:
 
 
 def common_function(loop: Loop, decay_rate: float | None = None) -> Answer:
-    """Return the candidate P for a rate, or for the largest."""
-    from takagi.lmi import common_lyapunov, max_decay_rate
+    """Return the candidate P for a rate, or for the fastest that is found."""
+    from takagi.lmi import common_lyapunov
+    from takagi.lmi.analysis.decay_rate import fast_decay
 
     if decay_rate is None:
-        return max_decay_rate(loop.A, sample_time=loop.sample_time)
+        return fast_decay(loop.A, sample_time=loop.sample_time)
     return common_lyapunov(loop.A, decay_rate=decay_rate, sample_time=loop.sample_time)
 
 

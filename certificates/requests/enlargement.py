@@ -32,9 +32,9 @@ class BoxEnlargement:
 
     def attempt(self, loop: Loop) -> Attempt:
         """Return the claim ``box-enlargement``; theta is backed off until it proves."""
-        from takagi.lmi import max_box_enlargement
+        from takagi.lmi.analysis.box_enlargement import wide_box
 
-        answer = max_box_enlargement(
+        answer = wide_box(
             loop.model, gains=loop.gains, law="independent", decay_rate=self.decay_rate
         )
         solver = str(answer.solver.get("status", ""))

@@ -96,10 +96,11 @@ def _evidence(loop: Loop, given: ArrayLike) -> dict[str, Any]:
 
 
 def _attempt(loop: Loop, A: Floats, named: dict[str, Any], rate: float | None) -> Attempt:
-    from takagi.lmi import common_lyapunov, max_decay_rate
+    from takagi.lmi import common_lyapunov
+    from takagi.lmi.analysis.decay_rate import fast_decay
 
     if rate is None:
-        answer = max_decay_rate(A, sample_time=loop.sample_time)
+        answer = fast_decay(A, sample_time=loop.sample_time)
         rates = [rounded_down(s * min(answer.decay_rate or 0.0, 1e6)) for s in BACK_OFF]
     else:
         answer, rates = common_lyapunov(A, decay_rate=rate, sample_time=loop.sample_time), [rate]

@@ -68,7 +68,7 @@ class Adjoint:
 
     def strict(self, block: Block) -> bool:
         """Return whether the block's LMI must hold strictly; a normalisation may be touched."""
-        return self.condition.lmis[block.lmi].weight > 0
+        return self.condition.lmis[block.lmi].strict
 
     def name(self, block: Block) -> str:
         """Return the item's name."""

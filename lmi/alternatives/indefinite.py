@@ -82,7 +82,7 @@ def _lone_unknown(condition: Condition) -> Unknown | None:
 
 
 def _is_itself(lmi: LMI) -> bool:
-    if lmi.weight <= 0 or lmi.constants or len(lmi.terms) != 1 or lmi.sign != 1:
+    if not lmi.strict or lmi.constants or len(lmi.terms) != 1 or lmi.sign != 1:
         return False
     term = lmi.terms[0]
     if term.right is None or term.parameter is not None or term.items is not None:
@@ -93,7 +93,7 @@ def _is_itself(lmi: LMI) -> bool:
 
 def _crosses(condition: Condition, lmi: LMI, item: int) -> bool:
     """Return whether an item is strict and has the property (*)."""
-    if lmi.weight <= 0 or lmi.constants or _is_itself(lmi):
+    if not lmi.strict or lmi.constants or _is_itself(lmi):
         return False
     if lmi.size != condition.unknowns[0].rows:
         return False

@@ -14,9 +14,10 @@ from takagi.lmi.answer import Answer, Floats, Try
 from takagi.lmi.intake import Vertices, number, sample_time_of
 from takagi.lmi.solver.balance import state_units
 from takagi.lmi.solver.largest_parameter import Extreme, extreme_parameter
+from takagi.lmi.solver.outcome import promised
 from takagi.lmi.solver.vertex_rounds import ALL_AT_ONCE
 
-__all__ = ["max_box_enlargement"]
+__all__ = ["max_box_enlargement", "wide_box"]
 
 # Of the matrices that do not move with the box: rounding only.
 STILL = 1e-13
@@ -63,7 +64,10 @@ def max_box_enlargement(
     Returns
     -------
     An ``Answer``: ``enlargement`` is what the returned P shows, recomputed from it, a hair below
-    the largest; ``bound`` is above every enlargement that one P can show, to solver accuracy.
+    the largest; ``bound`` is above every enlargement that one P can show, to solver accuracy, and
+    by the tolerance at most, or by a thousandth where less was asked for.  Where the search stops
+    farther from it the status is "unknown", the diagnosis has both numbers, and ``feasible`` the P
+    that shows the smaller one.
     "infeasible" when no P serves even the nominal point, or, where theta is at least 1, the box.
 
     Not promised: that the plant is what the vertices say outside the model's box.  The vertices
@@ -72,6 +76,50 @@ def max_box_enlargement(
     Raises
     ------
     ModelError : shapes, numbers, an unknown law, memberships that are none.
+    """
+    answer = wide_box(
+        model,
+        gains=gains,
+        law=law,
+        nominal=nominal,
+        decay_rate=decay_rate,
+        tolerance=tolerance,
+        scales=scales,
+        sample_time=sample_time,
+    )
+    theta, bound = answer.enlargement, answer.bound
+    if theta is None or bound <= theta * (1.0 + promised(tolerance)):
+        return answer
+    most = f"no P shows more than {bound:.6g}" if np.isfinite(bound) else "no bound is known"
+    return replace(
+        answer,
+        status="unknown",
+        P=None,
+        decay_rate=None,
+        enlargement=None,
+        feasible=answer.values,
+        diagnosis=(
+            f"the largest enlargement is not settled: a P shows {theta:.6g}, {most}; give scales, "
+            "or a larger tolerance"
+        ),
+    )
+
+
+def wide_box(
+    model: Vertices,
+    *,
+    gains: ArrayLike | None = None,
+    law: Law = "independent",
+    nominal: ArrayLike | None = None,
+    decay_rate: float = 0.0,
+    tolerance: float = 1e-6,
+    scales: ArrayLike | None = None,
+    sample_time: float | None = None,
+) -> Answer:
+    """Return the P that shows the widest box that was found, whether or not it is the widest.
+
+    As ``max_box_enlargement``, for those who claim no more than what P shows: the bound may be far
+    above it.
     """
     alpha = float(number("decay_rate", decay_rate))
     tolerance = float(number("tolerance", tolerance, at_least=1e-12))

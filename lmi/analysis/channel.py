@@ -162,12 +162,12 @@ def channel_of(
 
 
 def near_least(outcome: Outcome) -> bool:
-    """Return whether the outcome is a candidate whose objective is near its least value.
+    """Return whether the outcome of a minimisation is a candidate: its objective near the least.
 
-    Where no solver gets near it, ``optimise`` returns unknowns that only satisfy the condition:
-    a bound too, but possibly a thousand times the least one, so it is not passed off as that.
+    Where no solver gets near it, ``optimise`` says "unknown": unknowns that only satisfy the
+    condition show a bound too, but possibly a thousand times the least one.
     """
-    return outcome.status == "candidate" and outcome.settled
+    return outcome.status == "candidate"
 
 
 def _power(value: float) -> float:

@@ -19,11 +19,12 @@ from takagi.lmi.evaluate import margin
 from takagi.lmi.intake import Vertices, number, sample_time_of, vertex_stack
 from takagi.lmi.solver.balance import state_units
 from takagi.lmi.solver.largest_parameter import extreme_parameter
+from takagi.lmi.solver.outcome import promised
 from takagi.lmi.solver.stages import Outcome, decide
 from takagi.lmi.solver.vertex_rounds import first_vertices
 from takagi.lmi.term import Condition
 
-__all__ = ["max_decay_rate"]
+__all__ = ["fast_decay", "max_decay_rate"]
 
 ROUNDS, ADDED = 40, 12
 # The search begins anew in coordinates where the last P is the identity, so often, each time
@@ -59,12 +60,14 @@ def max_decay_rate(
     Returns
     -------
     An ``Answer``: ``decay_rate`` is what the returned P shows, recomputed from it, a hair below
-    the largest; ``bound`` is above every rate, to solver accuracy.  The rate may be negative:
-    then V grows at most that fast, and the status is still "candidate".
+    the largest; ``bound`` is above every rate, to solver accuracy, and by the tolerance at most,
+    or by a thousandth where less was asked for.  The rate may be negative: then V grows at most
+    that fast, and the status is still "candidate".
 
-    Not promised: the supremum may not be attained (a defective eigenvalue); then P is badly
-    conditioned near it, and the answer stops short of it by more than the tolerance.  In discrete
-    time V+ < 1e-7 V within a step is not told from V+ = 0.
+    The supremum may not be attained (a defective eigenvalue); then P is badly conditioned near it,
+    and where the search stops short of the bound by more than that, the status is "unknown", the
+    diagnosis has both rates, and ``feasible`` the P that shows the lower one.  In discrete time
+    V+ < 1e-7 V within a step is not told from V+ = 0.
 
     Raises
     ------
@@ -72,6 +75,42 @@ def max_decay_rate(
         positive or not the model's.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1.3.
+    """
+    answer = fast_decay(model, tolerance=tolerance, scales=scales, sample_time=sample_time)
+    if answer.decay_rate is None:
+        return answer
+    A = vertex_stack(model).astype(np.float64)
+    s, step = answer.coordinates, sample_time_of(model, sample_time)
+    size = vertex_weight(A * s / s[:, None], step=step) / (step or 1.0)
+    rate, bound = answer.decay_rate, answer.bound
+    known = abs(bound) if np.isfinite(bound) else 0.0
+    if bound <= rate + promised(tolerance) * max(known, 1e-3 * size):
+        return answer
+    most = f"no P shows more than {bound:.6g} 1/s" if np.isfinite(bound) else "no bound is known"
+    return replace(
+        answer,
+        status="unknown",
+        P=None,
+        decay_rate=None,
+        feasible=answer.values,
+        diagnosis=(
+            f"the largest rate is not settled: a P shows {rate:.6g} 1/s, {most}; ask for a rate "
+            "between them, with common_lyapunov, or for a larger tolerance"
+        ),
+    )
+
+
+def fast_decay(
+    model: Vertices,
+    *,
+    tolerance: float = 1e-6,
+    scales: ArrayLike | None = None,
+    sample_time: float | None = None,
+) -> Answer:
+    """Return the P that shows the fastest decay that was found, whether or not it is the largest.
+
+    As ``max_decay_rate``, for those who want a P that decays fast and claim no more of it: the
+    bound may be far above the rate.
     """
     A = vertex_stack(model).astype(np.float64)
     step = sample_time_of(model, sample_time)
@@ -91,6 +130,7 @@ def max_decay_rate(
         if not len(fresh) or rates[fresh[0]] >= lowest - search.hair(lowest):
             break
         chosen = np.concatenate([chosen, fresh])
+    upper = max(rate_of(search.A, P, step=step), min(upper, search.slowest_mode()))
     condition, outcome = search.centre(search.A[chosen], P)
     answer = answer_in_states(condition, outcome, A, s, step=step)
     return replace(answer, bound=upper, tries=(*tries, *outcome.tries))
@@ -108,6 +148,20 @@ class _Search:
     def hair(self, rate: float) -> float:
         """Return the difference in rate that does not matter."""
         return self.tolerance * max(abs(rate) if np.isfinite(rate) else 0.0, 1e-3 * self.size)
+
+    def slowest_mode(self) -> float:
+        """Return the rate of the slowest mode of any vertex, which no P exceeds.
+
+        Raised by what rounding can do to the eigenvalue, which is most for a defective one.
+        """
+        n = self.A.shape[1]
+        values = np.linalg.eigvals(self.A)
+        off = np.finfo(float).eps ** (1.0 / n) * np.linalg.norm(self.A, 2, axis=(1, 2))
+        if self.step is None:
+            return float((off - values.real.max(axis=1)).min())
+        least = np.maximum(np.abs(values).max(axis=1) - off, 0.0)
+        with np.errstate(divide="ignore"):
+            return float((-np.log(least) / self.step).min())
 
     def climb(self, A: Floats, P: Floats, tries: list[Try]) -> tuple[Floats, float]:
         """Return the P that shows the largest rate of these vertices, and a bound on that rate."""

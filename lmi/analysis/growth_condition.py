@@ -64,7 +64,7 @@ def box_enlargement_condition(
                 terms=(keep,),
                 constants=(Constant(value=-one, latex="-I"),),
                 sign=-1,
-                weight=0.0,
+                strict=False,
             ),
             *pose(P, loops, rate),
         ),

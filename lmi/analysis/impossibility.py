@@ -43,7 +43,7 @@ def impossibility_condition(
         blocks=(n,),
         terms=(Term(unknown=Z, left=one, right=one, items=every, members=every),),
         count=count,
-        weight=0.0,
+        strict=False,
     )
     bounded = LMI(
         name="scale of the multiplier",
@@ -52,7 +52,7 @@ def impossibility_condition(
         constants=(Constant(value=-one, latex="-I"),),
         sign=-1,
         count=count,
-        weight=0.0,
+        strict=False,
     )
     alternative = LMI(
         name="alternative",

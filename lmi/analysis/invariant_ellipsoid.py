@@ -178,8 +178,7 @@ def _step(A: Floats, d: Floats, alpha: Floats, h: Floats) -> tuple[Floats, float
     for _ in range(ROUNDS):
         condition = invariant_ellipsoid_condition(A[chosen], d[chosen], alpha[chosen], h)
         outcome = optimise(condition, slack=1e-3)
-        # Without an objective the solver failed and the centre is feasible at any size.
-        if outcome.status != "candidate" or not outcome.settled:
+        if outcome.status != "candidate":
             return None
         P, eta = outcome.values["P"][0], float(outcome.values["eta"][0, 0, 0])
         worst = slacks(P, A, d, alpha)

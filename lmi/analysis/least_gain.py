@@ -15,6 +15,7 @@ from takagi.lmi.answer import Answer, Floats
 from takagi.lmi.solver.balance import state_units
 from takagi.lmi.solver.diagnosis import binding_items
 from takagi.lmi.solver.item_rounds import ALL_AT_ONCE, optimise_by_rounds
+from takagi.lmi.solver.outcome import Outcome, not_least, promised
 from takagi.lmi.term import Condition
 
 __all__ = ["Pose", "Shown", "least_gain", "motion_of", "states_of"]
@@ -69,19 +70,42 @@ def _attempt(path: Channel, s: Floats, pose: Pose, shown: Shown, *, noise: bool)
     scaled = path.scaled(units)
     condition = pose(scaled, units)
     outcome = optimise_by_rounds(condition)
-    gain, P = shown(scaled, units, outcome.values) if near_least(outcome) else (None, None)
+    gain, P, why = _gain_of(outcome, scaled, units, shown, noise=noise)
+    good = gain is not None and not why
     return Answer(
-        status=outcome.status,
-        P=P,
+        status="candidate" if good else outcome.status,
+        P=P if good else None,
         margin=outcome.margin,
-        gain=gain,
+        gain=gain if good else None,
         bound=outcome.bound,
         values=outcome.values,
         multipliers=outcome.multipliers,
         coordinates=s,
         condition=condition,
+        feasible={} if good else outcome.feasible,
+        diagnosis=why,
         tries=outcome.tries,
     )
+
+
+def _gain_of(
+    outcome: Outcome, scaled: Channel, units: Units, shown: Shown, *, noise: bool
+) -> tuple[float | None, Floats | None, str]:
+    """Return the gain that the unknowns show, its P, and why it is not the least; all may be none.
+
+    An objective that no solver brought near the least may stand beside a P that shows less.
+    """
+    values = outcome.values if near_least(outcome) else outcome.feasible
+    if not values:
+        return None, None, ""
+    gain, P = shown(scaled, units, values)
+    if near_least(outcome):
+        return gain, P, ""
+    # The objective under white noise is a variance, and per unit of time.
+    least = np.sqrt(max(outcome.least, 0.0) * units.rate) if noise else outcome.least
+    least = float(least) * units.output / units.disturbance
+    near = np.isfinite(least) and abs(gain - least) <= promised(0.0) * least
+    return gain, P, "" if near else not_least(gain, least)
 
 
 def _confirmed(path: Channel, found: Answer, pose: Pose, shown: Shown, *, noise: bool) -> Answer:
@@ -157,7 +181,8 @@ def _answer_without(channel: Channel, states: Floats, tried: Answer, alpha: floa
         if stable.found
         else f"whether the vertices have a common P{rate} is not settled, and"
     )
-    diagnosis = f"{why} no solver came near the least one; give scales, or leave out fast states"
+    said = tried.diagnosis or "no solver came near the least one"
+    diagnosis = f"{why} {said}; give scales, or leave out fast states"
     if no and stable.condition is not None:
         binding = binding_items(stable.condition, stable.multipliers, "vertex")
         diagnosis = (
@@ -172,6 +197,7 @@ def _answer_without(channel: Channel, states: Floats, tried: Answer, alpha: floa
         multipliers=stable.multipliers if no else {},
         coordinates=states,
         condition=stable.condition if no else tried.condition,
+        feasible={} if no else tried.feasible,
         diagnosis=diagnosis,
         tries=(*tried.tries, *stable.tries),
     )

@@ -177,7 +177,7 @@ def _posed(
         terms=(Term(unknown=P, left=one, right=one),),
         constants=(Constant(value=-one, latex="-I"),),
         sign=-1,
-        weight=0.0,
+        strict=False,
     )
     taus = tuple(_tau(channel, k) for k, channel in enumerate(channels, start=1))
     nominal: Callable[[Array, Unknown], tuple[Term, ...]] = _flow if step is None else _step
@@ -224,7 +224,7 @@ def _bounded(tau: Unknown) -> LMI:
         constants=(Constant(value=np.full((1, 1, 1), -100.0), latex="-100"),),
         sign=-1,
         count=tau.count,
-        weight=0.0,
+        strict=False,
     )
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
 from takagi.lmi.analysis.channel import Channel, Units, channel_of
-from takagi.lmi.analysis.decay_rate import max_decay_rate
+from takagi.lmi.analysis.decay_rate import fast_decay
 from takagi.lmi.analysis.least_gain import least_gain, motion_of, states_of
 from takagi.lmi.analysis.peak_condition import peak_gain_condition, positive_rate
 from takagi.lmi.analysis.quadratic import vertex_weight
@@ -160,7 +160,7 @@ class _Search:
         step = self.path.sample_time
         inside = self.path.in_states(self.states)
         ones = np.ones(len(self.states))
-        most = max_decay_rate(inside.A, tolerance=1e-2, scales=ones, sample_time=step)
+        most = fast_decay(inside.A, tolerance=1e-2, scales=ones, sample_time=step)
         rate = most.decay_rate or 0.0
         if rate > 0 and most.P is not None:
             self._adapt(most.P)

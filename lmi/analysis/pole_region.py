@@ -55,7 +55,7 @@ def d_stability_condition(model: Vertices, region: Region) -> Condition:
         terms=(Term(unknown=P, left=one, right=one),),
         constants=(Constant(value=-one, latex="-I"),),
         sign=-1,
-        weight=0.0,
+        strict=False,
     )
     parts = (
         _part_lmi(A, P, part, label)

@@ -73,7 +73,7 @@ def common_lyapunov_condition(
         terms=(Term(unknown=P, left=one, right=one),),
         constants=(Constant(value=-one, latex="-I"),),
         sign=-1,
-        weight=0.0,
+        strict=False,
     )
     decay = LMI(
         name="vertex",

@@ -159,7 +159,7 @@ def _size_of(Q: Unknown) -> tuple[LMI, LMI]:
             terms=(term,),
             constants=(Constant(value=-LARGEST * one, latex=rf"-{LARGEST:g} I"),),
             sign=-1,
-            weight=0.0,
+            strict=False,
         ),
     )
 

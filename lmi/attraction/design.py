@@ -74,7 +74,8 @@ def attraction_ellipsoid(
     Returns
     -------
     An ``Answer``, about 1e-4 below the largest measure by this condition, so that every LMI keeps
-    a margin; more where no solver gets so near.  Nothing is proved here.
+    a margin, and a thousandth at most; "unknown" where no solver gets so near.  Nothing is proved
+    here.
     Not promised: that it is the largest region of attraction, which need not be an ellipsoid; nor
     a finite one where neither box nor limit bounds it: it is cut off where Q reaches 1000 times
     the size of the last coordinates.
@@ -212,19 +213,25 @@ def _answer(condition: Condition, outcome: Outcome, s: Floats, task: AttractionT
         multipliers=outcome.multipliers,
         coordinates=s,
         condition=condition,
+        feasible=outcome.feasible,
         diagnosis="" if P is not None else _diagnosis(condition, outcome, task),
         tries=outcome.tries,
     )
 
 
 def _diagnosis(condition: Condition, outcome: Outcome, task: AttractionTask) -> str:
+    if outcome.feasible:
+        return (
+            f"there is an ellipsoid, but in the coordinates of the condition {outcome.reason}; "
+            "give a state box and input limits of the size that matters"
+        )
     if outcome.status == "unknown":
         return (
             f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
             f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
             "decay rate a little"
         )
-    names = [lmi.name for lmi in condition.lmis[1:] if lmi.weight > 0]
+    names = [lmi.name for lmi in condition.lmis[1:] if lmi.strict]
     binding = binding_items(condition, outcome.multipliers, *names)
     return (
         f"no ellipsoid, however small: {binding}; lower the decay rate, take a richer relaxation "

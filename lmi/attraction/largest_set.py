@@ -66,7 +66,7 @@ def points_measure(Q: Unknown, points: Array) -> Measure:
         ),
         constants=(Constant(value=points[:, None, :], at=(0, 1), latex=r"x_k^\top"),),
         count=len(points),
-        weight=0.0,
+        strict=False,
         index=rf"k = 1, \dots, {len(points)}",
     )
     return Measure({"gamma": np.ones((1, 1, 1))}, (gamma,), (inside,))
@@ -89,7 +89,7 @@ def volume_measure(Q: Unknown) -> Measure:
             Term(unknown=c, left=np.ones((1, 1, 1)), symbol="c_1"),
             Term(unknown=v, left=-np.ones((1, 1, 1)), latex=("-", "")),
         ),
-        weight=0.0,
+        strict=False,
     )
     return Measure(
         {"volume": -np.ones((1, 1, 1))}, (v, c, T), (_factor_lmi(Q, T, c), _mean_lmi(c, n), root)
@@ -131,7 +131,7 @@ def _factor_lmi(Q: Unknown, T: Unknown, c: Unknown) -> LMI:
                 for side in (0, 1)
             ),
         ),
-        weight=0.0,
+        strict=False,
         index=rf"z = (c_{{{c.count - n + 1}}}{dots}c_{{{c.count}}})",
     )
 
@@ -161,6 +161,6 @@ def _mean_lmi(c: Unknown, n: int) -> LMI:
         blocks=(1, 1),
         terms=tuple(terms),
         count=nodes,
-        weight=0.0,
+        strict=False,
         index=rf"k = 1, \dots, {nodes}{missing}",
     )

@@ -53,7 +53,7 @@ def _rounds(task: AttractionTask) -> tuple[Condition, Outcome, Floats, Floats]:
     condition = attraction_condition(task.scaled(s, tau))
     outcome = optimise(condition, slack=SLACK)
     for _ in range(ROUNDS):
-        if outcome.status != "candidate":
+        if outcome.status != "candidate" and not outcome.feasible:
             break
         axes = np.sqrt(np.diag(outcome.values["Q"][0]))
         if axes.max() <= 4 and axes.min() >= 0.25:
@@ -61,7 +61,7 @@ def _rounds(task: AttractionTask) -> tuple[Condition, Outcome, Floats, Floats]:
         nearer = s * nearest_power(axes)
         again = attraction_condition(task.scaled(nearer, tau))
         found = optimise(again, slack=SLACK)
-        if found.status != "candidate":
+        if found.status != "candidate" and (outcome.status == "candidate" or not found.feasible):
             break
         condition, outcome, s = again, found, nearer
     return condition, outcome, s, tau

@@ -207,7 +207,7 @@ def _binding(answer: Answer) -> tuple[Share, ...]:
     names = [
         lmi.name
         for lmi in answer.condition.lmis
-        if lmi.weight > 0 and "positive definite" not in lmi.name
+        if lmi.strict and "positive definite" not in lmi.name
     ]
     return binding_shares(answer.condition, answer.multipliers, *names)
 

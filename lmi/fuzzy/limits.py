@@ -62,7 +62,7 @@ def effort_lmi(sought: Sought, nu: Unknown, *, discrete: bool) -> LMI:
             Term(unknown=nu, left=inputs, at=(1, 1), latex=("", "I")),
         ),
         count=r * r,
-        weight=0.0,
+        strict=False,
         index=rf"i, j = 1, \dots, {r}",
     )
 
@@ -89,7 +89,7 @@ def scale_lmis(sought: Sought) -> tuple[LMI, ...]:
             constants=(Constant(value=-one, latex="-I"),),
             sign=-1,
             count=P.count,
-            weight=0.0,
+            strict=False,
             index=rf"i = 1, \dots, {P.count}",
         ),
         LMI(
@@ -98,6 +98,6 @@ def scale_lmis(sought: Sought) -> tuple[LMI, ...]:
             terms=(Term(unknown=G, left=one, right=one, at=(0, 1), members=each),),
             constants=(bound, replace(bound, at=(1, 1))),
             count=G.count,
-            weight=0.0,
+            strict=False,
         ),
     )

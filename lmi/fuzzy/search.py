@@ -165,7 +165,7 @@ def _diagnosis(task: FuzzyTask, condition: Condition, outcome: Outcome) -> str:
             f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
             "decay rate a little, or give scales"
         )
-    names = [lmi.name for lmi in condition.lmis if lmi.weight > 0][1:]
+    names = [lmi.name for lmi in condition.lmis if lmi.strict][1:]
     cures = ['take a richer relaxation ("liu-zhang", "polya-2")', "lower the decay rate"]
     if task.discrete and task.slack == "common":
         cures.insert(0, 'take slack="rules"')

@@ -13,6 +13,7 @@ from takagi.lmi.performance.task import PerformanceTask
 from takagi.lmi.performance.units import PerformanceUnits, guessed_regulator
 from takagi.lmi.solver.diagnosis import binding_items
 from takagi.lmi.solver.least_over_rate import least_objective
+from takagi.lmi.solver.outcome import not_least
 from takagi.lmi.solver.stages import SMALLEST_MARGIN, Outcome, optimise
 from takagi.lmi.term import Condition
 
@@ -71,7 +72,7 @@ def designed(task: PerformanceTask, pose: Pose, meaning: Meaning) -> Design:
         found = _solved(task, *_posed(task, pose, P))
         if near_least(found.outcome):
             return _design(task, _confirmed(task, pose, meaning, found), meaning)
-    return _without(task, plain, found)
+    return _without(task, plain, found, meaning)
 
 
 def _guesses(task: PerformanceTask, plain: Floats) -> Iterator[Floats]:
@@ -160,14 +161,18 @@ def _held(found: _Solved, gains: Floats) -> float:
     return margin(found.condition, {**found.outcome.values, "M": K @ Q})
 
 
-def _without(task: PerformanceTask, plain: Design, found: _Solved) -> Design:
+def _without(task: PerformanceTask, plain: Design, found: _Solved, meaning: Meaning) -> Design:
     """Return a no, or doubt, about the disturbed loop, where the plain one has gains."""
     outcome = found.outcome
     # Without limits a large enough gain is always shown; then the solver has met its own.
     no = outcome.status == "infeasible" and task.limits is not None
     diagnosis = UNSETTLED
+    if outcome.feasible:
+        both = (outcome.objective, outcome.least)
+        shown = (meaning.gain(found.units, max(one, 0.0)) for one in both)
+        diagnosis = f"gains exist, but {not_least(*shown)}; {WHY_UNSETTLED}"
     if no:
-        names = [lmi.name for lmi in found.condition.lmis if lmi.weight > 0]
+        names = [lmi.name for lmi in found.condition.lmis if lmi.strict]
         names.remove("Q positive definite")
         binding = binding_items(found.condition, outcome.multipliers, *names)
         diagnosis = (
@@ -181,6 +186,7 @@ def _without(task: PerformanceTask, plain: Design, found: _Solved) -> Design:
         bound=outcome.bound,
         multipliers=outcome.multipliers,
         condition=found.condition,
+        feasible={} if no else outcome.feasible,
         diagnosis=diagnosis,
         tries=(*plain.answer.tries, *outcome.tries),
     )
@@ -194,11 +200,12 @@ def _without(task: PerformanceTask, plain: Design, found: _Solved) -> Design:
     )
 
 
-UNSETTLED = (
-    "gains exist, but no solver came near the least objective: the vertices or the output differ "
-    "too much in size, or these rules can hardly be stabilised; weigh every state and input a "
-    "little in the output, allow a larger tolerance, or take a richer relaxation"
+WHY_UNSETTLED = (
+    "the vertices or the output differ too much in size, or these rules can hardly be stabilised; "
+    "weigh every state and input a little in the output, allow a larger tolerance, or take a "
+    "richer relaxation"
 )
+UNSETTLED = f"gains exist, but no solver came near the least objective: {WHY_UNSETTLED}"
 ROUNDED = (
     "gains were found, but rounded as they are they do not withstand their check: they are too "
     "large for it; allow a larger tolerance, or give a gain bound"

@@ -53,7 +53,7 @@ def binding_shares(
     """
     found = []
     for lmi in condition.lmis:
-        if lmi.name in multipliers and (lmi.name in names or (not names and lmi.weight > 0)):
+        if lmi.name in multipliers and (lmi.name in names or (not names and lmi.strict)):
             traces = _size(lmi) * np.trace(multipliers[lmi.name], axis1=1, axis2=2)
             found += [Share(lmi.label(k), lmi.name, float(t)) for k, t in enumerate(traces)]
     total = sum(one.share for one in found)

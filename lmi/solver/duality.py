@@ -18,13 +18,16 @@ __all__ = ["least_objective_bound", "margin_bound"]
 Floats = NDArray[np.float64]
 
 ALLOWED = 10.0
+# Share of |b| . |z| by which b . z must be negative to be told from zero.
+CLEARLY = 1e-6
 
 
 def margin_bound(program: ConeProgram, raw: Raw) -> tuple[float, Floats]:
     """Return an upper bound on t, the last variable, and the multipliers made semidefinite.
 
     For z in the dual cone and all feasible y: t <= b . z - (A' z + q) . y, where q . y = -t.
-    Without multipliers the bound is inf, and they are empty.
+    Without multipliers the bound is inf, and they are empty.  It is -inf where the multipliers
+    leave no y at all, for any t: LMIs without a margin contradict one another.
     """
     if not _usable(program, raw):
         return np.inf, np.zeros(0)
@@ -33,10 +36,17 @@ def margin_bound(program: ConeProgram, raw: Raw) -> tuple[float, Floats]:
     # Normalised multipliers leave no residual in t.
     scale = 1.0 + residual[-1]
     if scale <= 0.5:
-        return np.inf, z[program.linear :]
+        return -np.inf if _contradict(program, z, raw) else np.inf, z[program.linear :]
     z, residual = z / scale, (residual - program.q) / scale + program.q
     left = np.abs(residual[:-1]) @ _size(raw)[:-1]
     return float(program.b @ z + left), z[program.linear :]
+
+
+def _contradict(program: ConeProgram, z: Floats, raw: Raw) -> bool:
+    """Return whether 0 <= z . (b - A y) = b . z - (A' z) . y fails for all y of about that size."""
+    value = float(program.b @ z)
+    left = float(np.abs(program.A.T @ z) @ _size(raw))
+    return value + left < -CLEARLY * float(np.abs(program.b) @ np.abs(z))
 
 
 def least_objective_bound(program: ConeProgram, raw: Raw) -> float:

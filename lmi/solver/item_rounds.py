@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from takagi.lmi.answer import Floats, Try
-from takagi.lmi.evaluate import lmi_value, smallest_eigenvalues
+from takagi.lmi.evaluate import SMALLEST_MARGIN, holds, lmi_value, shares, smallest_eigenvalues
 from takagi.lmi.restriction import restricted
 from takagi.lmi.solver.assemble import assemble
 from takagi.lmi.solver.solve import attempts, cone_program
-from takagi.lmi.solver.stages import SMALLEST_MARGIN, Outcome, decide, optimise
+from takagi.lmi.solver.stages import Outcome, decide, optimise
 from takagi.lmi.term import LMI, Condition, Indices
 from takagi.lmi.unknown import Unknown
 
@@ -62,7 +62,7 @@ def decide_by_rounds(
         if not some.add(margins, ENOUGH * outcome.margin):
             break
     held: Outcome = replace(outcome, margin=worst, tries=tuple(tries))
-    return some.filled(held if worst > SMALLEST_MARGIN else replace(held, status="unknown"))
+    return some.filled(held if holds(posed, worst) else replace(held, status="unknown"))
 
 
 def optimise_by_rounds(
@@ -91,9 +91,9 @@ def optimise_by_rounds(
         margins = some.margins(outcome.values)
         worst = _worst(margins, outcome.margin)
         outcome = replace(outcome, margin=worst)
-        if worst > SMALLEST_MARGIN or not some.add(margins, SMALLEST_MARGIN):
+        if holds(posed, worst) or not some.add(margins, SMALLEST_MARGIN):
             break
-    if outcome.status == "candidate" and outcome.margin <= SMALLEST_MARGIN:
+    if outcome.status == "candidate" and not holds(posed, outcome.margin):
         outcome = replace(outcome, status="unknown", settled=False)
     return some.filled(replace(outcome, tries=tuple(tries)))
 
@@ -157,7 +157,7 @@ class _Some:
     def margins(self, values: Mapping[str, Floats]) -> dict[int, Floats]:
         """Return the margin of every item of the long LMIs, relative to their weights.
 
-        Where the weight is zero: inf when the item holds to solver accuracy, else what it misses.
+        Of a non-strict LMI: inf where the item holds, else the share of its size that it misses.
         """
         return {
             k: np.concatenate([_margins(self.whole, piece, values) for piece in pieces])
@@ -168,7 +168,7 @@ class _Some:
         """Add the worst items of each LMI that are not chosen; return whether there were any."""
         added = False
         for k, found in margins.items():
-            least = enough if self.whole.lmis[k].weight > 0 else 0.0
+            least = enough if self.whole.lmis[k].strict else 0.0
             missed = np.flatnonzero(found < least)
             missed = missed[~np.isin(missed, self.chosen[k])]
             worst = missed[np.argsort(found[missed])[:ADDED]]
@@ -199,12 +199,10 @@ class _Some:
 
 
 def _margins(condition: Condition, lmi: LMI, values: Mapping[str, Floats]) -> Floats:
-    if lmi.weight > 0:
+    if lmi.strict:
         return np.asarray(smallest_eigenvalues(condition, lmi, values) / lmi.weight)
-    F: Floats = lmi.sign * lmi_value(lmi, values, condition.parameters)
-    least = np.linalg.eigvalsh((F + F.transpose(0, 2, 1)) / 2)[:, 0]
-    missed = least < -MISSED * np.maximum(1.0, np.abs(F).max(axis=(1, 2)))
-    return np.where(missed, least, np.inf)
+    share = shares(condition, lmi, values)
+    return np.where(share >= -lmi.tolerance, np.inf, share)
 
 
 def _worst(margins: Mapping[int, Floats], held: float) -> float:

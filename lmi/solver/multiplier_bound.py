@@ -42,7 +42,7 @@ def excluded_from(
     S0, S1 = np.zeros((X.rows, X.rows)), np.zeros((X.rows, X.rows))
     positive = False
     for lmi in condition.lmis:
-        if lmi.weight == 0:
+        if not lmi.strict:
             continue
         if lmi.constants:
             return never

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,15 +11,24 @@ from numpy.typing import NDArray
 from takagi.lmi.answer import Status, Try
 from takagi.lmi.term import Condition
 
-__all__ = ["Outcome", "better", "measured", "objective_at"]
+__all__ = [
+    "FLOOR",
+    "Outcome",
+    "better",
+    "concluded",
+    "measured",
+    "not_least",
+    "objective_at",
+    "promised",
+]
 
 Floats = NDArray[np.float64]
 
-# How far above its bound an objective may be to pass for the least, relative, beside what the
-# second stage gave away: the bound is good to the solver's accuracy only.
+# How far above its bound an objective may be to pass for the least, relative, where less was asked
+# for: the bound is good to the solver's accuracy only.
 NEAR = 1e-3
-# Share of the sum of |cost x| below which an objective that cancels counts as zero.
-CANCELLED = 1e-6
+# What solvers cannot tell from zero, in unknowns of order one.
+FLOOR = 1e-8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,16 +37,19 @@ class Outcome:
 
     Attributes
     ----------
-    status : "candidate" when the margin is positive; "infeasible" when the multipliers leave no
-        room for one; "unknown" otherwise.
+    status : "candidate" when every LMI holds, the strict ones with a margin, and the objective, if
+        one is minimised, is near the least; "infeasible" when the multipliers leave no room for a
+        margin; "unknown" otherwise.
     values : unknown name -> (count, rows, cols).
-    margin : largest t with sign F >= t weight I at ``values``, recomputed by eigenvalues.
+    margin : as ``evaluate.margin`` recomputes it from ``values``.
     bound : no values have a larger t, to solver accuracy; inf when unknown.
     objective : recomputed from ``values``; nan without an objective or a candidate.
     least : no unknowns have a smaller objective, to solver accuracy; -inf when unknown.
-    settled : whether the objective was minimised, and is above ``least`` by a thousandth at most
-        and what the second stage gave away.  A candidate that is not settled satisfies the
-        condition, and no more.
+    settled : whether an objective was minimised and is near ``least``: of a candidate of
+        ``optimise`` always.
+    feasible : the unknowns of an outcome that is "unknown" although they satisfy the condition,
+        because their objective is not near the least; else empty.
+    reason : why it is "unknown", with both numbers, where that is known; else empty.
     """
 
     status: Status
@@ -49,6 +61,8 @@ class Outcome:
     objective: float = np.nan
     least: float = -np.inf
     settled: bool = False
+    feasible: Mapping[str, Floats] = field(default_factory=dict)
+    reason: str = ""
 
 
 def better(one: Outcome, other: Outcome) -> bool:
@@ -58,14 +72,44 @@ def better(one: Outcome, other: Outcome) -> bool:
     return one.status == "candidate" or (other.status != "candidate" and one.margin > other.margin)
 
 
-def measured(condition: Condition, outcome: Outcome, given: float) -> Outcome:
-    """Return the outcome with its objective held against the bound, ``given`` away above it."""
-    costs, values = condition.objective, outcome.values
+def promised(slack: float) -> float:
+    """Return how far above the least an objective is at most, relative, where it was minimised."""
+    return max(slack, NEAR)
+
+
+def measured(condition: Condition, outcome: Outcome, slack: float) -> Outcome:
+    """Return the outcome with its objective held against the bound.
+
+    It is settled where the gap between them is at most ``promised(slack)`` of the *bound*, or what
+    no solver can tell from zero.  A share of the objective itself would measure nothing: an
+    objective far too large is near its bound by its own size.
+    """
     if outcome.status != "candidate":
         return outcome
-    size = sum(float(np.sum(np.abs(cost * values[name]))) for name, cost in costs.items())
-    allowed = (NEAR + given) * max(abs(outcome.objective), CANCELLED * size)
+    if not np.isfinite(outcome.least):
+        return replace(outcome, settled=False)
+    costs = condition.objective.values()
+    largest = max((float(np.abs(cost).max(initial=0.0)) for cost in costs), default=0.0)
+    allowed = promised(slack) * abs(outcome.least) + FLOOR * largest
     return replace(outcome, settled=outcome.objective - outcome.least <= allowed)
+
+
+def concluded(outcome: Outcome) -> Outcome:
+    """Return the outcome of a minimisation: a candidate that is not settled is "unknown"."""
+    if outcome.status != "candidate" or outcome.settled:
+        return outcome
+    return replace(
+        outcome,
+        status="unknown",
+        feasible=outcome.values,
+        reason=not_least(outcome.objective, outcome.least),
+    )
+
+
+def not_least(found: float, least: float) -> str:
+    """Return in words that an objective is not near its bound, with both numbers."""
+    bound = f"the least is no less than {least:.5g}" if np.isfinite(least) else "no bound is known"
+    return f"no solver came near the least one: {found:.5g} was found, {bound}"
 
 
 def objective_at(condition: Condition, values: Mapping[str, Floats]) -> float:

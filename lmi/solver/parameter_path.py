@@ -127,7 +127,7 @@ class _Point:
 
 def _maps_of(pencil: ParameterPencil) -> list[_Map] | None:
     condition = pencil.condition
-    counting = [lmi for lmi in condition.lmis if lmi.weight > 0]
+    counting = [lmi for lmi in condition.lmis if lmi.strict]
     X = condition.unknowns[0]
     numbers = sum(lmi.count * lmi.size**2 for lmi in counting) * X.length
     if len(condition.unknowns) > 1 or numbers > LARGEST:
@@ -138,7 +138,7 @@ def _maps_of(pencil: ParameterPencil) -> list[_Map] | None:
     slope = pencil.data.matrix({pencil.name: 1.0}).toarray() - zero
     maps = []
     for lmi, cone in zip(condition.lmis, pencil.data.cones, strict=True):
-        if lmi.weight > 0:
+        if lmi.strict:
             G = -pencil.d * _spread(slope[cone.rows], cone)
             maps.append(_Map(_spread(zero[cone.rows], cone), G if G.any() else None))
     return maps

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from takagi.lmi.answer import Floats
-from takagi.lmi.evaluate import lmi_value, smallest_eigenvalues
+from takagi.lmi.evaluate import lmi_value, shares, smallest_eigenvalues
 from takagi.lmi.solver.assemble import Assembled, assemble, pack
 from takagi.lmi.term import LMI, Condition
 from takagi.models.errors import ModelError
@@ -100,10 +100,12 @@ class ParameterPencil:
             if slope is not None:
                 F: Floats = lmi.sign * lmi_value(lmi, values, here.parameters)
                 room = min(room, _room((F + F.transpose(0, 2, 1)) / 2, self._growth(slope, values)))
-            elif lmi.weight > 0:
+            elif lmi.strict:
                 least = float(smallest_eigenvalues(here, lmi, values).min())
                 if least <= self.worst * lmi.weight:
                     return float(np.nan)
+            elif not float(shares(here, lmi, values).min()) >= -lmi.tolerance:
+                return float(np.nan)
         return float(np.nan) if room == -np.inf else value + self.d * room
 
     def definiteness(self, values: Values) -> float:

@@ -22,10 +22,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi.answer import Status, Try
-from takagi.lmi.evaluate import margin
-from takagi.lmi.solver.assemble import Assembled, assemble
+from takagi.lmi.evaluate import SMALLEST_MARGIN, holds, margin
+from takagi.lmi.solver.assemble import Assembled, assemble, pack
 from takagi.lmi.solver.duality import least_objective_bound, margin_bound
-from takagi.lmi.solver.outcome import Outcome, better, measured, objective_at
+from takagi.lmi.solver.outcome import (
+    FLOOR,
+    Outcome,
+    better,
+    concluded,
+    measured,
+    objective_at,
+    promised,
+)
 from takagi.lmi.solver.solve import (
     ConeProgram,
     Raw,
@@ -38,16 +46,18 @@ from takagi.lmi.solver.solve import (
 )
 from takagi.lmi.term import Condition
 
-__all__ = ["Outcome", "decide", "improve", "optimise"]
+__all__ = ["SMALLEST_MARGIN", "Outcome", "decide", "improve", "optimise"]
 
 Floats = NDArray[np.float64]
 
-# A margin is recomputed from the unknowns, so it is wrong by rounding only, some 1e-15.
-SMALLEST_MARGIN = 1e-10
 # What the solver's tolerances can tell from zero.
 SMALLEST_BOUND = 1e-7
+# Where no LMI is strict, a least share of all of them that leaves no room for their tolerances.
+MISSED = 1e-5
 # Looseness of the second stage, in units of ``slack``, until it leaves a margin.
 LOOSENESS = (1.0, 30.0, 1e3)
+# What it may take of what is promised; the rest is for the accuracy of the first stage's bound.
+SHARE = 0.9
 
 
 def decide(
@@ -139,13 +149,15 @@ def optimise(
     Parameters
     ----------
     slack : how far above the least value the second stage may go; thirty and a thousand times
-        that where it leaves no margin.
+        that where it leaves no margin, but never more than ``slack`` or a thousandth.
     cap, parameters, session, assembled : as for ``decide``.
 
     Returns
     -------
-    An outcome with status "infeasible" when no unknowns satisfy the condition with a margin.
-    Where no solver comes near the least value, a candidate that is not ``settled``.
+    A candidate's objective is above the bound of the multipliers by ``slack`` of that bound at
+    most, or by a thousandth where less was asked for.  Where no solver comes as near, the status
+    is "unknown", ``reason`` says both numbers, and ``feasible`` has the unknowns that satisfy the
+    condition, if any were found.  "infeasible" when none satisfy it with a margin.
     """
     data = _posed(condition, parameters, assembled)
     kept = Session() if session is None else session
@@ -153,18 +165,15 @@ def optimise(
     tries: list[Try] = []
     best: Outcome | None = None
     plain: Outcome | None = None
-    least, given = -np.inf, 0.0
     for raw in _few(attempts(program, session), quick()):
         values = _values(data, raw)
         held = margin(data.condition, values) if values else -np.inf
         tries.append(_try(raw, held))
         if values and "nfeasible" not in raw.status:
-            least = max(least, least_objective_bound(program, raw))
-            centred, loose = _centred(data, raw, held, slack, cap, kept)
+            bound = least_objective_bound(program, raw)
+            centred = _centred(data, raw, held, bound, slack, cap, kept)
             tries.extend(centred.tries)
-            if best is None or better(centred, best):
-                best, given = centred, loose
-            best = measured(data.condition, replace(best, least=least), given)
+            best = _nearer(data.condition, best, replace(centred, least=bound), slack)
             if best.settled:
                 return replace(best, tries=tuple(tries))
         if plain is None and (best is None or best.status != "candidate"):
@@ -175,14 +184,34 @@ def optimise(
     if best is None or best.status != "candidate":
         assert plain is not None  # decided as soon as an attempt left no candidate
         found = plain.values if plain.status == "candidate" else {}
+        least = -np.inf if best is None else best.least
         best = replace(plain, objective=objective_at(data.condition, found), least=least)
-    return replace(best, tries=tuple(tries))
+    return concluded(replace(best, tries=tuple(tries)))
+
+
+def _nearer(condition: Condition, best: Outcome | None, new: Outcome, slack: float) -> Outcome:
+    """Return the better of the two, held against the higher of their bounds.
+
+    A bound above an objective that was found is none: its multipliers were not good enough.
+    """
+    kept = new if best is None or better(new, best) else best
+    bounds = [-np.inf if best is None else best.least, new.least]
+    if kept.status == "candidate":
+        most = kept.objective + promised(slack) * abs(kept.objective) + FLOOR
+        bounds = [bound for bound in bounds if bound <= most]
+    return measured(condition, replace(kept, least=max(bounds, default=-np.inf)), slack)
 
 
 def _centred(
-    data: Assembled, raw: Raw, held: float, slack: float, cap: float, session: Session
-) -> tuple[Outcome, float]:
-    """Return the largest margin with the objective a hair above that of ``raw``, and the hair.
+    data: Assembled,
+    raw: Raw,
+    held: float,
+    bound: float,
+    slack: float,
+    cap: float,
+    session: Session,
+) -> Outcome:
+    """Return the largest margin with the objective a hair above that of ``raw``.
 
     The first that holds; otherwise ``raw`` itself if it does, or what was nearest.  By the solver
     of ``raw``: where others failed, they would fail again.
@@ -192,8 +221,13 @@ def _centred(
     least = float(data.objective @ raw.y)
     tries: list[Try] = []
     best: Outcome | None = None
-    for loose in np.multiply(LOOSENESS, slack):
-        limit = least + loose * max(abs(least), 1e-9)
+    most = SHARE * promised(slack)
+    # Above the bound, so that what the first stage was short of is not added to it.
+    highest = bound + most * abs(bound)
+    limits = [least + min(times * slack, most) * max(abs(least), 1e-9) for times in LOOSENESS]
+    if highest > least:
+        limits = [min(limit, highest) for limit in limits]
+    for limit in dict.fromkeys(limits):
         program = cone_program(data, -t, (Row(t, cap), Row(cost, limit)))
         centred = again(program, raw.solver, session)
         found = _judge(data, program, centred)
@@ -203,10 +237,10 @@ def _centred(
         if found.status == "candidate":
             break
     assert best is not None  # there is a looseness
-    if best.status != "candidate" and held > SMALLEST_MARGIN:
+    if best.status != "candidate" and holds(data.condition, held):
         best = Outcome("candidate", _values(data, raw), held, np.inf, {}, ())
     objective = objective_at(data.condition, best.values)
-    return replace(best, tries=tuple(tries), objective=objective), float(loose)
+    return replace(best, tries=tuple(tries), objective=objective)
 
 
 def _posed(
@@ -214,8 +248,23 @@ def _posed(
 ) -> Assembled:
     posed = condition.with_parameters(**parameters) if parameters else condition
     if assembled is None:
-        return assemble(posed)
-    return assembled if assembled.condition is posed else replace(assembled, condition=posed)
+        data = assemble(posed)
+    else:
+        data = assembled if assembled.condition is posed else replace(assembled, condition=posed)
+    return data if any(lmi.strict for lmi in posed.lmis) else _all_weighed(data)
+
+
+def _all_weighed(data: Assembled) -> Assembled:
+    """Return the data of non-strict LMIs alone, with a margin for each, relative to its constants.
+
+    So they are decided, and centred, as strict ones are; a margin of 0 is enough.
+    """
+    columns = []
+    for lmi, cone in zip(data.condition.lmis, data.cones, strict=True):
+        sizes = [float(np.abs(c.value.astype(np.float64)).max(initial=0.0)) for c in lmi.constants]
+        size = max(sizes, default=0.0) or 1.0
+        columns.append(np.tile(pack(size * np.eye(cone.size)), cone.items))
+    return replace(data, margin_column=np.concatenate(columns))
 
 
 def _judge(data: Assembled, program: ConeProgram, raw: Raw) -> Outcome:
@@ -225,9 +274,9 @@ def _judge(data: Assembled, program: ConeProgram, raw: Raw) -> Outcome:
     bound, packed = margin_bound(program, raw)
     multipliers = data.multipliers(packed) if len(packed) else {}
     status: Status = "unknown"
-    if held > SMALLEST_MARGIN:
+    if holds(data.condition, held):
         status = "candidate"
-    elif bound < SMALLEST_BOUND:
+    elif bound < (SMALLEST_BOUND if any(lmi.strict for lmi in data.condition.lmis) else -MISSED):
         status = "infeasible"
     return Outcome(status, values, held, bound, multipliers, ())
 

@@ -132,7 +132,7 @@ def slack_condition(
                 terms=(own,),
                 constants=largest,
                 sign=-1,
-                weight=0.0,
+                strict=False,
             ),
             *sums,
         ),

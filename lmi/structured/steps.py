@@ -195,7 +195,7 @@ class Search:
                     terms=(own,),
                     constants=(bound,),
                     sign=-1,
-                    weight=0.0,
+                    strict=False,
                 ),
             )
         if self.gain_bound is not None and gains.structure is not None:
@@ -223,7 +223,8 @@ class Search:
         if self.objective != "decay_rate":
             outcome = optimise(condition, slack=1e-5) if settle else self._near_least(condition)
             self.tries.extend(outcome.tries)
-            return outcome, self._value(outcome, units) if outcome.margin > 0 else None
+            good = outcome.status == "candidate"
+            return outcome, self._value(outcome, units) if good else None
         plant = units.posed(self.plant)
         size = float(np.linalg.norm(plant.A[:, None] - plant.B[:, None] @ K, 2, axis=(2, 3)).max())
         origin = -1.01 * size - units.speed if self.rate == "alpha" else 1.01 * size**2 + 1.0

@@ -200,7 +200,7 @@ def effort_lmi(Q: Unknown, M: Unknown, nu: Unknown) -> LMI:
             Term(unknown=nu, left=np.eye(m)[None], at=(1, 1), latex=("", "I")),
         ),
         count=r,
-        weight=0.0,
+        strict=False,
         index=rf"i = 1, \dots, {r}",
     )
 
@@ -217,7 +217,7 @@ def _scale_of(Q: Unknown, largest: float) -> tuple[LMI, LMI]:
             terms=(term,),
             constants=(bound,),
             sign=-1,
-            weight=0.0,
+            strict=False,
         ),
     )
 

@@ -238,7 +238,7 @@ def _diagnosis(task: Task, condition: Condition, outcome: Outcome, relaxation: s
             f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
             "decay rate a little, or give scales"
         )
-    names = [lmi.name for lmi in condition.lmis if lmi.weight > 0]
+    names = [lmi.name for lmi in condition.lmis if lmi.strict]
     names.remove("Q positive definite")
     cures = ["lower the decay rate", "shrink the box that the rules span"]
     if task.limits.level:

@@ -216,7 +216,7 @@ def largest_lmi(S: Unknown) -> LMI:
         terms=(Term(unknown=S, left=one, right=one),),
         constants=(Constant(value=-LARGEST_S * one, latex=rf"-{LARGEST_S:g} I"),),
         sign=-1,
-        weight=0.0,
+        strict=False,
     )
 
 

@@ -63,8 +63,7 @@ def guaranteed_cost_gain(
         raise ModelError("one positive range per state and per input is needed")
     condition = guaranteed_cost_condition(vertices * x / x[:, None], inputs * u / x[:, None])
     outcome = optimise(condition, slack=SLACK)
-    # Without an objective the solver failed and the centre is feasible at any cost.
-    if outcome.status != "candidate" or not outcome.settled:
+    if outcome.status != "candidate":
         return None
     M, S = outcome.values["M"][0], outcome.values["S"][0]
     return np.asarray(u[:, None] * np.linalg.solve(S, M.T).T / x, dtype=np.float64)

@@ -244,7 +244,7 @@ def gain_lmis(
             Term(unknown=Q, left=one, right=one),
             Term(unknown=q, left=-states, latex=("-", r"I")),
         ),
-        weight=0.0,
+        strict=False,
     )
     members = np.arange(r)
     bound = LMI(

@@ -16,6 +16,7 @@ from takagi.lmi.analysis.quadratic import vertex_weight
 from takagi.lmi.answer import Answer, Design, Status
 from takagi.lmi.intake import input_stack, sample_time_of, symmetric, vertex_stack
 from takagi.lmi.solver.balance import motion, state_units
+from takagi.lmi.solver.outcome import not_least
 from takagi.lmi.solver.stages import Outcome, optimise
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.synthesis.compensation import pdc
@@ -32,9 +33,8 @@ Floats = NDArray[np.float64]
 LEAST_COST = 1e-8
 ROUNDS = 4
 UNSETTLED = (
-    "gains exist, but no solver came near the least cost: the weights or the vertices differ too "
-    "much in size, or these rules can hardly be stabilised; weigh every state a little, give "
-    "scales, or take a richer relaxation"
+    "the weights or the vertices differ too much in size, or these rules can hardly be stabilised; "
+    "weigh every state a little, give scales, or take a richer relaxation"
 )
 
 
@@ -126,9 +126,9 @@ def _solved(task: _Task, P: Floats, relaxation: str) -> tuple[Condition, Outcome
         )
         condition = condition.with_lmis(largest_lmi(condition.unknowns[0]))
         outcome = optimise(condition)
-        if near_least(outcome) or outcome.status != "candidate":
+        if near_least(outcome) or not outcome.feasible:
             break
-        P = units.quadratic(outcome.values["S"][0])
+        P = units.quadratic(outcome.feasible["S"][0])
     return condition, outcome, units
 
 
@@ -238,6 +238,13 @@ def _without_gains(plain: Design) -> Design:
     return replace(plain, answer=answer)
 
 
+def _unsettled(outcome: Outcome, task: _Task, units: _CostUnits) -> str:
+    """Return why there is no least cost; the objective is the cost for deviations of norm 1."""
+    size = float(np.linalg.norm(np.linalg.solve(units.states, task.factor), 2)) ** 2
+    said = not_least(size * outcome.objective, size * outcome.least)
+    return f"gains exist, but {said}; {UNSETTLED}"
+
+
 def _cost_design(
     condition: Condition, outcome: Outcome, task: _Task, units: _CostUnits, relaxation: str
 ) -> Design:
@@ -258,7 +265,8 @@ def _cost_design(
         values=outcome.values,
         multipliers=outcome.multipliers,
         condition=condition,
-        diagnosis="" if P is not None else UNSETTLED,
+        feasible=outcome.feasible,
+        diagnosis="" if P is not None else _unsettled(outcome, task, units),
         tries=outcome.tries,
     )
     return Design(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.analysis.decay_rate import max_decay_rate
+from takagi.lmi.analysis.decay_rate import fast_decay
 from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, invariant_ellipsoid
 from takagi.lmi.turbine.one_step_borne import Functions, borne
 from takagi.lmi.turbine.one_step_family import Corners, LoopFamily, Moving
@@ -52,7 +52,7 @@ def begun(family: LoopFamily, theta: Floats, aim: Objective) -> Spot:
     nu = theta[family.cells + 1 :]
     d = windy.fixed + windy.error
     first = invariant_ellipsoid(windy.A, d, windy.cell, directions, speed=nu[windy.cell], rounds=5)
-    rest = max_decay_rate(still.A)
+    rest = fast_decay(still.A)
     functions = None
     if first.P is not None and rest.P is not None:
         none = np.zeros(family.cells)
@@ -165,7 +165,7 @@ class Climb:
 def resting(family: LoopFamily, spot: Spot) -> Spot:
     """Return the spot with the largest common decay rate at its gains, and the R that shows it."""
     _, still = family.corners(spot.theta)
-    found = max_decay_rate(still.A)
+    found = fast_decay(still.A)
     if found.P is None or found.decay_rate is None or found.decay_rate <= spot.functions.decay_rate:
         return spot
     R = np.asarray(found.P)

@@ -184,7 +184,7 @@ def limits(unknown: Unknown, low: Floats, high: Floats) -> tuple[LMI, LMI]:
             constants=(Constant(value=-end[:, None, None]),),
             sign=sign,
             count=unknown.count,
-            weight=0.0,
+            strict=False,
         )
         for name, end, sign in ends
     )
@@ -222,7 +222,7 @@ def mean_class(wider: Unknown, shares: Floats, least: float) -> LMI:
     term = Term(unknown=wider, left=shares[:, None, None], items=zero, members=every)
     constant = Constant(value=-least * ONE)
     return LMI(
-        name="mean wind class", blocks=(1,), terms=(term,), constants=(constant,), weight=0.0
+        name="mean wind class", blocks=(1,), terms=(term,), constants=(constant,), strict=False
     )
 
 
@@ -233,7 +233,7 @@ def bounded_below(R: Unknown) -> LMI:
         blocks=(3,),
         terms=(Term(unknown=R, left=EYE, right=EYE),),
         constants=(Constant(value=-EYE / 16),),
-        weight=0.0,
+        strict=False,
     )
 
 
@@ -250,7 +250,7 @@ def bent(u: Unknown, bends: Floats) -> tuple[LMI, LMI]:
             ),
             constants=(Constant(value=bends[:, None, None]),),
             count=len(bends),
-            weight=0.0,
+            strict=False,
         )
         for side in (1, -1)
     )

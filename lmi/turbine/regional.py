@@ -184,7 +184,11 @@ def region_gains(
             relaxation=RELAXATION,
             condition=condition,
             tries=outcome.tries,
-            diagnosis=why_none(task, condition, outcome),
+            diagnosis=(
+                f"{task.region}: gains keep the limits, but {outcome.reason}"
+                if outcome.feasible
+                else why_none(task, condition, outcome)
+            ),
         )
     Q, M = outcome.values["Q"][0], outcome.values["M"][:, 0, :]
     K = np.linalg.solve(Q, M.T).T * task.unit / task.scales

@@ -121,7 +121,7 @@ def _scale(Q: Unknown) -> LMI:
         terms=(Term(unknown=Q, left=one, right=one),),
         constants=(Constant(value=-LARGEST_Q * one, latex=r"-\kappa I"),),
         sign=-1,
-        weight=0.0,
+        strict=False,
     )
 
 

@@ -74,6 +74,6 @@ def _diagnosis(condition: Condition, outcome: Outcome, cures: str) -> str:
             f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
             "decay rate a little, or give scales"
         )
-    names = [lmi.name for lmi in condition.lmis if lmi.weight > 0]
+    names = [lmi.name for lmi in condition.lmis if lmi.strict]
     binding = binding_items(condition, outcome.multipliers, *names[1:])
     return f"no P(h) by these LMIs, which says nothing of others: {binding}; {cures}"

@@ -156,7 +156,7 @@ def rate_slack(P: Unknown, X: Unknown, weight: float = 1.0) -> tuple[LMI, LMI]:
         terms=(Term(unknown=X, left=one, right=one),),
         constants=(Constant(value=-one, latex="-I"),),
         sign=-1,
-        weight=0.0,
+        strict=False,
     )
 
 

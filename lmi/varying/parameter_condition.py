@@ -112,7 +112,7 @@ def polynomial_lmis(sought: Sought, *, bounded: bool = True) -> tuple[LMI, ...]:
         constants=(Constant(value=-one, latex="-I"),),
         sign=-1,
         count=P.count,
-        weight=0.0,
+        strict=False,
         index=r"\text{each } a",
     )
     return positive, scale

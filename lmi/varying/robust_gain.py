@@ -32,6 +32,7 @@ from takagi.lmi.evaluate import lmi_value
 from takagi.lmi.intake import Vertices, rate_parameter
 from takagi.lmi.multisimplex import Basis, Degrees, Known
 from takagi.lmi.solver.balance import state_units
+from takagi.lmi.solver.outcome import not_least
 from takagi.lmi.solver.stages import Outcome, optimise
 from takagi.lmi.term import LMI, Condition, Term, Unknown
 from takagi.lmi.varying.family_answer import decided_family, family_in_states, no_family
@@ -148,7 +149,7 @@ def robust_hinf_norm(
         return stable
     outcome = optimise(condition)
     if not near_least(outcome):
-        return _unsettled(stable, outcome)
+        return _unsettled(stable, condition, outcome, s, units)
     basis = task.sought(degrees, polya).basis
     size = units.output * units.disturbance / units.rate
     return Answer(
@@ -283,7 +284,11 @@ def _shown(condition: Condition, outcome: Outcome) -> float:
     return float(np.linalg.eigvalsh((total + total.transpose(0, 2, 1)) / 2)[:, -1].max())
 
 
-def _unsettled(stable: Answer, outcome: Outcome) -> Answer:
+def _unsettled(
+    stable: Answer, condition: Condition, outcome: Outcome, s: Floats, units: Units
+) -> Answer:
+    unit = units.output / units.disturbance
+    said = not_least(outcome.objective * unit, outcome.least * unit)
     return replace(
         stable,
         status="unknown",
@@ -291,9 +296,14 @@ def _unsettled(stable: Answer, outcome: Outcome) -> Answer:
         decay_rate=None,
         margin=min(outcome.margin, 0.0),
         values={},
+        multipliers={},
+        bound=np.inf,
+        coordinates=s,
+        condition=condition,
+        feasible=outcome.feasible,
         diagnosis=(
-            "there is such a P(h), so a bound exists, but no solver came near the least one; give "
-            "scales, or leave out fast states"
+            f"there is such a P(h), so a bound exists, but {said}; give scales, or leave out fast "
+            "states"
         ),
         tries=(*stable.tries, *outcome.tries),
     )

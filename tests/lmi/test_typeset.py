@@ -165,7 +165,7 @@ def test_scalars_are_compared_as_numbers() -> None:
         terms=(twice, twice),
         constants=(Constant(value=-one, latex="-1"),),
         sign=-1,
-        weight=0.0,
+        strict=False,
     )
 
     text = latex(Condition(name="limits", unknowns=(tau,), lmis=(limit,)))

@@ -66,7 +66,7 @@ def fixed_gain_loops(b: Fraction, a: Fraction = Fraction(1)) -> Array:
 def exactly_holds(condition: Condition, values: dict[str, Floats]) -> bool:
     """Return whether the values satisfy every LMI over the rationals."""
     return all(
-        (is_definite if lmi.weight > 0 else is_semidefinite)(F)
+        (is_definite if lmi.strict else is_semidefinite)(F)
         for lmi in condition.lmis
         for F in exact_matrices(condition, lmi, values)
     )

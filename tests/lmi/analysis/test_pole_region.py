@@ -36,7 +36,7 @@ def holds_exactly(answer: Answer) -> bool:
     return all(
         positive_definite(F)
         for lmi in answer.condition.lmis
-        if lmi.weight > 0
+        if lmi.strict
         for F in exact_matrices(answer.condition, lmi, answer.values)
     )
 

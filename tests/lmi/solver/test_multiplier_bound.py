@@ -30,7 +30,7 @@ def limit(term: Term, value: NDArray[np.float64], sign: int) -> LMI:
         terms=(term,),
         constants=(constant,),
         sign=sign,
-        weight=0.0,
+        strict=False,
     )
 
 

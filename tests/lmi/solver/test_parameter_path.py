@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.lmi import common_lyapunov_condition, max_decay_rate, pdc_condition
+from takagi.lmi.analysis.decay_rate import fast_decay
+from takagi.lmi.analysis.quadratic import rate_of
 from takagi.lmi.solver.parameter_path import follow_path
 from takagi.lmi.solver.parameter_pencil import ParameterPencil
 from takagi.models import TSModel
@@ -90,11 +92,16 @@ def test_stiff_vertices() -> None:
 def test_a_defective_eigenvalue_is_approached_while_p_is_usable() -> None:
     """A Jordan block of four at -1: every rate below 1, but P of condition 1/(1 - alpha)^6."""
     A = -np.eye(4) + np.diag(np.ones(3), 1)
-    answer = max_decay_rate(A)
+    answer = fast_decay(A)
 
     assert answer.decay_rate is not None and answer.P is not None
-    assert 0.95 < answer.decay_rate < 1.0 <= answer.bound
+    assert 0.95 < answer.decay_rate < 1.0 <= answer.bound < 1.001
     assert np.linalg.cond(answer.P) < 1e9
+
+    asked = max_decay_rate(A)
+    assert asked.status == "unknown" and asked.P is None and asked.decay_rate is None
+    assert f"shows {answer.decay_rate:.6g} 1/s, no P shows more than 1.0" in asked.diagnosis
+    assert rate_of(A[None], asked.feasible["P"][0]) == pytest.approx(answer.decay_rate, rel=1e-6)
 
 
 def test_where_the_path_does_not_begin() -> None:

@@ -59,7 +59,7 @@ def exactly_solvable(condition: Condition) -> bool:
     """Return whether the solver's values satisfy every LMI over the rationals."""
     values = dict(decide(condition, rows={"nu": 1e4}).values)
     return all(
-        (is_definite if lmi.weight > 0 else is_semidefinite)(F)
+        (is_definite if lmi.strict else is_semidefinite)(F)
         for lmi in condition.lmis
         for F in exact_matrices(condition, lmi, values)
     )

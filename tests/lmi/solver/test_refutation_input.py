@@ -29,7 +29,7 @@ def scalar(factor: object, value: object) -> Condition:
                 name="sign",
                 blocks=(1,),
                 terms=(Term(unknown=g, left=np.ones((1, 1, 1))),),
-                weight=0.0,
+                strict=False,
             ),
         ),
     )

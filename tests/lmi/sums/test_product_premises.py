@@ -178,7 +178,7 @@ def solved(loop: DoubleSum, Q: Unknown, M: Unknown, relaxation: str) -> tuple[Fl
     positive = LMI(name="positive", blocks=(Q.rows,), terms=(term,))
     constant = (Constant(value=-one),)
     scale = LMI(
-        name="scale", blocks=(Q.rows,), terms=(term,), constants=constant, sign=-1, weight=0.0
+        name="scale", blocks=(Q.rows,), terms=(term,), constants=constant, sign=-1, strict=False
     )
     condition = Condition(
         name="gains",
