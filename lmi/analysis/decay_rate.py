@@ -80,7 +80,8 @@ def max_decay_rate(
     if answer.decay_rate is None:
         return answer
     A = vertex_stack(model).astype(np.float64)
-    s, step = answer.coordinates, sample_time_of(model, sample_time)
+    step = sample_time_of(model, sample_time)
+    s = state_units(A, scales, step=step)
     size = vertex_weight(A * s / s[:, None], step=step) / (step or 1.0)
     rate, bound = answer.decay_rate, answer.bound
     known = abs(bound) if np.isfinite(bound) else 0.0

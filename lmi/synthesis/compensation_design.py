@@ -103,6 +103,10 @@ def decided(
         return first
     if found.status == "infeasible" and not held(second):
         return second
+    third = _from_no_limits(first, decay_rate, relaxation)
+    tries = (*tries, *third.outcome.tries[len(outcome.tries) :]) if third else tries
+    if third is not None and third.outcome.status == "candidate":
+        return replace(third, outcome=replace(third.outcome, tries=tries))
     # Held by what was tried, it says nothing of larger ellipsoids and gains.
     last = second if held(first) else first
     rest = decide(last.condition, rows={"nu": last.effort}, assembled=last.data, most=most)
@@ -162,6 +166,37 @@ def _in_better_units(first: Decided, decay_rate: float, relaxation: str | Relaxa
     task = first.task.in_units_of(values["Q"][0])
     condition = task.posed(decay_rate, relaxation)
     return Decided(task, condition, assemble(condition), first.outcome, first.effort)
+
+
+def _from_no_limits(
+    first: Decided, decay_rate: float, relaxation: str | Relaxation
+) -> Decided | None:
+    """Return the outcome in the units of gains without limits; None where there are none.
+
+    Where gains barely exist the solver may miss in every other units; those without limits are
+    found more surely, and with a box to start from alone they are the answer, in another size.
+    """
+    task = first.task
+    if not task.limits.level:
+        return None
+    free = replace(task, limits=replace(task.limits, inputs=None, initial=None, states=None))
+    plain = decided(free, decay_rate, relaxation, most=1)
+    if plain.outcome.status != "candidate":
+        return None
+    d = plain.task.s / task.s
+    Q = plain.outcome.values["Q"][0] * d * d[:, None]
+    limits = task.limits.scaled(task.s, task.tau)
+    if limits.initial is not None:
+        Q = Q * float(
+            np.einsum("ki,ki->k", limits.initial, np.linalg.solve(Q, limits.initial.T).T).max()
+        )
+    elif limits.states is not None:
+        Q = Q * float((limits.states**2 / np.diag(Q)).min())
+    tries = (*first.outcome.tries, *plain.outcome.tries)
+    task = task.in_units_of(Q)
+    condition = task.posed(decay_rate, relaxation)
+    begun = replace(first.outcome, tries=tries)
+    return _again(Decided(task, condition, assemble(condition), begun, EFFORTS[2]), EFFORTS[2])
 
 
 def rate_shown(found: Decided) -> float:

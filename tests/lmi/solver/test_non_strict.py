@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -35,9 +36,9 @@ X = Unknown("x", 1, 1)
 ONE = np.ones((1, 1, 1))
 
 
-def side(name: str, slope: float, level: float, **kind: object) -> LMI:
+def side(name: str, slope: float, level: float, **kind: Any) -> LMI:
     """Return slope x + level >= 0."""
-    return LMI(  # type: ignore[arg-type]
+    return LMI(
         name=name,
         blocks=(1,),
         terms=(Term(unknown=X, left=slope * ONE),),
@@ -46,7 +47,7 @@ def side(name: str, slope: float, level: float, **kind: object) -> LMI:
     )
 
 
-def between(low: float, high: float, **kind: object) -> Condition:
+def between(low: float, high: float, **kind: Any) -> Condition:
     """Return low <= x <= high, least x: both non-strict."""
     kind = kind or {"strict": False}
     return Condition(
@@ -57,7 +58,7 @@ def between(low: float, high: float, **kind: object) -> Condition:
     )
 
 
-def limited(scale: float = 1.0, **kind: object) -> Condition:
+def limited(scale: float = 1.0, **kind: Any) -> Condition:
     """Return the compensation of one rule, with |u| <= scale where x' Q^-1 x <= scale^2."""
     model = TSModel([[[0.0, 1.0], [1.0, 0.0]]], [[[0.0], [1.0]]])
     condition = pdc_condition(model, relaxation="common-gain")
@@ -70,7 +71,7 @@ def limited(scale: float = 1.0, **kind: object) -> Condition:
         constants=(Constant(value=-0.1 * scale**2 * one),),
         strict=False,
     )
-    limit = LMI(  # type: ignore[arg-type]
+    limit = LMI(
         name="input limit",
         blocks=(1, 2),
         terms=(
@@ -180,9 +181,8 @@ def test_a_search_over_a_parameter_keeps_them_too() -> None:
 
 @pytest.mark.parametrize("solve", [decide, decide_by_rounds, optimise, optimise_by_rounds])
 @pytest.mark.parametrize("kind", [{"weight": 0.0}, {"strict": False}])
-def test_without_a_strict_one_there_is_an_answer(solve: object, kind: dict[str, object]) -> None:
+def test_without_a_strict_one_there_is_an_answer(solve: Any, kind: dict[str, Any]) -> None:
     """Room, a single point, nothing by 10% and by 1e-4: each has its status."""
-    assert callable(solve)
     for low, high, status in (
         (1.0, 2.0, "candidate"),
         (1e6, 1e6, "candidate"),
@@ -259,7 +259,7 @@ def test_weight_0_says_the_same_as_non_strict() -> None:
         ({"strict": False, "tolerance": 1.0}, "tolerance is 1.0"),
     ],
 )
-def test_numbers_that_make_no_sense_are_refused(kind: dict[str, object], said: str) -> None:
+def test_numbers_that_make_no_sense_are_refused(kind: dict[str, Any], said: str) -> None:
     """With what was given, and what is needed."""
     with pytest.raises(ModelError, match=said):
         side("a", 1.0, 0.0, **kind)
