@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+import numpy as np
+
 from takagi.lmi.analysis.channel import near_least
-from takagi.lmi.answer import Answer, Design, Floats
+from takagi.lmi.answer import Answer, Design, Floats, Try
 from takagi.lmi.evaluate import margin
 from takagi.lmi.performance.task import PerformanceTask
 from takagi.lmi.performance.units import PerformanceUnits, guessed_regulator
@@ -61,34 +63,51 @@ class _Solved:
 def designed(task: PerformanceTask, pose: Pose, meaning: Meaning) -> Design:
     """Return the gains with the least objective, or why there are none.
 
-    Plain compensation says first whether there are gains at all, quicker and more surely.  Then
-    posed where the cost of a regulator at the mean vertex is |x|^2; again where the function of
-    plain compensation is, if that did not lead to the least objective.
+    Posed where the cost of a regulator at the mean vertex is |x|^2, and counted from its gains: as
+    a rule one solve there is all.  Where it does not lead to the least objective, plain
+    compensation says whether there are gains at all; then posed where its function is |x|^2, and
+    in the plant's own coordinates.
     """
-    plain = task.plain()
-    if plain.P is None:
-        return plain
-    for P in _guesses(task, plain.P):
-        found = _solved(task, *_posed(task, pose, P))
+    plain: Design | None = None
+    tries: tuple[Try, ...] = ()
+    for P, feedback in _guesses(task):
+        if P is None:
+            plain = task.plain()
+            tries += plain.answer.tries
+            if plain.P is None:
+                return _with_tries(plain, tries)
+            P = plain.P
+        found = _solved(task, *_posed(task, pose, P, feedback))
+        tries += found.outcome.tries
         if near_least(found.outcome):
-            return _design(task, _confirmed(task, pose, meaning, found), meaning)
-    return _without(task, plain, found, meaning)
+            return _with_tries(
+                _design(task, _confirmed(task, pose, meaning, found), meaning), tries
+            )
+    assert plain is not None
+    return _with_tries(_without(task, plain, found, meaning), tries)
 
 
-def _guesses(task: PerformanceTask, plain: Floats) -> Iterator[Floats]:
+def _guesses(task: PerformanceTask) -> Iterator[tuple[Floats | None, Floats | None]]:
+    """Yield guesses of P and of the gains; None for the P of plain compensation."""
     regulator = guessed_regulator(task.plant)
+    gains = None if regulator is None else regulator.gains
     if task.guess is not None:
-        yield task.guess
+        yield task.guess, gains
     elif regulator is not None:
-        yield regulator.P
-    yield plain
+        yield regulator.P, gains
+    yield None, None
+    if task.guess is None:
+        yield np.eye(task.plant.A.shape[1]), None
 
 
-def _posed(task: PerformanceTask, pose: Pose, P: Floats) -> tuple[PerformanceUnits, Condition]:
+def _posed(
+    task: PerformanceTask, pose: Pose, P: Floats, feedback: Floats | None
+) -> tuple[PerformanceUnits, Condition]:
     """Return coordinates where x' P x is |x|^2, and the condition in them."""
     units = PerformanceUnits.of(
         task.plant,
         P,
+        feedback=feedback,
         limits=task.limits,
         peak=task.peak,
         energy=task.energy,
@@ -98,7 +117,12 @@ def _posed(task: PerformanceTask, pose: Pose, P: Floats) -> tuple[PerformanceUni
 
 
 def _solved(task: PerformanceTask, units: PerformanceUnits, condition: Condition) -> _Solved:
-    return _Solved(units, condition, optimise(condition, slack=task.tolerance))
+    """Return what is near the least objective, with a margin of the tolerance if that is possible.
+
+    In these coordinates both the margin and what it costs are of that size.
+    """
+    slack = task.tolerance
+    return _Solved(units, condition, optimise(condition, slack=slack, inside=slack))
 
 
 def _confirmed(task: PerformanceTask, pose: Pose, meaning: Meaning, found: _Solved) -> _Solved:
@@ -114,7 +138,7 @@ def _confirmed(task: PerformanceTask, pose: Pose, meaning: Meaning, found: _Solv
             break
         gain = meaning.gain(found.units, objective)
         least = meaning.gain(found.units, objective / (1 + task.tolerance))
-        units, condition = _posed(task, pose, found.P)
+        units, condition = _posed(task, pose, found.P, found.units.feedback)
         claimed = least_objective(condition, held=0.0)
         if not 0 < claimed or not meaning.gain(units, claimed) < (1 - AGREED) * least:
             break
@@ -154,10 +178,15 @@ def _design(task: PerformanceTask, found: _Solved, meaning: Meaning) -> Design:
     )
 
 
+def _with_tries(design: Design, tries: tuple[Try, ...]) -> Design:
+    """Return the design with everything that was tried before it, too."""
+    return replace(design, answer=replace(design.answer, tries=tries))
+
+
 def _held(found: _Solved, gains: Floats) -> float:
     """Return the margin with M = K Q of the gains as they are handed out, rounded as they are."""
     Q, M = found.outcome.values["Q"], found.outcome.values["M"]
-    K = gains[: len(M)] @ found.units.states / found.units.inputs[:, None]
+    K = found.units.posed_gains(gains[: len(M)])
     return margin(found.condition, {**found.outcome.values, "M": K @ Q})
 
 
@@ -188,7 +217,7 @@ def _without(task: PerformanceTask, plain: Design, found: _Solved, meaning: Mean
         condition=found.condition,
         feasible={} if no else outcome.feasible,
         diagnosis=diagnosis,
-        tries=(*plain.answer.tries, *outcome.tries),
+        tries=outcome.tries,
     )
     return Design(
         gains=None,

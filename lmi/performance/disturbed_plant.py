@@ -73,8 +73,15 @@ class DisturbedPlant:
         merged = vectors[:rank].T / np.where(size > 0, size, 1.0)[:, None]
         return replace(self, B=self.B @ merged, D12=self.D12 @ merged)
 
+    def fed_back(self, K: Floats) -> DisturbedPlant:
+        """Return the plant whose input is counted from -K x, the same K (m, n) in every rule."""
+        return replace(self, A=self.A - self.B @ K, C=self.C - self.D12 @ K)
+
     def posed(self, units: PerformanceUnits) -> DisturbedPlant:
         """Return the plant in the given coordinates."""
+        if units.feedback.any():
+            plain = replace(units, feedback=np.zeros_like(units.feedback))
+            return self.fed_back(units.feedback).posed(plain)
         T, tau, rate = units.states, units.inputs, units.rate
         c, d = units.output, units.disturbance
         return DisturbedPlant(

@@ -31,7 +31,7 @@ def hinf_pdc(
     initial_box: ArrayLike | None = None,
     state_box: ArrayLike | None = None,
     gain_bound: float | None = None,
-    tolerance: float = 1e-6,
+    tolerance: float = 1e-4,
     sample_time: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with the least gamma in |z|_2 <= gamma |w|_2.

@@ -26,7 +26,7 @@ def h2_pdc(
     relaxation: str = "wang-tanaka-griffin",
     decay_rate: float = 0.0,
     gain_bound: float | None = None,
-    tolerance: float = 1e-6,
+    tolerance: float = 1e-4,
     sample_time: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with the least bound sqrt(nu), mean |z|^2 <= nu.

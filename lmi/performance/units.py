@@ -1,7 +1,10 @@
 """Coordinates for a design against disturbances, in which a guess of its cost is about |x|^2.
 
 Balanced vertices alone leave the Lyapunov function of a good design ill-conditioned, by 1e9 for a
-turbo-generator of ten states; in coordinates where a regulator's cost is |x|^2 it is near I.
+turbo-generator of ten states; in coordinates where a regulator's cost is |x|^2 it is near I.  The
+input is counted from that regulator, u = uhat - K0 x: then the loop is of order one too, where
+A Q - B M is a small difference of large numbers.  With M = (K - K0) Q the LMIs are the same, entry
+by entry, so nothing is changed by it but the rounding.
 """
 
 from __future__ import annotations
@@ -22,23 +25,27 @@ __all__ = ["PerformanceUnits", "Regulator", "guessed_regulator"]
 
 Floats: TypeAlias = NDArray[np.float64]
 
-# Share of the largest weight that a state or an input has where the output does not show it.
-LEAST_WEIGHT = 1e-3
+# Share of the largest weight that a state or an input has where the output does not show it, and
+# how far the states' units may lie apart when it is added.
+LEAST_WEIGHT = 1e-6
+SPREADS = (2.0**10, 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class PerformanceUnits:
-    """x = states xhat, u = inputs uhat, w = disturbance what, z = output zhat, time in 1 / rate.
+    """x = states xhat, u = inputs uhat - feedback x, w = disturbance what, z = output zhat.
 
     Attributes
     ----------
     states : (n, n), diagonal where limits are to be posed in them.
     inputs : (m,).
-    rate : in 1/s; 1 in discrete time, which counts samples.
+    feedback : K0, (m, n), zero where limits are posed on the input.
+    rate : time is counted in 1 / rate, in 1/s; 1 in discrete time, which counts samples.
     """
 
     states: Floats
     inputs: Floats
+    feedback: Floats
     rate: float
     disturbance: float
     output: float
@@ -49,6 +56,7 @@ class PerformanceUnits:
         plant: DisturbedPlant,
         P: Floats,
         *,
+        feedback: Floats | None = None,
         limits: Limits | None = None,
         peak: float | None = None,
         energy: float | None = None,
@@ -59,11 +67,16 @@ class PerformanceUnits:
         Parameters
         ----------
         P : (n, n), a guess of the Lyapunov function, but for its size.
+        feedback : (m, n), a guess of the gains, from which the input is counted; None, as with
+            limits, counts it from zero.
         limits : where there are some, the states are only scaled, by powers of two.
         peak, energy : of w, to be 1 in these coordinates; None where its unit is free.
         noise : w is white noise, whose effect in one sample is the root of that share of time.
         """
         step = plant.sample_time
+        K0 = np.zeros((plant.B.shape[2], plant.B.shape[1]))
+        if feedback is not None and limits is None:
+            K0, plant = feedback, plant.fed_back(feedback)
         T = _states(P, diagonal=limits is not None)
         speed = vertex_weight(np.linalg.solve(T, motion(plant.A, step) @ T)) / 2
         entering = _size(np.linalg.solve(T, plant.E))
@@ -89,6 +102,7 @@ class PerformanceUnits:
         return cls(
             states=T,
             inputs=inputs,
+            feedback=K0,
             rate=speed if step is None else 1.0,
             disturbance=disturbance,
             output=output,
@@ -100,12 +114,17 @@ class PerformanceUnits:
         return np.diag(self.states)
 
     def gains(self, Q: Floats, M: Floats, rules: int) -> Floats:
-        """Return K_i = M_i Q^-1 in the model's units, (r, m, n)."""
+        """Return K_i = K0 + M_i Q^-1 in the model's units, (r, m, n)."""
         K = np.linalg.solve(Q, M.transpose(0, 2, 1)).transpose(0, 2, 1)
         K = self.inputs[:, None] * np.linalg.solve(self.states.T, K.transpose(0, 2, 1)).transpose(
             0, 2, 1
         )
+        K = self.feedback + K
         return np.broadcast_to(K, (rules, *K.shape[1:])).copy()
+
+    def posed_gains(self, K: Floats) -> Floats:
+        """Return the gains (r, m, n) of the model in these coordinates: M_i = posed_gains Q."""
+        return np.asarray((K - self.feedback) @ self.states / self.inputs[:, None])
 
     def quadratic(self, Q: Floats) -> Floats:
         """Return P of x' P x = xhat' Q^-1 xhat, in the model's states."""
@@ -115,20 +134,37 @@ class PerformanceUnits:
 
 
 class Regulator(NamedTuple):
-    """x' P x, the cost of the linear-quadratic regulator at the mean vertex, and its poles."""
+    """x' P x, the cost of the linear-quadratic regulator at the mean vertex; its gains and poles.
+
+    Attributes
+    ----------
+    gains : (m, n) of u = -K x.
+    """
 
     P: Floats
+    gains: Floats
     poles: NDArray[np.complex128]
 
 
 def guessed_regulator(plant: DisturbedPlant) -> Regulator | None:
     """Return the regulator of the integral, or sum, of |z|^2; None if there is none.
 
-    Every state and input is weighed a little, so that P is positive definite.
+    Every state and input is weighed a little, so that P is positive definite.  In which units the
+    states are weighed alike is a guess: balanced ones, and the plant's own.  What is taken is that
+    which costs the disturbance least, tr E' P E, so the weights that are added least.
     """
+    found = [_regulator(plant, spread) for spread in SPREADS]
+    known = [one for one in found if one is not None]
+    E = plant.E.mean(axis=0)
+    return min(known, key=lambda one: float(np.sum(E * (one.P @ E))), default=None)
+
+
+def _regulator(plant: DisturbedPlant, spread: float) -> Regulator | None:
     from scipy.linalg import solve_continuous_are, solve_discrete_are
 
     s = state_units(plant.A, None, step=plant.sample_time)
+    middle = np.exp2(np.round(np.log2(s).mean()))
+    s = np.clip(s / middle, 1 / spread, spread)
     A, B = plant.A.mean(axis=0) * s / s[:, None], plant.B.mean(axis=0) / s[:, None]
     C, D = plant.C.mean(axis=0) * s, plant.D12.mean(axis=0)
     tau = 1.0 / np.maximum(np.linalg.norm(B, axis=0), 1e-300)
@@ -149,7 +185,8 @@ def guessed_regulator(plant: DisturbedPlant) -> Regulator | None:
         K = np.linalg.solve(spent + B.T @ P @ B, B.T @ P @ A + both.T)
     else:
         K = np.linalg.solve(spent, B.T @ P + both.T)
-    return Regulator(P / s / s[:, None], np.linalg.eigvals(A - B @ K))
+    poles = np.linalg.eigvals(A - B @ K)
+    return Regulator(P / s / s[:, None], tau[:, None] * K / s, poles)
 
 
 def _states(P: Floats, *, diagonal: bool) -> Floats:

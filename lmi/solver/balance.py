@@ -25,6 +25,7 @@ def balanced_states(A: Array) -> Array:
 
     S = diag(s); x = S xhat.  One s for all vertices, from the mean of their absolute values; a
     state that nothing acts on, or that acts on nothing, is measured in the time of the others.
+    So is a group of states, a disturbance's model say, where the sweeps find no end for it.
     Balancing removes units (rad against N m) without touching a single significant digit.
 
     Source: Osborne (1960), On pre-conditioning of matrices, J. ACM 7; Parlett and Reinsch (1969).
@@ -33,6 +34,15 @@ def balanced_states(A: Array) -> Array:
     # The spectral radius is the same in all units; integrators alone have none, nor a time.
     time = float(np.abs(np.linalg.eigvals(M)).max()) or 1.0
     np.fill_diagonal(M, 0.0)
+    s, ended = _swept(M, time)
+    if not ended:
+        s = _by_groups(M, time)
+    # Relative to the first state, so that the rounding is the same in all units.
+    return nearest_power(s / s[0])
+
+
+def _swept(M: Array, time: float) -> tuple[Array, bool]:
+    """Return the scales after Osborne's sweeps over M >= 0, and whether they came to rest."""
     s = np.ones(len(M))
     for _ in range(SWEEPS):
         before = s.copy()
@@ -44,9 +54,36 @@ def balanced_states(A: Array) -> Array:
                 # A chain of entries that are nearly zero has no balance: it runs away.
                 s[k] = min(max(s[k], 1.0 / FARTHEST), FARTHEST)
         if np.allclose(s, before, rtol=1e-6):
-            break
-    # Relative to the first state, so that the rounding is the same in all units.
-    return nearest_power(s / s[0])
+            return s, True
+    return s, False
+
+
+def _by_groups(M: Array, time: float) -> Array:
+    """Return scales of a graph with groups of states that act on others and are not acted upon.
+
+    Such a group can be made smaller and smaller: what it does to the others vanishes, and nothing
+    grows.  So each group is balanced by itself, and between groups the logarithms of the couplings
+    are, by least squares, those of the time.
+    """
+    from scipy.sparse.csgraph import connected_components
+
+    count, group = connected_components(M > 0, directed=True, connection="strong")
+    s = np.ones(len(M))
+    for k in range(count):
+        inside = np.flatnonzero(group == k)
+        s[inside] = _swept(M[np.ix_(inside, inside)], time)[0]
+    scaled = M * s / s[:, None]
+    rows, wanted = [], []
+    for a in range(count):
+        for b in range(count):
+            acting = float(np.linalg.norm(scaled[np.ix_(group == a, group == b)]))
+            if a != b and acting:
+                # Group b acts on group a; with s_b it is ``acting`` s_b / s_a.
+                rows.append(np.eye(count)[b] - np.eye(count)[a])
+                wanted.append(np.log(time / acting))
+    coupled = np.array(rows).reshape(-1, count)
+    between = np.linalg.lstsq(coupled, np.array(wanted), rcond=None)[0]
+    return np.asarray(s * np.exp(between)[group])
 
 
 def _alone(row: float, column: float, time: float) -> float:

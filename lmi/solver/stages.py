@@ -140,9 +140,11 @@ def optimise(
     *,
     slack: float = 1e-6,
     cap: float = 1.0,
+    inside: float | None = None,
     parameters: Mapping[str, float] | None = None,
     session: Session | None = None,
     assembled: Assembled | None = None,
+    most: int | None = None,
 ) -> Outcome:
     """Return unknowns whose objective is within ``slack`` (relative) of the least, centred.
 
@@ -150,7 +152,9 @@ def optimise(
     ----------
     slack : how far above the least value the second stage may go; thirty and a thousand times
         that where it leaves no margin, but never more than ``slack`` or a thousandth.
-    cap, parameters, session, assembled : as for ``decide``.
+    inside : a margin that is asked for at once.  Where it costs the objective no more than
+        ``slack`` by the bound of the multipliers, one solve is all; else it is dropped.
+    cap, parameters, session, assembled, most : as for ``decide``.
 
     Returns
     -------
@@ -163,9 +167,14 @@ def optimise(
     kept = Session() if session is None else session
     program = cone_program(data, data.objective, (), margin=0.0)
     tries: list[Try] = []
+    if inside is not None:
+        found = _inside(data, program, inside, slack)
+        if found.settled:
+            return found
+        tries.extend(found.tries)
     best: Outcome | None = None
     plain: Outcome | None = None
-    for raw in _few(attempts(program, session), quick()):
+    for raw in _few(attempts(program, session), quick() if most is None else most):
         values = _values(data, raw)
         held = margin(data.condition, values) if values else -np.inf
         tries.append(_try(raw, held))
@@ -200,6 +209,23 @@ def _nearer(condition: Condition, best: Outcome | None, new: Outcome, slack: flo
         most = kept.objective + promised(slack) * abs(kept.objective) + FLOOR
         bounds = [bound for bound in bounds if bound <= most]
     return measured(condition, replace(kept, least=max(bounds, default=-np.inf)), slack)
+
+
+def _inside(data: Assembled, program: ConeProgram, inside: float, slack: float) -> Outcome:
+    """Return the least objective with a margin; ``settled`` where the margin costs next to nothing.
+
+    The multipliers bound the objective without a margin too: the two programs differ in b alone.
+    """
+    raw = next(attempts(cone_program(data, data.objective, (), margin=inside)))
+    values = _values(data, raw)
+    held = margin(data.condition, values) if values else -np.inf
+    found = Outcome("unknown", values, held, np.inf, {}, (_try(raw, held),))
+    if held < 0.5 * inside:
+        return found
+    objective = objective_at(data.condition, values)
+    least = least_objective_bound(program, raw)
+    near = objective - least <= slack * abs(least)
+    return replace(found, status="candidate", objective=objective, least=least, settled=near)
 
 
 def _centred(

@@ -42,7 +42,9 @@ def test_one_rule_has_the_optimum_of_compleib(name: str) -> None:
     """
     system = SYSTEMS[name]()
     design = h2_pdc(
-        TSModel([system.A], [system.B], E=[system.B1]), performance=(system.C1, system.D12)
+        TSModel([system.A], [system.B], E=[system.B1]),
+        performance=(system.C1, system.D12),
+        tolerance=1e-6,
     )
     K = design.require()[0][0]
     A, B, C, D = system.A, system.B, system.C1, system.D12

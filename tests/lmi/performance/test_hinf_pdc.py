@@ -61,7 +61,7 @@ def test_one_rule_has_the_optimum_of_compleib(name: str) -> None:
     The equation has its solution a hair above the gain that is found, and none a hair below.
     """
     system = SYSTEMS[name]()
-    design = hinf_pdc(plant(system), performance=(system.C1, system.D12))
+    design = hinf_pdc(plant(system), performance=(system.C1, system.D12), tolerance=1e-6)
 
     assert gain_of(design) == pytest.approx(system.hinf, rel=1e-5)
     assert riccati_allows(system, gain_of(design) * (1 + 1e-4))
@@ -73,7 +73,7 @@ def test_a_tolerance_buys_small_gains_that_keep_their_promise(name: str) -> None
     """At two per cent above the infimum the loop's own Hamiltonian confirms the gain."""
     system = SYSTEMS[name]()
     design = hinf_pdc(plant(system), performance=(system.C1, system.D12), tolerance=0.02)
-    tight = hinf_pdc(plant(system), performance=(system.C1, system.D12))
+    tight = hinf_pdc(plant(system), performance=(system.C1, system.D12), tolerance=1e-6)
     assert design.gains is not None and tight.gains is not None
     K = design.gains[0]
     D = np.zeros((len(system.C1), system.B1.shape[1]))
@@ -418,7 +418,9 @@ def test_tg1_needs_no_help_with_its_units() -> None:
     system = tg1()
     s = np.logspace(-3, 3, 10)
     A, B, E = (part / s[:, None] for part in (system.A * s, system.B, system.B1))
-    design = hinf_pdc(TSModel([A], [B], E=[E]), performance=(system.C1 * s, system.D12))
+    design = hinf_pdc(
+        TSModel([A], [B], E=[E]), performance=(system.C1 * s, system.D12), tolerance=1e-6
+    )
 
     assert gain_of(design) == pytest.approx(system.hinf, rel=1e-5)
 

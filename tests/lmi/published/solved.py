@@ -170,8 +170,8 @@ def least_norms(name: str) -> tuple[float, float]:
     model = TSModel([system.A], [system.B], E=[system.B1])
     performance = (system.C1, system.D12)
     return (
-        gain_of(hinf_pdc(model, performance=performance)),
-        gain_of(h2_pdc(model, performance=performance)),
+        gain_of(hinf_pdc(model, performance=performance, tolerance=1e-6)),
+        gain_of(h2_pdc(model, performance=performance, tolerance=1e-6)),
     )
 
 
