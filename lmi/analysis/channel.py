@@ -15,7 +15,7 @@ from takagi.lmi.solver.stages import Outcome
 from takagi.models.errors import ModelError
 from takagi.models.vertex_arrays import vertex_arrays
 
-__all__ = ["Channel", "Units", "channel_of", "near_least"]
+__all__ = ["Channel", "Units", "channel_of", "largest_response", "near_least"]
 
 Floats: TypeAlias = NDArray[np.float64]
 
@@ -90,7 +90,7 @@ class Units:
         plain = channel.scaled(cls(states, rate, 1.0, 1.0))
         share = 1.0 if step is None else speed
         reach, shown = float(np.abs(plain.B).max()) / share**0.5, float(np.abs(plain.C).max())
-        gain = _largest_response(plain)
+        gain = largest_response(plain)
         if gain == 0.0 or not np.isfinite(gain):
             gain = reach * shown / share**0.5 or 1.0
         # w scaled by d and y by c multiply the gain by d / c and P by c / d.
@@ -174,7 +174,7 @@ def _power(value: float) -> float:
     return float(nearest_power(np.array([value]))[0])
 
 
-def _largest_response(channel: Channel) -> float:
+def largest_response(channel: Channel) -> float:
     """Return the largest singular value of the vertices' responses, at their own frequencies."""
     # It only sets units, for which some of very many vertices will do.
     some = slice(None, None, 1 + len(channel.A) // 512)

@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.channel import Channel, Units, channel_of
+from takagi.lmi.analysis.guessed_function import guessed_of_energy
 from takagi.lmi.analysis.least_gain import least_gain, motion_of
 from takagi.lmi.answer import Answer, Floats
 from takagi.lmi.intake import Vertices
@@ -122,6 +123,7 @@ def hinf_norm(
     *,
     sample_time: float | None = None,
     scales: ArrayLike | None = None,
+    tolerance: float = 1e-6,
 ) -> Answer:
     """Return the least gamma, and its P, with |y|_2 <= gamma |w|_2 for every blend of the vertices.
 
@@ -135,7 +137,8 @@ def hinf_norm(
         B, C and D (zero when left out) are arrays, (r, ., .) or (., .).
     sample_time : T in s of x+ = A x + B w, where arrays are given; a model knows its own.  The
         energies are then sums over samples.  gamma does not depend on T.
-    scales : (n,) engineering range of each state; None balances the vertices.
+    scales : (n,) engineering range of each state; None looks for units itself.
+    tolerance : how far above the least gamma the answer may be, relative: P has a margin then.
 
     Returns
     -------
@@ -152,7 +155,7 @@ def hinf_norm(
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2; Gahinet and Apkarian (1994).
     """
     path = channel_of(model, B, C, D, sample_time=sample_time)
-    return least_gain(path, scales, _posed, _shown)
+    return least_gain(path, scales, _posed, _shown, guess=guessed_of_energy, tolerance=tolerance)
 
 
 def energy_gain_of(channel: Channel, P: Floats) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.channel import Channel, Units, near_least
 from takagi.lmi.analysis.quadratic import common_lyapunov, slow_vertex
-from takagi.lmi.answer import Answer, Floats
+from takagi.lmi.answer import Answer, Floats, Try
 from takagi.lmi.solver.balance import state_units
 from takagi.lmi.solver.diagnosis import binding_items
 from takagi.lmi.solver.item_rounds import ALL_AT_ONCE, optimise_by_rounds
@@ -25,9 +25,13 @@ Pose: TypeAlias = Callable[[Channel, Units], Condition]
 # The gain that the unknowns show at all vertices, recomputed from them, and P; both in the units
 # of the path as it was before it was scaled.
 Shown: TypeAlias = Callable[[Channel, Units, Mapping[str, Floats]], tuple[float, Floats]]
+# P, but for its size, of a system that is like the path.
+Guess: TypeAlias = Callable[[Channel], Floats | None]
 
 # Gains that differ by less are the same.
 AGREED = 1e-6
+# An objective that is as near its bound, relative, is the least whatever the coordinates.
+SURE = 1e-5
 
 
 def least_gain(
@@ -39,6 +43,8 @@ def least_gain(
     decay_rate: float = 0.0,
     noise: bool = False,
     infinite: str = "",
+    guess: Guess | None = None,
+    tolerance: float = 1e-6,
 ) -> Answer:
     """Return the answer with the least gain: posed in units of order one, and recomputed from P.
 
@@ -49,6 +55,8 @@ def least_gain(
     decay_rate : alpha in 1/s that the condition asks for besides.
     noise : the disturbance is white.
     infinite : why no gain is finite; empty when it may be.
+    guess : of P; asked first, without scales.
+    tolerance : how far above the least the objective may be, relative, so that P keeps a margin.
 
     Raises
     ------
@@ -58,21 +66,38 @@ def least_gain(
     why = _hopeless_vertex(path, s, decay_rate) or infinite
     if why:
         return Answer(status="infeasible", P=None, margin=-np.inf, coordinates=s, diagnosis=why)
-    found = _attempt(path, s, pose, shown, noise=noise)
+    tried: tuple[Try, ...] = ()
+    P = guess(path) if guess is not None and scales is None else None
+    T = None if P is None else states_of(P)
+    if T is not None:
+        found, sure = _in_states(path, T, pose, shown, noise=noise, slack=tolerance)
+        if found.gain is not None and sure:
+            return found
+        tried = found.tries
+    found, sure = _attempt(path, s, pose, shown, noise=noise, slack=tolerance)
+    found = replace(found, tries=(*tried, *found.tries))
     if found.gain is None:
         return _answer_without(path, s, found, decay_rate)
-    return _confirmed(path, found, pose, shown, noise=noise)
+    if sure:
+        return found
+    return _confirmed(path, found, pose, shown, noise=noise, slack=tolerance)
 
 
-def _attempt(path: Channel, s: Floats, pose: Pose, shown: Shown, *, noise: bool) -> Answer:
-    """Return the answer posed in x = s xhat; without a gain where no solver came near the least."""
+def _attempt(
+    path: Channel, s: Floats, pose: Pose, shown: Shown, *, noise: bool, slack: float
+) -> tuple[Answer, bool]:
+    """Return the answer posed in x = s xhat; without a gain where no solver came near the least.
+
+    And whether the bound of the multipliers leaves no doubt that it is the least.
+    """
     units = Units.of(path, s, noise=noise)
     scaled = path.scaled(units)
     condition = pose(scaled, units)
-    outcome = optimise_by_rounds(condition)
+    outcome = optimise_by_rounds(condition, slack=slack)
     gain, P, why = _gain_of(outcome, scaled, units, shown, noise=noise)
     good = gain is not None and not why
-    return Answer(
+    sure = outcome.objective - outcome.least <= (slack + SURE) * abs(outcome.least)
+    answer = Answer(
         status="candidate" if good else outcome.status,
         P=P if good else None,
         margin=outcome.margin,
@@ -86,6 +111,7 @@ def _attempt(path: Channel, s: Floats, pose: Pose, shown: Shown, *, noise: bool)
         diagnosis=why,
         tries=outcome.tries,
     )
+    return answer, bool(sure)
 
 
 def _gain_of(
@@ -108,7 +134,21 @@ def _gain_of(
     return gain, P, "" if near else not_least(gain, least)
 
 
-def _confirmed(path: Channel, found: Answer, pose: Pose, shown: Shown, *, noise: bool) -> Answer:
+def _in_states(
+    path: Channel, T: Floats, pose: Pose, shown: Shown, *, noise: bool, slack: float
+) -> tuple[Answer, bool]:
+    """Return the answer posed in x = T xhat, and whether it is the least without doubt."""
+    one = np.ones(len(T))
+    found, sure = _attempt(path.in_states(T), one, pose, shown, noise=noise, slack=slack)
+    if found.P is None:
+        return replace(found, coordinates=None), sure
+    back = np.linalg.inv(T)
+    return replace(found, P=back.T @ found.P @ back, coordinates=None), sure
+
+
+def _confirmed(
+    path: Channel, found: Answer, pose: Pose, shown: Shown, *, noise: bool, slack: float
+) -> Answer:
     """Return what is found again where the first P is |x|^2, if that is less.
 
     In coordinates that do not suit it a solver may call solved what is a per cent above the least
@@ -120,12 +160,11 @@ def _confirmed(path: Channel, found: Answer, pose: Pose, shown: Shown, *, noise:
     T = states_of(found.P)
     if T is None:
         return found
-    other = _attempt(path.in_states(T), np.ones(len(T)), pose, shown, noise=noise)
+    other, _ = _in_states(path, T, pose, shown, noise=noise, slack=slack)
     tries = (*found.tries, *other.tries)
     if other.gain is None or other.P is None or not other.gain < (1 - AGREED) * found.gain:
         return replace(found, tries=tries)
-    back = np.linalg.inv(T)
-    return replace(other, P=back.T @ other.P @ back, coordinates=None, tries=tries)
+    return replace(other, tries=tries)
 
 
 def states_of(P: Floats) -> Floats | None:

@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.channel import Channel, Units, channel_of
+from takagi.lmi.analysis.guessed_function import guessed_of_variance
 from takagi.lmi.analysis.least_gain import least_gain, motion_of
 from takagi.lmi.answer import Answer, Floats
 from takagi.lmi.intake import Vertices
@@ -173,7 +174,9 @@ def h2_norm(
     """
     path = channel_of(model, B, C, D, sample_time=sample_time)
     why = infinite_variance(path.D, path.sample_time)
-    return least_gain(path, scales, _posed, _shown, noise=True, infinite=why)
+    return least_gain(
+        path, scales, _posed, _shown, noise=True, infinite=why, guess=guessed_of_variance
+    )
 
 
 def variance_shown(channel: Channel, P: Floats) -> tuple[float, Floats]:
