@@ -20,6 +20,8 @@ from takagi.models.errors import ModelError
 __all__ = ["L2Gain"]
 
 Floats = NDArray[np.float64]
+# How far above the least gain P is looked for, relative: the rounded P has to keep a margin.
+INSIDE = 2e-4
 # Shares added to the least gain that was found; each is tried until the rounded numbers prove.
 BACK_OFF = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
 DIGITS = (6, 9, 12, 15)
@@ -54,7 +56,7 @@ class L2Gain:
 
         evidence = path_evidence(loop, self.disturbance, self.output)
         A, B, C, D = disturbed_path(loop, evidence)
-        answer = hinf_norm(A, B, C, D, sample_time=loop.sample_time)
+        answer = hinf_norm(A, B, C, D, sample_time=loop.sample_time, tolerance=INSIDE)
         solver = str(answer.solver.get("status", ""))
         if answer.P is None or answer.gain is None:
             words = answer.diagnosis or "no bound was found"

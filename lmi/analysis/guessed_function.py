@@ -32,7 +32,7 @@ def guessed_of_energy(channel: Channel) -> Floats | None:
     for more in ABOVE:
         level = (more * size) ** 2 * np.eye(B.shape[1])
         try:
-            P = np.asarray(solve(A, B, C.T @ C, D.T @ D - level, s=C.T @ D))
+            P = np.asarray(solve(A, B, C.T @ C, D.T @ D - level, s=C.T @ D), np.float64)
         except (np.linalg.LinAlgError, ValueError):
             continue
         found = _in_plain_states(P, s)
@@ -50,9 +50,9 @@ def guessed_of_variance(channel: Channel) -> Floats | None:
     weight = weight + MORE * (np.abs(weight).max() or 1.0) * np.eye(len(A))
     try:
         if channel.sample_time is None:
-            P = np.asarray(solve_continuous_lyapunov(A.T, -weight))
+            P = np.asarray(solve_continuous_lyapunov(A.T, -weight), np.float64)
         else:
-            P = np.asarray(solve_discrete_lyapunov(A.T, weight))
+            P = np.asarray(solve_discrete_lyapunov(A.T, weight), np.float64)
     except (np.linalg.LinAlgError, ValueError):
         return None
     return _in_plain_states(P, s)

@@ -66,16 +66,16 @@ def least_gain(
     why = _hopeless_vertex(path, s, decay_rate) or infinite
     if why:
         return Answer(status="infeasible", P=None, margin=-np.inf, coordinates=s, diagnosis=why)
-    tried: tuple[Try, ...] = ()
     P = guess(path) if guess is not None and scales is None else None
     T = None if P is None else states_of(P)
+    tries: tuple[Try, ...] = ()
+    found, sure = None, False
     if T is not None:
         found, sure = _in_states(path, T, pose, shown, noise=noise, slack=tolerance)
-        if found.gain is not None and sure:
-            return found
-        tried = found.tries
-    found, sure = _attempt(path, s, pose, shown, noise=noise, slack=tolerance)
-    found = replace(found, tries=(*tried, *found.tries))
+        tries = found.tries
+    if found is None or found.gain is None:
+        found, sure = _attempt(path, s, pose, shown, noise=noise, slack=tolerance)
+        found = replace(found, tries=(*tries, *found.tries))
     if found.gain is None:
         return _answer_without(path, s, found, decay_rate)
     if sure:

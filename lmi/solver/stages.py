@@ -168,10 +168,10 @@ def optimise(
     program = cone_program(data, data.objective, (), margin=0.0)
     tries: list[Try] = []
     if inside is not None:
-        found = _inside(data, program, inside, slack)
-        if found.settled:
-            return found
-        tries.extend(found.tries)
+        once = _inside(data, program, inside, slack)
+        if once.settled:
+            return once
+        tries.extend(once.tries)
     best: Outcome | None = None
     plain: Outcome | None = None
     for raw in _few(attempts(program, session), quick() if most is None else most):
