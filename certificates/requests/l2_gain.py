@@ -21,7 +21,7 @@ __all__ = ["L2Gain"]
 
 Floats = NDArray[np.float64]
 # How far above the least gain P is looked for, relative: the rounded P has to keep a margin.
-INSIDE = 2e-4
+INSIDE, AT_LEAST = 2e-4, 1e-6
 # Shares added to the least gain that was found; each is tried until the rounded numbers prove.
 BACK_OFF = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
 DIGITS = (6, 9, 12, 15)
@@ -56,15 +56,28 @@ class L2Gain:
 
         evidence = path_evidence(loop, self.disturbance, self.output)
         A, B, C, D = disturbed_path(loop, evidence)
-        answer = hinf_norm(A, B, C, D, sample_time=loop.sample_time, tolerance=INSIDE)
+        # Of a gain that is given, little may be left: then P is looked for at the least one.
+        answers = [
+            hinf_norm(A, B, C, D, sample_time=loop.sample_time, tolerance=more)
+            for more in ((INSIDE, AT_LEAST) if self.gain else (INSIDE,))
+        ]
+        answer = answers[0]
         solver = str(answer.solver.get("status", ""))
-        if answer.P is None or answer.gain is None:
+        shown = [(one.P, one.gain) for one in answers if one.P is not None and one.gain is not None]
+        if not shown:
             words = answer.diagnosis or "no bound was found"
             return first_proved(
                 loop, [(words, _claim(evidence, self.gain or 1.0, np.eye(len(A[0]))))], solver
             )
-        gains = [self.gain] if self.gain else [rounded_up(answer.gain * (1 + s)) for s in BACK_OFF]
-        return first_proved(loop, self._claims(loop, evidence, answer.P, gains), solver)
+        claims = (
+            claim
+            for P, least in shown
+            for claim in self._claims(loop, evidence, P, self._gains(least))
+        )
+        return first_proved(loop, claims, solver)
+
+    def _gains(self, least: float) -> list[float]:
+        return [self.gain] if self.gain else [rounded_up(least * (1 + s)) for s in BACK_OFF]
 
     def _claims(
         self, loop: Loop, evidence: dict[str, Any], P: Floats, gains: list[float]
