@@ -10,12 +10,13 @@ BIN := $(VENV)/bin
 MEASURED := measure lmi_layer lmi_growth kim_lee_ladder enclosures certificates
 
 .DEFAULT_GOAL := help
-.PHONY: help design test marked-tests lint format types layers packaging bench campaigns docs \
-        check clean
+.PHONY: help design test marked-tests processors lint format types layers packaging bench \
+        campaigns docs check clean
 
 help:
 	@echo "make design      design, prove and report the NREL 5-MW controller in $(OUT)"
 	@echo "make test        run all tests (marked-tests: those that need TeX or minutes)"
+	@echo "make processors  run the tests whose numbers depend on the processor as on three kinds"
 	@echo "make check       lint, types and layers: what a change must pass beside the tests"
 	@echo "make packaging   build the distribution and try it in a clean environment"
 	@echo "make bench       measure the times that the documentation promises"
@@ -35,6 +36,9 @@ marked-tests: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -m "tex or slow or coq" --numprocesses=auto --dist=loadfile
 
 check: lint types layers
+
+processors: $(VENV)/.installed-dev
+	.ci/processors $(BIN)/python
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .

@@ -14,6 +14,8 @@ from takagi.lmi import Answer, attraction_ellipsoid, attraction_pdc, input_rate_
 from takagi.models import ModelError, TSModel, sector_model
 from tests.lmi.synthesis.placed import pendulum
 
+pytestmark = pytest.mark.numeric
+
 Floats = NDArray[np.float64]
 WAYS = ("secant", "polytope", "dead-zone")
 

@@ -23,6 +23,8 @@ from takagi.lmi import (
 from takagi.lmi.evaluate import margin
 from takagi.models import ModelError, Premise, TSModel
 
+pytestmark = pytest.mark.numeric
+
 Floats = NDArray[np.float64]
 RELAXATIONS = ("wang-tanaka-griffin", "tanaka-wang", "tuan", "liu-zhang", "polya-1")
 
@@ -237,9 +239,13 @@ def test_units_do_not_matter() -> None:
     np.testing.assert_allclose(scaled.gains * tau / s, plain.gains, rtol=1e-4)
 
 
+@pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
 @pytest.mark.parametrize("kind", ["discrete", "corners", "slack"])
 def test_cvxpy_finds_the_same_margin(kind: Any) -> None:
-    """The same condition through another modeller; and it prints."""
+    """The same condition through another modeller; and it prints.
+
+    What the solver says of its own accuracy depends on the processor; its numbers are checked.
+    """
     if kind == "discrete":
         condition = fuzzy_pdc_condition(guerra_vermeiren(1.3), slack="rules")
     else:

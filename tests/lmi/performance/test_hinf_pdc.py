@@ -18,6 +18,8 @@ from tests.lmi.compleib import SYSTEMS, System, ac15, mfp, tg1
 from tests.lmi.norms import frequency_norm, hamiltonian_norm
 from tests.lmi.performance.disturbed import blends, loop, three_rules, two_rules
 
+pytestmark = pytest.mark.numeric
+
 Floats = NDArray[np.float64]
 
 

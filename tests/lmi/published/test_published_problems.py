@@ -14,6 +14,8 @@ import pytest
 
 from tests.lmi.published.solved import NUMBERS, STATUSES
 
+pytestmark = pytest.mark.numeric
+
 ROOT = Path(__file__).resolve().parents[3]
 # Found by the tests that are named, from both sides or as a bound, not as one number.
 FROM_BOTH_SIDES = {
@@ -52,13 +54,17 @@ def test_the_page_is_what_the_list_gives(published: Any) -> None:
 
 @pytest.mark.parametrize("name", NUMBERS)
 def test_every_number_is_found_again(published: Any, name: str) -> None:
-    """To one unit of the last digit that the page prints."""
+    """To one unit of the last digit that the page prints, or a ten-thousandth of the number.
+
+    How near a solver comes depends on the processor; a thousandth is what is promised.
+    """
     texts = re.findall(r"\d+\.\d+", printed(published, name))
     found = np.atleast_1d(NUMBERS[name]())
 
     assert len(texts) == len(found)
     for text, value in zip(texts, found, strict=True):
-        assert value == pytest.approx(float(text), abs=10.0 ** -len(text.split(".")[1]))
+        unit = 10.0 ** -len(text.split(".")[1])
+        assert value == pytest.approx(float(text), abs=unit, rel=1e-4)
 
 
 @pytest.mark.parametrize("name", STATUSES)

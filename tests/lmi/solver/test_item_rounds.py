@@ -22,6 +22,8 @@ from takagi.lmi.evaluate import margin
 from takagi.lmi.solver import item_rounds
 from takagi.lmi.solver.item_rounds import ALL_AT_ONCE
 
+pytestmark = pytest.mark.numeric
+
 
 def vertices(count: int, n: int, seed: int = 2, spread: float = 0.6) -> np.ndarray:
     """Return A_i = T (E_i - I) T^-1, |E_i| <= spread < 1: T^-T T^-1 is a common P."""

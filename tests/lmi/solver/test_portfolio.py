@@ -27,6 +27,8 @@ from takagi.lmi.solver.solve import Session, again, attempts
 from takagi.models import TSModel
 from tests.lmi.solver.control import OPTIMUM, control1
 
+pytestmark = pytest.mark.numeric
+
 needs_sdpa = pytest.mark.skipif(
     not sdpa_solver.sdpa_is_installed(), reason="sdpa-python is not installed"
 )

@@ -27,6 +27,8 @@ from takagi.lmi.solver.program import ConeProgram, Raw
 from takagi.lmi.solver.solve import Session, again, attempts
 from takagi.models import TSModel
 
+pytestmark = pytest.mark.numeric
+
 A = np.array([[[-1.0, 2.0], [-3.0, -4.0]]])
 ONE = np.eye(2)[None]
 

@@ -18,6 +18,8 @@ from takagi.lmi.synthesis.rate_limits import with_input_states
 from takagi.models import TSModel
 from tests.lmi.synthesis.placed import pendulum
 
+pytestmark = pytest.mark.numeric
+
 Floats = NDArray[np.float64]
 
 

@@ -26,6 +26,8 @@ from takagi.lmi.alternatives.definiteness import is_definite
 from takagi.lmi.evaluate import margin
 from takagi.models import ModelError, Premise, TSModel
 
+pytestmark = pytest.mark.numeric
+
 Floats = NDArray[np.float64]
 
 
