@@ -2,10 +2,10 @@
 
     python benchmarks/soundness.py [--count N] [--seed N] [--processes N]
 
-Loops (``known_loops``) are put to ``certify``, which has to find its own evidence.  Claims with
-closed forms (``known_claims``, ``known_sets``) are thrown straight at the checker, with the best
-evidence and with wrong ones.  Most lie on their threshold or a hair beside it.  UNDECIDED is never
-false; how often it is said, of what is true with evidence that fits, is part of the table.
+Loops (``known_loops``, ``known_blends``) are put to ``certify``, which has to find its own
+evidence.  Claims with closed forms (``known_claims``, ``known_sets``, ``known_blends``) are thrown
+straight at the checker, with the best evidence and with wrong ones.  Most lie on their threshold or
+a hair beside it.  UNDECIDED is never false; how often it is said, of what is true with evidence that fits, is part of the table.
 
 The tables go to docs/benchmarks.md.  The exit status is 1 when a verdict is false.
 """
@@ -22,8 +22,10 @@ from concurrent.futures import ProcessPoolExecutor
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np  # noqa: E402  the threads are counted when numpy is loaded
+from known_blends import PIECES, RULES  # noqa: E402
 from known_claims import CLAIMS  # noqa: E402
-from known_loops import LOOPS, Problem, Random  # noqa: E402
+from known_loops import LOOPS as PLAIN_LOOPS  # noqa: E402
+from known_loops import Problem, Random  # noqa: E402
 from known_sets import SETS  # noqa: E402
 from measure import PAGE, placed, table  # noqa: E402
 from modes import Known, TooLong, as_read  # noqa: E402
@@ -34,7 +36,8 @@ from takagi.certificates.checker.kernel.family import read_family  # noqa: E402
 from takagi.models import TSModel  # noqa: E402
 
 Counts = Counter[str]
-DIRECT = CLAIMS | SETS
+DIRECT = CLAIMS | SETS | PIECES
+LOOPS = PLAIN_LOOPS | RULES
 FALSE = ("false proved", "false disproved")
 
 

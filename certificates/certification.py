@@ -19,6 +19,7 @@ from takagi.certificates.provenance import provenance
 from takagi.certificates.requests.all_claims import attempts_at_all
 from takagi.certificates.requests.decay import Decay
 from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.on_pieces import attempted
 from takagi.certificates.sampled_premises import refuse_sampled
 from takagi.models.errors import ModelError
 
@@ -122,7 +123,7 @@ def certify(
     if claims == "all":
         attempts, unproved = attempts_at_all(loop, decay_rate=decay_rate)
     else:
-        attempts = [request.attempt(loop) for request in asked]
+        attempts = [attempted(request, loop) for request in asked]
     document = certificate_document(
         model=loop.model_data,
         gains=loop.gains_data,

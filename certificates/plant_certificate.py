@@ -20,6 +20,7 @@ from takagi.certificates.requests.all_claims import requests_for
 from takagi.certificates.requests.decay import Decay
 from takagi.certificates.requests.input_limits import InputLimits
 from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.on_pieces import attempted
 from takagi.certificates.requests.region import Poles
 from takagi.certificates.requests.request import Attempt, Request
 from takagi.certificates.sampled_premises import refuse_sampled
@@ -93,11 +94,11 @@ def plant_certificate(
 
 
 def _attempts(loop: Loop, demands: Demands) -> tuple[list[Attempt], list[str]]:
-    decay = Decay().attempt(loop)
+    decay = attempted(Decay(), loop)
     wanted = demands.decay_rate
     if wanted is not None and not (decay.proved and decay.claim["decay_rate"] >= wanted):
-        decay = Decay(wanted).attempt(loop)
-    asked = [decay, *(request.attempt(loop) for request in _demanded(loop, demands))]
+        decay = attempted(Decay(wanted), loop)
+    asked = [decay, *(attempted(request, loop) for request in _demanded(loop, demands))]
     if not decay.proved:
         return asked, ["without decay nothing else was tried"]
     if len(loop.family.groups()) > MOST_BLENDS:
@@ -109,7 +110,7 @@ def _attempts(loop: Loop, demands: Demands) -> tuple[list[Attempt], list[str]]:
             continue
         name = type(request).__name__
         try:
-            attempt = request.attempt(loop)
+            attempt = attempted(request, loop)
         except ModelError as error:
             notes.append(f"{name}: {error}")
             continue

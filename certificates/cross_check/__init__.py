@@ -2,6 +2,7 @@
 
     reading, exact        the file; exact matrices, definite by their characteristic polynomials
     loop, plant           what claims are about: vertices, gains, mixtures; a plant's own vertices
+    pieces                the weights cut into pieces
     obligation            a matrix that must be definite, a fact that must hold
     decay, disturbed, limits, observing, fuzzy      claims about loops, as obligations
     expression, algebra, interval, embedding        a plant is the blend of its vertices

@@ -11,6 +11,7 @@ and 5; Chilali and Gahinet (1996), theorem 2.2; all recalled.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from flint import arb, ctx, fmpq, fmpq_mat
@@ -28,6 +29,7 @@ from takagi.certificates.cross_check.exact import (
 )
 from takagi.certificates.cross_check.loop import Loop, Stack, pick
 from takagi.certificates.cross_check.obligation import Definite, Fact, Obligations
+from takagi.certificates.cross_check.pieces import combined, mixtures
 from takagi.certificates.cross_check.reading import (
     Refusal,
     entry,
@@ -74,9 +76,9 @@ def decrease(loop: Loop, P: fmpq_mat, G: fmpq_mat, rate: fmpq) -> fmpq_mat:
     return negative(half + transposed(half)) - scaled(rate, P)
 
 
-def _falls(loop: Loop, P: fmpq_mat, a: fmpq) -> Obligations:
+def _falls(claim: Any, loop: Loop, P: fmpq_mat, a: fmpq) -> Obligations:
     rate = rate_of(loop, a)
-    for mixture in loop.mixtures():
+    for mixture in mixtures(claim, loop):
         yield Definite(f"decrease at {mixture.label}", decrease(loop, P, mixture.A, rate))
 
 
@@ -85,7 +87,7 @@ def decay(claim: Any, loop: Loop) -> Obligations:
     a, P = rational(claim, "decay_rate"), table(claim, "P", (loop.n, loop.n))
     yield Fact("the rate is not negative", a >= 0)
     yield Definite("P", P)
-    yield from _falls(loop, P, a)
+    yield from _falls(claim, loop, P, a)
 
 
 def no_common_decay(claim: Any, loop: Loop) -> Obligations:
@@ -147,17 +149,11 @@ def _blended(owner: Any, loop: Loop) -> fmpq_mat:
                 h[i] = h[i] * row[corner] / sum(row, fmpq(0))
         if sum(h, fmpq(0)) != 1:
             raise Refusal("blend: the rules leave out a combination of corners")
-    G = _mixed(loop.A, h)
-    return G - _mixed(loop.B, h) * _mixed(loop.K, h) if loop.K and loop.B else G
-
-
-def _mixed(matrices: Stack, h: list[fmpq]) -> fmpq_mat:
-    if len(matrices) == 1:
-        return matrices[0]
-    found = scaled(h[0], matrices[0])
-    for share, one in zip(h[1:], matrices[1:], strict=True):
-        found = found + scaled(share, one)
-    return found
+    (G,) = combined(loop.A, [h])
+    if not loop.K or not loop.B:
+        return G
+    (B,), (K,) = combined(loop.B, [h]), combined(loop.K, [h])
+    return G - B * K
 
 
 def region(claim: Any, loop: Loop) -> Obligations:
@@ -174,7 +170,7 @@ def region(claim: Any, loop: Loop) -> Obligations:
             raise Refusal("L: a symmetric matrix is needed")
         parts.append((L, M))
     yield Definite("P", P)
-    for mixture in loop.mixtures():
+    for mixture in mixtures(claim, loop):
         PG = P * mixture.A
         GP = transposed(PG)
         for k, (L, M) in enumerate(parts):
@@ -201,7 +197,7 @@ def transient(claim: Any, loop: Loop) -> Obligations:
     yield Definite("P", P)
     yield Definite("P from below", P - weight, strict=False)
     yield Definite("P from above", scaled(k**2, weight) - P, strict=False)
-    yield from _falls(loop, P, a)
+    yield from _falls(claim, loop, P, a)
     yield Fact("settled by then", k * exponential(a * time, up=True) <= share)
 
 
@@ -225,9 +221,9 @@ def gain_rounding(claim: Any, loop: Loop) -> Obligations:
     pushed = [P * B * diagonal(tau) * transposed(P * B) for B in loop.B]
     moved = [_spread(absolute, relative, K, tau) for K in loop.K]
     rate = rate_of(loop, a)
-    for mixture in loop.mixtures():
-        push = mixture.of(pushed)
-        move = mean(pick(moved, j) for _, j in mixture.pairs)
+    for mixture in mixtures(claim, replace(loop, beside=(pushed, moved))):
+        push = mixture.of(mixture.loop.beside[0])
+        move = mean(pick(mixture.loop.beside[1], j) for _, j in mixture.pairs)
         PG = P * mixture.A
         if loop.step is None:
             left = decrease(loop, P, mixture.A, rate) - push - move

@@ -31,6 +31,7 @@ from takagi.certificates.cross_check.exact import (
 )
 from takagi.certificates.cross_check.loop import Loop, Mixture, Stack
 from takagi.certificates.cross_check.obligation import Definite, Fact, Obligations
+from takagi.certificates.cross_check.pieces import mixtures
 from takagi.certificates.cross_check.reading import (
     Refusal,
     entry,
@@ -99,13 +100,13 @@ def _ways(claim: Any, loop: Loop) -> Iterator[Way]:
         loop = replace(loop, C=C, D=D)
     if not loop.C:
         raise Refusal("there is no output")
-    for mixture in loop.mixtures():
+    direct = [stack for stack in (F, loop.D if way == "inputs" else ()) if stack]
+    for mixture in mixtures(claim, replace(loop, beside=(E, *direct))):
+        entering, *rest = (mixture.of(one) for one in mixture.loop.beside)
         through = zeros(loop.C[0].nrows(), E[0].ncols())
-        if F:
-            through = through + mixture.of(F)
-        if way == "inputs" and loop.D:
-            through = through + mixture.of(loop.D)
-        yield Way(mixture, mixture.A, mixture.of(E), mixture.C, through)
+        for one in rest:
+            through = through + one
+        yield Way(mixture, mixture.A, entering, mixture.C, through)
 
 
 def l2_gain(claim: Any, loop: Loop) -> Obligations:
@@ -168,6 +169,7 @@ class Kept:
     E: Stack
     b: list[fmpq]
     ball: bool
+    claim: Any
 
     @property
     def by_entry(self) -> list[fmpq]:
@@ -187,7 +189,7 @@ def kept_set(claim: Any, loop: Loop) -> Kept:
     if c <= 0 or s <= 0 or (loop.step is not None and s > 1):
         raise Refusal("level and multiplier: positive, the second at most 1 in discrete time")
     if "disturbance" not in claim:
-        return Kept(P, c, s, "", (), [], False)
+        return Kept(P, c, s, "", (), [], False, claim)
     way, E = _entering(claim, loop)
     ball = "disturbance_norm" in claim
     if ball:
@@ -196,7 +198,7 @@ def kept_set(claim: Any, loop: Loop) -> Kept:
         b = rationals(claim, "disturbance_bounds", E[0].ncols())
     if min(b) < 0 or 1 << (len(b) - 1) > MOST_SIGNS:
         raise Refusal("bounds on the disturbance: not negative, and not too many")
-    return Kept(P, c, s, way, E, b, ball)
+    return Kept(P, c, s, way, E, b, ball, claim)
 
 
 def stays(kept: Kept, loop: Loop) -> Obligations:
@@ -206,10 +208,10 @@ def stays(kept: Kept, loop: Loop) -> Obligations:
     """
     yield Definite("P", kept.P)
     n = loop.n
-    for mixture in loop.mixtures():
+    for mixture in mixtures(kept.claim, replace(loop, beside=(kept.E,))):
         for W in _loads(kept):
             width = W.ncols() if kept.b else 1
-            E = mixture.of(kept.E) * W if kept.b else zeros(n, 1)
+            E = mixture.of(mixture.loop.beside[0]) * W if kept.b else zeros(n, 1)
             room = scaled(kept.s * kept.c, identity(width)) if kept.b else zeros(1, 1)
             top = blocks([[scaled(kept.s, kept.P), zeros(n, width)],
                           [zeros(width, n), negative(room)]])  # fmt: skip

@@ -22,6 +22,7 @@ from takagi.certificates.cross_check.disturbed import Kept, kept_set, reach, sta
 from takagi.certificates.cross_check.exact import entries, identity, mean, scaled
 from takagi.certificates.cross_check.loop import Loop, pick
 from takagi.certificates.cross_check.obligation import Fact, Obligations
+from takagi.certificates.cross_check.pieces import pieces
 from takagi.certificates.cross_check.reading import Refusal, entry, rationals
 
 __all__ = ["input_limits"]
@@ -50,8 +51,9 @@ def _rows(kept: Kept, matrix: fmpq_mat, limits: list[fmpq], label: str) -> Oblig
 def _rates(claim: Any, loop: Loop, kept: Kept, limits: list[fmpq]) -> Obligations:
     m, shares = len(limits), entry(claim, "rate_shares")
     motion = rationals(shares, "motion", m)
-    for matrix in _motions(loop):
-        yield from _rows(kept, matrix, motion, "rate with the state")
+    for piece in pieces(claim, loop):
+        for matrix in _motions(piece):
+            yield from _rows(kept, matrix, motion, "rate with the state")
     total = list(motion)
     if len(loop.K) > 1 and loop.step is None:
         moving = rationals(shares, "memberships", m)

@@ -37,6 +37,7 @@ class Loop:
     the model's count of rules, also for a claim that puts some of its matrices aside.
     ``averages`` : the weights are means over the segment from rest to the state, as those of
     secants are: no law, observer or output has them.
+    ``beside`` : stacks of a claim, by rule.
     """
 
     A: Stack
@@ -57,6 +58,7 @@ class Loop:
     together: bool = True
     stated: int = 1
     averages: bool = False
+    beside: tuple[Stack, ...] = ()
 
     @property
     def n(self) -> int:

@@ -21,6 +21,7 @@ from takagi.certificates.cross_check.decay import decrease, rate_of
 from takagi.certificates.cross_check.exact import blocks, entries, mean, zeros
 from takagi.certificates.cross_check.loop import Loop, Stack, pick, single
 from takagi.certificates.cross_check.obligation import Definite, Fact, Obligations
+from takagi.certificates.cross_check.pieces import pieces
 from takagi.certificates.cross_check.reading import Refusal, rational, stack, table
 
 __all__ = ["observed_feedback", "observer"]
@@ -41,8 +42,9 @@ def observer(claim: Any, loop: Loop) -> Obligations:
     else:
         plain = len(single(L)) == 1 or len(loop.C) == 1
         found = (
-            mean(pick(loop.A, i) - pick(L, j) * pick(loop.C, i) for i, j in pairs)
-            for pairs in _pairs(loop, plain)
+            mean(pick(one.A, i) - pick(one.beside[0], j) * pick(one.C, i) for i, j in pairs)
+            for one in pieces(claim, replace(loop, together=True, beside=(L,)))
+            for pairs in _pairs(one, plain)
         )
     yield from _falling(claim, loop, loop.n, found)
 
@@ -56,11 +58,13 @@ def observed_feedback(claim: Any, loop: Loop) -> Obligations:
     plain = fixed or (len(loop.C) == 1 and len(loop.B) == 1)
 
     def joint() -> Iterator[fmpq_mat]:
-        for pairs in _pairs(loop, plain):
-            push = mean(pick(loop.B, i) * pick(loop.K, j) for i, j in pairs)
-            state = mean(pick(loop.A, i) for i, _ in pairs) - push
-            error = mean(pick(loop.A, i) - pick(L, j) * pick(loop.C, i) for i, j in pairs)
-            yield blocks([[state, push], [zeros(loop.n, loop.n), error]])
+        for one in pieces(claim, replace(loop, beside=(L,))):
+            for pairs in _pairs(one, plain):
+                push = mean(pick(one.B, i) * pick(one.K, j) for i, j in pairs)
+                state = mean(pick(one.A, i) for i, _ in pairs) - push
+                L_at = one.beside[0]
+                error = mean(pick(one.A, i) - pick(L_at, j) * pick(one.C, i) for i, j in pairs)
+                yield blocks([[state, push], [zeros(loop.n, loop.n), error]])
 
     yield from _falling(claim, loop, 2 * loop.n, joint())
 

@@ -14,6 +14,7 @@ from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
 from takagi.certificates.requests.l2_gain import L2Gain
 from takagi.certificates.requests.loop import Loop
 from takagi.certificates.requests.observer import ObservedFeedback, ObserverError
+from takagi.certificates.requests.on_pieces import attempted
 from takagi.certificates.requests.peak import Peak
 from takagi.certificates.requests.request import Attempt, Request
 from takagi.certificates.requests.rounding import GainRounding
@@ -37,14 +38,14 @@ def attempts_at_all(
     decay_rate : alpha in 1/s that is asked for; None takes what is found.
     observer : L, (r, n, p) or (n, p), of an observer for the loop; None for none.
     """
-    first = Decay(decay_rate).attempt(loop)
+    first = attempted(Decay(decay_rate), loop)
     found, notes = [first], []
     if not first.proved:
         return found, ["without decay nothing else was tried"]
     for request in requests_for(loop, observer=observer):
         name = type(request).__name__
         try:
-            attempt = request.attempt(loop)
+            attempt = attempted(request, loop)
         except ModelError as error:
             notes.append(f"{name}: {error}")
             continue

@@ -7,17 +7,22 @@ one row for all rules; a row over its sum are the weights.  It is what the claim
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
 from fractions import Fraction
 from itertools import combinations_with_replacement, product
-from math import comb, prod
+from math import comb, lcm, prod
 from typing import TypeAlias
 
-from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.kernel.family import Blend, Family, Stack
+from takagi.certificates.checker.kernel.matrices import Matrix
 
-__all__ = ["Point", "grid", "points_of", "weights_at"]
+__all__ = ["Corners", "Point", "corners_of", "grid", "halved_corners", "point_at", "points_of"]
+__all__ += ["seen_at", "weights_at"]
 
 Point: TypeAlias = tuple[tuple[int, ...], ...]
+# Of each premise, the weights at the corners of a piece.
+Corners: TypeAlias = tuple[tuple[tuple[Fraction, ...], ...], ...]
 
 
 def points_of(family: Family) -> list[Point]:
@@ -43,6 +48,28 @@ def grid(family: Family, parts: int, most: int) -> list[Point]:
     return list(product(*(list(_shares(size, parts)) for size in sizes)))
 
 
+def corners_of(family: Family) -> Corners:
+    """Return the corners of the whole: of all rules, or of each premise."""
+    sizes = [family.rules] if family.corners is None else [2] * len(family.corners[0])
+    return tuple(
+        tuple(tuple(Fraction(i == j) for j in range(size)) for i in range(size)) for size in sizes
+    )
+
+
+def halved_corners(corners: Corners, premise: int, kept: int, moved: int) -> Corners:
+    """Return the corners of the half whose corner ``moved`` is in the middle of the two."""
+    rows = list(corners[premise])
+    rows[moved] = tuple((a + b) / 2 for a, b in zip(rows[kept], rows[moved], strict=True))
+    return (*corners[:premise], tuple(rows), *corners[premise + 1 :])
+
+
+def point_at(family: Family, corners: Corners, rule: int) -> Point:
+    """Return the corner of a piece that stands in the place of a rule."""
+    own = (rule,) if family.corners is None else family.corners[rule]
+    rows = [rows[c] for rows, c in zip(corners, own, strict=True)]
+    return tuple(tuple(int(v * lcm(*(w.denominator for w in row))) for v in row) for row in rows)
+
+
 def weights_at(family: Family, point: Point) -> list[Fraction]:
     """Return h, (rules,)."""
     corners = family.corners or [(i,) for i in range(family.rules)]
@@ -62,3 +89,37 @@ def _shares(size: int, parts: int) -> Iterator[tuple[int, ...]]:
 
 def _unit(size: int, place: int) -> tuple[int, ...]:
     return tuple(int(c == place) for c in range(size))
+
+
+def seen_at(family: Family, rows: Sequence[Sequence[Fraction]]) -> Family:
+    """Return a family whose blends are those of the weights h in ``rows`` alone."""
+    own = {one.name: getattr(family, one.name) for one in fields(Family)}
+    return _Seen(**own, weights_seen=tuple(map(tuple, rows)))
+
+
+@dataclass(frozen=True)
+class _Seen(Family):
+    """The loop at some weights; no part of any proof, for it is not a hull of the loop."""
+
+    weights_seen: tuple[tuple[Fraction, ...], ...] = ()
+
+    def groups(self) -> list[tuple[str, tuple[tuple[int, int], ...]]]:
+        return [(f"point {k + 1}", ((0, 0),)) for k in range(len(self.weights_seen))]
+
+    def blends(self) -> list[Blend]:
+        return [_At(self, f"point {k + 1}", (), h) for k, h in enumerate(self.weights_seen)]
+
+
+@dataclass(frozen=True)
+class _At(Blend):
+    h: tuple[Fraction, ...] = ()
+
+    def of(self, stack: Stack, side: int = 0) -> Matrix:
+        if len(stack) <= 1:
+            return stack[0]
+        parts = [share * X for share, X in zip(self.h, stack, strict=True) if share]
+        return sum(parts[1:], parts[0]).reduced()
+
+    def _closed(self, X: Stack, Y: Stack) -> Matrix:
+        K = self.family.K
+        return self.of(X) - self.of(Y) @ self.of(K) if K and Y else self.of(X)

@@ -65,7 +65,7 @@ def path_evidence(loop: Loop, disturbance: str | None, output: Output | None) ->
 
 def disturbed_path(loop: Loop, evidence: dict[str, Any]) -> Path:
     """Return A, B, C, D of the blends, (N, ., .) each, in the checker's order."""
-    found = list(paths(as_read(evidence), loop.family, "claim"))
+    found = list(paths(as_read(evidence), loop.seen, "claim"))
     return (
         np.array([floats(path.A) for path in found]),
         np.array([floats(path.B) for path in found]),

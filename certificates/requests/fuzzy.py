@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["FuzzyDecay"]
 
 BACK_OFF = (1.0, 0.99, 0.9, 0.5, 0.0)
-POLYA = (0, 1, 2)
+POLYA = (0, 1, 2, 4, 7)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

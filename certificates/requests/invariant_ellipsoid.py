@@ -186,6 +186,6 @@ def _filled_least(loop: Loop) -> Answer:
     from takagi.lmi import peak_gain
 
     rows = box_rows(loop)
-    E = stack_of(blend.E for blend in loop.family.blends())
+    E = stack_of(blend.E for blend in loop.seen.blends())
     C = np.broadcast_to(rows, (len(E), *rows.shape))
     return peak_gain(loop.A, E, C, sample_time=loop.sample_time)

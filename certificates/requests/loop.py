@@ -14,11 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from takagi.certificates.checker.kernel.claim_kinds import replay_on_loop
 from takagi.certificates.checker.kernel.family import Family, read_family
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.kernel.result import Claim, in_words
+from takagi.certificates.checker.kernel.result import Claim, Verdict, in_words
 from takagi.certificates.checker.kinds.averages import why_averages_fail
 from takagi.certificates.model_data import pdc_law_data, ts_model_data
 from takagi.certificates.plant_embedding import law_members
-from takagi.certificates.requests.blend_points import Point, weights_at
+from takagi.certificates.requests.blend_points import Point, seen_at, weights_at
+from takagi.certificates.requests.cuts import Cuts
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -42,6 +43,9 @@ class Loop:
     pairs, sizes : (vertex, gain) of all blends one after the other, (2, pairs), and how many of
         them each blend has, (N,).
     shares : of each pair in its blend, (pairs,); they sum to 1 in each.
+    seen : the family whose blends these are, ``family`` itself or some points of its weights.
+    points : the weights of the blends, where they are points.
+    cuts : how many pieces of the weights a claim may still be tried on; None proves as it is.
     """
 
     model: TSModel
@@ -52,6 +56,9 @@ class Loop:
     pairs: Indices
     sizes: Indices
     shares: Floats
+    seen: Family
+    points: tuple[Point, ...] = ()
+    cuts: Cuts | None = None
 
     @classmethod
     def of(
@@ -85,7 +92,8 @@ class Loop:
         groups = [pairs for _, pairs in family.groups()]
         every = np.array([pair for pairs in groups for pair in pairs], dtype=np.intp).T
         sizes = np.array([len(pairs) for pairs in groups], dtype=np.intp)
-        return cls(model, K, model_data, law, family, every, sizes, np.repeat(1 / sizes, sizes))
+        shares = np.repeat(1 / sizes, sizes)
+        return cls(model, K, model_data, law, family, every, sizes, shares, family)
 
     @property
     def is_double_sum(self) -> bool:
@@ -96,13 +104,22 @@ class Loop:
         """Return the loop whose blends are those of these weights, A(h) - B(h) K(h), alone.
 
         It is what the loop can be at one instant, where ``A`` of the loop itself is a hull of it.
+        What is found for these points is then tried on pieces of the weights.
         """
         rows = [weights_at(self.family, point) for point in points]
         used = [[i for i, share in enumerate(h) if share] for h in rows]
         every = np.array([pair for some in used for pair in product(some, some)], dtype=np.intp).T
         sizes = np.array([len(some) ** 2 for some in used], dtype=np.intp)
         shares = [float(h[i] * h[j]) for h, s in zip(rows, used, strict=True) for i in s for j in s]
-        return replace(self, pairs=every, sizes=sizes, shares=np.array(shares))
+        return replace(
+            self,
+            pairs=every,
+            sizes=sizes,
+            shares=np.array(shares),
+            seen=seen_at(self.family, rows),
+            points=tuple(points),
+            cuts=Cuts.of(self.family),
+        )
 
     @property
     def sample_time(self) -> float | None:
@@ -160,6 +177,15 @@ class Loop:
         """
         read = read_text(json.dumps(claim), "claim")
         return in_words(replay_on_loop(read, self.family, "claim"))
+
+    def shown(self, claim: Mapping[str, Any]) -> tuple[Mapping[str, Any], Claim]:
+        """Return a claim with the pieces of the weights that it needs, and the verdict on it."""
+        checked = self.replay(claim)
+        if self.cuts is None or checked.verdict is not Verdict.UNDECIDED:
+            return claim, checked
+        halvings = self.cuts.halvings(read_text(json.dumps(claim), "claim"), self.family)
+        whole = {**claim, "halvings": halvings}
+        return (whole, self.replay(whole)) if halvings else (claim, checked)
 
     def _closed(self, X: Floats, Y: Floats) -> Floats:
         i, j = self.pairs

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.requests.blend_points import Point, grid, points_of, weights_at
+from takagi.certificates.requests.blend_points import Point, points_of, weights_at
 from takagi.certificates.requests.decimals import short
 from takagi.certificates.requests.loop import Loop
 from takagi.certificates.requests.one_blend import equation_function
@@ -24,8 +24,6 @@ __all__ = ["no_common_decay"]
 Floats = NDArray[np.float64]
 # Numbers beyond are no part of a certificate.
 LARGEST = 1e38
-# Blends in halves, thirds, ... of the rules or of each premise's weights, and at most so many.
-PARTS, MOST_POINTS = (2, 4, 8), 130
 
 
 def no_common_decay(loop: Loop, rate: float, answer: Answer) -> Attempt:
@@ -56,23 +54,13 @@ def no_common_decay(loop: Loop, rate: float, answer: Answer) -> Attempt:
 def _evidence(
     loop: Loop, rate: float, coordinates: Floats | None
 ) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the evidence of ever more blends that the loop takes by itself, the rules alone first.
+    """Yield the evidence of the blends that the loop takes by itself: its points, or its rules.
 
     Of a law with weights of its own there is none, for which blends it takes is not known.
     """
     if len(loop.family.K) > 1 and not loop.family.shared_weights:
         return
-    tried: set[Point] = set()
-    for parts in (1, *(PARTS if loop.is_double_sum else ())):
-        points = points_of(loop.family) if parts == 1 else grid(loop.family, parts, MOST_POINTS)
-        if not set(points) <= tried:
-            yield from _of_points(loop, points, rate, coordinates)
-        tried |= set(points)
-
-
-def _of_points(
-    loop: Loop, points: list[Point], rate: float, coordinates: Floats | None
-) -> Iterator[tuple[str, dict[str, Any]]]:
+    points = loop.points or points_of(loop.family)
     A = loop.at(points).A
     for k in _slowest(A, rate, loop.sample_time):
         P = equation_function(A[k], rate, loop.sample_time)

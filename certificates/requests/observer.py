@@ -50,7 +50,7 @@ class ObserverError:
             evidence["secants"] = np.atleast_3d(np.asarray(self.secants)).tolist()
         read = as_read(evidence)
         loops = secant_loops if self.secants is not None else error_loops
-        A = stack_of(G for _, G in loops(read, loop.family, "claim"))
+        A = stack_of(G for _, G in loops(read, loop.seen, "claim"))
         named = {"name": "error of the observer", "kind": "observer", **evidence}
         return _attempt(loop, A, named, self.decay_rate)
 
@@ -78,7 +78,7 @@ class ObservedFeedback:
         if loop.gains is None:
             raise ModelError("a loop with an observer has gains K as well; give them to certify")
         evidence = _evidence(loop, self.L)
-        A = stack_of(G for _, G in joint_loops(as_read(evidence), loop.family, "claim"))
+        A = stack_of(G for _, G in joint_loops(as_read(evidence), loop.seen, "claim"))
         named = {"name": "loop with the observer", "kind": "observed-feedback", **evidence}
         return _attempt(loop, A, named, self.decay_rate)
 

@@ -67,11 +67,14 @@ def first_proved(
             checked = None
             tried.append(f"{words}: fails in floats")
             continue
-        checked = loop.replay(claim)
-        tried.append(words)
+        claim, checked = loop.shown(claim)
+        cut = claim.get("halvings", ())
+        tried.append(f"{words}, on {cut.count([])} pieces of the weights" if cut else words)
         if checked.verdict is Verdict.PROVED:
             break
-    return Attempt(claim, checked or loop.replay(claim), tuple(tried), solver)
+    if checked is None:
+        claim, checked = loop.shown(claim)
+    return Attempt(claim, checked, tuple(tried), solver)
 
 
 def or_else(

@@ -51,7 +51,7 @@ class Family:
     box variables that are not states.  ``corners`` : c_ik per rule, where weights are products;
     ``weights`` : see ``weights_of``.  ``scheduled_by`` : the variables that the premises depend
     on, or None where the model does not say.  ``stated_rules`` : how many rules the model has, for
-    all its stacks but those that a claim has put aside.
+    all its stacks but those that a claim has put aside.  ``more`` : stacks of a claim, by rule.
     """
 
     A: Stack
@@ -71,6 +71,7 @@ class Family:
     scheduled_by: tuple[str, ...] | None = None
     shared_weights: bool = True
     stated_rules: int = 1
+    more: tuple[Stack, ...] = ()
 
     @property
     def order(self) -> int:
@@ -116,6 +117,25 @@ class Family:
         return [(f"rules {i + 1} and {j + 1}" if i != j else f"rule {i + 1}", tuple(pairs))
                 for pairs in found.values() for i, j in pairs[:1]]  # fmt: skip
 
+    def halved(self, premise: int, kept: int, moved: int) -> Family:
+        """Return the loop on half of its weights: corner ``moved`` goes to the middle of the two.
+
+        Without products of weights the rules are the corners of the only premise, 0.
+        """
+        corners = self.corners or tuple((i,) for i in range(self.rules))
+        place = {corner: i for i, corner in enumerate(corners)}
+        other = [place[(*c[:premise], kept, *c[premise + 1 :])] if c[premise] == moved else i
+                 for i, c in enumerate(corners)]  # fmt: skip
+
+        def half(stack: Stack) -> Stack:
+            if len(stack) <= 1:
+                return stack
+            return tuple(stack[i] if i == j else mean([stack[i], stack[j]]).reduced()
+                         for i, j in enumerate(other))  # fmt: skip
+
+        A, B, C, D, E, K = map(half, (self.A, self.B, self.C, self.D, self.E, self.K))
+        return replace(self, A=A, B=B, C=C, D=D, E=E, K=K, more=tuple(map(half, self.more)))
+
     def blends(self) -> list[Blend]:
         """Return the groups of ``groups``; their matrices are made when they are asked for."""
         return [Blend(self, label, pairs) for label, pairs in self.groups()]
@@ -141,16 +161,20 @@ class Blend:
 
     @property
     def E(self) -> Matrix:
-        return mean([_at(self.family.E, i) for i, _ in self.pairs])
+        return self.of(self.family.E)
 
     @property
     def K(self) -> Matrix:
-        return mean([_at(self.family.K, j) for _, j in self.pairs])
+        return self.of(self.family.K, 1)
+
+    def of(self, stack: Stack, side: int = 0) -> Matrix:
+        """Return the mean of what belongs to the vertices, or to the gains by ``side`` = 1."""
+        return mean([_at(stack, pair[side]) for pair in self.pairs])
 
     def _closed(self, X: Stack, Y: Stack) -> Matrix:
         K = self.family.K
         if not K or not Y:
-            return mean([_at(X, i) for i, _ in self.pairs])
+            return self.of(X)
         return mean([_at(X, i) - _at(Y, i) @ _at(K, j) for i, j in self.pairs])
 
 

@@ -22,11 +22,12 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import Blend, Family, bounded
+from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
 from takagi.certificates.checker.kernel.reader import member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.averages import refuse_averages
+from takagi.certificates.checker.kinds.halvings import blends_of
 
 __all__ = ["Path", "entrance", "paths", "quadratic_change", "scaled_identity", "shown_path", "zero"]
 
@@ -68,16 +69,10 @@ def paths(claim: Any, family: Family, where: str) -> Iterator[Path]:
     direct: list[Stack] = [F] if F else []
     if way == "inputs" and whole.D:
         direct.append(whole.D)
-    # ``Blend.E`` is the mean of a stack over the pairs, of whichever stack stands there.
-    entering = replace(whole, E=entering_stack)
-    blends = whole.blends()
-    bounded(len(blends), whole.order + entering_stack[0].shape[1])
-    for blend in blends:
-        D: Matrix | None = None
-        for stack in direct:
-            part = Blend(replace(whole, E=stack), blend.label, blend.pairs).E
-            D = part if D is None else D + part
-        B = Blend(entering, blend.label, blend.pairs).E
+    bounded(len(whole.groups()), whole.order + entering_stack[0].shape[1])
+    for blend in blends_of(claim, replace(whole, more=(entering_stack, *direct)), where):
+        B, *through = map(blend.of, blend.family.more)
+        D = sum(through[1:], through[0]) if through else None
         yield Path(blend.label, blend.A, B, blend.C, D)
 
 

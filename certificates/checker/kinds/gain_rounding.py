@@ -23,15 +23,17 @@ Source: derived here; the first bound is Young's inequality.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import Blend, Family, bounded
-from takagi.certificates.checker.kernel.matrices import Matrix, mean, read_matrix
+from takagi.certificates.checker.kernel.family import Family, bounded
+from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.decay import decrease_factor
+from takagi.certificates.checker.kinds.halvings import blends_of
 from takagi.certificates.checker.words.shown import at_least
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
@@ -57,10 +59,11 @@ def check_gain_rounding(claim: Any, family: Family, where: str) -> Claim:
     factor = decrease_factor(family, alpha)
     effects = [_effect(P @ B, tau) for B in family.B]
     steps = [_step(absolute, relative, K, tau) for K in family.K]
-    blends = family.blends()
-    bounded(len(blends), 2 * n if family.is_discrete else n)
-    for blend in blends:
-        effect, step = _means(blend, effects, steps)
+    bounded(len(family.groups()), 2 * n if family.is_discrete else n)
+    # Both are convex, so that on a piece of the weights their means at its corners bound them.
+    family = replace(family, more=(tuple(effects), tuple(steps)))
+    for blend in blends_of(claim, family, where):
+        effect, step = (blend.of(blend.family.more[side], side) for side in (0, 1))
         if not _left_side(family, P, blend.A, factor, effect, step).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
     rate = f"decays as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"
@@ -82,16 +85,6 @@ def _left_side(
     if family.is_discrete:
         return Matrix.blocks([[factor * P - step, PG.T], [PG, P - effect]])
     return -(PG + PG.T + factor * P + effect + step)
-
-
-def _means(blend: Blend, effects: list[Matrix], steps: list[Matrix]) -> tuple[Matrix, Matrix]:
-    """Return the means over the pairs; in an affine loop one of both is the same in all rules.
-
-    There the gain of rule i moves alone, and stands in the pair (i, i).
-    """
-    found_effects = [effects[i if len(effects) > 1 else 0] for i, _ in blend.pairs]
-    found_steps = [steps[j if len(steps) > 1 else 0] for _, j in blend.pairs]
-    return mean(found_effects), mean(found_steps)
 
 
 def _effect(PB: Matrix, tau: Sequence[Fraction]) -> Matrix:

@@ -34,6 +34,7 @@ from takagi.certificates.checker.kernel.matrices import Matrix, mean
 from takagi.certificates.checker.kernel.reader import member, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.box_of_validity import reaches_at_most, row_of
+from takagi.certificates.checker.kinds.halvings import pieces
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet
 from takagi.certificates.checker.words.shown import at_least
 
@@ -54,10 +55,11 @@ def why_rate_fails(
     m = len(limits)
     shares = member(claim, "rate_shares", where)
     motion = numbers(shares, "motion", f"{where}.rate_shares", m)
-    for row in motion_rows(family, where):
-        for k in range(m):
-            if not reaches_at_most(held.P, held.level, row_of(row, k), motion[k]):
-                return "", f"input {k + 1} may move faster than its share with the state"
+    for piece in pieces(claim, family, where):
+        for row in motion_rows(piece, where):
+            for k in range(m):
+                if not reaches_at_most(held.P, held.level, row_of(row, k), motion[k]):
+                    return "", f"input {k + 1} may move faster than its share with the state"
     total = [a + b for a, b in zip(motion, _pushed(family, held, m), strict=True)]
     assumed = ""
     if len(family.K) > 1 and not family.is_discrete:

@@ -42,6 +42,7 @@ from takagi.certificates.checker.kinds.disturbed_path import (
     quadratic_change,
     scaled_identity,
 )
+from takagi.certificates.checker.kinds.halvings import blends_of
 from takagi.certificates.checker.words.shown import at_least, exactly
 from takagi.certificates.checker.words.validity import granted
 
@@ -55,7 +56,7 @@ class InvariantSet:
     """What the claim says of the set; nothing is checked before ``why_not``.
 
     ``bounds`` : on |w_k|, one a disturbance, or on |w|_2 where ``is_ball``; None for w = 0.
-    ``E`` : the matrices by which w comes in.
+    ``E`` : the matrices by which w comes in; ``claim``, ``where`` : what it was read from.
     """
 
     P: Matrix
@@ -65,6 +66,8 @@ class InvariantSet:
     E: tuple[Matrix, ...] = ()
     bounds: tuple[Fraction, ...] | None = None
     is_ball: bool = False
+    claim: Any = None
+    where: str = ""
 
     def why_not(self, family: Family) -> str:
         """Return why the set is not shown to be invariant and inside the box; empty if it is."""
@@ -89,11 +92,10 @@ class InvariantSet:
 
     def _inequalities(self, family: Family) -> Iterator[tuple[str, Matrix]]:
         entering = replace(family, E=self.E) if self.E else family
-        blends = entering.blends()
         corners = 1 if self.bounds is None or self.is_ball else 1 << (len(self.bounds) - 1)
         wide = self.E[0].shape[1] if self.is_ball else 1
-        bounded(len(blends) * corners, family.order + wide)
-        for blend in blends:
+        bounded(len(family.groups()) * corners, family.order + wide)
+        for blend in blends_of(self.claim, entering, self.where):
             if self.bounds is None:
                 idle = Matrix([[0]] * family.order)
                 F, _, _ = quadratic_change(blend.A, idle, self.P, discrete=family.is_discrete)
@@ -156,7 +158,7 @@ def read_invariant_set(claim: Any, family: Family, where: str) -> InvariantSet:
     if family.is_discrete and multiplier > 1:
         raise CertificateError(f"{where}.multiplier: at most 1 in discrete time")
     if "disturbance" not in claim:
-        return InvariantSet(P, level, multiplier)
+        return InvariantSet(P, level, multiplier, claim=claim, where=where)
     way, E = entrance(claim, family, where)
     ball = "disturbance_norm" in claim
     if ball:
@@ -169,7 +171,7 @@ def read_invariant_set(claim: Any, family: Family, where: str) -> InvariantSet:
         raise CertificateError(
             f"{where}.disturbance_bounds: at most {MOST_DISTURBANCES}, whose corners are checked"
         )
-    return InvariantSet(P, level, multiplier, way, E, tuple(bounds), ball)
+    return InvariantSet(P, level, multiplier, way, E, tuple(bounds), ball, claim, where)
 
 
 def _boxed(family: Family) -> bool:

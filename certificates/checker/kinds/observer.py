@@ -34,14 +34,15 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import Family, Pairs, bounded
-from takagi.certificates.checker.kernel.matrices import Matrix, mean, read_matrix, read_stack
+from takagi.certificates.checker.kernel.family import Family, bounded
+from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix, read_stack
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.averages import refuse_averages
 from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
 from takagi.certificates.checker.kinds.disturbed_path import zero
+from takagi.certificates.checker.kinds.halvings import blends_of
 from takagi.certificates.checker.words.shown import at_least
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
@@ -154,8 +155,8 @@ def secant_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, 
 def error_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, Matrix]]:
     """Yield the mean of A_i - L_j C_i over each group of pairs with equal weights."""
     L = _gains(claim, family, where)
-    for label, pairs in _groups(family, [L], [family.C]):
-        yield label, mean([_error(family, L, i, j) for i, j in pairs])
+    for blend in blends_of(claim, _of_error(family, L), where):
+        yield blend.label, blend.A.T
 
 
 def joint_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, Matrix]]:
@@ -164,36 +165,27 @@ def joint_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, M
     if not family.K or not family.shared_weights:
         raise CertificateError(f"{where}: gains with the weights of the model are needed")
     rest = zero(family.order, family.order)
-    groups = _groups(family, [L, family.K], [family.C, family.B])
-    bounded(len(groups), 2 * family.order)
-    for label, pairs in groups:
-        push = mean([_at(family.B, i) @ _at(family.K, j) for i, j in pairs])
-        loop = mean([_at(family.A, i) for i, _ in pairs]) - push
-        error = mean([_error(family, L, i, j) for i, j in pairs])
-        yield label, Matrix.blocks([[loop, push], [rest, error]])
+    error, both = _of_error(family, L), replace(family, C=(), D=(), E=())
+    if len(both.groups()) != len(error.groups()):
+        # One of the two is affine in h: all pairs, for both.
+        error, both = _pair_by_pair(error), _pair_by_pair(both)
+    bounded(len(both.groups()), 2 * family.order)
+    for one, other in zip(
+        blends_of(claim, both, where), blends_of(claim, error, where), strict=True
+    ):
+        push = one.of(one.family.A) - one.A
+        yield one.label, Matrix.blocks([[one.A, push], [rest, other.A.T]])
 
 
-def _groups(family: Family, gains: list[Stack], entrances: list[Stack]) -> list[tuple[str, Pairs]]:
-    """Return the pairs of rules whose products of weights are equal, with h in both places.
-
-    Where no gain differs from rule to rule, or nothing that a gain stands beside, the loop is
-    affine in h: each rule with itself suffices.
-    """
-    r = family.rules
-    if all(len(stack) == 1 for stack in gains) or all(len(stack) == 1 for stack in entrances):
-        return [(f"rule {i + 1}", ((i, i),)) for i in range(r)]
-    every = replace(
-        family, A=_full(family.A, r), B=_full(family.C, r), K=_full(gains[0], r), C=(), D=(), E=()
-    )
-    return replace(every, shared_weights=True).groups()
+def _of_error(family: Family, L: Stack) -> Family:
+    """Return the loop with (A_i - L_j C_i)' as that of A_i' and C_i', with h in both places."""
+    A, C, K = (tuple(M.T for M in stack) for stack in (family.A, family.C, L))
+    return replace(family, A=A, B=C, C=(), D=(), E=(), K=K, shared_weights=True)
 
 
-def _error(family: Family, L: Stack, i: int, j: int) -> Matrix:
-    return _at(family.A, i) - _at(L, j) @ _at(family.C, i)
-
-
-def _full(stack: Stack, count: int) -> Stack:
-    return stack if len(stack) == count else stack * count
+def _pair_by_pair(family: Family) -> Family:
+    B, K = (stack if len(stack) > 1 else stack * family.rules for stack in (family.B, family.K))
+    return replace(family, B=B, K=K)
 
 
 def _at(stack: Stack, i: int) -> Matrix:

@@ -1,0 +1,75 @@
+r"""The weights cut into pieces, on each of which the claim is shown by itself.
+
+The loop is sum_ij h_i h_j G_ij.  On a piece of the weights with corners v^1, ..., v^r it is the
+same sum with A(v^k), B(v^k), K(v^k) in the place of A_i, B_i, K_i: what is shown for the means of
+its pairs holds for every weight of the piece.  On the whole simplex (G_ij + G_ji)/2 may fail though
+no blend does; on pieces of size d the means are within d^2 of blends.
+
+A halving cuts between two corners i and j: the one piece has the middle in the place of j, the
+other in that of i, and together they are the whole.  Where weights are products it is the range of
+one premise that is halved.
+
+Evidence: ``halvings``, a tree in preorder: [premise, i, j] is a halving, whose first piece has the
+middle in the place of j, [] a piece to be shown.  Rules are the corners of premise 0 where weights
+are no products.  Left out: one piece.  The law has the model's weights, or one gain.
+
+Proof and alternatives: docs/blends.md.  Source: the Bernstein form under subdivision, Leroy (2012),
+Reliable Computing 17, recalled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from takagi.certificates.checker.kernel.family import Blend, Family, bounded
+from takagi.certificates.checker.kernel.reader import numbers
+from takagi.certificates.checker.kernel.refusal import CertificateError
+
+__all__ = ["blends_of", "pieces"]
+
+
+def blends_of(claim: Any, family: Family, where: str) -> Iterator[Blend]:
+    """Yield the blends of every piece.
+
+    Raises
+    ------
+    CertificateError : as for ``pieces``, or more than a reader would wait for.
+    """
+    if isinstance(claim.get("halvings"), list):
+        bounded(len(claim["halvings"]) * len(family.groups()), family.order)
+    for piece in pieces(claim, family, where):
+        yield from piece.blends()
+
+
+def pieces(claim: Any, family: Family, where: str) -> Iterator[Family]:
+    """Yield the loop on every piece of its weights.
+
+    Raises
+    ------
+    CertificateError : not a whole tree, weights that are not the law's, rules without all corners.
+    """
+    if "halvings" not in claim:
+        yield family
+        return
+    listed, corners = claim["halvings"], family.corners
+    if not family.shared_weights and len(family.K) > 1:
+        raise CertificateError(f"{where}.halvings: the law has weights of its own")
+    premises, sides = (len(corners[0]), 2) if corners else (1, family.rules)
+    if sides**premises != family.rules:
+        raise CertificateError(f"{where}.halvings: the rules leave out corners")
+    left = [family]
+    for entry in listed if isinstance(listed, list) else ():
+        if not left:
+            raise CertificateError(f"{where}.halvings: more entries than pieces")
+        piece = left.pop()
+        if entry == []:
+            yield piece
+            continue
+        premise, i, j = (int(v) if v.denominator == 1 else -1 for v in
+                         numbers({"halvings": entry}, "halvings", where, 3))  # fmt: skip
+        if not 0 <= premise < premises or not 0 <= min(i, j) < max(i, j) < sides:
+            raise CertificateError(f"{where}.halvings: a premise and two corners are needed")
+        left += [piece.halved(premise, j, i), piece.halved(premise, i, j)]
+    if left:
+        raise CertificateError(f"{where}.halvings: {len(left)} pieces are left out")

@@ -1,0 +1,298 @@
+"""Claims shown on pieces of the weights: what each relaxation finds is proved, by both checkers."""
+
+from __future__ import annotations
+
+import json
+import random
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from takagi.certificates import CertificateError, Verdict, certify
+from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kinds.halvings import pieces
+from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.cross_check.pieces import leaves
+from takagi.certificates.document import certificate_document
+from takagi.certificates.requests import (
+    Decay,
+    FuzzyDecay,
+    GainRounding,
+    H2Norm,
+    InputLimits,
+    InvariantEllipsoid,
+    L2Gain,
+    ObservedFeedback,
+    ObserverError,
+    Peak,
+    Poles,
+    Transient,
+)
+from takagi.lmi import Region, pdc
+from takagi.models import TSModel
+from tests.certificates.kinds.claims import law_data, model_data, said_of
+
+Data = dict[str, Any]
+K = [[[0.0]], [[3.0]]]
+# Largest b with gains, as docs/figures/kim-lee-ladder.csv has it.
+FRONTIER = {
+    "tanaka-wang": -2.1432,
+    "tuan": -0.67,
+    "kim-lee": 1.2593,
+    "liu-zhang": 2.7252,
+    "polya-4": 2.7278,
+    "polya-16": 4.8728,
+}
+
+
+def opposed(*, s: float = 3.0, step: float | None = None, **others: Any) -> TSModel:
+    """Return x' = G(h) x + w, y = x with K above: G(h) = -1 + s h_1 h_2 for s = 3, in [-1, -1/4].
+
+    The mean of the pair is 1/2, so that nothing holds for it.  With ``step`` x+ = x + step x'.
+    """
+    A, B = np.array([[[-1.0]], [[2 * s - 1]]]), np.array([[[1.0]], [[2.0]]])
+    size = step or 1.0
+    if step is not None:
+        A, B = 1 + step * A, step * B
+    given: Data = {"C": [[[1.0]]] * 2, "E": [[[size]]] * 2, "sample_time": step} | others
+    names: Data = {"states": ["x [m]"], "inputs": ["u [N]"], "disturbances": ["w [N]"]}
+    return TSModel(A, B, **given, **names, outputs=["y [m]"])
+
+
+def dual() -> TSModel:
+    """Return the same where an observer's gains L = K stand beside C in the place of B."""
+    return opposed(C=[[[1.0]], [[2.0]]])
+
+
+@pytest.mark.parametrize("name", ["tanaka-wang", "liu-zhang"])
+def test_what_a_relaxation_finds_is_proved(name: str) -> None:
+    """One per cent inside its frontier on the three rules of Kim and Lee (2000), with a = 2."""
+    inside_the_frontier(name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["tuan", "kim-lee", "polya-4", "polya-16"])
+def test_what_every_relaxation_finds_is_proved(name: str) -> None:
+    """As above, the others."""
+    inside_the_frontier(name)
+
+
+def inside_the_frontier(name: str) -> None:
+    b = FRONTIER[name] - 0.01 * abs(FRONTIER[name])
+    model = TSModel(
+        [[[1.59, -7.29], [0.01, 0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0, 0.05]]],
+        [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0 - b], [-1.0]]],
+    )
+    design = pdc(model, relaxation=name)
+    found = certify(model, gains=design.gains, decay_rate=0)
+
+    assert found.verdict is Verdict.PROVED
+    assert found.document["claims"][0]["halvings"]
+    assert judge_document(found.document)[0].verdict == "PROVED"
+
+
+@pytest.mark.parametrize(("s", "verdict"), [(3.999, Verdict.PROVED), (4.0, Verdict.DISPROVED)])
+def test_one_state_is_decided_at_its_threshold(s: float, verdict: Verdict) -> None:
+    """G(h) = -1 + s h_1 h_2 < 0 for all h exactly where s < 4; the pairs say so up to s = 2."""
+    gains = [[[0.0]], [[s]]]
+
+    assert certify(opposed(s=s), gains, decay_rate=0).verdict is verdict
+
+
+ASKED: list[tuple[str, Any, TSModel]] = [
+    ("decay", Decay(0.2499), opposed()),
+    ("region", Poles(Region.half_plane(0.2499)), opposed()),
+    ("transient", Transient(decay_rate=0.2), opposed()),
+    ("gain-rounding", GainRounding(), opposed()),
+    ("l2-gain", L2Gain(4.001), opposed()),
+    ("h2-norm", H2Norm(1.4143), opposed()),
+    ("peak", Peak(4.001), opposed()),
+    ("invariant-ellipsoid", InvariantEllipsoid(), opposed(box={"x [m]": (-1, 1)})),
+    (
+        "invariant-ellipsoid",
+        InvariantEllipsoid(disturbance_bounds=[0.2]),
+        opposed(box={"x [m]": (-1, 1)}),
+    ),
+    (
+        "input-limits",
+        InputLimits(rates=True, membership_rates=[0.5, 0.5]),
+        opposed(box={"x [m]": (-1, 1)}),
+    ),
+    ("observer", ObserverError(K, 0.2499), dual()),
+    ("observed-feedback", ObservedFeedback(K, 0.2), dual()),
+    ("decay", Decay(0.25), opposed(step=0.1)),
+    ("l2-gain", L2Gain(4.001), opposed(step=0.1)),
+    ("h2-norm", H2Norm(0.451), opposed(step=0.1)),
+    ("invariant-ellipsoid", InvariantEllipsoid(), opposed(step=0.1, box={"x [m]": (-1, 1)})),
+    ("input-limits", InputLimits(rates=True), opposed(step=0.1, box={"x [m]": (-1, 1)})),
+]
+
+
+@pytest.mark.parametrize(
+    ("kind", "request_", "model"), ASKED, ids=[f"{k}-{i}" for i, (k, _, _) in enumerate(ASKED)]
+)
+def test_every_kind_is_shown_on_pieces(kind: str, request_: Any, model: TSModel) -> None:
+    """A scalar loop, whose bounds are known: decay 1/4, gain 4, variance 2, peak 4."""
+    found = certify(model, K, claims=[request_])
+    claim = found.document["claims"][0]
+
+    assert (claim["kind"], found.verdict) == (kind, Verdict.PROVED)
+    assert judge_document(found.document)[0].verdict == "PROVED"
+    # The pieces are what shows it.
+    whole = {key: value for key, value in claim.items() if key != "halvings"}
+    again = certificate_document(
+        model=found.document["model"],
+        gains=found.document["gains"],
+        claims=[whole],
+        provenance={},
+    )
+    assert judge_document(again)[0].verdict == "UNDECIDED"
+
+
+@pytest.mark.parametrize(
+    "request_", [Decay(0.2501), L2Gain(3.999), H2Norm(1.4142), ObserverError(K, 0.2501)]
+)
+def test_no_pieces_show_what_is_false(request_: Any) -> None:
+    """A hair beyond the same bounds."""
+    assert certify(dual(), K, claims=[request_]).verdict is not Verdict.PROVED
+
+
+def test_a_scheduled_function_takes_higher_degrees() -> None:
+    """P(h) without bounds on the rates is one P: its coefficients need (h_1 + h_2)^3."""
+    found = certify(opposed(), K, claims=[FuzzyDecay()])
+
+    assert found.verdict is Verdict.PROVED
+    assert found.document["claims"][0]["polya"] >= 3
+
+
+def tree(rng: random.Random, sizes: list[int], depth: int) -> list[list[int]]:
+    """Return a random tree of halvings."""
+    if depth == 0 or rng.random() < 0.2:
+        return [[]]
+    premise = rng.randrange(len(sizes))
+    i, j = rng.sample(range(sizes[premise]), 2)
+    below = [tree(rng, sizes, depth - 1) for _ in range(2)]
+    return [[premise, i, j], *below[0], *below[1]]
+
+
+def weights(count: int, corners: tuple[tuple[int, ...], ...] | None) -> Family:
+    """Return a loop whose matrices E are its weights."""
+    one = Matrix.identity(count)
+    E = tuple(Matrix([[row[i]] for row in one.rows]) for i in range(count))
+    return Family(A=(one,) * count, E=E, corners=corners, stated_rules=count)
+
+
+@pytest.mark.parametrize("premises", [0, 2])
+def test_the_pieces_cover_all_weights(premises: int) -> None:
+    """Every blend lies in a piece, and the second checker's pieces are the same, in its order."""
+    rng, points = random.Random(premises), np.random.default_rng(premises)
+    corners = ((0, 0), (0, 1), (1, 0), (1, 1)) if premises else None
+    count, sizes = (4, [2, 2]) if premises else (3, [3])
+    for _ in range(20):
+        claim = {"halvings": tree(rng, sizes, 4)}
+        read = read_text(json.dumps(claim), "claim")
+        found = [
+            np.array([[float(E[i, 0]) for i in range(count)] for E in piece.E])
+            for piece in pieces(read, weights(count, corners), "claim")
+        ]
+        other = [own for own in leaves(_written(claim), sizes)]
+        assert len(found) == len(other) == claim["halvings"].count([])
+        for rows, ends in zip(found, other, strict=True):
+            assert np.array_equal(rows, _products(ends, corners))
+        if corners is None:
+            for h in points.dirichlet(np.ones(3), size=40):
+                inside = [np.linalg.solve(rows.T, h).min() > -1e-9 for rows in found]
+                assert any(inside)
+        else:
+            for w in points.uniform(size=(40, 2)):
+                assert any(_in_box(w, ends) for ends in other)
+
+
+def _written(claim: Data) -> Any:
+    from takagi.certificates.cross_check.reading import loads
+
+    return loads(json.dumps(claim))
+
+
+def _products(ends: Any, corners: Any) -> NDArray[np.float64]:
+    rows = [[[float(v) for v in end] for end in own] for own in ends]
+    if corners is None:
+        return np.array(rows[0])
+    return np.array(
+        [[np.prod([rows[p][at[p]][c[p]] for p in range(2)]) for c in corners] for at in corners]
+    )
+
+
+def _in_box(w: NDArray[np.float64], ends: Any) -> bool:
+    return all(
+        min(float(a[1]), float(b[1])) <= v <= max(float(a[1]), float(b[1]))
+        for v, (a, b) in zip(w, ends, strict=True)
+    )
+
+
+def test_no_tree_shows_a_loop_that_grows() -> None:
+    """s = 4.1: the middle is unstable, and lies in a piece of every tree."""
+    rng, model = random.Random(5), opposed(s=4.1)
+    data = model_data(model.A.tolist(), B=model.B.tolist())
+    claim: Data = {"name": "x", "kind": "decay", "decay_rate": 0, "P": [[1]]}
+    for _ in range(100):
+        cut = claim | {"halvings": tree(rng, [2], 6)}
+        assert said_of(data, law_data([[[0]], [[4.1]]]), cut).verdict is Verdict.UNDECIDED
+
+
+@pytest.mark.parametrize(
+    "halvings",
+    [
+        [],
+        "x",
+        None,
+        5,
+        [[0, 0, 1]],
+        [[0, 0, 1], []],
+        [[], []],
+        [[0, 0, 1], [], [], []],
+        [[0, 0, 0], [], []],
+        [[0, 0, 2], [], []],
+        [[0, -1, 1], [], []],
+        [[1, 0, 1], [], []],
+        [[-1, 0, 1], [], []],
+        [[0, 0.5, 1], [], []],
+        [[0, 0], [], []],
+        [[0, 0, 1, 1], [], []],
+        [["a", 0, 1], [], []],
+        [{}, [], []],
+    ],
+    ids=str,
+)
+def test_a_tree_that_is_none_is_refused(halvings: Any) -> None:
+    """By both checkers, although every inequality holds."""
+    model, law = opposed(s=1.5), law_data([[[0]], [[1.5]]])
+    data = model_data(model.A.tolist(), B=model.B.tolist())
+    claim: Data = {"name": "x", "kind": "decay", "decay_rate": 0, "P": [[1]], "halvings": halvings}
+    document = certificate_document(model=data, gains=law, claims=[claim], provenance={})
+
+    with pytest.raises(CertificateError):
+        said_of(data, law, claim)
+    with pytest.raises(Refusal):
+        judge_document(document)
+
+
+def test_weights_that_are_not_the_laws_are_not_cut() -> None:
+    """The pieces of h are no pieces of g; nor are corners that the rules leave out."""
+    model = opposed(s=2.5)
+    data = model_data(model.A.tolist(), B=model.B.tolist())
+    law = law_data([[[0]], [[2.5]]])
+    claim: Data = {"name": "x", "kind": "decay", "decay_rate": 0, "P": [[1]]}
+    claim["halvings"] = [[0, 0, 1], [], []]
+    own = [{"name": "z", "lower": 0, "upper": 1, "unit": "-"}]
+
+    assert said_of(data, law, claim).verdict is Verdict.PROVED
+    assert said_of(data | {"rules": [[0], [1]]}, law, claim).verdict is Verdict.PROVED
+    with pytest.raises(CertificateError, match="of its own"):
+        said_of(data, law | {"premises": own}, claim)
+    with pytest.raises(CertificateError, match="leave out"):
+        said_of(data | {"rules": [[0, 0], [1, 1]]}, law, claim)
