@@ -5,7 +5,8 @@
 Loops (``known_loops``, ``known_blends``) are put to ``certify``, which has to find its own
 evidence.  Claims with closed forms (``known_claims``, ``known_sets``, ``known_blends``) are thrown
 straight at the checker, with the best evidence and with wrong ones.  Most lie on their threshold or
-a hair beside it.  UNDECIDED is never false; how often it is said, of what is true with evidence that fits, is part of the table.
+a hair beside it.  UNDECIDED is never false; how often it is said, of what is true with evidence
+that fits, is part of the table.
 
 The tables go to docs/benchmarks.md.  The exit status is 1 when a verdict is false.
 """

@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 from fractions import Fraction
 from itertools import combinations_with_replacement, product
 from math import comb, lcm, prod
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from takagi.certificates.checker.kernel.family import Blend, Family, Stack
 from takagi.certificates.checker.kernel.matrices import Matrix
@@ -106,7 +106,7 @@ class _Seen(Family):
     def groups(self) -> list[tuple[str, tuple[tuple[int, int], ...]]]:
         return [(f"point {k + 1}", ((0, 0),)) for k in range(len(self.weights_seen))]
 
-    def blends(self) -> list[Blend]:
+    def blends(self, claim: Any = (), where: str = "") -> list[Blend]:
         return [_At(self, f"point {k + 1}", (), h) for k, h in enumerate(self.weights_seen)]
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from takagi.certificates.checker.kernel.claim_kinds import replay_on_loop
 from takagi.certificates.checker.kernel.family import Blend, Family, Stack
 from takagi.certificates.checker.kernel.result import Verdict, in_words
+from takagi.certificates.checker.kinds.halvings import halved
 from takagi.certificates.requests.blend_points import (
     Point,
     corners_of,
@@ -95,10 +96,10 @@ class _Piece(Family):
         """The loop on the piece."""
         found = Family(**{one.name: getattr(self, one.name) for one in fields(Family)})
         for step in self.path:
-            found = found.halved(*step)
+            found = halved(found, *step)
         return found
 
-    def blends(self) -> list[Blend]:
+    def blends(self, claim: Any = (), where: str = "") -> list[Blend]:
         own = self.own
         B, K, D = map(_floats, (own.B, own.K, own.D))
 

@@ -117,27 +117,15 @@ class Family:
         return [(f"rules {i + 1} and {j + 1}" if i != j else f"rule {i + 1}", tuple(pairs))
                 for pairs in found.values() for i, j in pairs[:1]]  # fmt: skip
 
-    def halved(self, premise: int, kept: int, moved: int) -> Family:
-        """Return the loop on half of its weights: corner ``moved`` goes to the middle of the two.
+    def blends(self, claim: Any = (), where: str = "") -> list[Blend]:
+        """Return the groups of ``groups``, on every piece of the weights that the claim has.
 
-        Without products of weights the rules are the corners of the only premise, 0.
+        Their matrices are made when they are asked for.
         """
-        corners = self.corners or tuple((i,) for i in range(self.rules))
-        place = {corner: i for i, corner in enumerate(corners)}
-        other = [place[(*c[:premise], kept, *c[premise + 1 :])] if c[premise] == moved else i
-                 for i, c in enumerate(corners)]  # fmt: skip
+        if "halvings" in claim:
+            from takagi.certificates.checker.kinds.halvings import pieces
 
-        def half(stack: Stack) -> Stack:
-            if len(stack) <= 1:
-                return stack
-            return tuple(stack[i] if i == j else mean([stack[i], stack[j]]).reduced()
-                         for i, j in enumerate(other))  # fmt: skip
-
-        A, B, C, D, E, K = map(half, (self.A, self.B, self.C, self.D, self.E, self.K))
-        return replace(self, A=A, B=B, C=C, D=D, E=E, K=K, more=tuple(map(half, self.more)))
-
-    def blends(self) -> list[Blend]:
-        """Return the groups of ``groups``; their matrices are made when they are asked for."""
+            return [blend for piece in pieces(claim, self, where) for blend in piece.blends()]
         return [Blend(self, label, pairs) for label, pairs in self.groups()]
 
 

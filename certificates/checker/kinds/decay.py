@@ -24,7 +24,6 @@ from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
-from takagi.certificates.checker.kinds.halvings import blends_of
 
 __all__ = ["check_decay", "decrease", "decrease_factor"]
 
@@ -39,12 +38,11 @@ def check_decay(claim: Any, family: Family, where: str) -> Outcome:
     if not P.is_positive_definite:
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
     factor = decrease_factor(family, alpha)
-    count = 0
-    for blend in blends_of(claim, family, where):
-        count += 1
+    blends = family.blends(claim, where)
+    for blend in blends:
         if not decrease(family, P, blend.A, factor).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
-    said = {"name": name, "family": family, "alpha": alpha, "blends": count}
+    said = {"name": name, "family": family, "alpha": alpha, "blends": len(blends)}
     return Found(Verdict.PROVED, "decay", said)
 
 

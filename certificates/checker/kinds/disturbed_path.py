@@ -27,7 +27,6 @@ from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
 from takagi.certificates.checker.kernel.reader import member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.averages import refuse_averages
-from takagi.certificates.checker.kinds.halvings import blends_of
 
 __all__ = ["Path", "entrance", "paths", "quadratic_change", "scaled_identity", "shown_path", "zero"]
 
@@ -69,8 +68,9 @@ def paths(claim: Any, family: Family, where: str) -> Iterator[Path]:
     direct: list[Stack] = [F] if F else []
     if way == "inputs" and whole.D:
         direct.append(whole.D)
-    bounded(len(whole.groups()), whole.order + entering_stack[0].shape[1])
-    for blend in blends_of(claim, replace(whole, more=(entering_stack, *direct)), where):
+    blends = replace(whole, more=(entering_stack, *direct)).blends(claim, where)
+    bounded(len(blends), whole.order + entering_stack[0].shape[1])
+    for blend in blends:
         B, *through = map(blend.of, blend.family.more)
         D = sum(through[1:], through[0]) if through else None
         yield Path(blend.label, blend.A, B, blend.C, D)

@@ -33,7 +33,6 @@ from takagi.certificates.checker.kernel.reader import number, numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.decay import decrease_factor
-from takagi.certificates.checker.kinds.halvings import blends_of
 from takagi.certificates.checker.words.shown import at_least
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
@@ -59,10 +58,10 @@ def check_gain_rounding(claim: Any, family: Family, where: str) -> Claim:
     factor = decrease_factor(family, alpha)
     effects = [_effect(P @ B, tau) for B in family.B]
     steps = [_step(absolute, relative, K, tau) for K in family.K]
-    bounded(len(family.groups()), 2 * n if family.is_discrete else n)
     # Both are convex, so that on a piece of the weights their means at its corners bound them.
-    family = replace(family, more=(tuple(effects), tuple(steps)))
-    for blend in blends_of(claim, family, where):
+    blends = replace(family, more=(tuple(effects), tuple(steps))).blends(claim, where)
+    bounded(len(blends), 2 * n if family.is_discrete else n)
+    for blend in blends:
         effect, step = (blend.of(blend.family.more[side], side) for side in (0, 1))
         if not _left_side(family, P, blend.A, factor, effect, step).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")

@@ -20,26 +20,15 @@ Reliable Computing 17, recalled.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import Blend, Family, bounded
+from takagi.certificates.checker.kernel.family import Family, Stack, bounded
+from takagi.certificates.checker.kernel.matrices import mean
 from takagi.certificates.checker.kernel.reader import numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["blends_of", "pieces"]
-
-
-def blends_of(claim: Any, family: Family, where: str) -> Iterator[Blend]:
-    """Yield the blends of every piece.
-
-    Raises
-    ------
-    CertificateError : as for ``pieces``, or more than a reader would wait for.
-    """
-    if isinstance(claim.get("halvings"), list):
-        bounded(len(claim["halvings"]) * len(family.groups()), family.order)
-    for piece in pieces(claim, family, where):
-        yield from piece.blends()
+__all__ = ["halved", "pieces"]
 
 
 def pieces(claim: Any, family: Family, where: str) -> Iterator[Family]:
@@ -58,8 +47,11 @@ def pieces(claim: Any, family: Family, where: str) -> Iterator[Family]:
     premises, sides = (len(corners[0]), 2) if corners else (1, family.rules)
     if sides**premises != family.rules:
         raise CertificateError(f"{where}.halvings: the rules leave out corners")
+    if not isinstance(listed, list):
+        raise CertificateError(f"{where}.halvings: a list is needed")
+    bounded(len(listed) * len(family.groups()), family.order)
     left = [family]
-    for entry in listed if isinstance(listed, list) else ():
+    for entry in listed:
         if not left:
             raise CertificateError(f"{where}.halvings: more entries than pieces")
         piece = left.pop()
@@ -70,6 +62,23 @@ def pieces(claim: Any, family: Family, where: str) -> Iterator[Family]:
                          numbers({"halvings": entry}, "halvings", where, 3))  # fmt: skip
         if not 0 <= premise < premises or not 0 <= min(i, j) < max(i, j) < sides:
             raise CertificateError(f"{where}.halvings: a premise and two corners are needed")
-        left += [piece.halved(premise, j, i), piece.halved(premise, i, j)]
+        left += [halved(piece, premise, j, i), halved(piece, premise, i, j)]
     if left:
         raise CertificateError(f"{where}.halvings: {len(left)} pieces are left out")
+
+
+def halved(family: Family, premise: int, kept: int, moved: int) -> Family:
+    """Return the loop on half of its weights: corner ``moved`` goes to the middle of the two."""
+    corners = family.corners or tuple((i,) for i in range(family.rules))
+    place = {corner: i for i, corner in enumerate(corners)}
+    other = [place[(*c[:premise], kept, *c[premise + 1 :])] if c[premise] == moved else i
+             for i, c in enumerate(corners)]  # fmt: skip
+
+    def half(stack: Stack) -> Stack:
+        if len(stack) <= 1:
+            return stack
+        return tuple(stack[i] if i == j else mean([stack[i], stack[j]]).reduced()
+                     for i, j in enumerate(other))  # fmt: skip
+
+    A, B, C, D, E, K = map(half, (family.A, family.B, family.C, family.D, family.E, family.K))
+    return replace(family, A=A, B=B, C=C, D=D, E=E, K=K, more=tuple(map(half, family.more)))

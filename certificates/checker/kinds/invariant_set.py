@@ -42,7 +42,6 @@ from takagi.certificates.checker.kinds.disturbed_path import (
     quadratic_change,
     scaled_identity,
 )
-from takagi.certificates.checker.kinds.halvings import blends_of
 from takagi.certificates.checker.words.shown import at_least, exactly
 from takagi.certificates.checker.words.validity import granted
 
@@ -94,8 +93,9 @@ class InvariantSet:
         entering = replace(family, E=self.E) if self.E else family
         corners = 1 if self.bounds is None or self.is_ball else 1 << (len(self.bounds) - 1)
         wide = self.E[0].shape[1] if self.is_ball else 1
-        bounded(len(family.groups()) * corners, family.order + wide)
-        for blend in blends_of(self.claim, entering, self.where):
+        blends = entering.blends(self.claim, self.where)
+        bounded(len(blends) * corners, family.order + wide)
+        for blend in blends:
             if self.bounds is None:
                 idle = Matrix([[0]] * family.order)
                 F, _, _ = quadratic_change(blend.A, idle, self.P, discrete=family.is_discrete)

@@ -42,7 +42,6 @@ from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.averages import refuse_averages
 from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
 from takagi.certificates.checker.kinds.disturbed_path import zero
-from takagi.certificates.checker.kinds.halvings import blends_of
 from takagi.certificates.checker.words.shown import at_least
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
@@ -155,7 +154,7 @@ def secant_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, 
 def error_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, Matrix]]:
     """Yield the mean of A_i - L_j C_i over each group of pairs with equal weights."""
     L = _gains(claim, family, where)
-    for blend in blends_of(claim, _of_error(family, L), where):
+    for blend in _of_error(family, L).blends(claim, where):
         yield blend.label, blend.A.T
 
 
@@ -169,10 +168,9 @@ def joint_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, M
     if len(both.groups()) != len(error.groups()):
         # One of the two is affine in h: all pairs, for both.
         error, both = _pair_by_pair(error), _pair_by_pair(both)
-    bounded(len(both.groups()), 2 * family.order)
-    for one, other in zip(
-        blends_of(claim, both, where), blends_of(claim, error, where), strict=True
-    ):
+    blends = both.blends(claim, where)
+    bounded(len(blends), 2 * family.order)
+    for one, other in zip(blends, error.blends(claim, where), strict=True):
         push = one.of(one.family.A) - one.A
         yield one.label, Matrix.blocks([[one.A, push], [rest, other.A.T]])
 

@@ -22,7 +22,6 @@ from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.checker.kinds.halvings import blends_of
 from takagi.certificates.checker.words.shown import at_least, at_most, exactly
 
 __all__ = ["check_region", "in_words"]
@@ -39,8 +38,9 @@ def check_region(claim: Any, family: Family, where: str) -> Claim:
     parts = _parts(claim, where)
     if not P.is_positive_definite:
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    bounded(len(family.groups()), sum(len(L.rows) for L, _ in parts) * family.order)
-    for blend in blends_of(claim, family, where):
+    blends = family.blends(claim, where)
+    bounded(len(blends), sum(len(L.rows) for L, _ in parts) * family.order)
+    for blend in blends:
         PG = P @ blend.A
         for L, M in parts:
             if not _left_side(L, M, P, PG).is_positive_definite:

@@ -32,7 +32,6 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
 from takagi.certificates.checker.kinds.exponential import exp_above
-from takagi.certificates.checker.kinds.halvings import blends_of
 from takagi.certificates.checker.words.shown import at_least, at_most
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
@@ -56,7 +55,7 @@ def check_transient(claim: Any, family: Family, where: str) -> Claim:
     if why:
         return Claim(name, Verdict.UNDECIDED, why)
     factor = decrease_factor(family, alpha)
-    for blend in blends_of(claim, family, where):
+    for blend in family.blends(claim, where):
         if not decrease(family, P, blend.A, factor).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
     if kappa * exp_above(alpha * time) > share:
