@@ -256,7 +256,9 @@ class Search:
         for place in [*product(*ends), middle] if len(ends) <= 4 else [middle]:
             try:
                 a = range_of(tree, dict(zip(box, place, strict=True)), self.removable)
-            except Undefined:
+            except Undefined as reason:
+                if reason.surely:
+                    return True
                 continue
             # Two points of the range decide: where neither is good, and both are near, none is.
             if a is not None and a[1] - a[0] < fmpq(1, 10**30):

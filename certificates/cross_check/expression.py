@@ -5,6 +5,9 @@ Precedence climbing: ``+ -`` bind weakest, then ``* /``, then signs, then ``^`` 
 
     ("number", q)  ("name", text)  ("+", a, b)  ("*", a, b)  ("/", a, b)  ("^", a, q)
     ("call", name, (a, ...))
+
+Sums with 0 and products with 0 or 1 are made simpler, but a product with 0 stays where the other
+factor may have no value: 0 log(x) is not 0.  a^0 is read as a/a.
 """
 
 from __future__ import annotations
@@ -26,6 +29,7 @@ PIECE = re.compile(
     re.ASCII,
 )
 LONGEST, DEEPEST, LARGEST_POWER, MOST_BITS = 20_000, 60, 64, 100_000
+EVERYWHERE = frozenset("sin cos exp sinh cosh tanh atan asinh abs erf sign".split())
 BINDING = {"+": 1, "-": 1, "*": 2, "/": 2}
 
 
@@ -38,9 +42,23 @@ def plus(a: Tree, b: Tree) -> Tree:
 
 
 def times(a: Tree, b: Tree) -> Tree:
-    if number(0) in (a, b):
+    if number(0) in (a, b) and not _may_fail(b if a == number(0) else a):
         return number(0)
     return a if b == number(1) else b if a == number(1) else ("*", a, b)
+
+
+def _may_fail(tree: Tree) -> bool:
+    """Return whether a tree has a part without a value somewhere; a table is such a part."""
+    kind = tree[0]
+    if kind in ("number", "name"):
+        return False
+    if kind == "/":
+        return True
+    if kind == "^":
+        return bool(tree[2] < 0 or tree[2].q > 1) or _may_fail(tree[1])
+    if kind == "call":
+        return tree[1] not in EVERYWHERE or any(map(_may_fail, tree[2]))
+    return _may_fail(tree[1]) or _may_fail(tree[2])
 
 
 def minus(a: Tree) -> Tree:
@@ -124,7 +142,9 @@ class _Pieces:
             power = value_of(self.signed(depth + 1))
             if power is None or max(abs(power.p), power.q) > LARGEST_POWER:
                 raise Refusal("an exponent that is no small rational number")
-            base = ("^", base, power)
+            if power == 0 and value_of(base) == 0:
+                raise Refusal("zero to the power zero")
+            base = ("/", base, base) if power == 0 else ("^", base, power)
         return minus(base) if negative else base
 
     def atom(self, depth: int) -> Tree:

@@ -28,7 +28,11 @@ POINT: Interval = (ZERO, ZERO)
 
 
 class Undefined(Exception):
-    """A part has no value somewhere on the box, as far as can be seen."""
+    """A part has no value somewhere on the box, as far as can be seen; ``surely`` nowhere on it."""
+
+    def __init__(self, what: str, *, surely: bool = False) -> None:
+        super().__init__(what)
+        self.surely = surely
 
 
 class Dual(NamedTuple):
@@ -70,6 +74,8 @@ def _dual(tree: Tree, box: Box, along: str, removable: Removable) -> Dual:
         if a.slope == POINT:
             return Dual(value, POINT)
         return Dual(value, _times(SLOPES[tree[1]](a.value), a.slope))
+    if kind == "*" and ("number", ZERO) in tree[1:]:
+        removable = _never
     a, b = (_dual(part, box, along, removable) for part in tree[1:])
     if kind == "+":
         return Dual(_plus(a.value, b.value), _plus(a.slope, b.slope))
@@ -77,6 +83,11 @@ def _dual(tree: Tree, box: Box, along: str, removable: Removable) -> Dual:
     if tree[1] == tree[2]:
         return _power(a, fmpq(2))
     return Dual(_times(a.value, b.value), slope)
+
+
+def _never(_top: Tree, _name: str) -> bool:
+    """Return False: what is multiplied by 0 is not taken for a limit."""
+    return False
 
 
 def _quotient(tree: Tree, box: Box, along: str, removable: Removable) -> Dual:
@@ -90,6 +101,9 @@ def _quotient(tree: Tree, box: Box, along: str, removable: Removable) -> Dual:
             fallen = _times(_times(a.value, inverse), b.slope)
             slope = _plus(slope, None if fallen is None else (-fallen[1], -fallen[0]))
         return Dual(_times(a.value, inverse), _times(slope, inverse))
+    if top == ("number", ZERO):
+        # Nobody needs to write 0/x: it is not taken for a limit.
+        raise Undefined("0 divided by what may be zero", surely=b.value == POINT)
     factor, name = _multiple(bottom)
     side = box.get(name)
     if along or not name or side is None or not removable(top, name):
@@ -134,7 +148,8 @@ def _power(a: Dual, power: fmpq) -> Dual:
     value, slope = a.value, a.slope
     if q > 1:
         if value is None or value[0] < 0 or (slope != POINT and value[0] == 0):
-            raise Undefined("a root of what may be negative")
+            surely = value is not None and value[1] < 0
+            raise Undefined("a root of what may be negative", surely=surely)
         value = _ends_of(lambda x: x.root(q), value)
         if slope != POINT:
             low, high = value[0] ** (q - 1) * q, value[1] ** (q - 1) * q
@@ -242,7 +257,8 @@ def _tan(a: Interval) -> Interval:
 
 def _log(a: Interval) -> Interval:
     if a is None or a[0] <= 0:
-        raise Undefined("a logarithm of what may not be positive")
+        surely = a is not None and a[1] <= 0
+        raise Undefined("a logarithm of what may not be positive", surely=surely)
     return _ends_of(arb.log, a)
 
 

@@ -89,7 +89,9 @@ def slope_of(tree: Tree, name: str) -> Tree:
     a, b = tree[1], tree[2]
     da, db = slope_of(a, name), slope_of(b, name)
     if kind == "*":
-        return plus(times(da, b), times(a, db))
+        # A factor that is a part of the tree itself has a value wherever the tree has one.
+        left = da if da == number(0) else times(da, b)
+        return plus(left, db if db == number(0) else times(a, db))
     first = number(0) if da == number(0) else ("/", da, b)
     if db == number(0):
         return first

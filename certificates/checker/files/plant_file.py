@@ -4,7 +4,8 @@ A hash shows that a file is the one that was recorded; it does not show that the
 equations are the file's.  Here the TOML file is read again, and compared with the certificate:
 
     parameters, ranges, rest values, sample time    in SI, exactly
-    equations, mass matrix, outputs                 as functions, by exact algebra
+    equations, mass matrix, outputs                 as functions, by exact algebra, and defined on
+                                                    the box in every part that the file writes
     names of states, inputs, disturbances           in their order
 
 The certificate may rest its inputs elsewhere, where they hold the states: that every row vanishes
@@ -27,6 +28,7 @@ from takagi.certificates.checker.files.toml_file import read_toml
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.plant.ranges import Ranges
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable, read_plant
 
 __all__ = ["compare_plant"]
@@ -51,6 +53,7 @@ class Comparison:
     def __init__(self, model: Any, plant: PlantNodes, file: dict[str, Any], path: Path) -> None:
         self.model, self.plant, self.file, self.path = model, plant, file, path
         self.algebra = Algebra(plant.graph, plant.tables)
+        self.ranges = Ranges(plant.evaluator, self.algebra, plant.box)
         self.names: dict[str, int] = {}
         self.blend = FileBlend.of(file, model, path)
 
@@ -76,6 +79,9 @@ class Comparison:
         words = []
         if solved:
             words.append(f"{', '.join(solved)} rests where it holds the states, not as in the file")
+        if self.ranges.removable:
+            zeros = ", ".join(sorted(self.ranges.removable))
+            words.append(f"where {zeros} = 0 a quotient there means its limit")
         if tables:
             words.append(f"tables pass their files' values to {float(NEAR):.0e} of the largest")
         return f"{self.path}: {'; '.join(words)}" if words else ""
@@ -207,6 +213,12 @@ class Comparison:
             raise self.error(f"{where} cannot be compared: {error}") from error
         if not same:
             raise self.error(f"{where} is another there, or not shown to be the same")
+        if theirs != node:
+            # Algebra says nothing of places where a part of the one or the other has no value.
+            try:
+                self.ranges.prove_continuous(theirs, where)
+            except Refused as error:
+                raise self.error(f"{error}, as the file writes it") from error
 
 
 def _get(entry: Any, key: str, otherwise: Any = None) -> Any:

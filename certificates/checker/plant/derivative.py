@@ -40,11 +40,12 @@ def _slope(graph: Graph, number: int, node: Node, slopes: Mapping[int, int]) -> 
         return g.add(first, slopes[parts[1]])
     if node.op == "multiply":
         a, b = parts
-        return g.add(g.multiply(first, b), g.multiply(a, slopes[b]))
+        return g.add(_scaled(g, b, first), _scaled(g, a, slopes[b]))
     if node.op == "divide":
         # (a / b)' = (a' - (a / b) b') / b, so that a / b is worked out once.
         b = parts[1]
-        return g.divide(g.subtract(first, g.multiply(number, slopes[b])), b)
+        above = g.subtract(first, _scaled(g, number, slopes[b]))
+        return above if g.value(above) == 0 else g.divide(above, b)
     if node.op == "power":
         lower = g.power(parts[0], node.value - 1)
         return g.multiply(g.multiply(g.constant(node.value), lower), first)
@@ -52,9 +53,16 @@ def _slope(graph: Graph, number: int, node: Node, slopes: Mapping[int, int]) -> 
         return g.multiply(_outer(g, node.name, parts[0], number), first)
     if node.op == "table":
         return g.total(
-            g.multiply(_partial(g, node, place), slopes[part]) for place, part in enumerate(parts)
+            g.multiply(_partial(g, node, place), slopes[part])
+            for place, part in enumerate(parts)
+            if g.value(slopes[part]) != 0
         )
     raise Refused("an absolute value cannot be differentiated twice")
+
+
+def _scaled(g: Graph, a: int, slope: int) -> int:
+    """Return a times a slope; nothing where that is 0, for a is a part of what is differentiated."""
+    return slope if g.value(slope) == 0 else g.multiply(a, slope)
 
 
 def _partial(graph: Graph, node: Node, place: int) -> int:

@@ -6,7 +6,8 @@
     sign a             the slope of |a|, which only derivatives contain
 
 Equal nodes are one node, so that evaluating the graph in the order of its numbers does all work
-once.  Constants are folded exactly.
+once.  Constants are folded exactly.  What has no value somewhere is never folded away: 0 log(x) is
+a product and 0/x a quotient, whose parts have to be defined, and a^0 is a/a.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ __all__ = ["FUNCTIONS", "Graph", "Node", "largest_bits"]
 FUNCTIONS = frozenset(
     "sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log sqrt abs erf".split()
 )
+# Those that have no value somewhere; so have quotients, roots, negative powers and tables.
+PARTIAL = frozenset({"tan", "asin", "acos", "acosh", "atanh", "log"})
 MOST_NODES = 50_000
 MOST_BITS = 20_000  # of numerator and denominator of a constant
 MOST_POWER = 64
@@ -53,6 +56,7 @@ class Graph:
     def __init__(self) -> None:
         self.nodes: list[Node] = []
         self._numbers: dict[Node, int] = {}
+        self._partial: set[int] = set()
 
     def __getitem__(self, number: int) -> Node:
         return self.nodes[number]
@@ -64,6 +68,8 @@ class Graph:
                 raise Refused(f"expressions of more than {MOST_NODES} parts")
             found = self._numbers[node] = len(self.nodes)
             self.nodes.append(node)
+            if _is_partial(node) or not self._partial.isdisjoint(node.parts):
+                self._partial.add(found)
         return found
 
     def constant(self, value: Fraction | int) -> int:
@@ -109,7 +115,7 @@ class Graph:
         x, y = self.value(a), self.value(b)
         if x is not None and y is not None:
             return self.constant(x * y)
-        if x == 0 or y == 0:
+        if (x == 0 and b not in self._partial) or (y == 0 and a not in self._partial):
             return self.constant(0)
         if x == 1:
             return b
@@ -123,8 +129,6 @@ class Graph:
             raise Refused("a division by zero")
         if y is not None:
             return self.multiply(a, self.constant(1 / y))
-        if x == 0:
-            return a
         return self._number(Node("divide", (a, b)))
 
     def power(self, a: int, exponent: Fraction | int) -> int:
@@ -135,7 +139,7 @@ class Graph:
         if x == 0 and p <= 0:
             raise Refused("zero to a power that is not positive")
         if p == 0:
-            return self.constant(1)
+            return self.divide(a, a)
         if p == 1:
             return a
         if x in (0, 1):
@@ -145,6 +149,12 @@ class Graph:
                 raise Refused(f"a number of more than {MOST_BITS} bits")
             return self.constant(x ** int(p))
         return self._number(Node("power", (a,), value=p))
+
+    def has_zero_factor(self, number: int) -> bool:
+        """Return whether a node is 0/b, or a product with the constant 0 that was not folded."""
+        node = self.nodes[number]
+        above = node.parts[:1] if node.op == "divide" else node.parts
+        return node.op in ("divide", "multiply") and any(self.value(part) == 0 for part in above)
 
     def call(self, name: str, a: int) -> int:
         """Return an elementary function; sqrt is the power 1/2."""
@@ -173,3 +183,9 @@ class Graph:
         """Return the names of the variables in a node."""
         found = (self.nodes[number] for number in self.below([root]))
         return {node.name for node in found if node.op == "variable"}
+
+
+def _is_partial(node: Node) -> bool:
+    if node.op == "power":
+        return node.value < 0 or node.value.denominator > 1
+    return node.op in ("divide", "table") or (node.op == "call" and node.name in PARTIAL)

@@ -35,7 +35,10 @@ def parted(graph: Graph, root: int, vanishing: frozenset[str]) -> tuple[int, Pol
     for number in graph.below([root]):
         node, tops = graph[number], [found[part] for part in graph[number].parts]
         whole = node.op == "power" and node.value.denominator == 1
-        if node.op == "add":
+        if graph.has_zero_factor(number):
+            # 0/x and 0 (1/x) are no quotients with a limit: nobody needs to write them.
+            found[number] = number, {}
+        elif node.op == "add":
             first, second = tops[0][1], tops[1][1]
             common = {v: max(first.get(v, 0), second.get(v, 0)) for v in first | second}
             parts = [
@@ -53,7 +56,8 @@ def parted(graph: Graph, root: int, vanishing: frozenset[str]) -> tuple[int, Pol
             else:
                 above = tops[0]
             rest, powers = _factored(graph, below[0], vanishing)
-            top = _times(graph, graph.divide(above[0], rest), below[1])
+            above_rest = above[0] if rest == graph.constant(1) else graph.divide(above[0], rest)
+            top = _times(graph, above_rest, below[1])
             found[number] = top, _joined(above[1], powers)
         elif whole:
             found[number] = _raised(graph, tops[0], int(node.value))

@@ -105,9 +105,16 @@ class Ranges:
 
     def prove_defined(self, root: int, what: str) -> None:
         """Prove that every part of the node is defined on the whole box."""
-        for number in self.graph.below([root]):
+        parts = self.graph.below([root])
+        idle = any(self.graph.has_zero_factor(number) for number in parts)
+        for number in parts:
             if number not in self._defined:
-                self._define_one(self.graph[number], what)
+                try:
+                    self._define_one(self.graph[number], what)
+                except Refused as error:
+                    if not idle:
+                        raise
+                    raise Refused(f"{error}; leave out what is multiplied by 0") from error
                 self._defined.add(number)
 
     def _define_one(self, node: Node, what: str) -> None:
