@@ -65,8 +65,8 @@ def minus(a: Tree) -> Tree:
     return times(number(-1), a)
 
 
-def parsed(written: object) -> Tree:
-    """Return the tree of a text, or of a number.
+def parsed(written: object, constants: Mapping[str, Tree] | None = None) -> Tree:
+    """Return the tree of a text, or of a number; ``constants`` may stand in exponents.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def parsed(written: object) -> Tree:
         pieces.append((found.lastgroup or "", found.group(found.lastgroup or 0)))
         place = found.end()
     pieces.append(("end", ""))
-    reader = _Pieces(pieces)
+    reader = _Pieces(pieces, constants or {})
     tree = reader.above(0, 0)
     if reader.now[0] != "end":
         raise Refusal(f"{reader.now[1]!a} is not expected")
@@ -102,8 +102,8 @@ def _decimal(written: str) -> fmpq:
 class _Pieces:
     """The pieces of one text, read from left to right."""
 
-    def __init__(self, pieces: list[tuple[str, str]]) -> None:
-        self.pieces, self.place = pieces, 0
+    def __init__(self, pieces: list[tuple[str, str]], constants: Mapping[str, Tree]) -> None:
+        self.pieces, self.place, self.constants = pieces, 0, constants
 
     @property
     def now(self) -> tuple[str, str]:
@@ -139,7 +139,7 @@ class _Pieces:
             self.take()
             if depth > DEEPEST:
                 raise Refusal("too many powers inside one another")
-            power = value_of(self.signed(depth + 1))
+            power = value_of(put(self.signed(depth + 1), self.constants))
             if power is None or max(abs(power.p), power.q) > LARGEST_POWER:
                 raise Refusal("an exponent that is no small rational number")
             if power == 0 and value_of(base) == 0:

@@ -121,7 +121,7 @@ def read_plant(model: Any) -> Plant:
     own = set(meaning) - {v.symbol for group in groups for v in group if v.symbol != v.name}
 
     def read(written: Any, names: set[str] = own) -> Tree:
-        tree = parsed(written)
+        tree = parsed(written, {name: t for name, t in meaning.items() if t[0] == "number"})
         _understood(tree, names, tables)
         return put(tree, meaning)
 

@@ -13,11 +13,12 @@ and the size of what powers make, so that no text takes long.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
 from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.plant.lost_parts import PARTIAL, Part, lost_parts
 from takagi.models.plant.tokens import Token, expression_error, number_of, tokens_of
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
     from takagi.models.plant.table_function import TableFunction
 
-__all__ = ["FUNCTIONS", "RESERVED", "Scope", "parse_expression"]
+__all__ = ["FUNCTIONS", "RESERVED", "Scope", "parse_expression", "parsed_with_losses"]
 
 FUNCTIONS = {
     "sin": "sin",
@@ -86,12 +87,25 @@ def parse_expression(text: str, scope: Scope) -> sp.Expr:
     return _Parser(text, scope).whole()
 
 
+def parsed_with_losses(text: str, scope: Scope) -> tuple[sp.Expr, tuple[Part, ...]]:
+    """Return the expression, and the parts whose domain it does not show any more.
+
+    Raises
+    ------
+    ModelError : as ``parse_expression``.
+    """
+    parser = _Parser(text, scope)
+    found = parser.whole()
+    return found, lost_parts(parser.parts, found)
+
+
 class _Sized(NamedTuple):
     """An expression, and bounds on the bits of its numbers and on its degree."""
 
     expression: sp.Expr
     bits: int
     degree: int
+    parts: tuple[int, ...] = ()  # of the parser's, that stand in it
 
 
 class _Parser:
@@ -103,6 +117,7 @@ class _Parser:
         self.tokens = tokens_of(text)
         self.position = 0
         self.depth = 0
+        self.parts: list[Part] = []
 
     def whole(self) -> sp.Expr:
         found = self.operand(0)
@@ -191,8 +206,37 @@ class _Parser:
             arguments.append(self.operand(0))
         self.close(opening)
         bits = sum(argument.bits for argument in arguments)
-        function = self.function(token, [argument.expression for argument in arguments])
-        return self.checked(_Sized(function, bits, 1), token)
+        expressions = [argument.expression for argument in arguments]
+        function = self.function(token, expressions)
+        inner = tuple(place for argument in arguments for place in argument.parts)
+        own = self.noted_call(token, expressions, function)
+        return self.checked(_Sized(function, bits, 1, (*inner, *own)), token)
+
+    def noted(self, part: Part) -> tuple[int, ...]:
+        """Keep a part that has no value somewhere; nothing for one of a number."""
+        if part.argument.is_number:
+            return ()
+        self.parts.append(part)
+        return (len(self.parts) - 1,)
+
+    def noted_call(self, token: Token, arguments: list[sp.Expr], made: sp.Expr) -> tuple[int, ...]:
+        name, table = token.text, self.scope.tables.get(token.text)
+        if table is not None:
+            from takagi.models.plant.table_function import table_ranges
+
+            sides = zip(arguments, table_ranges(table.table), strict=True)
+            noted = [self.noted(Part(name, a, made, token.start, side)) for a, side in sides]
+            return tuple(place for places in noted for place in places)
+        if name == "sqrt":
+            return self.noted(Part("root", arguments[0], made, token.start))
+        if name in PARTIAL:
+            return self.noted(Part(name, arguments[0], made, token.start))
+        return ()
+
+    def idle(self, *operands: _Sized) -> None:
+        """Note that what stands in these operands is multiplied by 0."""
+        for place in (place for operand in operands for place in operand.parts):
+            self.parts[place] = replace(self.parts[place], idle=True)
 
     def function(self, token: Token, arguments: list[sp.Expr]) -> sp.Expr:
         import sympy as sp
@@ -224,15 +268,22 @@ class _Parser:
     def combined(self, sign: Token, left: _Sized, right: _Sized) -> _Sized:
         a, b = left.expression, right.expression
         bits, degree = left.bits + right.bits, left.degree + right.degree
+        parts = left.parts + right.parts
         if sign.text in ("+", "-"):
             total = a + b if sign.text == "+" else a - b
-            return _Sized(total, bits, max(left.degree, right.degree))
+            return _Sized(total, bits, max(left.degree, right.degree), parts)
         if sign.text == "*":
-            return _Sized(a * b, bits, degree)
+            if a == 0 or b == 0:
+                self.idle(left, right)
+            return _Sized(a * b, bits, degree, parts)
         if sign.text == "/":
             if b == 0:
                 raise self.error(sign, "division by zero")
-            return _Sized(a / b, bits, degree)
+            below = self.noted(Part("quotient", b, a / b, sign.start))
+            found = _Sized(a / b, bits, degree, parts + below)
+            if a == 0:
+                self.idle(found)
+            return found
         return self.power(sign, left, right)
 
     def power(self, sign: Token, base: _Sized, exponent: _Sized) -> _Sized:
@@ -253,7 +304,12 @@ class _Parser:
         self.check_size(bits, degree, sign)  # before the power is worked out
         if base.expression == 0 and value <= 0:
             raise self.error(sign, f"0^{value} is not a number")
-        return _Sized(base.expression**exponent.expression, bits, degree)
+        made, parts = base.expression**exponent.expression, base.parts + exponent.parts
+        if value.q > 1:
+            parts += self.noted(Part("root", base.expression, made, sign.start))
+        elif value <= 0:
+            parts += self.noted(Part("quotient", base.expression, made, sign.start))
+        return _Sized(made, bits, degree, parts)
 
     def checked(self, found: _Sized, token: Token) -> _Sized:
         """Refuse what is too large, or a number that is not finite and real."""

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from takagi.models.plant.entries import PlantEntry, VariableEntry
     from takagi.models.plant.expression import Scope
+    from takagi.models.plant.lost_parts import Part
 
 __all__ = ["load_plant", "plant_files", "read_entry"]
 
@@ -88,6 +89,7 @@ class _Reader:
     def __init__(self, document: Document, entry: PlantEntry) -> None:
         self.document = document
         self.entry = entry
+        self.lost: list[tuple[str, str, Part]] = []
 
     def plant(self) -> Plant:
         from takagi.models.plant.coverage import check_coverage
@@ -133,6 +135,7 @@ class _Reader:
             ),
         )
         self.at("", lambda: check_coverage(found))
+        self.check_lost(found)
         return found if entry.blending is None else self.behind_blend(found, scope)
 
     def behind_blend(self, plant: Plant, scope: Scope) -> Plant:
@@ -251,9 +254,23 @@ class _Reader:
             )
 
     def expression(self, place: str, text: str, scope: Scope) -> sp.Expr:
-        from takagi.models.plant.expression import parse_expression
+        from takagi.models.plant.expression import parsed_with_losses
 
-        return self.at(place, lambda: parse_expression(text, scope))
+        found, lost = self.at(place, lambda: parsed_with_losses(text, scope))
+        self.lost += [(place, text, part) for part in lost]
+        return found
+
+    def check_lost(self, plant: Plant) -> None:
+        """Refuse what sympy folded away, unless it has a value on the whole box."""
+        from takagi.models.plant.lost_parts import check_lost
+        from takagi.models.plant.tokens import expression_error
+
+        for place, text, part in self.lost:
+            try:
+                check_lost(part, plant)
+            except ModelError as error:
+                told = expression_error(text, part.column, str(error))
+                raise self.document.error(place, str(told)) from error
 
     def mass(self, scope: Scope) -> sp.Matrix | None:
         import sympy as sp

@@ -215,6 +215,10 @@ class Comparison:
             raise self.error(f"{where} is another there, or not shown to be the same")
         if theirs != node:
             # Algebra says nothing of places where a part of the one or the other has no value.
+            graph = self.plant.graph
+            used = {graph[n].name for n in graph.below([theirs]) if graph[n].op == "table"}
+            if missing := sorted(used - set(self.plant.tables)):
+                raise self.error(f"{where} has the table {', '.join(missing)} there, which cancels")
             try:
                 self.ranges.prove_continuous(theirs, where)
             except Refused as error:

@@ -61,7 +61,7 @@ def _slope(graph: Graph, number: int, node: Node, slopes: Mapping[int, int]) -> 
 
 
 def _scaled(g: Graph, a: int, slope: int) -> int:
-    """Return a times a slope; nothing where that is 0, for a is a part of what is differentiated."""
+    """Return a times a slope, and 0 where that is 0: a is a part of what is differentiated."""
     return slope if g.value(slope) == 0 else g.multiply(a, slope)
 
 

@@ -124,7 +124,7 @@ class Graph:
         return self.power(a, 2) if a == b else self._number(Node("multiply", (a, b)))
 
     def divide(self, a: int, b: int) -> int:
-        x, y = self.value(a), self.value(b)
+        y = self.value(b)
         if y == 0:
             raise Refused("a division by zero")
         if y is not None:
