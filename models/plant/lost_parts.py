@@ -96,8 +96,9 @@ def check_lost(part: Part, plant: Plant) -> None:
     of = {"quotient": "the quotient by ", "root": "the root of "}.get(part.kind, f"{part.kind} of ")
     how = "is multiplied by 0" if part.idle else "cancels"
     raise ModelError(
-        f"{of}{part.argument} {how}, but is not shown to have a value on the whole box ({box or 'a number'}), "
-        "and where it has none the equation has none; leave it out, or give ranges on which it has"
+        f"{of}{part.argument} {how}, but is not shown to have a value on the whole box "
+        f"({box or 'a number'}), and where it has none the equation has none; leave it out, or "
+        "give ranges on which it has"
     )
 
 

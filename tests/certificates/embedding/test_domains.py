@@ -54,11 +54,11 @@ REMOVABLE = ["-x*x/x", "-(1/x)*x^2", "-x*x^0", "-x + (x - x)/x"]
 
 def document(equation: str, **parameters: float) -> Data:
     """Return a certificate that x' = -x is the plant with this equation on [-1, 1]."""
-    state = {"name": "x", "unit": "-", "rest": 0, "range": [-1, 1]}
-    model = {"kind": "plant", "name": "d", "sample_time": None, "states": [state]}
+    state: Data = {"name": "x", "unit": "-", "rest": 0, "range": [-1, 1]}
+    model: Data = {"kind": "plant", "name": "d", "sample_time": None, "states": [state]}
     model |= {"inputs": [], "disturbances": [], "outputs": [], "parameters": parameters}
     model |= {"equations": [equation], "embedding": {"premises": [], "A": [["-1"]]}}
-    claims = [{"name": "e", "kind": "sector-embedding"}]
+    claims: list[Data] = [{"name": "e", "kind": "sector-embedding"}]
     claims += [{"name": "d", "kind": "decay", "P": [[1]], "decay_rate": 0.5}]
     return certificate_document(model=model, gains=None, claims=claims, provenance={})
 
@@ -206,7 +206,9 @@ def test_a_file_is_not_the_plant_where_it_has_no_value(
     tmp_path: Path, equation: str, words: str
 ) -> None:
     """``check --model`` reads the file by itself: algebra alone would call it the same."""
-    honest = sector_model(load_model(file_of(tmp_path, "-x + 0*log(x + 2)")))
+    plant = load_model(file_of(tmp_path, "-x + 0*log(x + 2)"))
+    assert isinstance(plant, Plant)
+    honest = sector_model(plant)
     model = json.loads(json.dumps(certify(honest, decay_rate=0.1).document["model"]))
     model["files_sha256"] = {"loss.csv": "0"}
     model["tables"] = {}
