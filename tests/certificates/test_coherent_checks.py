@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.checker.arithmetic.fixed import ONE
+from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES, Corners

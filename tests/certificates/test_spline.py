@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import CertificateError
-from takagi.certificates.checker.arithmetic.fixed import ONE, enclose, point
+from takagi.certificates.checker.arithmetic.interval import ONE, enclose, point
 from takagi.certificates.checker.arithmetic.spline import PAD, Spline
 from takagi.models.enclosure.interval import Interval, exact
 from takagi.models.surface import Surface

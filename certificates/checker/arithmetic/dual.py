@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from takagi.certificates.checker.arithmetic.fixed import (
+from takagi.certificates.checker.arithmetic.interval import (
     ONE,
     ZERO,
-    Q,
+    Interval,
     add,
     div,
     hull,
@@ -22,15 +22,15 @@ from takagi.certificates.checker.arithmetic.fixed import (
 
 __all__ = ["UNIT_RANGE", "Dual", "chained", "greater", "lesser", "still"]
 
-UNIT_RANGE: Q = (0, ONE)
+UNIT_RANGE: Interval = (0, ONE)
 
 
 @dataclass(frozen=True)
 class Dual:
     """A bracket and its slopes."""
 
-    value: Q
-    slopes: tuple[Q, ...]
+    value: Interval
+    slopes: tuple[Interval, ...]
 
     def __add__(self, other: Dual) -> Dual:
         slopes = tuple(map(add, self.slopes, other.slopes))
@@ -52,24 +52,24 @@ class Dual:
         inverse = div((ONE, ONE), other.value)
         return self * other.through(inverse, neg(square(inverse)))
 
-    def through(self, value: Q, slope: Q) -> Dual:
+    def through(self, value: Interval, slope: Interval) -> Dual:
         """Return f of the quantity from brackets of f and of f' over it."""
         return Dual(value, tuple(_product(slope, s) for s in self.slopes))
 
-    def by(self, factor: Q) -> Dual:
+    def by(self, factor: Interval) -> Dual:
         """Return the quantity times a number."""
         return Dual(mul(self.value, factor), tuple(_product(factor, s) for s in self.slopes))
 
-    def plus(self, number: Q) -> Dual:
+    def plus(self, number: Interval) -> Dual:
         """Return the quantity plus a number."""
         return Dual(add(self.value, number), self.slopes)
 
-    def clamped(self, low: Q, high: Q) -> Dual:
+    def clamped(self, low: Interval, high: Interval) -> Dual:
         """Return the quantity held to [low, high], both known within their brackets."""
         return lesser(greater(self, still(low, self)), still(high, self))
 
 
-def still(value: Q, like: Dual) -> Dual:
+def still(value: Interval, like: Dual) -> Dual:
     """Return a number, which has no slopes."""
     return Dual(value, (ZERO,) * len(like.slopes))
 
@@ -89,7 +89,7 @@ def lesser(a: Dual, b: Dual) -> Dual:
     return -greater(-a, -b)
 
 
-def chained(value: Q, *terms: tuple[Q, Dual]) -> Dual:
+def chained(value: Interval, *terms: tuple[Interval, Dual]) -> Dual:
     """Return a function of several quantities: sum of partial times inner slope, per direction."""
     slopes = []
     for k in range(len(terms[0][1].slopes)):
@@ -100,5 +100,5 @@ def chained(value: Q, *terms: tuple[Q, Dual]) -> Dual:
     return Dual(value, tuple(slopes))
 
 
-def _product(a: Q, b: Q) -> Q:
+def _product(a: Interval, b: Interval) -> Interval:
     return ZERO if a == ZERO or b == ZERO else mul(a, b)

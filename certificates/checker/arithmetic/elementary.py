@@ -11,13 +11,13 @@ from collections.abc import Callable
 from functools import cache
 from math import isqrt
 
-from takagi.certificates.checker.arithmetic.decimal_interval import ONE, Pair, divide
+from takagi.certificates.checker.arithmetic.exponential import FINE, exp_at
+from takagi.certificates.checker.arithmetic.interval import ONE, Interval, div
 from takagi.certificates.checker.kernel.refusal import Refused
 
-__all__ = ["FINE", "GUARD", "PAD", "PI_FINE", "function_of", "increasing", "pi_interval"]
+__all__ = ["GUARD", "PAD", "PI_FINE", "function_of", "increasing", "pi_interval"]
 
-GUARD = 10**12
-FINE = ONE * GUARD
+GUARD = FINE // ONE
 # Units of FINE.  A series here has at most 60 terms, each of which errs by at most two units for
 # every earlier one, and is multiplied by at most 8 afterwards: 60 * 60 * 2 * 8 < 10^5.
 PAD = 10**5
@@ -26,11 +26,11 @@ FARTHEST = 10**6  # of an angle, in rad: pi is known to 10^-48
 Point = Callable[[int], tuple[int, int]]
 
 
-def pi_interval() -> Pair:
+def pi_interval() -> Interval:
     return PI_FINE // GUARD, PI_FINE // GUARD + 1
 
 
-def increasing(at: Point, at_zero: int | None = 0) -> Callable[[Pair], Pair]:
+def increasing(at: Point, at_zero: int | None = 0) -> Callable[[Interval], Interval]:
     """Return the function of intervals, from ``at``: x FINE -> a bracket of f(x) FINE.
 
     Parameters
@@ -38,7 +38,7 @@ def increasing(at: Point, at_zero: int | None = 0) -> Callable[[Pair], Pair]:
     at_zero : f(0) ONE, which is exact; None where 0 is nothing special.
     """
 
-    def of(a: Pair) -> Pair:
+    def of(a: Interval) -> Interval:
         low, high = at(a[0] * GUARD)[0] // GUARD, -(-at(a[1] * GUARD)[1] // GUARD)
         if at_zero is None:
             return low, high
@@ -80,7 +80,7 @@ def _sine_at(x: int, quarter: int) -> tuple[int, int]:
     return _padded(-value if place >= 2 else value, PAD + 2 * FARTHEST)
 
 
-def _sine(a: Pair, quarter: int) -> Pair:
+def _sine(a: Interval, quarter: int) -> Interval:
     """Return sin(a + quarter pi/2); both extremes are looked for between the ends."""
     if a == (0, 0):
         return (quarter * ONE,) * 2
@@ -104,23 +104,23 @@ def _meets(low: int, high: int, place: int) -> bool:
     return k * 2 * PI_FINE + place * PI_FINE // 2 <= high + slack
 
 
-def sine(a: Pair) -> Pair:
+def sine(a: Interval) -> Interval:
     return _sine(a, 0)
 
 
-def cosine(a: Pair) -> Pair:
+def cosine(a: Interval) -> Interval:
     return _sine(a, 1)
 
 
-def tangent(a: Pair) -> Pair:
+def tangent(a: Interval) -> Interval:
     """Return tan, which increases where cos has no zero."""
     if a[1] - a[0] >= 3 * ONE:
         raise Refused("tan over more than half a turn")
     middle = cosine(a)
     if middle[0] <= 0 <= middle[1]:
         raise Refused("tan where cos may be zero")
-    first = divide(sine((a[0], a[0])), cosine((a[0], a[0])))
-    last = divide(sine((a[1], a[1])), cosine((a[1], a[1])))
+    first = div(sine((a[0], a[0])), cosine((a[0], a[0])))
+    last = div(sine((a[1], a[1])), cosine((a[1], a[1])))
     return first[0], last[1]
 
 
@@ -153,29 +153,30 @@ def _asin_at(x: int) -> tuple[int, int]:
     return 2 * low - PAD, 2 * high + PAD
 
 
-def _acos(a: Pair) -> Pair:
+def _acos(a: Interval) -> Interval:
     low, high = increasing(_asin_at)(a)
     half = PI_FINE // 2 // GUARD
     return half - high - 1, half - low + 2
 
 
-def _absolute(a: Pair) -> Pair:
+def _absolute(a: Interval) -> Interval:
     if a[0] >= 0:
         return a
     return (-a[1], -a[0]) if a[1] <= 0 else (0, max(-a[0], a[1]))
 
 
 @cache
-def function_of(name: str) -> Callable[[Pair], Pair]:
+def function_of(name: str) -> Callable[[Interval], Interval]:
     """Return the function of intervals of that name.
 
     Raises
     ------
     Refused : an unknown name; and, when called, an argument outside the function's domain.
     """
-    from takagi.certificates.checker.arithmetic import exponential as e
+    # Imported here: these functions are made of the ones above.
+    from takagi.certificates.checker.arithmetic import logarithm as e
 
-    known: dict[str, Callable[[Pair], Pair]] = {
+    known: dict[str, Callable[[Interval], Interval]] = {
         "sin": sine,
         "cos": cosine,
         "tan": tangent,
@@ -183,7 +184,7 @@ def function_of(name: str) -> Callable[[Pair], Pair]:
         "asin": increasing(_asin_at),
         "acos": _acos,
         "abs": _absolute,
-        "exp": increasing(e.exp_at, ONE),
+        "exp": increasing(exp_at, ONE),
         "log": increasing(e.log_at, None),
         "sinh": increasing(e.sinh_at),
         "cosh": e.hyperbolic_cosine,

@@ -3,7 +3,7 @@
 On each cell between knots the spline is a polynomial.  Its Bernstein net comes from the B-spline
 coefficients by blossoming; derivatives are differences of the net; restricting a net to a
 rectangle is de Casteljau's averaging; and a polynomial lies between the least and the greatest
-entry of its net.  All of it in integers over 2^96: each step errs by one unit at most, the nets
+entry of its net.  All of it in integers over 10^36: each step errs by one unit at most, the nets
 are bounded by 2^20 and there are fewer than 2^12 steps, each amplified at most 2^20 fold by a
 difference over a cell's width, so that the padding of 2^-40 covers every rounding.
 
@@ -15,14 +15,14 @@ from __future__ import annotations
 from bisect import bisect_right
 from fractions import Fraction
 
-from takagi.certificates.checker.arithmetic.fixed import BITS, ONE, Q
+from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 from takagi.certificates.checker.kernel.reader import increasing
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 
 __all__ = ["Spline"]
 
 DEGREE = 3
-PAD = 1 << (BITS - 40)
+PAD = ONE >> 40
 LARGEST_ENTRY = ONE << 20
 NARROWEST = Fraction(1, 1000)
 MOST_KNOTS = 1000
@@ -44,11 +44,11 @@ class _Axis:
         if any(b - a < NARROWEST for a, b in zip(inner, inner[1:], strict=False)):
             raise CertificateError(f"{where}: cells narrower than {NARROWEST}")
         self.knots, self.breaks = knots, inner
-        self.breaks_fixed = [(k.numerator << BITS) // k.denominator for k in inner]
+        self.breaks_fixed = [k.numerator * ONE // k.denominator for k in inner]
         self._maps: dict[int, list[list[int]]] = {}
 
     def cells(self, low: int, high: int) -> range:
-        """Return the cells that [low, high] (over 2^96) meets; refuses what leaves the table."""
+        """Return the cells that [low, high] (over 10^36) meets; refuses what leaves the table."""
         # The true knots lie within one unit of breaks_fixed.
         if low < self.breaks_fixed[0] or high > self.breaks_fixed[-1]:
             raise Refused("a range that leaves the coefficient table")
@@ -69,17 +69,17 @@ class _Axis:
                     [_blossom(unit, local, (a,) * (DEGREE - i) + (b,) * i) for i in range(4)]
                 )
             self._maps[cell] = [
-                [(columns[j][i].numerator << BITS) // columns[j][i].denominator for j in range(4)]
+                [columns[j][i].numerator * ONE // columns[j][i].denominator for j in range(4)]
                 for i in range(4)
             ]
         return self._maps[cell]
 
     def local(self, cell: int, value: int, up: bool) -> int:
-        """Return (value - a) / (b - a) over 2^96, rounded outward and held in [0, 1]."""
+        """Return (value - a) / (b - a) over 10^36, rounded outward and held in [0, 1]."""
         a = self.breaks[cell]
         width = self.breaks[cell + 1] - a
-        # ((value / 2^96) - a) / width times 2^96, with the fractions written out: half the time.
-        top = (value * a.denominator - (a.numerator << BITS)) * width.denominator
+        # ((value / 10^36) - a) / width times 10^36, with the fractions written out: half the time.
+        top = (value * a.denominator - a.numerator * ONE) * width.denominator
         bottom = a.denominator * width.numerator
         share = -(-top // bottom) if up else top // bottom
         return min(max(share, 0), ONE)
@@ -110,12 +110,12 @@ class Spline:
             raise CertificateError(
                 f"surface: {shape[0]} rows of {shape[1]} coefficients are needed"
             )
-        self._rows = [[(c.numerator << BITS) // c.denominator for c in row] for row in rows]
+        self._rows = [[c.numerator * ONE // c.denominator for c in row] for row in rows]
         if any(abs(c) > LARGEST_ENTRY >> 10 for row in self._rows for c in row):
             raise CertificateError("surface: a coefficient beyond 1000 in size")
         self._nets: dict[tuple[int, int, int, int], Net] = {}
 
-    def bounds(self, x: Q, y: Q, dx: int = 0, dy: int = 0) -> Q:
+    def bounds(self, x: Interval, y: Interval, dx: int = 0, dy: int = 0) -> Interval:
         """Return a bracket of the (dx, dy) derivative over the rectangle x times y."""
         low, high = None, None
         for i in self.x.cells(*x):
@@ -162,7 +162,7 @@ class Spline:
 def _product(left: list[list[int]], right: list[list[int]]) -> Net:
     columns = list(zip(*right, strict=True))
     return [
-        [sum(a * b for a, b in zip(row, c, strict=True)) >> BITS for c in columns] for row in left
+        [sum(a * b for a, b in zip(row, c, strict=True)) // ONE for c in columns] for row in left
     ]
 
 
@@ -178,7 +178,7 @@ def _restricted(net: Net, start: int, stop: int) -> Net:
         net = _first_part(net, stop)
     if start > 0:
         # [start, stop] is the last part of [0, stop], at the share start / stop.
-        share = (start << BITS) // stop if stop else 0
+        share = start * ONE // stop if stop else 0
         net = _first_part(net[::-1], ONE - share)[::-1]
     return net
 
@@ -190,9 +190,7 @@ def _first_part(net: Net, share: int) -> Net:
         points = list(column)
         kept = [points[0]]
         while len(points) > 1:
-            points = [
-                a + ((b - a) * share >> BITS) for a, b in zip(points, points[1:], strict=False)
-            ]
+            points = [a + (b - a) * share // ONE for a, b in zip(points, points[1:], strict=False)]
             kept.append(points[0])
         columns.append(kept)
     return _transposed(columns)

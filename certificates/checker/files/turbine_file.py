@@ -20,7 +20,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.checker.arithmetic.fixed import ONE, point
+from takagi.certificates.checker.arithmetic.interval import ONE, point
 from takagi.certificates.checker.arithmetic.spline import Spline
 from takagi.certificates.checker.files.toml_file import file_content, read_toml
 from takagi.certificates.checker.kernel.reader import matrix, member, number, numbers

@@ -53,7 +53,7 @@ def decrease_factor(family: Family, alpha: Fraction) -> Fraction:
     if not alpha:
         return Fraction(1)
     # Imported here: continuous time needs no exponential.
-    from takagi.certificates.checker.kinds.exponential import exp_below
+    from takagi.certificates.checker.arithmetic.exponential import exp_below
 
     return exp_below(2 * alpha * family.sample_time)
 

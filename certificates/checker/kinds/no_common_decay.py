@@ -34,13 +34,13 @@ from fractions import Fraction
 from math import prod
 from typing import Any
 
+from takagi.certificates.checker.arithmetic.exponential import exp_above
 from takagi.certificates.checker.kernel.family import Family, Stack, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import Number, integer, member, number, numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.decay import decrease
-from takagi.certificates.checker.kinds.exponential import exp_above
 from takagi.certificates.checker.words.shown import at_most
 
 __all__ = ["check_no_common_decay"]

@@ -25,13 +25,13 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
+from takagi.certificates.checker.arithmetic.exponential import exp_above
 from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
-from takagi.certificates.checker.kinds.exponential import exp_above
 from takagi.certificates.checker.words.shown import at_least, at_most
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 

@@ -5,7 +5,6 @@
     polynomial          polynomials and quotients over opaque atoms, exact;  atoms: what they are
     identity            whether two nodes are the same function: sin^2 + cos^2 = 1 and the like
     table               tables as splines
-    exact_interval      intervals without rounding, for bounds that are attained
     evaluate            nodes over boxes;  quotient_form: N / x^k where x may vanish
     linear_sum          the same for a sum in the place of x
     ranges              bounds and signs over a box, by bisection

@@ -6,21 +6,21 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import TypeAlias
 
-from takagi.certificates.checker.arithmetic import decimal_interval as d
-from takagi.certificates.checker.arithmetic.decimal_interval import ONE, Pair
+from takagi.certificates.checker.arithmetic import interval as d
 from takagi.certificates.checker.arithmetic.elementary import function_of, pi_interval
+from takagi.certificates.checker.arithmetic.interval import ONE, Ends, Interval
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.plant.exact_interval import Ends, exact_operation
-from takagi.certificates.checker.plant.graph import Graph, Node
+from takagi.certificates.checker.plant.graph import Graph, Node, largest_bits
 from takagi.certificates.checker.plant.table import Table
 
 __all__ = ["Box", "Evaluator", "TooLong"]
 
-Box: TypeAlias = Mapping[str, Pair]
+Box: TypeAlias = Mapping[str, Interval]
 
 
 MOST_WORK = 8_000_000  # parts of nodes in all, functions and roots counted as 30
 SLOW = 30
+MOST_BITS = 20_000  # of an end that is not rounded
 
 
 class TooLong(Refused):
@@ -49,17 +49,17 @@ class Evaluator:
             self.add_side(name, side)
         self._orders: dict[tuple[int, ...], list[int]] = {}
         self._costs: dict[tuple[int, ...], int] = {}
-        self._constants: dict[int, Pair] = {}
+        self._constants: dict[int, Interval] = {}
         self.work = 0
 
-    def add_side(self, name: str, side: Ends) -> Pair:
+    def add_side(self, name: str, side: Ends) -> Interval:
         """Return the range of a variable, rounded outward; its true ends are kept."""
         rounded = d.enclose(*side)
         self.sides[name] = side
         self._ends |= {(name, place, rounded[place]): side[place] for place in (0, 1)}
         return rounded
 
-    def values(self, roots: tuple[int, ...], box: Box) -> list[Pair | None]:
+    def values(self, roots: tuple[int, ...], box: Box) -> list[Interval | None]:
         """Return a bracket of each node over the box; None where a part has none."""
         order = self._orders.get(roots)
         if order is None:
@@ -69,7 +69,7 @@ class Evaluator:
         self.work += self._costs[roots]
         if self.work > MOST_WORK:
             raise TooLong("bounds that take too long to prove")
-        found: dict[int, Pair | None] = {}
+        found: dict[int, Interval | None] = {}
         for number in order:
             node = self.graph[number]
             parts = [found[part] for part in node.parts]
@@ -79,7 +79,7 @@ class Evaluator:
                 found[number] = None
         return [found[root] for root in roots]
 
-    def value(self, root: int, box: Box) -> Pair | None:
+    def value(self, root: int, box: Box) -> Interval | None:
         return self.values((root,), box)[0]
 
     def exact_ends(self, root: int, box: Box) -> tuple[Fraction, Fraction] | None:
@@ -104,7 +104,7 @@ class Evaluator:
                 pair = self._guarded(number, node, rounded, box)
                 found[number] = None if pair is None else _ends(pair)
             else:
-                found[number] = exact_operation(node, known)
+                found[number] = _unrounded(node, known)
         self.work += SLOW * len(found)
         return found[root]
 
@@ -121,17 +121,19 @@ class Evaluator:
         end = low if (name, 0, first) in self._ends else high
         return end, end
 
-    def _guarded(self, number: int, node: Node, parts: list[Pair], box: Box) -> Pair | None:
+    def _guarded(self, number: int, node: Node, parts: list[Interval], box: Box) -> Interval | None:
         try:
             return self._one(number, node, parts, box)
         except Refused:
             return None
 
-    def _one(self, number: int, node: Node, parts: Iterable[Pair | None], box: Box) -> Pair | None:
+    def _one(
+        self, number: int, node: Node, parts: Iterable[Interval | None], box: Box
+    ) -> Interval | None:
         op = node.op
         if op == "const":
             if number not in self._constants:
-                self._constants[number] = d.exact(node.value)
+                self._constants[number] = d.point(node.value)
             return self._constants[number]
         if op == "variable":
             return box.get(node.name)
@@ -145,7 +147,7 @@ class Evaluator:
         if op == "multiply":
             return self._product(node, known)
         if op == "divide":
-            return d.divide(known[0], known[1])
+            return d.div(known[0], known[1])
         if op == "power":
             return _power(node, known[0])
         if op == "call":
@@ -155,21 +157,46 @@ class Evaluator:
         low, high = known[0]
         return (ONE if low > 0 else -ONE), (-ONE if high < 0 else ONE)
 
-    def _product(self, node: Node, parts: list[Pair]) -> Pair:
+    def _product(self, node: Node, parts: list[Interval]) -> Interval:
         """Return a product; a constant is multiplied exactly and rounded once."""
         factor = self.graph.value(node.parts[0])
         if factor is None:
-            return d.multiply(parts[0], parts[1])
+            return d.mul(parts[0], parts[1])
         ends = [end * factor.numerator for end in parts[1]]
         low, high = min(ends), max(ends)
         return low // factor.denominator, -(-high // factor.denominator)
 
 
-def _ends(pair: Pair) -> Ends:
+def _ends(pair: Interval) -> Ends:
     return Fraction(pair[0], ONE), Fraction(pair[1], ONE)
 
 
-def _power(node: Node, a: Pair) -> Pair:
+def _power(node: Node, a: Interval) -> Interval:
     top, bottom = abs(node.value.numerator), node.value.denominator
     found = d.power(a if bottom == 1 else d.root(a, bottom), top)
-    return found if node.value > 0 else d.divide((ONE, ONE), found)
+    return found if node.value > 0 else d.div((ONE, ONE), found)
+
+
+def _unrounded(node: Node, parts: list[Ends]) -> Ends | None:
+    """Return the interval of a node from those of its parts; None for a division by 0.
+
+    None too where a number grows beyond 20 000 bits.
+    """
+    if node.op == "const":
+        return node.value, node.value
+    growth = abs(int(node.value)) if node.op == "power" else 1
+    if any(largest_bits(end) * growth > MOST_BITS for part in parts for end in part):
+        return None
+    if node.op == "add":
+        return d.add(parts[0], parts[1])
+    if node.op == "multiply":
+        return d.product(parts[0], parts[1])
+    if node.op == "divide":
+        below = _inverse(parts[1])
+        return None if below is None else d.product(parts[0], below)
+    found = d.whole_power(parts[0], growth)
+    return found if node.value > 0 else _inverse(found)
+
+
+def _inverse(a: Ends) -> Ends | None:
+    return None if a[0] <= 0 <= a[1] else (1 / a[1], 1 / a[0])

@@ -13,8 +13,8 @@ from fractions import Fraction
 from operator import add
 from typing import NamedTuple
 
+from takagi.certificates.checker.arithmetic.interval import Ends
 from takagi.certificates.checker.plant.derivative import rebuilt
-from takagi.certificates.checker.plant.exact_interval import Ends
 from takagi.certificates.checker.plant.graph import Graph, largest_bits
 
 __all__ = ["LinearSum", "vanishing_sums", "with_variable"]

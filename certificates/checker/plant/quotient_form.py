@@ -14,7 +14,7 @@ from __future__ import annotations
 from fractions import Fraction
 from math import factorial
 
-from takagi.certificates.checker.arithmetic.decimal_interval import Pair, hull
+from takagi.certificates.checker.arithmetic.interval import Interval, hull
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.derivative import derivative, substituted
 from takagi.certificates.checker.plant.evaluate import Box, Evaluator
@@ -114,7 +114,7 @@ class Form:
         self._slopes: dict[str, int | None] = {}
         self._continued: dict[str, Form | None] = {}
 
-    def value(self, box: Box) -> Pair | None:
+    def value(self, box: Box) -> Interval | None:
         """Return a bracket over the box; None where none is found."""
         direct = None
         if not any(_has_zero(box[name]) for name in self.poles):
@@ -133,7 +133,7 @@ class Form:
                 return None if form is None else form.exact_ends(box)
         return self.evaluator.exact_ends(self.direct, box)
 
-    def slope(self, box: Box, name: str) -> Pair | None:
+    def slope(self, box: Box, name: str) -> Interval | None:
         """Return a bracket of the partial derivative over the box; None where none is found."""
         direct = None
         if not any(_has_zero(box[pole]) for pole in self.poles):
@@ -182,7 +182,7 @@ class Form:
         return Form(self.evaluator, self.algebra, taylor, rest)
 
 
-def _has_zero(side: Pair) -> bool:
+def _has_zero(side: Interval) -> bool:
     return side[0] <= 0 <= side[1]
 
 
@@ -190,7 +190,7 @@ def _towards_zero(box: Box, name: str) -> Box:
     return {**box, name: hull(box[name], (0, 0))}
 
 
-def _common(a: Pair | None, b: Pair | None) -> Pair | None:
+def _common(a: Interval | None, b: Interval | None) -> Interval | None:
     if a is None or b is None:
         return b if a is None else a
     return max(a[0], b[0]), min(a[1], b[1])

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from takagi.certificates.checker.arithmetic.decimal_interval import ONE, Pair, multiply
+from takagi.certificates.checker.arithmetic.interval import ONE, Interval, mul
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.evaluate import Box, Evaluator
 from takagi.certificates.checker.plant.graph import Node
@@ -160,7 +160,7 @@ class Ranges:
     def _bound(self, root: int, low: int, high: int, what: str) -> None:
         self._prove(Form(self.evaluator, self.algebra, root, {}), (low, high), what)
 
-    def _side(self, name: str, what: str) -> Pair:
+    def _side(self, name: str, what: str) -> Interval:
         if name not in self.box:
             raise Refused(f"{what} depends on {name}, which has no range")
         return self.box[name]
@@ -176,7 +176,7 @@ class Ranges:
     ) -> None:
         """Prove the bounds on the grid; ``limits`` are the same where they are no decimals."""
         limits = limits or (Fraction(bounds[0], ONE), Fraction(bounds[1], ONE))
-        left: list[dict[str, Pair]] = [{n: self._side(n, what) for n in form.variables}]
+        left: list[dict[str, Interval]] = [{n: self._side(n, what) for n in form.variables}]
         done = 0
         while left:
             box = left.pop()
@@ -201,8 +201,8 @@ class Ranges:
 
 
 def _monotone_ends(
-    box: dict[str, Pair], slopes: dict[str, Pair | None]
-) -> tuple[dict[str, Pair], dict[str, Pair]]:
+    box: dict[str, Interval], slopes: dict[str, Interval | None]
+) -> tuple[dict[str, Interval], dict[str, Interval]]:
     """Return the faces of the box on which the least and the greatest value lie."""
     low, high = dict(box), dict(box)
     for name, (start, end) in box.items():
@@ -215,9 +215,9 @@ def _monotone_ends(
 
 def _attained(
     form: Form,
-    found: Pair | None,
-    low: dict[str, Pair],
-    high: dict[str, Pair],
+    found: Interval | None,
+    low: dict[str, Interval],
+    high: dict[str, Interval],
     limits: tuple[Fraction, Fraction],
 ) -> bool:
     """Return whether ends that are not rounded are inside, where rounding alone is outside."""
@@ -232,12 +232,12 @@ def _attained(
 
 def _tightened(
     form: Form,
-    box: dict[str, Pair],
-    plain: Pair | None,
-    slopes: dict[str, Pair | None],
-    low: dict[str, Pair],
-    high: dict[str, Pair],
-) -> tuple[Pair | None, list[Pair]]:
+    box: dict[str, Interval],
+    plain: Interval | None,
+    slopes: dict[str, Interval | None],
+    low: dict[str, Interval],
+    high: dict[str, Interval],
+) -> tuple[Interval | None, list[Interval]]:
     """Return a bracket over the box, and brackets of values at points of it."""
     free = [name for name in box if low[name] == high[name] == box[name]]
     free = [name for name in free if box[name][0] < box[name][1]]
@@ -256,7 +256,7 @@ def _tightened(
                     known = False
                     break
                 m = middle[name][0]
-                step = multiply(slope, (box[name][0] - m, box[name][1] - m))
+                step = mul(slope, (box[name][0] - m, box[name][1] - m))
                 total = total[0] + step[0], total[1] + step[1]
             if known:
                 found = total if found is None else _common(found, total)
@@ -266,13 +266,13 @@ def _tightened(
     return (sides[0][0], sides[1][1]), attained
 
 
-def _common(a: Pair, b: Pair) -> Pair:
+def _common(a: Interval, b: Interval) -> Interval:
     return max(a[0], b[0]), min(a[1], b[1])
 
 
 def _halves(
-    form: Form, box: dict[str, Pair], slopes: dict[str, Pair | None], what: str
-) -> list[dict[str, Pair]]:
+    form: Form, box: dict[str, Interval], slopes: dict[str, Interval | None], what: str
+) -> list[dict[str, Interval]]:
     """Return the box halved along the side over which the node changes most."""
 
     def change(name: str) -> tuple[int, int]:
@@ -291,15 +291,15 @@ def _halves(
     return [{**box, name: (low, cut)}, {**box, name: (cut, high)}]
 
 
-def _middle(side: Pair) -> Pair:
+def _middle(side: Interval) -> Interval:
     cut = (side[0] + side[1]) // 2
     return cut, cut
 
 
-def _inside(value: Pair | None, bounds: Bounds) -> bool:
+def _inside(value: Interval | None, bounds: Bounds) -> bool:
     return value is not None and bounds[0] <= value[0] and value[1] <= bounds[1]
 
 
-def _near(box: dict[str, Pair]) -> str:
+def _near(box: dict[str, Interval]) -> str:
     places = ", ".join(f"{n} = {(low + high) / 2 / ONE:.6g}" for n, (low, high) in box.items())
     return f"near {places}" if places else ""

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.arithmetic import decimal_interval as d
-from takagi.certificates.checker.arithmetic.decimal_interval import Pair
+from takagi.certificates.checker.arithmetic import interval as d
+from takagi.certificates.checker.arithmetic.interval import Interval
 from takagi.certificates.checker.kernel.reader import Number, member, number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.evaluate import Evaluator
@@ -82,7 +82,7 @@ class PlantNodes:
         return {v.symbol: v.side for v in variables if v.side is not None}
 
     @property
-    def box(self) -> dict[str, Pair]:
+    def box(self) -> dict[str, Interval]:
         """The same, rounded outward to the grid of the intervals."""
         return {name: d.enclose(*side) for name, side in self.sides.items()}
 

@@ -7,8 +7,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
-from takagi.certificates.checker.arithmetic.decimal_interval import ONE, Pair
-from takagi.certificates.checker.arithmetic.fixed import BITS, Q
+from takagi.certificates.checker.arithmetic.interval import Interval
 from takagi.certificates.checker.arithmetic.spline import Spline
 from takagi.certificates.checker.kernel.reader import matrix, member, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
@@ -56,20 +55,19 @@ class Table:
             column = [_at_point(others, row[first:last], point[1], orders[1]) for row in rows]
         return _at_point(knots, column, point[0], orders[0])
 
-    def bounds(self, parts: list[Pair], orders: tuple[int, ...]) -> Pair:
+    def bounds(self, parts: list[Interval], orders: tuple[int, ...]) -> Interval:
         """Return a bracket of a partial derivative over a box, as far as the box meets the table.
 
         Parameters
         ----------
         parts : the arguments; that they stay in the table is for the caller to prove.
         """
-        fixed: list[Q] = []
+        fixed: list[Interval] = []
         axes = (self._spline.x, self._spline.y)
         for part, axis, step in zip(parts, axes, self._steps, strict=False):
-            low, high = Fraction(part[0], ONE) * step, Fraction(part[1], ONE) * step
             first, last = axis.breaks_fixed[0], axis.breaks_fixed[-1]
-            down = max((low.numerator << BITS) // low.denominator, first)
-            up = min(-((-high.numerator << BITS) // high.denominator), last)
+            down = max(part[0] * step.numerator // step.denominator, first)
+            up = min(-(-part[1] * step.numerator // step.denominator), last)
             if down > last or up < first:
                 raise Refused("an argument outside its table")
             fixed.append((min(down, up), max(down, up)))
@@ -77,7 +75,7 @@ class Table:
             fixed.append((0, 0))
         order = (*orders, 0)
         low_q, high_q = self._spline.bounds(fixed[0], fixed[1], order[0], order[1])
-        scale = ONE / self._value / (1 << BITS)
+        scale = 1 / self._value
         for step, times in zip(self._steps, orders, strict=True):
             scale *= step**times
         low, high = low_q * scale, high_q * scale

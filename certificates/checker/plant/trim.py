@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.arithmetic.decimal_interval import ONE
+from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.reader import member, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.reading import PlantNodes

@@ -9,10 +9,9 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
-from takagi.certificates.checker.arithmetic.fixed import (
-    BITS,
+from takagi.certificates.checker.arithmetic.interval import (
     ONE,
-    Q,
+    Interval,
     add,
     div,
     enclose,
@@ -84,7 +83,7 @@ class Loop:
             if size > stated[name]:
                 return name
         for name, found in self._magnitudes():
-            if found * stated[name].denominator > stated[name].numerator << BITS:
+            if found * stated[name].denominator > stated[name].numerator * ONE:
                 return name
         return ""
 
@@ -105,11 +104,11 @@ class Loop:
     def _share(self, low: Fraction, high: Fraction) -> Range:
         return share(low, self.law.overlap), share(high, self.law.overlap)
 
-    def _range(self, column: list[Fraction]) -> Q:
+    def _range(self, column: list[Fraction]) -> Interval:
         a, b = column[self.k], column[self.k + 1]
         return enclose(min(a, b), max(a, b))
 
-    def _tip_speed(self, speed_error: Fraction, wind_error: Fraction) -> Q:
+    def _tip_speed(self, speed_error: Fraction, wind_error: Fraction) -> Interval:
         """Return the range of R (omega* + e) / (v_s + dv): monotone in each, so at corners."""
         corners = [
             self.plant.radius * (self.law.speed[i] + e) / (self.law.wind[i] + dv)
@@ -129,7 +128,7 @@ class Loop:
             "lag_rate": self.moving.lag_rates() or (-1 / self.plant.lag, 1 / self.plant.lag),
         }
 
-    def _enclosed_ranges(self) -> dict[str, Q]:
+    def _enclosed_ranges(self) -> dict[str, Interval]:
         """Return the coefficients that come from the surface."""
         kappa, gamma = enclose(*self.kappa), self._range(self.law.gamma)
         power = enclose(*self.power)
@@ -143,11 +142,11 @@ class Loop:
         }
 
     def _magnitudes(self) -> Iterator[tuple[str, int]]:
-        """Yield the coefficients that enter by their size, over 2^96."""
+        """Yield the coefficients that enter by their size, over 10^36."""
         yield "residual", residual(self.plant, self.law, self.k, self.power)
         yield "wind_gain", magnitude(mul(enclose(*self.power), self._wind_gain()))
 
-    def _wind_gain(self) -> Q:
+    def _wind_gain(self) -> Interval:
         """Return dT_r/dv / J = c v (2 c_Q - lambda c_Q,lambda)."""
         error = self.box.wind_share * self.law.wind[self.k]
         ratio = self._tip_speed(self.box.speed_error, error)
@@ -157,7 +156,7 @@ class Loop:
         wind = enclose(self.law.wind[self.k] - error, self.law.wind[self.k + 1] + error)
         return mul(mul(inner, wind), self.c)
 
-    def _sigma(self, ratio: Q, pitch: Q) -> Q:
+    def _sigma(self, ratio: Interval, pitch: Interval) -> Interval:
         """Return -s dT_r/dbeta / (J b), up to the frozen wake's where that is asked."""
         slope_ = mul(mul(self.plant.surface.bounds(ratio, pitch, 0, 1), square(self.wind)), self.c)
         sigma = mul(enclose(*self.power), div((-slope_[1], -slope_[0]), self.b))
@@ -165,7 +164,7 @@ class Loop:
             return sigma
         return sigma[0], max(sigma[1], div(self._range(self.law.limit), self.b)[1])
 
-    def _curve_gain(self, ratio: Q) -> Q:
+    def _curve_gain(self, ratio: Interval) -> Interval:
         """Return m - F (m - sigma) along beta = beta_min + psi(s) / b, piece by piece."""
         m = point(self.law.effort_torque * self.plant.gear_per_inertia)
         found = []

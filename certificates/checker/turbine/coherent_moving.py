@@ -17,7 +17,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
-from takagi.certificates.checker.arithmetic.fixed import (
+from takagi.certificates.checker.arithmetic.interval import (
     ONE,
     add,
     div,

@@ -14,9 +14,9 @@ from __future__ import annotations
 from fractions import Fraction
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
-from takagi.certificates.checker.arithmetic.fixed import (
+from takagi.certificates.checker.arithmetic.interval import (
     ONE,
-    Q,
+    Interval,
     add,
     div,
     enclose,
@@ -30,7 +30,7 @@ from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant
 
 __all__ = ["residual", "slope"]
 
-Jet = tuple[Q, Q, Q]
+Jet = tuple[Interval, Interval, Interval]
 
 
 def slope(column: list[Fraction], wind: list[Fraction], k: int) -> Fraction:
@@ -39,7 +39,7 @@ def slope(column: list[Fraction], wind: list[Fraction], k: int) -> Fraction:
 
 
 def residual(plant: Plant, law: Law, k: int, power: tuple[Fraction, Fraction]) -> int:
-    """Return a bound of |r + (s - 1) T_r* / J| over interval k, as an integer over 2^96."""
+    """Return a bound of |r + (s - 1) T_r* / J| over interval k, as an integer over 10^36."""
     width = law.wind[k + 1] - law.wind[k]
     ends = max(magnitude(_at_node(plant, law, i)) for i in (k, k + 1))
     bent = magnitude(_curvature(plant, law, k))
@@ -50,7 +50,7 @@ def residual(plant: Plant, law: Law, k: int, power: tuple[Fraction, Fraction]) -
     return mul((0, left), point(1 + wrong))[1] + point(wrong * trim)[1]
 
 
-def _at_node(plant: Plant, law: Law, i: int) -> Q:
+def _at_node(plant: Plant, law: Law, i: int) -> Interval:
     ratio = point(plant.radius * law.speed[i] / law.wind[i])
     shed = psi(law.effort[i], law.overlap)
     pitch = point(law.pitch_min + shed / law.effectiveness[i])
@@ -64,7 +64,7 @@ def _demanded(plant: Plant, law: Law, i: int) -> Fraction:
     return (law.rated_torque - law.effort_torque * reserve) * plant.gear_per_inertia
 
 
-def _curvature(plant: Plant, law: Law, k: int) -> Q:
+def _curvature(plant: Plant, law: Law, k: int) -> Interval:
     """Return r'' over the interval, from the jets of lambda, beta and c_Q."""
     v = enclose(law.wind[k], law.wind[k + 1])
     c0, c1, c2 = _coefficient(plant, _ratio(plant, law, k, v), _pitch(law, k))
@@ -78,7 +78,7 @@ def _curvature(plant: Plant, law: Law, k: int) -> Q:
     return add(mul(point(plant.torque_per_inertia), torque), mul(gear, reserve))
 
 
-def _ratio(plant: Plant, law: Law, k: int, v: Q) -> Jet:
+def _ratio(plant: Plant, law: Law, k: int, v: Interval) -> Jet:
     """Return the jet of lambda = R (w_0 / v + w_1): its slope is -R w_0 / v^2."""
     intercept = law.speed[k] - slope(law.speed, law.wind, k) * law.wind[k]
     first = point(plant.radius * intercept)
@@ -114,7 +114,7 @@ def _coefficient(plant: Plant, ratio: Jet, pitch: Jet) -> Jet:
     return c[0, 0], add(mul(c[1, 0], x1), mul(c[0, 1], y1)), bent
 
 
-def _bend(low: Fraction, high: Fraction, eps: Fraction) -> Q:
+def _bend(low: Fraction, high: Fraction, eps: Fraction) -> Interval:
     """Return the range of psi'': 1 / (2 eps) inside the ramp, 0 outside."""
     if high <= -eps or low >= eps:
         return (0, 0)

@@ -23,10 +23,10 @@ from fractions import Fraction
 
 from takagi.certificates.checker.arithmetic.dual import Dual, chained
 from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
-from takagi.certificates.checker.arithmetic.fixed import (
+from takagi.certificates.checker.arithmetic.interval import (
     ONE,
     ZERO,
-    Q,
+    Interval,
     add,
     enclose,
     mul,
@@ -127,7 +127,7 @@ class _Rest:
         effort = effort + self._column(self.law.gamma, winds) * signal
         return self._excess(winds, tip.value, speed, effort)
 
-    def _excess(self, winds: Span, ratio: Q, speed: Dual, effort: Dual) -> Dual | None:
+    def _excess(self, winds: Span, ratio: Interval, speed: Dual, effort: Dual) -> Dual | None:
         """Return f; without slopes where the pitch may leave the table, None where it does."""
         pitch = self._pitch(winds, effort)
         if not isinstance(pitch, Dual):
@@ -155,7 +155,7 @@ class _Rest:
         table = self.plant.surface.y
         if self.law.pitch_max <= table.breaks[-1]:
             # No pitch leaves the table, also one at its limit where both end together; that the
-            # end is rounded down by less than 2^-96 is far below what brackets are widened by.
+            # end is rounded down by less than 10^-36 is far below what brackets are widened by.
             end = table.breaks_fixed[-1]
             return Dual((min(pitch.value[0], end), min(pitch.value[1], end)), pitch.slopes)
         last = point(table.breaks[-1] - EDGE)[0]
@@ -178,7 +178,7 @@ class _Rest:
         value = enclose(psi(low, eps), psi(high, eps))
         return effort.through(value, enclose(share(low, eps), share(high, eps)))
 
-    def _ratio(self, speed: Dual, winds: Span) -> Q:
+    def _ratio(self, speed: Dual, winds: Span) -> Interval:
         """Return R omega*/v: a quotient of lines, monotone in v."""
         ends = [self.plant.radius * self.speed(v) / v for v in winds]
         return enclose(min(ends), max(ends))

@@ -15,7 +15,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.checker.arithmetic.fixed import ONE, Q, enclose, point
+from takagi.certificates.checker.arithmetic.interval import ONE, Interval, enclose, point
 from takagi.certificates.checker.arithmetic.spline import Spline
 from takagi.certificates.checker.kernel.reader import number
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
@@ -59,7 +59,9 @@ def scaled_slopes(
     return found
 
 
-def _largest_root(spline: Spline, ratio: Q, needed: Fraction, low: Fraction, high: Fraction) -> Q:
+def _largest_root(
+    spline: Spline, ratio: Interval, needed: Fraction, low: Fraction, high: Fraction
+) -> Interval:
     """Return a short bracket of the largest pitch at which c_Q is not certainly below needed."""
     if not _below(spline, ratio, point(high), needed):
         raise Refused("the largest pitch still leaves too much torque")
@@ -76,6 +78,6 @@ def _largest_root(spline: Spline, ratio: Q, needed: Fraction, low: Fraction, hig
     raise Refused("no pitch gives rated torque there; a factor is stated from rated wind on")
 
 
-def _below(spline: Spline, ratio: Q, pitch: Q, needed: Fraction) -> bool:
+def _below(spline: Spline, ratio: Interval, pitch: Interval, needed: Fraction) -> bool:
     """Return whether c_Q is certainly below ``needed`` on the piece."""
     return spline.bounds(ratio, pitch)[1] * needed.denominator < needed.numerator * ONE

@@ -19,7 +19,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.arithmetic.fixed import Q, add, magnitude, mul, point, within
+from takagi.certificates.checker.arithmetic.interval import (
+    ONE,
+    Interval,
+    add,
+    magnitude,
+    mul,
+    point,
+    within,
+)
 from takagi.certificates.checker.kernel.reader import matrix, member, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Claim, Verdict
@@ -164,7 +172,7 @@ def _failure(plant: Plant, law: PaperLaw, overlaps: Overlaps, cell: _Cell, where
     )
 
 
-def _holds(rows: list[list[Q]], low: Rows, high: Rows) -> bool:
+def _holds(rows: list[list[Interval]], low: Rows, high: Rows) -> bool:
     return all(
         within(entry, least, most)
         for row, lows, highs in zip(rows, low, high, strict=True)
@@ -173,7 +181,7 @@ def _holds(rows: list[list[Q]], low: Rows, high: Rows) -> bool:
 
 
 def _disturbance(plant: Plant, law: PaperLaw, overlaps: Overlaps, ends: Ends) -> list[int]:
-    """Return bounds of |f_i(z_0(v), v)|, over 2^96: at the middle, and slope times half width."""
+    """Return bounds of |f_i(z_0(v), v)|, over 10^36: at the middle, and slope times half width."""
     (v1, v2), zero = ends.wind, [Fraction(0)] * law.states
     middle = [(a + b) / 2 for a, b in zip(*ends.states, strict=True)]
     halfway = (v1 + v2) / 2
@@ -269,7 +277,7 @@ def _rest(plant: Plant, law: PaperLaw, overlaps: Overlaps, proved: list[_Cell]) 
     for cell in proved:
         loop = Loop(plant, law, overlaps, cell.ends, "none")
         error = max(error, magnitude(loop.error.value))
-    share = 100 * Fraction(error, 1 << 96) / plant.rated_speed
+    share = 100 * Fraction(error, ONE) / plant.rated_speed
     words = f"there the speed is within {at_most(share, 3)} % of rated of its reference"
     far = [cell.ends.wind for cell in proved if not _near_trim_pitch(law, cell.ends)]
     near = "pitch within 2 deg of the trim tables' (lines between nodes, held beyond them)"

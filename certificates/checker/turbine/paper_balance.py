@@ -5,7 +5,14 @@ from __future__ import annotations
 from fractions import Fraction
 
 from takagi.certificates.checker.arithmetic.dual import Dual
-from takagi.certificates.checker.arithmetic.fixed import ONE, ZERO, Q, enclose, hull, point
+from takagi.certificates.checker.arithmetic.interval import (
+    ONE,
+    ZERO,
+    Interval,
+    enclose,
+    hull,
+    point,
+)
 from takagi.certificates.checker.turbine.coherent_inputs import Plant
 from takagi.certificates.checker.turbine.paper_inputs import PaperLaw, Region
 from takagi.certificates.checker.turbine.paper_loop import Ends, Loop, blended
@@ -34,7 +41,7 @@ class RestPlace(Loop):
         self.ends = Ends(winds, ([first], [last]), [width])
         self.wind, self.speed, self.pitch, self.sharp = wind, speed, pitch, True
 
-    def _ratio(self, region: Region | None, of_state: bool, of_trim: bool) -> Q:
+    def _ratio(self, region: Region | None, of_state: bool, of_trim: bool) -> Interval:
         """Return the range of tip-speed ratios; the state's end where the table does.
 
         With the wind itself, or a larger one in its place, a ratio is the state's or less.  A trim

@@ -18,10 +18,10 @@ from functools import cached_property
 from itertools import product
 
 from takagi.certificates.checker.arithmetic.dual import Dual, chained, greater, lesser, still
-from takagi.certificates.checker.arithmetic.fixed import (
+from takagi.certificates.checker.arithmetic.interval import (
     ONE,
     ZERO,
-    Q,
+    Interval,
     add,
     div,
     enclose,
@@ -38,7 +38,7 @@ from takagi.certificates.checker.turbine.paper_inputs import Overlaps, PaperLaw,
 
 __all__ = ["Ends", "Loop", "blended", "interpolated"]
 
-HALF: Q = (ONE // 2, ONE // 2)
+HALF: Interval = (ONE // 2, ONE // 2)
 
 
 @dataclass(frozen=True)
@@ -234,7 +234,7 @@ class Loop:
         ] or [Fraction(0)]
         return self.wind.through(enclose(min(values), max(values)), enclose(min(runs), max(runs)))
 
-    def _ratio(self, region: Region | None, of_state: bool, of_trim: bool) -> Q:
+    def _ratio(self, region: Region | None, of_state: bool, of_trim: bool) -> Interval:
         """Return the range of omega R / v for the state's speed, the trim's, or all between.
 
         Speeds and (held) wind are lines between the table's nodes, so the ratio is monotone there.
@@ -271,8 +271,8 @@ class Loop:
             u.through(gap, (slope[0] - ONE, slope[1] - ONE)),
         )
 
-    def _passed(self, x: int) -> Q:
-        """Return a bracket of max(phi, 0) at x / 2^96."""
+    def _passed(self, x: int) -> Interval:
+        """Return a bracket of max(phi, 0) at x / 10^36."""
         limit, half = self.law.rated_torque, self.overlaps.torque / 2
         u = Fraction(x, ONE)
         if u >= limit + half:
@@ -281,7 +281,7 @@ class Loop:
             return (max(x, 0),) * 2
         return point(limit - (limit + half - u) ** 2 / (4 * half))
 
-    def _torque_slope(self) -> Q:
+    def _torque_slope(self) -> Interval:
         """Return the range of the slope of max(phi, 0): it falls from 1 to 0 for u > 0."""
         low, high = self.torque_command.value
         limit, whole = self.law.rated_torque, self.overlaps.torque
@@ -351,13 +351,13 @@ def _bare(quantity: Dual) -> Dual:
     return Dual(quantity.value, ())
 
 
-def _joined(value: Q, parts: list[Dual]) -> Dual:
+def _joined(value: Interval, parts: list[Dual]) -> Dual:
     return Dual(
         value, tuple(hull(*slopes) for slopes in zip(*(p.slopes for p in parts), strict=True))
     )
 
 
-def _quotient(found: Dual, rise: Q, step: Q) -> Dual:
+def _quotient(found: Dual, rise: Interval, step: Interval) -> Dual:
     """Return the average slope as a quotient, where the step is surely not zero."""
     if step[0] <= 0 <= step[1]:
         return found
@@ -389,12 +389,12 @@ def blended(region: Region, kind: int, weights: list[Dual]) -> Dual:
     return chained(value, *terms)
 
 
-def _corner_range(table: dict[tuple[int, ...], Fraction], weights: list[Q]) -> Q:
+def _corner_range(table: dict[tuple[int, ...], Fraction], weights: list[Interval]) -> Interval:
     found = []
     for at in product(*weights):
         total = ZERO
         for corner, gain in table.items():
-            share: Q = (ONE, ONE)
+            share: Interval = (ONE, ONE)
             for up, w in zip(corner, at, strict=True):
                 share = mul(share, (w, w) if up else (ONE - w, ONE - w))
             total = add(total, mul(point(gain), share))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from takagi.certificates.checker.arithmetic.dual import Dual, greater, still
-from takagi.certificates.checker.arithmetic.fixed import ONE, ZERO, enclose, point
+from takagi.certificates.checker.arithmetic.interval import ONE, ZERO, enclose, point
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.paper_balance import PaperBalance, RestPlace
 from takagi.certificates.checker.turbine.rest_count import (

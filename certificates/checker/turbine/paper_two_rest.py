@@ -6,11 +6,10 @@ from fractions import Fraction
 from math import isqrt
 
 from takagi.certificates.checker.arithmetic.dual import Dual
-from takagi.certificates.checker.arithmetic.fixed import (
-    BITS,
+from takagi.certificates.checker.arithmetic.interval import (
     ONE,
     ZERO,
-    Q,
+    Interval,
     add,
     div,
     enclose,
@@ -34,7 +33,7 @@ __all__ = ["TwoIntegrators"]
 
 MOST_PARTS = 48
 PITCH_PIECES = 64
-STEEP: Q = (0, 1 << (BITS + 60))
+STEEP: Interval = (0, ONE << 60)
 
 
 class TwoIntegrators(PaperBalance):
@@ -199,7 +198,9 @@ class TwoIntegrators(PaperBalance):
             slopes = tuple(hull(ZERO, s) for s in slopes)
         return Dual(held, slopes)
 
-    def _held_to(self, gain: Q, size: Q, known: Q | None = None) -> tuple[Q | None, Q]:
+    def _held_to(
+        self, gain: Interval, size: Interval, known: Interval | None = None
+    ) -> tuple[Interval | None, Interval]:
         """Return the pitch that size times gain asks for within its range, and what it asks for."""
         wanted, bottom = mul(size, gain), point(self.law.pitch_min)
         known = known or enclose(self.law.pitch_min, self.top)
@@ -210,8 +211,8 @@ class TwoIntegrators(PaperBalance):
 
 
 def _root_below(x: Fraction) -> Fraction:
-    """Return a rational at or below the square root, within 2^-96."""
-    return Fraction(isqrt((x.numerator << 2 * BITS) // x.denominator), ONE)
+    """Return a rational at or below the square root, within 10^-36."""
+    return Fraction(isqrt(x.numerator * ONE * ONE // x.denominator), ONE)
 
 
 def _root_above(x: Fraction) -> Fraction:

@@ -19,7 +19,7 @@ from fractions import Fraction
 from heapq import heappop, heappush
 
 from takagi.certificates.checker.arithmetic.dual import Dual
-from takagi.certificates.checker.arithmetic.fixed import Q, add, mul, point
+from takagi.certificates.checker.arithmetic.interval import Interval, add, mul, point
 from takagi.certificates.checker.kernel.refusal import Refused
 
 __all__ = ["ANY_SIGN", "Count", "Excess", "Piece", "Span", "count_zeros", "sign_over"]
@@ -194,5 +194,5 @@ def _sign(f: Excess, winds: Span, span: Span, found: Dual) -> int:
     return _bracket_sign(value)
 
 
-def _bracket_sign(bracket: Q) -> int:
+def _bracket_sign(bracket: Interval) -> int:
     return 1 if bracket[0] > 0 else -1 if bracket[1] < 0 else 0

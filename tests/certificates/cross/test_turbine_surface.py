@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
-from takagi.certificates.checker.arithmetic.fixed import ONE, enclose
+from takagi.certificates.checker.arithmetic.interval import ONE, enclose
 from takagi.certificates.checker.arithmetic.spline import Spline
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.cross_check.coherent_surface import Outside, Span, Surface

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.arithmetic import decimal_interval as d
-from takagi.certificates.checker.arithmetic.decimal_interval import ONE, Pair
+from takagi.certificates.checker.arithmetic import interval as d
 from takagi.certificates.checker.arithmetic.elementary import PI_FINE, function_of
+from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 from takagi.certificates.checker.kernel.refusal import Refused
 
 # Name, Arb's name, domain in which it is tried, and how wide a point's bracket may be.
@@ -47,7 +47,7 @@ def exact(ball: flint.arb) -> Fraction:
     return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
 
 
-def ends(pair: Pair) -> tuple[Fraction, Fraction]:
+def ends(pair: Interval) -> tuple[Fraction, Fraction]:
     return Fraction(pair[0], ONE), Fraction(pair[1], ONE)
 
 
@@ -61,7 +61,7 @@ def test_points_lie_in_brackets(
     value = Fraction(int((low + (high - low) * share) * 10**30), 10**30)
     value = min(max(value, Fraction(low)), Fraction(high))
 
-    below, above = ends(function_of(name)(d.exact(value)))
+    below, above = ends(function_of(name)(d.point(value)))
     first, last = arb_value(arb, value)
 
     assert below <= first and last <= above
@@ -134,7 +134,7 @@ def test_arguments_outside_the_domain_are_refused(name: str, low: int, high: int
 )
 def test_roots_and_powers_enclose(base: Fraction, q: int, n: int) -> None:
     """root(a)^q contains a, and a^n is rounded once at each end."""
-    bracket = d.exact(base)
+    bracket = d.point(base)
 
     low, high = ends(d.root(bracket, q))
     assert low**q <= base <= high**q
@@ -156,9 +156,9 @@ def test_arithmetic_encloses(
     x, y = a1 + s * (a2 - a1), b1 + t * (b2 - b1)
     first, second = d.enclose(a1, a2), d.enclose(b1, b2)
 
-    for found, value in ((d.add(first, second), x + y), (d.multiply(first, second), x * y)):
+    for found, value in ((d.add(first, second), x + y), (d.mul(first, second), x * y)):
         low, high = ends(found)
         assert low <= value <= high
     if b1 > 0 or b2 < 0:
-        low, high = ends(d.divide(first, second))
+        low, high = ends(d.div(first, second))
         assert low <= x / y <= high

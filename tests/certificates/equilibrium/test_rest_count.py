@@ -7,7 +7,7 @@ from fractions import Fraction
 import pytest
 
 from takagi.certificates.checker.arithmetic.dual import Dual
-from takagi.certificates.checker.arithmetic.fixed import ONE, ZERO, enclose, mul, square, sub
+from takagi.certificates.checker.arithmetic.interval import ONE, ZERO, enclose, mul, square, sub
 from takagi.certificates.checker.turbine.rest_count import Count, Piece, Span, count_zeros
 
 

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.checker.kinds.exponential import exp_above, exp_below
+from takagi.certificates.checker.arithmetic.exponential import exp_above, exp_below
 from takagi.certificates.requests import Decay
 from takagi.models import TSModel
 from takagi.models.errors import ModelError

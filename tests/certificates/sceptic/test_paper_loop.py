@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.certificates.checker.arithmetic.fixed import ONE
+from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.coherent_inputs import Plant

@@ -1,4 +1,4 @@
-"""Tables at numbers: the exact value of the spline, for plants that rest on a table."""
+"""Tables at numbers: the point value of the spline, for plants that rest on a table."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import make_interp_spline
 
-from takagi.certificates.checker.arithmetic.decimal_interval import exact
+from takagi.certificates.checker.arithmetic.interval import point
 from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Verdict
@@ -44,7 +44,7 @@ def test_the_value_is_that_of_the_model_and_lies_in_the_enclosure(x: Fraction, o
     table = table_of(FRICTION, "friction")
     found = table.exact([x], (order,))
     assert found == CURVE.exact(x, order)
-    low, high = table.bounds([exact(x)], (order,))
+    low, high = table.bounds([point(x)], (order,))
     assert low <= found * 10**36 <= high
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker.arithmetic.dual import Dual
-from takagi.certificates.checker.arithmetic.fixed import ONE, ZERO
+from takagi.certificates.checker.arithmetic.interval import ONE, ZERO
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant

@@ -7,7 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.arithmetic.fixed import ONE
+from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.turbine.coherent_inputs import Box, Law, Plant, Uncertainty
 from takagi.certificates.checker.turbine.coherent_loop import Loop

@@ -1,4 +1,4 @@
-"""Fixed-point intervals bracket the exact result; numbers in words round to the safe side."""
+"""Intervals bracket the exact result; numbers in words round to the safe side."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates.checker import CertificateError
-from takagi.certificates.checker.arithmetic.fixed import (
+from takagi.certificates.checker.arithmetic.interval import (
     ONE,
-    Q,
+    Interval,
     add,
     div,
     enclose,
@@ -31,18 +31,20 @@ SHARES = st.fractions(min_value=0, max_value=1, max_denominator=1000)
 
 
 @st.composite
-def points(draw: st.DrawFn) -> tuple[Q, Fraction]:
+def points(draw: st.DrawFn) -> tuple[Interval, Fraction]:
     """Return a bracket and a number inside it."""
     a, b = sorted((draw(RATIONALS), draw(RATIONALS)))
     return enclose(a, b), a + (b - a) * draw(SHARES)
 
 
-def holds(bracket: Q, value: Fraction) -> bool:
+def holds(bracket: Interval, value: Fraction) -> bool:
     return bracket[0] <= value * ONE <= bracket[1]
 
 
 @given(points(), points())
-def test_operations_bracket_the_exact_result(p: tuple[Q, Fraction], q: tuple[Q, Fraction]) -> None:
+def test_operations_bracket_the_exact_result(
+    p: tuple[Interval, Fraction], q: tuple[Interval, Fraction]
+) -> None:
     """Moore (1966): x in A and y in B imply x op y in A op B, here after outward rounding."""
     (a, x), (b, y) = p, q
 
@@ -62,7 +64,7 @@ def test_operations_bracket_the_exact_result(p: tuple[Q, Fraction], q: tuple[Q, 
 
 
 @given(points(), SHARES)
-def test_within_is_decided_exactly(p: tuple[Q, Fraction], tiny: Fraction) -> None:
+def test_within_is_decided_exactly(p: tuple[Interval, Fraction], tiny: Fraction) -> None:
     """A bracket is within its own ends and not within anything smaller."""
     bracket, _ = p
     low, high = Fraction(bracket[0], ONE), Fraction(bracket[1], ONE)
