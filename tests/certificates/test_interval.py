@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import ast
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import takagi.certificates.checker
 from takagi.certificates.checker import CertificateError
 from takagi.certificates.checker.arithmetic.interval import (
     ONE,
@@ -20,10 +23,12 @@ from takagi.certificates.checker.arithmetic.interval import (
     mul,
     neg,
     point,
+    product,
     square,
     sub,
     within,
 )
+from takagi.certificates.checker.arithmetic.powers import power, whole_power
 from takagi.certificates.checker.words.shown import at_least, at_most
 
 RATIONALS = st.fractions(min_value=-1000, max_value=1000, max_denominator=10**30)
@@ -73,6 +78,58 @@ def test_within_is_decided_exactly(p: tuple[Interval, Fraction], tiny: Fraction)
     assert within(bracket, low - tiny, high + tiny)
     assert not within(bracket, low + step, high)
     assert not within(bracket, low, high - step)
+
+
+@given(RATIONALS, RATIONALS, RATIONALS, RATIONALS, SHARES)
+def test_ends_that_are_fractions_are_not_rounded(
+    a: Fraction, b: Fraction, c: Fraction, d: Fraction, share: Fraction
+) -> None:
+    """Both ends of a product and of a power are attained, and all between lies inside."""
+    first, last = (min(a, b), max(a, b)), (min(c, d), max(c, d))
+    x, y = first[0] + share * (first[1] - first[0]), last[0] + share * (last[1] - last[0])
+
+    low, high = product(first, last)
+    assert {low, high} <= {p * q for p in first for q in last}
+    assert low <= x * y <= high
+    for n in (1, 2, 3, 4):
+        low, high = whole_power(first, n)
+        assert {low, high} <= {first[0] ** n, first[1] ** n, Fraction(0)}
+        assert low <= x**n <= high
+
+
+def test_a_bound_that_is_attained_is_exact_on_the_grid() -> None:
+    tenth = enclose(Fraction(-1, 10), Fraction(1, 10))
+
+    assert power(tenth, 2) == square(tenth) == (0, ONE // 100)
+    assert power(tenth, 3) == (-ONE // 1000, ONE // 1000)
+    third = point(Fraction(1, 3))
+    assert third[1] - third[0] == 1
+
+
+@given(points(), st.integers(1, 6))
+def test_powers_bracket_the_exact_result(p: tuple[Interval, Fraction], n: int) -> None:
+    a, x = p
+
+    assert holds(power(a, n), x**n)
+    if n == 2:
+        assert power(a, n) == square(a)
+
+
+def test_the_checker_has_one_interval_and_one_exponential() -> None:
+    """Two would be two things to trust."""
+    folder = Path(str(takagi.certificates.checker.__file__)).parent
+    defined = [
+        (node.name, file.relative_to(folder).as_posix())
+        for file in sorted(folder.rglob("*.py"))
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.FunctionDef)
+    ]
+
+    for name, file in (
+        *((name, "arithmetic/interval.py") for name in ("enclose", "mul", "div", "within")),
+        *((name, "arithmetic/exponential.py") for name in ("exp_at", "exp_above", "exp_below")),
+    ):
+        assert [place for known, place in defined if known == name] == [file]
 
 
 @given(RATIONALS, st.integers(1, 12))

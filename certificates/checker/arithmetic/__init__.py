@@ -1,6 +1,7 @@
 """Intervals, functions and splines with outward rounding, on integers.
 
-interval            intervals on integers over 10^36;  dual: such an interval and its slopes
+interval            intervals on integers over 10^36;  powers: their whole powers and roots
+    dual                such an interval and its slopes
 spline              ranges of a surface and its derivatives on such intervals
 exponential         exp, alone
 elementary, logarithm   sin, cos, atan, ...; log, erf, ... on intervals, and all by name

@@ -5,19 +5,18 @@ Integers, not Fractions: no greatest common divisors and constant size.  A decim
 ends of a box and products of them are exact: a bound that is attained, such as x^2 <= 0.01 on
 |x| <= 0.1, can be proved.
 
-``add``, ``product`` and ``whole_power`` round nothing, and take ends that are fractions as well.
+``add`` and ``product`` round nothing, and take ends that are fractions as well.
 """
 
 from __future__ import annotations
 
 from fractions import Fraction
-from math import isqrt
 from typing import TypeAlias, TypeVar
 
 from takagi.certificates.checker.kernel.refusal import Refused
 
-__all__ = ["ONE", "ZERO", "Ends", "Interval", "add", "div", "enclose", "hull", "magnitude", "mul"]
-__all__ += ["neg", "point", "power", "product", "root", "square", "sub", "whole_power", "within"]
+__all__ = ["ONE", "ZERO", "Ends", "Interval", "add", "div", "enclose", "held", "hull", "magnitude"]
+__all__ += ["mul", "neg", "point", "product", "square", "sub", "within"]
 
 ONE = 10**36
 LARGEST = ONE * 10**320
@@ -67,27 +66,14 @@ def product(a: tuple[Exact, Exact], b: tuple[Exact, Exact]) -> tuple[Exact, Exac
 def mul(a: Interval, b: Interval) -> Interval:
     """Return a bracket of the product."""
     low, high = product(a, b)
-    return _held((low // ONE, -(-high // ONE)))
-
-
-def whole_power(a: tuple[Exact, Exact], exponent: int) -> tuple[Exact, Exact]:
-    """Return the range of x^n for a whole n > 0, over 10^(36 n) where the ends are over 10^36."""
-    first, last = a[0] ** exponent, a[1] ** exponent
-    if exponent % 2:
-        return first, last
-    least = first * 0 if a[0] <= 0 <= a[1] else min(first, last)
-    return least, max(first, last)
-
-
-def power(a: Interval, exponent: int) -> Interval:
-    """Return a bracket of a^exponent for a whole exponent > 0; each end is rounded once."""
-    low, high = whole_power(a, exponent)
-    below = ONE ** (exponent - 1)
-    return _held((low // below, -(-high // below)))
+    return held((low // ONE, -(-high // ONE)))
 
 
 def square(a: Interval) -> Interval:
-    return power(a, 2)
+    """Return a bracket of x^2, which is not negative."""
+    low, high = sorted((abs(a[0]), abs(a[1])))
+    least = 0 if a[0] <= 0 <= a[1] else low * low // ONE
+    return held((least, -(-high * high // ONE)))
 
 
 def div(a: Interval, b: Interval) -> Interval:
@@ -95,30 +81,7 @@ def div(a: Interval, b: Interval) -> Interval:
     if b[0] <= 0 <= b[1]:
         raise Refused("a division by an interval that contains zero")
     corners = [(x * ONE, y) for x in a for y in b]
-    return _held((min(x // y for x, y in corners), max(-(-x // y) for x, y in corners)))
-
-
-def root(a: Interval, q: int) -> Interval:
-    """Return a bracket of the q-th root >= 0; refuses what may be negative."""
-    if a[0] < 0:
-        raise Refused("a root of what may be negative")
-    scale = ONE ** (q - 1)
-    high = _root(a[1] * scale, q)
-    return _root(a[0] * scale, q), high + (high**q < a[1] * scale)
-
-
-def _root(value: int, q: int) -> int:
-    """Return the greatest integer whose q-th power does not exceed the value >= 0."""
-    if q == 2:
-        return isqrt(value)
-    if value < 2:
-        return value
-    guess = 1 << -(-value.bit_length() // q)
-    while True:
-        better = ((q - 1) * guess + value // guess ** (q - 1)) // q
-        if better >= guess:
-            return guess
-        guess = better
+    return held((min(x // y for x, y in corners), max(-(-x // y) for x, y in corners)))
 
 
 def magnitude(a: Interval) -> int:
@@ -134,7 +97,8 @@ def within(inner: Interval, low: Fraction, high: Fraction) -> bool:
     )
 
 
-def _held(a: Interval) -> Interval:
+def held(a: Interval) -> Interval:
+    """Return the interval; refuses what is beyond 10^320."""
     if a[0] < -LARGEST or a[1] > LARGEST:
         raise Refused("a number beyond 10^320")
     return a

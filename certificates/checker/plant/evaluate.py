@@ -9,6 +9,7 @@ from typing import TypeAlias
 from takagi.certificates.checker.arithmetic import interval as d
 from takagi.certificates.checker.arithmetic.elementary import function_of, pi_interval
 from takagi.certificates.checker.arithmetic.interval import ONE, Ends, Interval
+from takagi.certificates.checker.arithmetic.powers import power, root, whole_power
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.graph import Graph, Node, largest_bits
 from takagi.certificates.checker.plant.table import Table
@@ -173,7 +174,7 @@ def _ends(pair: Interval) -> Ends:
 
 def _power(node: Node, a: Interval) -> Interval:
     top, bottom = abs(node.value.numerator), node.value.denominator
-    found = d.power(a if bottom == 1 else d.root(a, bottom), top)
+    found = power(a if bottom == 1 else root(a, bottom), top)
     return found if node.value > 0 else d.div((ONE, ONE), found)
 
 
@@ -194,7 +195,7 @@ def _unrounded(node: Node, parts: list[Ends]) -> Ends | None:
     if node.op == "divide":
         below = _inverse(parts[1])
         return None if below is None else d.product(parts[0], below)
-    found = d.whole_power(parts[0], growth)
+    found = whole_power(parts[0], growth)
     return found if node.value > 0 else _inverse(found)
 
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from takagi.certificates.checker.arithmetic import interval as d
 from takagi.certificates.checker.arithmetic.elementary import PI_FINE, function_of
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval
+from takagi.certificates.checker.arithmetic.powers import power, root
 from takagi.certificates.checker.kernel.refusal import Refused
 
 # Name, Arb's name, domain in which it is tried, and how wide a point's bracket may be.
@@ -136,9 +137,9 @@ def test_roots_and_powers_enclose(base: Fraction, q: int, n: int) -> None:
     """root(a)^q contains a, and a^n is rounded once at each end."""
     bracket = d.point(base)
 
-    low, high = ends(d.root(bracket, q))
+    low, high = ends(root(bracket, q))
     assert low**q <= base <= high**q
-    low, high = ends(d.power(bracket, n))
+    low, high = ends(power(bracket, n))
     assert low <= base**n <= high
 
 

@@ -1,0 +1,49 @@
+"""Whole powers and roots of intervals; see ``interval``."""
+
+from __future__ import annotations
+
+from math import isqrt
+
+from takagi.certificates.checker.arithmetic.interval import ONE, Exact, Interval, held
+from takagi.certificates.checker.kernel.refusal import Refused
+
+__all__ = ["power", "root", "whole_power"]
+
+
+def whole_power(a: tuple[Exact, Exact], exponent: int) -> tuple[Exact, Exact]:
+    """Return the range of x^n for a whole n > 0, over 10^(36 n) where the ends are over 10^36."""
+    first, last = a[0] ** exponent, a[1] ** exponent
+    if exponent % 2:
+        return first, last
+    least = 0 * first if a[0] <= 0 <= a[1] else min(first, last)
+    return least, max(first, last)
+
+
+def power(a: Interval, exponent: int) -> Interval:
+    """Return a bracket of a^exponent for a whole exponent > 0; each end is rounded once."""
+    low, high = whole_power(a, exponent)
+    below = ONE ** (exponent - 1)
+    return held((low // below, -(-high // below)))
+
+
+def root(a: Interval, q: int) -> Interval:
+    """Return a bracket of the q-th root >= 0; refuses what may be negative."""
+    if a[0] < 0:
+        raise Refused("a root of what may be negative")
+    scale = ONE ** (q - 1)
+    high = _root(a[1] * scale, q)
+    return _root(a[0] * scale, q), high + (high**q < a[1] * scale)
+
+
+def _root(value: int, q: int) -> int:
+    """Return the greatest integer whose q-th power does not exceed the value >= 0."""
+    if q == 2:
+        return isqrt(value)
+    if value < 2:
+        return value
+    guess = 1 << -(-value.bit_length() // q)
+    while True:
+        better = ((q - 1) * guess + value // guess ** (q - 1)) // q
+        if better >= guess:
+            return guess
+        guess = better
