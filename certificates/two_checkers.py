@@ -57,8 +57,26 @@ class Comparison:
         return sum(row.second != NOT_REPLAYED for row in self.rows)
 
     @property
+    def left_open(self) -> tuple[str, ...]:
+        """The names of the claims that the second checker has not decided."""
+        return tuple(row.name for row in self.rows if row.second == NOT_REPLAYED)
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """The same for machines."""
+        return {
+            "agree": self.agrees,
+            "replayed": self.replayed,
+            "not_replayed": list(self.left_open),
+            "claims": [
+                {"name": row.name, "first": row.first, "second": row.second, "reason": row.reason}
+                for row in self.rows
+            ],
+        }
+
+    @property
     def text(self) -> str:
-        """A line for each claim, and one that sums up."""
+        """A line for each claim, and one that sums up and names what was not replayed."""
         wide = max(len(row.first) for row in self.rows)
         other = max(len(row.second) for row in self.rows)
         lines = [
@@ -69,7 +87,10 @@ class Comparison:
         ]
         lines.insert(0, "Two checkers, the first one's verdict and the second one's:")
         count, last = len(self.rows), "they agree" if self.agrees else "THEY DIFFER"
-        return "\n".join([*lines, f"{self.replayed} of {count} claims replayed twice: {last}"])
+        summed = f"{self.replayed} of {count} claims replayed twice: {last}"
+        if self.left_open:
+            summed += f"; left to the first checker: {', '.join(self.left_open)}"
+        return "\n".join([*lines, summed])
 
 
 def cross_checked(path: Path | str) -> Comparison:
@@ -102,6 +123,10 @@ def _compared(first: Callable[[], Checked], second: Callable[[], list[Opinion]])
     one = REFUSED if checked is None else checked.verdict.name
     two = _worst(opinions) if opinions else REFUSED
     count = sum(found.inequalities for found in opinions)
+    if refusals and opinions:
+        # What one has refused is never hidden behind what the other leaves open.
+        told = ", ".join(f"{one.kind} {one.verdict}" for one in opinions)
+        refusals.append(f"claim by claim the second checker says: {told}")
     return Comparison([Row("the file", one, two, count, "; ".join(refusals))])
 
 

@@ -17,6 +17,7 @@ from takagi.cli.errors import MISUSE, PROVED, UNPROVED
 
 if TYPE_CHECKING:
     from takagi.certificates.trusted import Trusted
+    from takagi.certificates.two_checkers import Comparison
     from takagi.reports.ci_formats import Checked
 
 __all__ = ["run"]
@@ -43,7 +44,8 @@ statement that it belongs to has begun. Files that make the sentences are loaded
 verdict, and counted apart.
 
 Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED, or with --cross the two
-checkers differ; 2 the file is refused.
+checkers differ; 2 the file is refused. A claim that the second checker does not replay is named in
+the last line, in JSON under cross.not_replayed, and changes no status.
 """
 
 
@@ -68,10 +70,15 @@ def _check(options: argparse.Namespace) -> int:
         raise
     _write_reports(options, checked)
     if options.json:
-        print(_as_json(options, checked, trusted))
+        compared = _compared(options) if options.cross else None
+        print(_as_json(options, checked, trusted, compared))
     else:
+        # Said before the second checker begins, which may take a while.
         print(_as_text(options, checked, trusted))
-    if options.cross and not _second_agrees(options):
+        compared = _compared(options) if options.cross else None
+        if compared is not None:
+            print(compared.text)
+    if compared is not None and not compared.agrees:
         return UNPROVED
     return PROVED if checked.verdict.name == "PROVED" else UNPROVED
 
@@ -99,13 +106,11 @@ def _file_of(model: Path | None) -> Path | None:
     return built_in if built_in.is_file() else model
 
 
-def _second_agrees(options: argparse.Namespace) -> bool:
+def _compared(options: argparse.Namespace) -> Comparison:
     # Imported here: the second checker needs FLINT, the first one nothing.
     from takagi.certificates.two_checkers import cross_checked
 
-    found = cross_checked(options.certificate)
-    print(found.text, file=sys.stderr if options.json else sys.stdout)
-    return found.agrees
+    return cross_checked(options.certificate)
 
 
 def _write_reports(options: argparse.Namespace, checked: Checked) -> None:
@@ -145,7 +150,12 @@ def _as_text(options: argparse.Namespace, checked: Checked, trusted: Trusted | N
     return "\n".join(lines)
 
 
-def _as_json(options: argparse.Namespace, checked: Checked, trusted: Trusted | None) -> str:
+def _as_json(
+    options: argparse.Namespace,
+    checked: Checked,
+    trusted: Trusted | None,
+    compared: Comparison | None,
+) -> str:
     claims = [
         {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}
         for claim in checked.claims
@@ -161,6 +171,8 @@ def _as_json(options: argparse.Namespace, checked: Checked, trusted: Trusted | N
         from takagi.cli.trusted_lines import as_data
 
         answer["trusted"] = as_data(trusted)
+    if compared is not None:
+        answer["cross"] = compared.data
     return json.dumps(answer, indent=2)
 
 
