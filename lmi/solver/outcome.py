@@ -12,12 +12,12 @@ from takagi.lmi.answer import Status, Try
 from takagi.lmi.term import Condition
 
 __all__ = [
-    "FLOOR",
     "Outcome",
     "better",
     "concluded",
     "measured",
     "not_least",
+    "nothing",
     "objective_at",
     "promised",
 ]
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 # for: the bound is good to the solver's accuracy only.
 NEAR = 1e-3
 # What solvers cannot tell from zero, in unknowns of order one.
-FLOOR = 1e-8
+FLOOR = 2e-8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,6 +77,12 @@ def promised(slack: float) -> float:
     return max(slack, NEAR)
 
 
+def nothing(condition: Condition) -> float:
+    """Return the objective that no solver can tell from zero."""
+    costs = condition.objective.values()
+    return FLOOR * max((float(np.abs(cost).max(initial=0.0)) for cost in costs), default=0.0)
+
+
 def measured(condition: Condition, outcome: Outcome, slack: float) -> Outcome:
     """Return the outcome with its objective held against the bound.
 
@@ -88,9 +94,7 @@ def measured(condition: Condition, outcome: Outcome, slack: float) -> Outcome:
         return outcome
     if not np.isfinite(outcome.least):
         return replace(outcome, settled=False)
-    costs = condition.objective.values()
-    largest = max((float(np.abs(cost).max(initial=0.0)) for cost in costs), default=0.0)
-    allowed = promised(slack) * abs(outcome.least) + FLOOR * largest
+    allowed = max(promised(slack) * abs(outcome.least), nothing(condition))
     return replace(outcome, settled=outcome.objective - outcome.least <= allowed)
 
 

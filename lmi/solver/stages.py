@@ -26,11 +26,11 @@ from takagi.lmi.evaluate import SMALLEST_MARGIN, holds, margin
 from takagi.lmi.solver.assemble import Assembled, assemble, pack
 from takagi.lmi.solver.duality import least_objective_bound, margin_bound
 from takagi.lmi.solver.outcome import (
-    FLOOR,
     Outcome,
     better,
     concluded,
     measured,
+    nothing,
     objective_at,
     promised,
 )
@@ -206,7 +206,7 @@ def _nearer(condition: Condition, best: Outcome | None, new: Outcome, slack: flo
     kept = new if best is None or better(new, best) else best
     bounds = [-np.inf if best is None else best.least, new.least]
     if kept.status == "candidate":
-        most = kept.objective + promised(slack) * abs(kept.objective) + FLOOR
+        most = kept.objective + promised(slack) * abs(kept.objective) + nothing(condition)
         bounds = [bound for bound in bounds if bound <= most]
     return measured(condition, replace(kept, least=max(bounds, default=-np.inf)), slack)
 
@@ -250,8 +250,10 @@ def _centred(
     most = SHARE * promised(slack)
     # Above the bound, so that what the first stage was short of is not added to it.
     highest = bound + most * abs(bound)
-    limits = [least + min(times * slack, most) * max(abs(least), 1e-9) for times in LOOSENESS]
-    if highest > least:
+    zero = nothing(data.condition)
+    room = SHARE * zero if abs(least) <= zero else 0.0
+    limits = [least + max(min(times * slack, most) * abs(least), room) for times in LOOSENESS]
+    if highest > least and not room:
         limits = [min(limit, highest) for limit in limits]
     for limit in dict.fromkeys(limits):
         program = cone_program(data, -t, (Row(t, cap), Row(cost, limit)))

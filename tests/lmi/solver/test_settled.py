@@ -19,7 +19,9 @@ from takagi.lmi import (
     hinf_norm,
     hinf_pdc,
     lqr_pdc,
+    max_box_enlargement,
 )
+from takagi.lmi.analysis import box_enlargement
 from takagi.lmi.evaluate import margin
 from takagi.lmi.solver import stages
 from takagi.lmi.solver.outcome import NEAR, Outcome, measured
@@ -102,8 +104,8 @@ def test_what_cannot_be_told_from_zero_is_zero() -> None:
     """The floor is in unknowns of order one, so it goes with the size of the cost."""
     for unit in (1e-6, 1.0, 1e6):
         posed = least_trace(unit=unit)
-        assert measured(posed, outcome_at(5e-9 * unit, -4e-9 * unit), 1e-6).settled
-        assert not measured(posed, outcome_at(5e-8 * unit, -4e-9 * unit), 1e-6).settled
+        assert measured(posed, outcome_at(1e-8 * unit, -9e-9 * unit), 1e-6).settled
+        assert not measured(posed, outcome_at(1e-7 * unit, -9e-9 * unit), 1e-6).settled
 
 
 # ------------------------------------------------------------------ minimising
@@ -271,3 +273,19 @@ def test_an_ellipsoid_that_is_not_the_largest(monkeypatch: pytest.MonkeyPatch) -
     assert answer.status == "unknown" and answer.P is None
     assert "was found, the least is no less than" in answer.diagnosis
     assert answer.feasible
+
+
+def test_a_box_that_is_not_known_to_be_the_widest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Within a thousandth of its bound it is an answer; a per cent below it, both are said."""
+    loops = np.array([[[-1.0, 2.0], [-1.0, -2.0]], [[-1.0, 0.5], [-4.0, -2.0]]])
+    found = box_enlargement.wide_box(loops)
+    assert found.enlargement is not None
+    for more, status in ((0.9e-3, "candidate"), (1e-2, "unknown")):
+        bounded = replace(found, bound=found.enlargement * (1 + more))
+        monkeypatch.setattr(box_enlargement, "wide_box", lambda *_, a=bounded, **__: a)
+        answer = max_box_enlargement(loops)
+
+        assert answer.status == status
+        assert (answer.P is None) == (answer.enlargement is None) == (status == "unknown")
+    assert f"shows {found.enlargement:.6g}, no P shows more than" in answer.diagnosis
+    assert "P" in answer.feasible
