@@ -15,7 +15,7 @@ from takagi.models.law.coherent import CoherentLaw
 from takagi.models.surface import Surface
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["certificate_document", "coherent_law_data", "dumps", "turbine_data"]
+__all__ = ["as_read", "certificate_document", "coherent_law_data", "dumps", "turbine_data"]
 
 STRING_OR_SEAM = re.compile(r'"(?:[^"\\]|\\.)*"|\},\{')
 
@@ -29,7 +29,7 @@ def certificate_document(
 ) -> dict[str, Any]:
     """Return the whole certificate; its hashes are those of its own parts."""
     parts = {"model": dict(model), "gains": gains, "claims": list(claims)}
-    read_back = {key: _as_read(value) for key, value in parts.items()}
+    read_back = {key: as_read(value) for key, value in parts.items()}
     hashes = {key: digest(value) for key, value in read_back.items()}
     return {
         "format": FORMAT,
@@ -39,7 +39,7 @@ def certificate_document(
     }
 
 
-def _as_read(value: Any) -> Any:
+def as_read(value: Any) -> Any:
     """Return the value as the strict reader sees it: numbers as the text they are written as."""
     return json.loads(json.dumps(value), parse_float=Number, parse_int=Number)
 

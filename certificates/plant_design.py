@@ -7,7 +7,7 @@ The one place where the floors below meet for plants in general: everything that
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -249,9 +249,19 @@ class _Work:
         law = None
         if gains is not None:
             law = _law(self.model, gains, certificate.document["gains"])
+            certificate = self.bound(certificate, notes)
         seconds = dict(self.clock.seconds)
         parts = (self.plant, self.asked, self.model, design, gains, law, certificate)
         return PlantDesign(*parts, notes, seconds)
+
+    def bound(self, certificate: Certificate, notes: tuple[str, ...]) -> Certificate:
+        """Return the certificate bound to the whole gain file of the law."""
+        from takagi.certificates.controller.content import bound
+        from takagi.certificates.controller.plant_members import plant_members
+
+        document = certificate.document
+        own = plant_members(self.plant, self.model, document["gains"], certificate.checked, notes)
+        return replace(certificate, document=bound(document, own))
 
 
 def _law(model: TSModel, gains: Floats, written: Mapping[str, Any]) -> PdcLaw:

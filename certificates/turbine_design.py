@@ -7,7 +7,7 @@ appendix, simulation) reads the ``TurbineDesign`` made here.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -199,8 +199,16 @@ def design_turbine(
     if asked.law != "coherent":
         from takagi.certificates.paper_design import paper_design
 
-        return paper_design(turbine, asked, models, observer, files, clock)
-    return _coherent(turbine, asked, models, observer, files, clock)
+        return _bound(paper_design(turbine, asked, models, observer, files, clock))
+    return _bound(_coherent(turbine, asked, models, observer, files, clock))
+
+
+def _bound(design: TurbineDesign) -> TurbineDesign:
+    """Return the design with a certificate that is bound to the whole gain file."""
+    from takagi.certificates.controller.content import bound
+    from takagi.certificates.controller.turbine_members import turbine_members
+
+    return replace(design, document=bound(design.document, turbine_members(design)))
 
 
 def _regions(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
     from takagi.certificates.turbine_design import TurbineDesign
-    from takagi.reports.claim_summary import ClaimSummary
+    from takagi.certificates.claim_summary import ClaimSummary
     from takagi.reports.overlap_claims import OverlapClaim
 
 __all__ = ["as_data", "as_text", "claims_as_data", "claims_as_text"]
@@ -18,7 +18,7 @@ __all__ = ["as_data", "as_text", "claims_as_data", "claims_as_text"]
 
 def as_data(design: TurbineDesign) -> dict[str, Any]:
     """Return the summary as plain data: verdict, claims, and for the coherent law its numbers."""
-    from takagi.reports.claim_summary import claim_summary
+    from takagi.certificates.claim_summary import claim_summary
 
     found = claim_summary(design)
     return {
@@ -37,7 +37,7 @@ def as_text(design: TurbineDesign) -> str:
     A claim about the coherent law that is not proved is quoted in full.  Of the claims about a
     law of the paper, the one for the law's own overlaps is told, and the others in a line each.
     """
-    from takagi.reports.claim_summary import claim_summary
+    from takagi.certificates.claim_summary import claim_summary
     from takagi.reports.overlap_claims import overlap_claims
     from takagi.reports.synthesis_summary import synthesis_words
 

@@ -10,17 +10,11 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 __all__ = [
-    "FORMAT",
-    "VERSION",
     "CoherentLawTables",
     "Columns",
     "GainFile",
-    "PremiseEntry",
-    "RegionEntry",
     "gain_file_schema",
 ]
-
-FORMAT, VERSION = "takagi-gains", 2
 
 Numbers: TypeAlias = list[float]
 
@@ -81,33 +75,6 @@ class PaperLawTables(BaseModel):
     name: Literal["paper", "paper-two-integrators"]
 
 
-class PremiseEntry(_Strict):
-    """One premise z of a regional model and its proved range."""
-
-    name: str
-    unit: str
-    lower: float
-    upper: float
-    evidence: str
-
-
-class RegionEntry(_Strict):
-    """One regional model with its gains: u = sum_i h_i (-k_x_i dx + k_I_i x_I)."""
-
-    region: str
-    status: str
-    states: list[str]
-    input: str
-    box: dict[str, Numbers] = Field(description="variable with unit -> [lower, upper]")
-    premises: list[PremiseEntry]
-    memberships: str
-    rules: list[list[int]] = Field(description="corner of each premise: 0 lower, 1 upper")
-    k_x: list[Numbers] | None = Field(description="per rule, on the states but the integral")
-    k_I: Numbers | None = Field(description="per rule, on the integral of omega_ref - omega")
-    decay_rate: float | None
-    bounds: dict[str, Numbers] = Field(description="name -> [limit, largest on the ellipsoid]")
-
-
 class Columns(_Strict):
     """A table by columns."""
 
@@ -125,26 +92,40 @@ class RampEntry(_Strict):
     formula: list[str]
 
 
-class FilterEntry(_Strict):
-    """The filter F = diag(f2, f1) on (torque, pitch reference) and its corners."""
-
-    kind: str
-    f1: Numbers = Field(min_length=2, max_length=2, description="[low, high] on pitch")
-    f2: Numbers = Field(min_length=2, max_length=2, description="[low, high] on torque")
-    corners: list[list[Numbers]]
-    premises: list[str]
-    parameters: dict[str, float | str]
-
-
 class ObserverEntry(_Strict):
-    """The wind observer: two gains on the speed error."""
+    """The wind observer: two gains on the speed error, and where the estimate is held."""
 
     l1: float
     l2: float
     decay_rate: float
-    wind_limits: Numbers
-    premise: PremiseEntry
+    wind_limits: Numbers = Field(min_length=2, max_length=2)
     equations: list[str]
+
+
+class SplineEntry(_Strict):
+    """A cubic spline: a full row of knots for each argument, and the coefficients."""
+
+    knots: list[Numbers] = Field(min_length=1, max_length=2)
+    coefficients: list[Numbers] | Numbers
+
+
+class RotorEntry(_Strict):
+    """What observer and premises need of the rotor: T_r = torque_constant v^2 c_Q."""
+
+    torque_constant: float
+    radius: float
+    rotor_inertia: float
+    generator_inertia: float
+    gear_ratio: float
+    inertia: float = Field(description="J on the low-speed side [kg m^2]")
+    torque_coefficient: SplineEntry
+
+
+class StartEntry(_Strict):
+    """Integrals to start from, over wind."""
+
+    wind: Numbers
+    integrals: list[Numbers]
 
 
 class ClaimEntry(_Strict):
@@ -176,26 +157,100 @@ class CertificateEntry(_Strict):
     sha256: dict[str, str]
 
 
+class NameEntry(_Strict):
+    """Where the value of a name stands in the file."""
+
+    value: str
+    unit: str
+
+
+class ReadEntry(_Strict):
+    """A signal that is read at every sample."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+class KeepEntry(_Strict):
+    """A value that is kept from one sample to the next."""
+
+    name: str
+    unit: str
+    start: str
+    next: str
+    meaning: str
+
+
+class NearEntry(_Strict):
+    """What stands in the place of a step's formula where |of| <= within."""
+
+    of: str
+    within: float = Field(ge=0)
+    formula: str
+
+
+class RemovableEntry(NearEntry):
+    """The same for a premise, with the limit where it is 0/0."""
+
+    limit: str
+
+
+class StepEntry(_Strict):
+    """One assignment."""
+
+    set: str
+    unit: str
+    formula: str
+    meaning: str
+
+
+class NearStepEntry(StepEntry):
+    """One assignment with other formulas near some points."""
+
+    near: list[RemovableEntry | NearEntry]
+
+
+class SendEntry(_Strict):
+    """A signal that is sent at every sample."""
+
+    name: str
+    unit: str
+    formula: str
+    meaning: str
+
+
+class ProgramEntry(_Strict):
+    """One sample of a part of the controller; ``language`` says how it is read."""
+
+    name: str
+    names: dict[str, NameEntry]
+    read: list[ReadEntry]
+    keep: list[KeepEntry]
+    steps: list[NearStepEntry | StepEntry]
+    send: list[SendEntry]
+
+
 class GainFile(_Strict):
     """The whole file."""
 
     format: Literal["takagi-gains"]
-    version: Literal[2]
+    version: Literal[3]
     name: str
     turbine: str
     units: dict[str, str]
     law: Annotated[CoherentLawTables | PaperLawTables, Field(discriminator="name")]
     states: list[str]
     schedule: dict[str, str]
-    execution: dict[str, str] | None = Field(
-        default=None, description="one sample of the law as a program, in words and formulas"
-    )
+    execution: dict[str, str] = Field(description="one sample of the law, in words")
     ramp: RampEntry | None
-    filter: FilterEntry
+    start: StartEntry | None
     trim: Columns
     limits: dict[str, Numbers | float]
     observer: ObserverEntry
-    regional: list[RegionEntry]
+    rotor: RotorEntry
+    language: dict[str, str]
+    programs: list[ProgramEntry]
     certificate: CertificateEntry
 
 

@@ -6,6 +6,7 @@ kinds/        claims about the loop that model and gains make, one kind a file
 plant/        a plant's own equations: its model contains it
 turbine/      the turbine's loops, and where they rest
 files/        the certificate against the gain, turbine and plant files given beside it
+controller/   what a gain file says of the law that is proved: programs, units, words
 words/        numbers in words, rounded to the safe side
 """
 

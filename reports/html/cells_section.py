@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from takagi.reports.claim_summary import ClaimSummary, claim_summary
+from takagi.certificates.claim_summary import ClaimSummary, claim_summary
 from takagi.reports.figures import cells_figure
 from takagi.reports.html.text import Section, Table, at_least, at_most, fixed, plate
 

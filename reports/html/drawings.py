@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from takagi.certificates.claim_summary import ClaimSummary
     from takagi.models.law.coherent import CoherentLaw
-    from takagi.reports.claim_summary import ClaimSummary
 
 __all__ = ["effort_figure", "gains_figure", "regional_gains_figure", "wind_class_figure"]
 

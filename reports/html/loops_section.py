@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from takagi.certificates.claim_summary import claim_summary
 from takagi.models.turbine.trim import rated_wind
-from takagi.reports.claim_summary import claim_summary
 from takagi.reports.figures import BodeLine, bode_figure, poles_figure
 from takagi.reports.html.local_loops import LoopPoint, loop_points
 from takagi.reports.html.text import Plate, Section, Table, fixed, plate, significant

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.certificates.claim_summary import claim_summary
 from takagi.models.law.law import Law
 from takagi.models.simulation import (
     BaselineLaw,
@@ -20,7 +21,6 @@ from takagi.models.simulation import (
     validation_plant,
 )
 from takagi.models.turbine.trim import rated_wind
-from takagi.reports.claim_summary import claim_summary
 from takagi.reports.figures import ResponseLine, response_figure
 from takagi.reports.html.text import Plate, Section, Table, fixed, plate, powers, significant
 

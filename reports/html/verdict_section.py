@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.reports.claim_summary import ClaimSummary, claim_summary
+from takagi.certificates.claim_summary import ClaimSummary, claim_summary
 from takagi.reports.figures.overlaps import OverlapRow, overlaps_figure
 from takagi.reports.html.drawings import wind_class_figure
 from takagi.reports.html.text import (

@@ -22,7 +22,7 @@ from takagi.models.law.law import Measurement
 from takagi.models.law.paper import paper_law
 from takagi.models.law.regional_schedule import regional_schedule
 from takagi.models.turbine.loader import nrel5mw
-from takagi.reports.claim_summary import claim_summary
+from takagi.certificates.claim_summary import claim_summary
 from takagi.reports.design_folder import design_files
 from takagi.reports.html.cells_section import cells_section
 from takagi.reports.html.gains_section import gains_section

@@ -1,0 +1,132 @@
+r"""One sample of the coherent law as a program.
+
+e = omega - omega*(v_s)          s = e - x
+U = q*(v_s) + gamma(v_s) s       the demanded effort
+torque = T_rated - (J/n_g) (psi(-U) + a_f)
+pitch  = beta_min + (psi(U) + b beta_f) / b(v_s)
+x after   = x - T nu e           v_s after = v_hat + (v_s - v_hat) exp(-T / tau_f)
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from takagi.certificates.checker.controller.language import Part, keep, program, read, send, step
+
+__all__ = ["coherent_program"]
+
+EFFORT = "rad/s^2"
+SEEN = "limit(wind_estimate, first(wind), last(wind))"
+UNITS = {
+    "wind": "m/s",
+    "rotor_speed": "rad/s",
+    "trim_effort": EFFORT,
+    "effectiveness": "rad/s^2 per rad",
+    "overlap": EFFORT,
+    "proportional": "1/s",
+    "integral_rate": "1/s",
+    "inertia_feedforward": "rad/s per m/s",
+    "feedforward_limit": EFFORT,
+    "pitch_lead": "s",
+    "rated_torque": "N m",
+    "effort_torque": "N m s^2/rad",
+    "pitch_min": "rad",
+    "pitch_max": "rad",
+    "wind_filter": "s",
+    "integral_limit": "rad/s",
+}
+
+
+def coherent_program(law: Any) -> Part:
+    """Return the program of a coherent law, with or without a filter on the wind estimate."""
+    filtered = float(law["wind_filter"]) > 0
+    used = [name for name in UNITS if filtered or name != "wind_filter"]
+    return program(
+        "law",
+        {name: (f"law.{name}", UNITS[name]) for name in used},
+        reads=[
+            read("speed", "rad/s", "measured rotor speed"),
+            read("wind_estimate", "m/s", "of the observer, or measured"),
+        ],
+        keeps=[
+            keep("x", "rad/s", "0", "x_after", "integral of the speed error"),
+            *(
+                [keep("v_s", "m/s", SEEN, "v_after", "schedule wind, the filtered estimate")]
+                if filtered
+                else []
+            ),
+        ],
+        steps=[*(_filter() if filtered else _passing()), *_effort(), *_actuators(), _integral()],
+        sends=[
+            send("torque", "N m", "torque_held", "to the generator, high-speed shaft"),
+            send("pitch_reference", "rad", "pitch_held", "to the pitch drive"),
+        ],
+    )
+
+
+def _filter() -> list[Part]:
+    return [
+        _seen(),
+        step("v_after", "m/s", "v_seen + (v_s - v_seen)*exp(-sample_time/wind_filter)"),
+        step("v_rate", "m/s^2", "(v_after - v_s)/sample_time", "mean rate until the next sample"),
+    ]
+
+
+def _passing() -> list[Part]:
+    return [
+        _seen(),
+        step("v_s", "m/s", "v_seen", "there is no filter, so the estimate is the schedule wind"),
+        step("v_rate", "m/s^2", "0", "not known without a filter: nothing is fed forward"),
+    ]
+
+
+def _seen() -> Part:
+    return step("v_seen", "m/s", SEEN, "the estimate, held within the table's winds")
+
+
+def _effort() -> list[Part]:
+    return [
+        step("e", "rad/s", "speed - line(v_s, wind, rotor_speed)", "speed error"),
+        step("s", "rad/s", "e - x"),
+        step("gamma", "1/s", "line(v_s, wind, proportional)"),
+        step("U", EFFORT, "line(v_s, wind, trim_effort) + gamma*s", "demanded effort"),
+        step("near_U", EFFORT, "limit(U, -overlap, overlap)"),
+        step(
+            "shed", EFFORT, "max(U, (near_U + overlap)^2/(4*overlap))", "psi(U), what pitch sheds"
+        ),
+        step(
+            "reserve",
+            EFFORT,
+            "max(-U, (overlap - near_U)^2/(4*overlap))",
+            "psi(-U), torque kept back",
+        ),
+        step("share", "-", "(near_U + overlap)/(2*overlap)", "psi'(U), the share of pitch"),
+    ]
+
+
+def _actuators() -> list[Part]:
+    moved = "slope(v_s, wind, trim_effort) + slope(v_s, wind, proportional)*s"
+    return [
+        step("g", EFFORT, "hold(v_s, wind, feedforward_limit)"),
+        step("a_f", EFFORT, "limit(hold(v_s, wind, inertia_feedforward)*v_rate, -g, g)"),
+        step("torque_wanted", "N m", "rated_torque - effort_torque*(reserve + a_f)"),
+        step("torque_held", "N m", "limit(torque_wanted, 0, rated_torque)"),
+        step("b", "rad/s^2 per rad", "line(v_s, wind, effectiveness)"),
+        step(
+            "lead",
+            EFFORT,
+            f"pitch_lead*v_rate*(share*({moved}) - shed*slope(v_s, wind, effectiveness)/b)",
+            "b tau_lead v_s' d/dv_s [psi(U)/b] at fixed s",
+        ),
+        step("pitch_wanted", "rad", "pitch_min + (shed + lead)/b"),
+        step("pitch_held", "rad", "limit(pitch_wanted, pitch_min, pitch_max)"),
+    ]
+
+
+def _integral() -> Part:
+    return step(
+        "x_after",
+        "rad/s",
+        "limit(x - sample_time*hold(v_s, wind, integral_rate)*e, -integral_limit, integral_limit)",
+        "the limit is the anti-windup",
+    )

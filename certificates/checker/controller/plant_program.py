@@ -1,0 +1,229 @@
+r"""One sample of a plant's law by rules as a program: u = u* - sum_i h_i(z) K_i (x - x*).
+
+Gains that are the same in all rules need no premise.  A law behind a blend commands the rate of
+the effort U, which the program adds up, and shares U between the two actuators.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from takagi.certificates.checker.controller.language import (
+    Part,
+    keep,
+    names_in,
+    program,
+    read,
+    send,
+    step,
+)
+
+__all__ = ["plant_program"]
+
+
+def plant_program(model: Any, law: Any, own: Any) -> Part:
+    """Return the program.
+
+    Parameters
+    ----------
+    model, law : the certificate's.
+    own : the gain file's own members: ``removable`` has what stands in for a premise near a point
+        where its expression is 0/0.
+    """
+    return _Writing(model, law, own).whole()
+
+
+class _Writing:
+    def __init__(self, model: Any, law: Any, own: Any) -> None:
+        self.model, self.law, self.near = model, law, own.get("removable", {})
+        self.blending = law.get("blending")
+        self.taken = _plant_names(model, law)
+        self.names: dict[str, tuple[str, str]] = {}
+        self.reads: list[Part] = []
+        self.steps: list[Part] = []
+        self.keeps: list[Part] = []
+        self.sends: list[Part] = []
+
+    def whole(self) -> Part:
+        law = self.law
+        scheduled = len(law["K"]) > 1
+        states = [_split(label) for label in law["state_names"]]
+        variables = _variables(self.model, "states", [name for name, _ in states])
+        effort = self.blending["effort"] if self.blending else ""
+        for k, variable in enumerate(variables):
+            name, unit = variable["name"], variable["unit"]
+            if name != effort:
+                self.reads.append(read(name, unit, "measured"))
+            self.names[self.own(f"{name}_rest")] = (f"law.trim.state.{k}", unit)
+        deviations = [self.deviation(v) for v in variables]
+        if self.blending:
+            self.share()
+        weights = self.weights() if scheduled else []
+        inputs = _variables(self.model, "inputs", [_split(u)[0] for u in law["input_names"]])
+        for k, variable in enumerate(inputs):
+            self.command(k, variable, inputs, variables, deviations, weights)
+        if self.blending:
+            self.actuators()
+        return program("law", self.names, reads=self.reads, keeps=self.keeps, steps=self.steps,
+                       sends=self.sends)  # fmt: skip
+
+    def own(self, name: str) -> str:
+        """Return a name of the program's own: one that the plant does not have."""
+        while name in self.taken:
+            name += "_"
+        return name
+
+    def deviation(self, variable: Any) -> str:
+        """Write x - x* and return its name."""
+        name = variable["name"]
+        symbol = variable.get("symbol") or self.own(f"{name}_deviation")
+        rest = self.own(f"{name}_rest")
+        self.steps.append(step(symbol, variable["unit"], f"{name} - {rest}"))
+        return str(symbol)
+
+    def weights(self) -> list[str]:
+        """Write premises and their weights; return the weights' names."""
+        premises = self.law.get("premises", [])
+        formulas = [str(p.get("expression", p["name"])) for p in premises]
+        self.signals(names_in(formulas))
+        found = []
+        self.names[self.own("rules")] = ("law.rules", "-")
+        for k, (premise, formula) in enumerate(zip(premises, formulas, strict=True)):
+            name, unit = premise["name"], premise["unit"]
+            if "expression" in premise:
+                self.tables(formula)
+                self.steps.append(step(name, unit, formula, "premise", self.near.get(name, ())))
+            else:
+                self.reads.append(read(name, unit, "premise of the law, by its own definition"))
+            low, high, weight = (self.own(f"{name}_{w}") for w in ("lower", "upper", "weight"))
+            self.names[low] = (f"law.premises.{k}.lower", unit)
+            self.names[high] = (f"law.premises.{k}.upper", unit)
+            share = f"limit(({name} - {low})/({high} - {low}), 0, 1)"
+            flat = premise["lower"] == premise["upper"]
+            self.steps.append(step(weight, "-", "0" if flat else share))
+            found.append(weight)
+        return found
+
+    def signals(self, used: set[str]) -> None:
+        """Write what premises use beside states: disturbances; inputs, which count as at rest."""
+        known = {self.blending["share"]} if self.blending else set()
+        for key in ("disturbances", "inputs"):
+            listed = self.model.get(key, []) if self.model.get("kind") == "plant" else []
+            for k, variable in enumerate(listed):
+                name, symbol = variable["name"], variable.get("symbol", variable["name"])
+                if not used & {name, symbol} or name in known:
+                    continue
+                if key == "inputs" or name in self.errors():
+                    self.steps.append(step(symbol, variable["unit"], "0", "not known: at rest"))
+                    continue
+                self.reads.append(read(name, variable["unit"], "measured"))
+                if symbol != name:
+                    rest = self.own(f"{name}_rest")
+                    self.names[rest] = (f"signals.{k}.rest", variable["unit"])
+                    self.steps.append(step(symbol, variable["unit"], f"{name} - {rest}"))
+
+    def errors(self) -> set[str]:
+        sides = (self.blending or {}).get("low"), (self.blending or {}).get("high")
+        return {str(side["error"]) for side in sides if side and side["error"]}
+
+    def tables(self, formula: str) -> None:
+        for name in self.model.get("tables", {}):
+            if f"{name}(" in formula.replace(" ", ""):
+                self.names[name] = (f"tables.{name}", "SI")
+
+    def command(
+        self, k: int, variable: Any, inputs: Any, states: Any, deviations: list[str],
+        weights: list[str],
+    ) -> None:  # fmt: skip
+        name, unit = variable["name"], variable["unit"]
+        rest, wanted = self.own(f"{name}_rest"), self.own(f"{name}_wanted")
+        self.names[rest] = (f"law.trim.input.{k}", unit)
+        terms = []
+        for j, (state, deviation) in enumerate(zip(states, deviations, strict=True)):
+            gain = self.own(f"K_{name}_{state['name']}")
+            rows = "*" if weights else "0"
+            self.names[gain] = (f"law.K.{rows}.{k}.{j}", f"({unit})/({state['unit']})")
+            value = f"mix({', '.join([self.own('rules'), gain, *weights])})" if weights else gain
+            terms.append(f"{value}*{deviation}")
+        self.steps.append(step(wanted, unit, f"{rest} - ({' + '.join(terms)})", "the law"))
+        held = wanted
+        if variable.get("range") is not None:
+            held = self.held(name, wanted, f"inputs.{k}.range", unit)
+        self.sends.append(send(name, unit, held, "the command"))
+
+    def held(self, name: str, wanted: str, path: str, unit: str) -> str:
+        """Return what is wanted, held within a range of the file."""
+        ends = [self.own(f"{name}_{word}") for word in ("lowest", "highest")]
+        for k, end in enumerate(ends):
+            self.names[end] = (f"{path}.{k}", unit)
+        return f"limit({wanted}, {ends[0]}, {ends[1]})"
+
+    # ------------------------------------------------------------------ a blend
+
+    def share(self) -> None:
+        """Write the share F of the high actuator: the secant of psi from rest."""
+        b, variables = self.blending, self.model["disturbances"]
+        share = next(v for v in variables if v["name"] == b["share"])
+        U, eps = b["effort"], self.own("overlap")
+        rest, off = self.own(f"{U}_rest"), self.own(f"{U}_off")
+        self.names[eps] = ("law.blending.overlap", b["unit"])
+        here, there = (f"limit({s}, -{eps}, {eps})" for s in (U, rest))
+        curved = f"({here} - {there})*({here} + {there} + 2*{eps})/(4*{eps})"
+        straight = f"max({U}, {eps}) - max({rest}, {eps})"
+        at_rest = f"({there} + {eps})/(2*{eps})"
+        self.steps += [
+            step(off, b["unit"], f"{U} - {rest}"),
+            step(share["name"], "-", f"({curved} + {straight})/{off}",
+                 "(psi(U) - psi(U*))/(U - U*)",
+                 [{"of": off, "within": 0, "formula": at_rest}]),
+        ]  # fmt: skip
+        if share.get("symbol", share["name"]) != share["name"]:
+            self.steps.append(step(share["symbol"], "-", f"{share['name']} - {at_rest}"))
+
+    def actuators(self) -> None:
+        """Write the sum of the effort, and what the two actuators are told."""
+        b = self.blending
+        U, eps = b["effort"], self.own("overlap")
+        following = f"{U} + sample_time*{b['rate']}"
+        self.keeps.append(
+            keep(U, b["unit"], self.own(f"{U}_rest"), following, "the effort that is shared")
+        )
+        for side, sign in (("low", "-"), ("high", "")):
+            actuator, s = b[side], f"{sign}{U}"
+            name, known = actuator["input"], actuator["effectiveness"]
+            for parameter in names_in([known]) & set(self.model.get("parameters", {})):
+                self.names[parameter] = (f"parameters.{parameter}", "SI")
+            self.tables(known)
+            idle = self.own(f"{name}_idle")
+            self.names[idle] = (f"law.blending.{side}.idle", actuator["unit"])
+            psi = f"max({s}, (limit({s}, -{eps}, {eps}) + {eps})^2/(4*{eps}))"
+            toward = "-" if (side == "low") == (float(actuator["direction"]) > 0) else "+"
+            told = f"{idle} {toward} {psi}/({known})"
+            if actuator["range"] is not None:
+                told = self.held(name, told, f"law.blending.{side}.range", actuator["unit"])
+            words = f"psi({s}) over its effectiveness"
+            self.sends.append(send(name, actuator["unit"], told, words))
+
+
+def _split(label: str) -> tuple[str, str]:
+    name, _, unit = str(label).partition(" [")
+    return name, unit.removesuffix("]")
+
+
+def _variables(model: Any, key: str, names: list[str]) -> list[Any]:
+    """Return the plant's variables; those that the law names where there is no plant."""
+    if model.get("kind") == "plant":
+        return list(model[key])
+    labels = model["state_names" if key == "states" else "input_names"]
+    return [dict(zip(("name", "unit"), _split(label), strict=True)) for label in labels]
+
+
+def _plant_names(model: Any, law: Any) -> set[str]:
+    """Return the names that the plant, its premises and its tables have."""
+    found = {"sample_time", *(p["name"] for p in law.get("premises", []))}
+    if model.get("kind") != "plant":
+        return found
+    for key in ("states", "inputs", "disturbances"):
+        for variable in model[key]:
+            found |= {variable["name"], variable.get("symbol", variable["name"])}
+    return found | set(model.get("parameters", {})) | set(model.get("tables", {}))

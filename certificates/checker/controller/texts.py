@@ -1,0 +1,154 @@
+"""What a gain file says in words and units: the same for every law of one name."""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = ["law_texts"]
+
+RAMP = [
+    "psi(s) = 0 for s <= -overlap",
+    "psi(s) = (s + overlap)^2 / (4 overlap) for |s| <= overlap",
+    "psi(s) = s for s >= overlap",
+]
+COHERENT_UNITS = {
+    "wind": "m/s",
+    "rotor_speed": "rad/s",
+    "trim_effort": "rad/s^2",
+    "effectiveness": "rad/s^2 per rad",
+    "effectiveness_limit": "rad/s^2 per rad",
+    "overlap": "rad/s^2",
+    "proportional": "1/s",
+    "integral_rate": "1/s",
+    "inertia_feedforward": "rad/s per m/s",
+    "feedforward_limit": "rad/s^2",
+    "pitch_lead": "s",
+    "rated_torque": "N m, high-speed shaft",
+    "effort_torque": "N m s^2/rad",
+    "pitch_min": "rad",
+    "pitch_max": "rad",
+    "wind_filter": "s",
+    "integral_limit": "rad/s",
+}
+PAPER_UNITS = {
+    "speed_setpoint": "rad/s",
+    "minimum_rotor_speed": "rad/s",
+    "optimal_tip_speed_ratio": "-",
+    "largest_tip_speed_ratio": "-",
+    "cut_in": "m/s",
+    "cut_out": "m/s",
+    "rated_torque": "N m, high-speed shaft",
+    "pitch_min": "rad",
+    "pitch_max": "rad",
+    "tracking_time": "s",
+    "coupling.speed_ramp_start": "rad/s",
+    "coupling.speed_overlap": "rad/s",
+    "coupling.torque_overlap": "N m, high-speed shaft",
+    "coupling.minimum_torque": "N m, high-speed shaft",
+    "coupling.top_torque": "N m, high-speed shaft",
+    "partial.wind": "m/s",
+    "partial.rotor_speed": "rad/s",
+    "partial.pitch": "rad",
+    "partial.premises": "a: 1/s, d: 1/s per m/s",
+    "partial.k_speed": "N m per rad/s",
+    "partial.k_pitch": "N m per rad",
+    "partial.k_integral": "N m per rad",
+    "full.wind": "m/s",
+    "full.rotor_speed": "rad/s",
+    "full.pitch": "rad",
+    "full.premises": "a: 1/s, b: 1/s^2 per rad, d: 1/s per m/s",
+    "full.k_speed": "rad per rad/s",
+    "full.k_pitch": "rad per rad",
+    "full.k_integral": "rad per rad",
+}
+TURBINE_UNITS = {
+    "trim.wind": "m/s",
+    "trim.rotor_speed": "rad/s",
+    "trim.pitch": "rad",
+    "trim.torque": "N m, high-speed shaft",
+    "trim.region": "-",
+    "limits.torque": "N m, high-speed shaft",
+    "limits.torque_rate": "N m/s, high-speed shaft",
+    "limits.pitch": "rad",
+    "limits.pitch_rate": "rad/s",
+    "observer.l1": "1/s",
+    "observer.l2": "m/s^2 per rad/s",
+    "observer.decay_rate": "1/s",
+    "observer.wind_limits": "m/s",
+    "rotor.torque_constant": "kg m, 1/2 rho pi R^3: T_r = torque_constant v^2 c_Q",
+    "rotor.radius": "m",
+    "rotor.rotor_inertia": "kg m^2",
+    "rotor.generator_inertia": "kg m^2, high-speed shaft",
+    "rotor.gear_ratio": "-",
+    "rotor.inertia": "kg m^2, J = rotor_inertia + gear_ratio^2 generator_inertia",
+    "rotor.torque_coefficient": "c_Q over tip-speed ratio [-] and pitch [rad]",
+    "certificate.decay_rate": "1/s",
+    "certificate.overspeed": "-",
+    "certificate.wind_class.cells": "m/s",
+    "certificate.wind_class.wind_error": "m/s",
+    "certificate.wind_class.wind_rate": "m/s^2",
+    "certificate.wind_class.decay_rate": "1/s",
+}
+OFTEN = {
+    "every": "T = 0.01 to 0.02 s; what is sent holds until the next sample",
+    "rates": "limits.torque_rate and limits.pitch_rate are the actuators'; what is sent may be "
+    "held to them",
+}
+EQUATIONS = [
+    "omegahat' = (T_r(omega, beta, vhat) - n_g T) / J + l1 (omega - omegahat)",
+    "vhat' = l2 (omega - omegahat)",
+]
+COHERENT = {
+    "schedule": {
+        "variables": "schedule wind v_s = low-passed wind estimate, v_s' = (v_hat - v_s) / tau_f",
+        "interpolation": "linear between nodes; integral_rate, inertia_feedforward and "
+        "feedforward_limit constant between two nodes",
+        "feedforward": "torque gives up effort_torque (f v_s' held within +-g) more, and stays "
+        "within 0 and rated; pitch leads by pitch_lead v_s' d/dv_s [psi(U) / b] at fixed e - x, "
+        "and stays at or above pitch_min",
+        "outside": "the wind is held at the first or last node",
+    },
+    "execution": OFTEN
+    | {
+        "schedule wind": "v_s after = v_hat + (v_s - v_hat) exp(-T / wind_filter), v_hat held "
+        "within the table's winds",
+        "its rate": "v_s' = (v_s after - v_s) / T, in the feed-forward of this sample",
+        "integral": "x after = x - T integral_rate e, held within +-integral_limit",
+    },
+}
+PAPER = {
+    "schedule": {
+        "variables": "rotor speed, pitch, wind estimate",
+        "interpolation": "memberships h_i of the regional rules; held at the nearer bound",
+    },
+    "execution": OFTEN | {"integrals": "x + T x', held nowhere"},
+}
+FORMULAS = {
+    "command": "u = u* - sum over rules i of h_i K_i (x - x*)",
+    "memberships": "h_i = product over premises of (upper - z)/(upper - lower) at corner 0, "
+    "(z - lower)/(upper - lower) at corner 1; a premise with lower = upper has one corner",
+    "rules": "law.rules has the corner of each premise, one row per rule, in the order of law.K; "
+    "law.K with one matrix is one gain for all rules",
+    "outside": "a premise outside its range is held at the nearer end; nothing is proved there",
+    "saturation": "a command is held within the range of its input, where it has one; a proved "
+    "set of kind input-limits lies where that does not happen",
+    "sampling": "with sample_time T the command is computed at every T and held; without, the law "
+    "is continuous, and what is proved is about continuous time",
+}
+BLEND = {
+    "blend": "u = u* - ... is the rate of law.blending.effort, U; low: idle - direction psi(-U)/b, "
+    "high: idle + direction psi(U)/b, with b the actuator's effectiveness, in SI",
+    "ramp": "psi(s) = 0 for s <= -overlap, (s + overlap)^2/(4 overlap) up to overlap, s above",
+    "share": "F = (psi(U) - psi(U*))/(U - U*), psi'(U*) where U = U*; a premise in it is measured; "
+    "gains do not depend on a premise in an actuator's error, take 0 for the error",
+}
+
+
+def law_texts(law: Any) -> dict[str, Any]:
+    """Return the members of words and units that belong to a law."""
+    if law["name"] == "pdc":
+        return {"formulas": FORMULAS | (BLEND if "blending" in law else {})}
+    coherent = law["name"] == "coherent"
+    own = COHERENT_UNITS if coherent else PAPER_UNITS
+    units = {f"law.{name}": unit for name, unit in own.items()} | TURBINE_UNITS
+    return {"units": units, **(COHERENT if coherent else PAPER)}

@@ -1,0 +1,86 @@
+r"""The programs beside a turbine's law: wind observer before it, rate limits behind it.
+
+    omegahat' = (T_r(omega, beta, vhat) - n_g T) / J + l_1 (omega - omegahat)
+    vhat'     = l_2 (omega - omegahat)
+
+in one Euler step a sample, as ``takagi simulate`` runs it.
+"""
+
+from __future__ import annotations
+
+from takagi.certificates.checker.controller.language import Part, keep, program, read, send, step
+
+__all__ = ["observer_program", "rate_limit_program"]
+
+
+def observer_program() -> Part:
+    rotor = {
+        "torque_constant": "kg m",
+        "radius": "m",
+        "inertia": "kg m^2",
+        "gear_ratio": "-",
+        "torque_coefficient": "-",
+    }
+    gap = "speed - omega_hat"
+    balance = "(torque_constant*v^2*c_q - gear_ratio*torque_sent)/inertia"
+    return program(
+        "observer",
+        {name: (f"rotor.{name}", unit) for name, unit in rotor.items()}
+        | {
+            "l1": ("observer.l1", "1/s"),
+            "l2": ("observer.l2", "m/s^2 per rad/s"),
+            "v_low": ("observer.wind_limits.0", "m/s"),
+            "v_high": ("observer.wind_limits.1", "m/s"),
+        },
+        reads=[
+            read("speed", "rad/s", "measured rotor speed"),
+            read("pitch", "rad", "measured pitch"),
+            read("wind_guess", "m/s", "a first guess of the wind; it counts at the start alone"),
+        ],
+        keeps=[
+            keep("omega_hat", "rad/s", "speed", f"omega_hat + sample_time*({balance} + l1*({gap}))",
+                 "estimated rotor speed; torque_sent is that of this sample"),
+            keep("v_hat", "m/s", "limit(wind_guess, v_low, v_high)", "v_hat + sample_time*v_rate",
+                 "estimated wind"),
+        ],
+        steps=[
+            step("v", "m/s", "limit(v_hat, v_low, v_high)"),
+            step("c_q", "-", "spline(speed*radius/v, pitch, torque_coefficient)"),
+            step("v_free", "m/s^2", f"l2*({gap})"),
+            step("v_up", "m/s^2", "choose(v_low - v_hat, v_free, max(v_free, 0))",
+                 "not below the lower limit"),
+            step("v_rate", "m/s^2", "choose(v_hat - v_high, v_up, min(v_up, 0))",
+                 "nor above the upper one"),
+        ],
+        sends=[send("wind_estimate", "m/s", "v", "to the law")],
+    )  # fmt: skip
+
+
+def rate_limit_program() -> Part:
+    held = {
+        name: f"limit({wanted}, {before} - sample_time*{rate}, {before} + sample_time*{rate})"
+        for name, wanted, before, rate in (
+            ("torque_sent", "torque", "torque_before", "torque_rate"),
+            ("pitch_sent", "pitch_reference", "pitch_before", "pitch_rate"),
+        )
+    }
+    return program(
+        "rate limits",
+        {
+            "torque_rate": ("limits.torque_rate", "N m/s"),
+            "pitch_rate": ("limits.pitch_rate", "rad/s"),
+        },
+        reads=[
+            read("torque", "N m", "of the law"),
+            read("pitch_reference", "rad", "of the law"),
+        ],
+        keeps=[
+            keep("torque_before", "N m", "torque", "torque_sent", "what was sent last"),
+            keep("pitch_before", "rad", "pitch_reference", "pitch_sent", "what was sent last"),
+        ],
+        steps=[],
+        sends=[
+            send("torque_sent", "N m", held["torque_sent"], "as the generator can follow"),
+            send("pitch_sent", "rad", held["pitch_sent"], "as the pitch drive can follow"),
+        ],
+    )

@@ -1,0 +1,71 @@
+"""What a plant's gain file says that does not follow from model and law."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from takagi.certificates.controller.removable_points import removable_points
+
+if TYPE_CHECKING:
+    from takagi.certificates.checker.kernel.result import Checked
+    from takagi.models.plant.plant import Plant, Variable
+    from takagi.models.ts_model import TSModel
+
+__all__ = ["plant_members"]
+
+
+def plant_members(
+    plant: Plant,
+    model: TSModel,
+    law: Mapping[str, Any],
+    checked: Checked,
+    notes: tuple[str, ...],
+) -> dict[str, Any]:
+    """Return the certificate's member ``controller`` for a plant with gains."""
+    near, words = removable_points(model) if len(law["K"]) > 1 else ({}, ())
+    return {
+        "name": f"{plant.name}, law by rules",
+        "plant": plant.name,
+        "units": {
+            **{f"K, {u.name} per {x.name}": _per(u.unit, x.unit) for u in plant.inputs
+               for x in plant.states},
+            "sample_time": "s",
+        },
+        "states": [*map(_signal, plant.states, law["trim"]["state"])],
+        "inputs": [*map(_signal, plant.inputs, law["trim"]["input"])],
+        "removable": near,
+        "notes": [*notes, *words],
+        "certificate": statement(checked),
+    }  # fmt: skip
+
+
+def _signal(variable: Variable, rest: float) -> dict[str, Any]:
+    """Return a variable; where the certificate has the plant, its numbers come from there."""
+    side = variable.range
+    return {
+        "name": variable.name,
+        "unit": variable.unit,
+        "rest": float(rest),
+        "range": None if side is None else [float(side.lower), float(side.upper)],
+        "description": variable.description,
+    }
+
+
+def statement(checked: Checked) -> dict[str, Any]:
+    """Return verdict and claims, as they were when the file was written."""
+    return {
+        "verdict": checked.verdict.name,
+        "claims": [
+            {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}
+            for claim in checked.claims
+        ],
+    }
+
+
+def _per(above: str, below: str) -> str:
+    """Return a unit over another, e.g. ``"N/(rad/s)"``."""
+    if below == "-":
+        return above
+    top = "1" if above == "-" else above if " " not in above and "/" not in above else f"({above})"
+    return f"{top}/{below}" if " " not in below and "/" not in below else f"{top}/({below})"

@@ -1,0 +1,209 @@
+r"""Where a premise is 0/0, and what stands in for it there: its Taylor polynomial.
+
+Premises such as sin(x)/x have a limit at x = 0, but no value in floating point; near it, others
+lose digits, (1 - cos x)/x^2 all of them below 1e-8.  For each factor of the denominator that
+vanishes in the box a polynomial in that factor is written, and the distance within which it is
+nearer to the premise than floating point is.  Both are tried against ball arithmetic at points
+near that distance; the error is at most ``NEAR`` of the premise's size there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from takagi.certificates.plant_text import rational_symbol, text_data
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from takagi.models.enclosure.interval import Interval
+    from takagi.models.ts_model import TSModel
+
+__all__ = ["removable_points"]
+
+NEAR = 1e-12
+# Distances to try, as shares of the factor's largest size in the box; and powers of the factor.
+SHARES = (1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
+ORDERS = (3, 4, 6, 8, 10)
+# Where the step's own formula is tried, and where the polynomial, in units of the distance.
+MOST_ORDER = 6  # of a zero of the denominator
+OUTSIDE, INSIDE = (1.0, -1.0, 1.3, -1.7, 3.0, -3.0), (1.0, -1.0, 0.6, -0.3)
+
+
+def removable_points(model: TSModel) -> tuple[dict[str, list[dict[str, Any]]], tuple[str, ...]]:
+    """Return premise -> [{of, within, formula, limit}], and words on what has none.
+
+    ``of`` is the factor that vanishes, in the grammar of plant files.
+    """
+    form = None if model.derivation is None else model.derivation.form
+    found: dict[str, list[dict[str, Any]]] = {}
+    words: list[str] = []
+    if form is None:
+        return found, ()
+    constants = {s: rational_symbol(v) for s, v in form.factored.constants.items()}
+    for premise, expression in zip(model.premises, form.factored.premises.values(), strict=True):
+        written = expression.xreplace(constants)
+        points = []
+        for factor, symbol in _vanishing(written, form.problem.box):
+            try:
+                points.append(_stand_in(written, factor, symbol, form.problem.box))
+            except ModelError as error:
+                words.append(f"premise {premise.name} is 0/0 where {factor} = 0: {error}")
+        if points:
+            found[premise.name] = points
+    return found, tuple(words)
+
+
+def _vanishing(
+    expression: sp.Expr, box: Mapping[sp.Symbol, Interval]
+) -> Iterator[tuple[sp.Expr, sp.Symbol]]:
+    """Yield factors of the denominator that vanish somewhere in the box, and a variable of each."""
+    import sympy as sp
+
+    if not any(p.exp.is_negative and p.base.free_symbols for p in expression.atoms(sp.Pow)):
+        return
+    for factor in sp.Mul.make_args(sp.factor(sp.fraction(sp.together(expression))[1])):
+        part = factor.as_base_exp()[0]
+        linear = [
+            s for s in sorted(part.free_symbols, key=str)
+            if s in box and part.is_polynomial(s) and sp.degree(part, s) == 1
+        ]  # fmt: skip
+        if linear and _low(part, box) <= 0 <= -_low(-part, box):
+            yield part, linear[0]
+
+
+def _low(part: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> float:
+    from takagi.models.sector.ball import expression_range
+
+    if part.is_Symbol:
+        return float(box[part].lower)
+    if (-part).is_Symbol:
+        return -float(box[-part].upper)
+    domain = {s: box[s] for s in part.free_symbols}
+    return float(expression_range(part, domain).outer.lower)
+
+
+def _stand_in(
+    expression: sp.Expr, factor: sp.Expr, symbol: sp.Symbol, box: Mapping[sp.Symbol, Interval]
+) -> dict[str, Any]:
+    import sympy as sp
+
+    t = sp.Symbol("t_", real=True)
+    # The factor is linear in the variable.
+    slope = factor.diff(symbol)
+    back = (t - factor.subs(symbol, 0)) / slope
+    size = max(abs(float(end)) for end in (_low(factor, box), -_low(-factor, box)))
+    others = {s: box[s] for s in expression.free_symbols if s != symbol}
+    rows = [{s: float(side.lower) * k + float(side.upper) * (1 - k) for s, side in others.items()}
+            for k in (0.0, 0.35, 1.0)]  # fmt: skip
+    moved = expression.subs(symbol, back)
+    for order in ORDERS:
+        terms = _terms(moved, t, order)
+        for share in SHARES:
+            distance = float(f"{share * size:.3g}")
+            trial = _Trial(expression, symbol, back, t, terms, distance)
+            if trial.good(rows):
+                return {
+                    "of": text_data(factor),
+                    "within": trial.within,
+                    "formula": _written(terms, text_data(factor)),
+                    "limit": text_data(terms[0]),
+                }
+    raise ModelError("no polynomial was found that stands in for it")
+
+
+def _terms(moved: sp.Expr, t: sp.Symbol, count: int) -> list[sp.Expr]:
+    """Return the coefficients of t^0, t^1, ... of N(t) / D(t), D = t^p G, by division of series."""
+    import sympy as sp
+
+    top, bottom = sp.fraction(sp.together(moved))
+    order = next(
+        (k for k, c in enumerate(_derivatives(bottom, t, MOST_ORDER)) if not _vanishes(c)), None
+    )
+    if order is None:
+        raise ModelError("its denominator vanishes there to a high order")
+    below = _derivatives(bottom, t, count + order)
+    above = _derivatives(top, t, count + order)
+    if not all(_vanishes(c) for c in above[:order]):
+        raise ModelError("it is a pole: the numerator does not vanish with it")
+    found: list[sp.Expr] = []
+    for k in range(count):
+        rest = above[k + order] - sum(found[j] * below[k - j + order] for j in range(k))
+        found.append(_plain(rest / below[order]))
+    return found
+
+
+def _derivatives(expression: sp.Expr, t: sp.Symbol, count: int) -> list[sp.Expr]:
+    """Return the Taylor coefficients at t = 0."""
+    found, part = [], expression
+    for k in range(count):
+        value = part.subs(t, 0)
+        if not value.is_finite and value.is_finite is not None:
+            raise ModelError("its numerator or denominator has no value there")
+        found.append(value / math.factorial(k))
+        part = part.diff(t)
+    return found
+
+
+def _plain(value: sp.Expr) -> sp.Expr:
+    """Return a number with 17 digits, where it is one that is not short and rational."""
+    import sympy as sp
+
+    if not value.is_number:
+        return sp.simplify(value)
+    short = value.is_Rational and abs(value.p) < 10**15 and value.q < 10**15
+    return value if short else sp.Float(value.evalf(30), 17)
+
+
+def _vanishes(value: sp.Expr) -> bool:
+    import sympy as sp
+
+    return bool(abs(value.evalf(30)) < 1e-25) if value.is_number else sp.simplify(value) == 0
+
+
+class _Trial:
+    """One polynomial over one distance."""
+
+    def __init__(
+        self, expression: sp.Expr, symbol: sp.Symbol, back: sp.Expr, t: sp.Symbol,
+        terms: list[sp.Expr], within: float,
+    ) -> None:  # fmt: skip
+        import sympy as sp
+
+        self.expression, self.symbol, self.within = expression, symbol, within
+        self.others = sorted(expression.free_symbols - {symbol}, key=str)
+        self.back = sp.lambdify([t, *self.others], back, modules="math")
+        self.own = sp.lambdify([symbol, *self.others], expression, modules="math")
+        polynomial = sp.horner(sum(c * t**k for k, c in enumerate(terms)), t)
+        self.polynomial = sp.lambdify([t, *self.others], polynomial, modules="math")
+
+    def good(self, rows: list[dict[sp.Symbol, float]]) -> bool:
+        for row in rows:
+            rest = [row[s] for s in self.others]
+            for share in OUTSIDE:
+                x = float(self.back(share * self.within, *rest))
+                if not self.near(float(self.own(x, *rest)), x, row):
+                    return False
+            for share in INSIDE:
+                x = float(self.back(share * self.within, *rest))
+                if not self.near(float(self.polynomial(share * self.within, *rest)), x, row):
+                    return False
+        return True
+
+    def near(self, value: float, x: float, row: dict[sp.Symbol, float]) -> bool:
+        from takagi.models.sector.ball import expression_value
+
+        exact = expression_value(self.expression, {**row, self.symbol: x})
+        return math.isfinite(value) and abs(value - exact) <= NEAR * max(abs(exact), 1e-30)
+
+
+def _written(terms: list[sp.Expr], factor: str) -> str:
+    """Return c_0 + t (c_1 + t (...)) as text."""
+    import sympy as sp
+
+    t = sp.Symbol("t_", real=True)
+    text = str(sp.horner(sum(c * t**k for k, c in enumerate(terms)), t)).replace("**", "^")
+    return text.replace("t_", factor if factor.isidentifier() else f"({factor})")
