@@ -43,9 +43,10 @@ Examples:
 statement that it belongs to has begun. Files that make the sentences are loaded after the last
 verdict, and counted apart.
 
-Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED, or with --cross the two
-checkers differ; 2 the file is refused. A claim that the second checker does not replay is named in
-the last line, in JSON under cross.not_replayed, and changes no status.
+Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED, the gain file says
+something else than the certificate, or with --cross the two checkers differ; 2 the file is refused.
+A claim that the second checker does not replay is named in the last line, in JSON under
+cross.not_replayed, and changes no status.
 """
 
 
@@ -60,9 +61,15 @@ def run(arguments: Sequence[str]) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     from takagi.certificates.checker import CertificateError
+    from takagi.certificates.checker.kernel.refusal import OtherGains
 
     try:
         checked, trusted = _verdict(options)
+    except OtherGains as error:
+        # The certificate is sound, and about another controller: nothing is proved of this one.
+        _write_reports(options, _refused(str(error)))
+        print(f"Error: {error}", file=sys.stderr)
+        return UNPROVED
     except CertificateError as error:
         # Continuous integration shows the refusal where it shows results; the status is the
         # boundary's, as for any misuse.

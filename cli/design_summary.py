@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
-    from takagi.certificates.turbine_design import TurbineDesign
     from takagi.certificates.claim_summary import ClaimSummary
+    from takagi.certificates.turbine_design import TurbineDesign
     from takagi.reports.overlap_claims import OverlapClaim
 
 __all__ = ["as_data", "as_text", "claims_as_data", "claims_as_text"]

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 __all__ = ["RunningBlend"]
 
 Floats = NDArray[np.float64]
-# Nearer to its rest than this share of the overlap, the secant of the ramp is its tangent.
-NEAR = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,10 +50,13 @@ class RunningBlend:
     def share(self, effort: float) -> float:
         """Return F(U) of the high actuator, the slope of the secant of psi from rest."""
         e, rest = float(self.blending.overlap), float(self.blending.effort.rest)
-        if abs(effort - rest) <= NEAR * e:
+        if effort == rest:
             return float(self.blending.share_at_rest)
-        ends = effort_ramp([effort, rest], e)
-        return float((ends[0] - ends[1]) / (effort - rest))
+        # psi in two parts, each a function of differences that are exact in floating point: the
+        # difference of psi itself has no digits left near rest.
+        here, there = (min(max(s, -e), e) for s in (effort, rest))
+        curved = (here - there) * (here + there + 2 * e) / (4 * e)
+        return (curved + max(effort, e) - max(rest, e)) / (effort - rest)
 
     def signals(self, state: Floats) -> dict[str, float]:
         """Return what the law knows of the signals at a state (n,): the share's deviation, by name.
@@ -75,6 +76,13 @@ class RunningBlend:
             step = sign * actuator.direction * psi / b(*map(float, state[:-1]))
             found.append(float(actuator.variable.rest) + step)
         return np.array(found)
+
+    def sent(self, state: Floats) -> Floats:
+        """Return the commands (low, high), held within the ranges of the actuators."""
+        sides = [a.variable.range for a in self.blending.actuators]
+        low = [-np.inf if side is None else float(side.lower) for side in sides]
+        high = [np.inf if side is None else float(side.upper) for side in sides]
+        return np.clip(self.commands(state), low, high)
 
     def actuators(self, state: Floats) -> Floats:
         """Return (low, high) as they act: wrong by ``errors`` in their motion from rest."""

@@ -118,6 +118,18 @@ class PdcLaw:
             K = self.gains[0]
         return np.asarray(self.input_rest - K @ (x - self.state_rest), dtype=np.float64)
 
+    def sent(self, state: ArrayLike, **signals: float) -> Floats:
+        """Return the command (m,), held within the ranges of the inputs that have one; SI.
+
+        A proof about the law is about states from where no command is held.
+        """
+        free = np.array([-np.inf, np.inf])
+        deviations = np.array([
+            [float(end) for end in self.model.box.get(label, free)] for label in self.model.inputs
+        ])  # fmt: skip
+        low, high = self.input_rest + deviations.reshape(-1, 2).T
+        return np.clip(self.command(state, **signals), low, high)
+
 
 def _gains(given: ArrayLike, shape: tuple[int, int, int]) -> Floats:
     K = np.array(given, dtype=np.float64)

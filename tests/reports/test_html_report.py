@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
+from takagi.certificates.claim_summary import claim_summary
 from takagi.certificates.document import dumps
 from takagi.certificates.turbine_design import DesignSettings, TurbineDesign
 from takagi.cli.design_summary import as_text
@@ -22,7 +23,6 @@ from takagi.models.law.law import Measurement
 from takagi.models.law.paper import paper_law
 from takagi.models.law.regional_schedule import regional_schedule
 from takagi.models.turbine.loader import nrel5mw
-from takagi.certificates.claim_summary import claim_summary
 from takagi.reports.design_folder import design_files
 from takagi.reports.html.cells_section import cells_section
 from takagi.reports.html.gains_section import gains_section

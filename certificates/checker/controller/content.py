@@ -20,8 +20,8 @@ from takagi.certificates.checker.controller.turbine_programs import (
     observer_program,
     rate_limit_program,
 )
-from takagi.certificates.checker.plant.reading import constant_bracket
 from takagi.certificates.checker.kernel.reader import Number
+from takagi.certificates.checker.plant.reading import constant_bracket
 
 __all__ = ["FORMAT", "VERSION", "file_content"]
 
@@ -98,10 +98,17 @@ def _plant(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, Any]:
         }
         for v in model["disturbances"]
     ]
-    found["parameters"] = {k: _short(_exact(v)) for k, v in model["parameters"].items()}
+    # Of parameters and tables those that the program looks up.
+    used = {entry["value"] for entry in found["programs"][0]["names"].values()}
+    found["parameters"] = {
+        name: _short(_exact(value))
+        for name, value in model["parameters"].items()
+        if f"parameters.{name}" in used
+    }
     found["tables"] = {
         name: {"knots": table["knots"], "coefficients": table["coefficients"]}
         for name, table in model.get("tables", {}).items()
+        if f"tables.{name}" in used
     }
     return found
 

@@ -17,6 +17,7 @@ from takagi.certificates.checker.controller.language import (
     send,
     step,
 )
+from takagi.certificates.checker.kernel.reader import Number
 
 __all__ = ["plant_program"]
 
@@ -175,7 +176,7 @@ class _Writing:
             step(off, b["unit"], f"{U} - {rest}"),
             step(share["name"], "-", f"({curved} + {straight})/{off}",
                  "(psi(U) - psi(U*))/(U - U*)",
-                 [{"of": off, "within": 0, "formula": at_rest}]),
+                 [{"of": off, "within": Number("0"), "formula": at_rest}]),
         ]  # fmt: skip
         if share.get("symbol", share["name"]) != share["name"]:
             self.steps.append(step(share["symbol"], "-", f"{share['name']} - {at_rest}"))

@@ -1,4 +1,4 @@
-"""Whether a certificate is about the gain file and the data files that are given with it."""
+"""Whether a certificate is about the model's data files that are given with it."""
 
 from __future__ import annotations
 
@@ -7,37 +7,15 @@ from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from takagi.certificates.checker.files.differing import differing, in_words
-from takagi.certificates.checker.kernel.reader import canonical, member, read_json
+from takagi.certificates.checker.kernel.reader import member
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["compare_gains", "compare_model", "unconnected"]
+__all__ = ["compare_model", "unconnected"]
 
 # Kinds whose matrices stand in the claim itself: a gain or model file says nothing about them.
 SELF_CONTAINED = ("quadratic-decay", "no-common-quadratic")
-# Differences of a law that are told, and that are counted.
-MOST_TOLD, MOST_COUNTED = 3, 1000
+MOST_TOLD = 3  # files that a message names
 LARGEST_FILE = 64_000_000
-
-
-def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
-    """Return what a reader has to know; refuses a gain file with another law."""
-    law = member(read_json(Path(gains)), "law", str(gains))
-    if canonical(law) != canonical(data.get("gains")):
-        raise CertificateError(f"{gains}: the law is not the certificate's{_first(law, data)}")
-    return ""
-
-
-def _first(law: Any, data: dict[str, Any]) -> str:
-    """Return the first numbers that differ, and how many more do."""
-    found = list(islice(differing(law, data.get("gains")), MOST_COUNTED))
-    told = [
-        f"{one.place} is {in_words(one.first)} there, {in_words(one.second)} in the certificate"
-        for one in found[:MOST_TOLD]
-        if one.path
-    ]
-    more = f" (and {len(found) - MOST_TOLD} more)" if len(found) > MOST_TOLD else ""
-    return f"; {'; '.join(told)}{more}" if told else ""
 
 
 def unconnected(data: dict[str, Any]) -> str:

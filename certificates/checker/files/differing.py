@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from fractions import Fraction
 from typing import Any, NamedTuple
 
-from takagi.certificates.checker.kernel.reader import canonical
+from takagi.certificates.checker.kernel.reader import Number, canonical
 
 __all__ = ["Difference", "differing", "in_words"]
 
@@ -29,7 +30,7 @@ class Difference(NamedTuple):
 
 
 def differing(first: Any, second: Any, path: tuple[str | int, ...] = ()) -> Iterator[Difference]:
-    """Yield the smallest parts that differ; numbers are compared as they are written.
+    """Yield the smallest parts that differ; numbers are compared by value, 1.0 equals 1.
 
     Lists of different length differ as a whole.
     """
@@ -39,8 +40,14 @@ def differing(first: Any, second: Any, path: tuple[str | int, ...] = ()) -> Iter
     elif isinstance(first, list) and isinstance(second, list) and len(first) == len(second):
         for k, (one, other) in enumerate(zip(first, second, strict=True)):
             yield from differing(one, other, (*path, k))
-    elif canonical(first) != canonical(second):
+    elif not _same(first, second):
         yield Difference(path, first, second)
+
+
+def _same(first: Any, second: Any) -> bool:
+    if isinstance(first, Number) and isinstance(second, Number):
+        return Fraction(first) == Fraction(second)
+    return canonical(first) == canonical(second)
 
 
 def in_words(value: Any) -> str:

@@ -32,15 +32,17 @@ def check(
 
     Parameters
     ----------
-    gains : a gain file; its law must be the certificate's, number by number.
+    gains : a gain file; its law and all that it says beside must be the certificate's.
     model : the model's data file; its SHA-256 must be the one recorded.
 
     Raises
     ------
     CertificateError : the file is unreadable, damaged, of another version, or not about the given
-        gains or model.
+        model.
+    OtherGains : it is not about the given gain file.
     """
     data = read_json(Path(path))
+    _require_whole(data, str(path))
     messages = [WITHOUT.format("gain", "gains"), WITHOUT.format("model", "plant")]
     if gains is None and model is None:
         return Checked.of(_replayed(data, str(path)), messages)
@@ -48,7 +50,9 @@ def check(
     from takagi.certificates.checker.files import companions
 
     if gains is not None:
-        messages[0] = companions.compare_gains(data, gains)
+        from takagi.certificates.checker.files.gain_file import compare_gains
+
+        messages[0] = compare_gains(data, gains)
     if model is not None:
         messages[1] = companions.compare_model(data, model)
     found = _replayed(data, str(path))
@@ -63,15 +67,21 @@ def check_document(document: Mapping[str, Any]) -> Checked:
     ------
     CertificateError : as for ``check``.
     """
-    return Checked.of(_replayed(read_text(json.dumps(document), "certificate"), "certificate"), [])
+    data = read_text(json.dumps(document), "certificate")
+    _require_whole(data, "certificate")
+    return Checked.of(_replayed(data, "certificate"), [])
 
 
-def _replayed(data: dict[str, Any], path: str) -> list[Outcome]:
+def _require_whole(data: dict[str, Any], path: str) -> None:
+    """Refuse another format or version, and parts that are not those of the hashes."""
     if text(data, "format", "certificate") != FORMAT:
         raise CertificateError(f"{path}: the format is not {FORMAT!r}")
     if integer(data, "version", "certificate") != VERSION:
         raise CertificateError(f"{path}: this checker reads version {VERSION}; use a matching one")
     _check_hashes(path, data)
+
+
+def _replayed(data: dict[str, Any], path: str) -> list[Outcome]:
     claims = member(data, "claims", "certificate")
     if not isinstance(claims, list) or not 0 < len(claims) <= MOST_CLAIMS:
         raise CertificateError(f"{path}: a list of 1 to {MOST_CLAIMS} claims is needed")
@@ -95,7 +105,7 @@ def _replayed(data: dict[str, Any], path: str) -> list[Outcome]:
 
 def _check_hashes(path: str, data: dict[str, Any]) -> None:
     hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
-    for part in ("model", "gains", "claims"):
+    for part in ("model", "gains", "claims", *(["controller"] if "controller" in data else [])):
         if text(hashes, part, "provenance.sha256") != digest(data.get(part)):
             why = f"the {part} are not those the certificate was made for (its hash differs)"
             raise CertificateError(f"{path}: {why}; make it again with 'takagi certify'")

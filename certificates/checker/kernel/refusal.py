@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["CertificateError", "Refused"]
+__all__ = ["CertificateError", "OtherGains", "Refused"]
 
 
 class CertificateError(ValueError):
@@ -11,3 +11,7 @@ class CertificateError(ValueError):
 
 class Refused(CertificateError):
     """A computation met something that no sound certificate contains."""
+
+
+class OtherGains(CertificateError):
+    """The gain file says something else than the certificate: what is proved is not about it."""

@@ -1,0 +1,97 @@
+"""Whether a gain file is the one that a certificate is about: law, and all that is read beside it.
+
+Contents are compared, not bytes: numbers by value, keys in any order.  What the file has to say
+follows from model and law (``controller.content``), or stands in the certificate's member
+``controller``.  A certificate without that member, from before there was one, covers the law alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from takagi.certificates.checker.controller.content import FORMAT, file_content
+from takagi.certificates.checker.files.differing import Difference, differing, in_words
+from takagi.certificates.checker.kernel.reader import member, read_json
+from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains
+
+__all__ = ["compare_gains", "expected_file"]
+
+# Differences that are told, and that are counted.
+MOST_TOLD, MOST_COUNTED = 3, 1000
+
+
+def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
+    """Return what a reader has to know.
+
+    Raises
+    ------
+    OtherGains : the file says something else than the certificate.
+    CertificateError : it cannot be read, or has no law.
+    """
+    file = read_json(Path(gains))
+    member(file, "law", str(gains))
+    whole = "controller" in data
+    expected = expected_file(data) if whole else {"law": data.get("gains")}
+    found = list(islice(_differences(file, expected, whole=whole), MOST_COUNTED))
+    if found:
+        raise OtherGains(f"{gains}: {_told(found)}")
+    beside = sorted(set(file) - {"law"})
+    if beside and not whole:
+        return (
+            f"{gains}: only its law is compared; the certificate does not cover "
+            f"{', '.join(map(_printable, beside))}: make both files again with 'takagi design'"
+        )
+    missing = sorted(set(expected) - set(file))
+    return f"{gains}: it does not say {', '.join(missing)}" if missing else ""
+
+
+def expected_file(data: dict[str, Any]) -> dict[str, Any]:
+    """Return what the gain file of a certificate with a ``controller`` says.
+
+    Raises
+    ------
+    CertificateError : model, law or ``controller`` are not such that a file follows from them.
+    """
+    own, law = data["controller"], data.get("gains")
+    hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
+    try:
+        if "version" in own:
+            # A file of an earlier version: there the certificate has all that it says.
+            return {"format": FORMAT, **own, "law": law}
+        found = file_content(data["model"], law, own)
+        return {**found, "certificate": {"sha256": hashes, **found["certificate"]}}
+    except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError) as error:
+        if isinstance(error, CertificateError):
+            raise
+        raise CertificateError(
+            f"certificate: no gain file follows from its model, gains and controller "
+            f"({type(error).__name__}: {error}); make it again with 'takagi certify'"
+        ) from error
+
+
+def _differences(file: Any, expected: Any, *, whole: bool) -> Iterator[Difference]:
+    for key in file:
+        if key in expected or whole:
+            yield from differing(file[key], expected.get(key), (key,))
+
+
+def _told(found: list[Difference]) -> str:
+    told = [
+        f"{one.place} is {in_words(one.first)} there, {in_words(one.second)} in the certificate"
+        for one in found[:MOST_TOLD]
+    ]
+    more = len(found) - MOST_TOLD
+    counted = f"{more}" if len(found) < MOST_COUNTED else f"at least {more}"
+    law = all(one.path[0] == "law" for one in found)
+    return (
+        f"the {'law' if law else 'gain file'} is not the certificate's; {'; '.join(told)}"
+        f"{f' (and {counted} more)' if more > 0 else ''}; give the gain file of this certificate, "
+        "or make a certificate of this file with 'takagi certify MODEL --gains FILE --out CERT'"
+    )
+
+
+def _printable(text: str) -> str:
+    return ascii(text)[1:-1]
