@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["law_from_gains"]
 
-FORMAT, VERSIONS = "takagi-gains", (1, 2)
+FORMAT, VERSIONS = "takagi-gains", (1, 2, 3)
 COHERENT, PAPER = "coherent", ("paper", "paper-two-integrators")
 # What a coherent law of version 1 did not have: it fed nothing forward.
 SINCE_2 = ("inertia_feedforward", "feedforward_limit")
@@ -44,7 +44,7 @@ def law_from_gains(path: Path, turbine: Turbine | None = None) -> CoherentLaw | 
 
     Parameters
     ----------
-    path : ``gains.json``, version 2, or version 1, whose coherent law feeds nothing forward.
+    path : ``gains.json``, version 1 to 3; the coherent law of version 1 feeds nothing forward.
     turbine : the turbine as its file has it.  A law of the paper needs it: its premises are
         computed from the coefficient table at run time.  The coherent law stands in the file whole.
 
@@ -82,7 +82,7 @@ def _require_format(document: Any, path: Path) -> None:
     version = document.get("version")
     if str(version) not in map(str, VERSIONS):
         raise CertificateError(
-            f"{path}: gain file of version {version}; versions 1 and 2 are read here: write it "
+            f"{path}: gain file of version {version}; versions 1 to 3 are read here: write it "
             "again with `takagi design`"
         )
 

@@ -51,6 +51,10 @@ def certify(
         Path | None,
         typer.Option(metavar="FILE", help="A gain file: certify its law as it stands."),
     ] = None,
+    gains_out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the gain file anew: same law, this model."),
+    ] = None,
     baseline: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="An older certificate: fail if something got worse."),
@@ -65,12 +69,17 @@ def certify(
     With --gains the law is in the file: only --inertia, --power-coefficient and --equilibrium-wake
     apply to a turbine, --choice and --solve-rest to a plant.
 
+    The certificate is bound to the whole gain file: a field that is not so for MODEL is told, such
+    as the range of an input that has changed. --gains-out writes the file anew.
+
     With --baseline every figure of an older certificate is compared: decay rates, gains, sets,
     wind classes, margins. Nothing that it proves may be lost or get worse by more than --tolerance.
 
     Exit status: 0 PROVED; 1 not proved, or worse than the baseline; 2 misuse.
     """
     require_file_place(out)
+    if gains_out is not None:
+        _require_gains_out(gains, gains_out, out)
     share = tolerance_of(tolerance)
     old = None if baseline is None else _read(baseline, out)
     kind, asked = design_options_of(model, options)
@@ -81,6 +90,7 @@ def certify(
         if isinstance(found, Unprovable):
             return found.tell(as_json=as_json)
         document, checked = found
+        document = _bound(document, checked, gains, gains_out)
         from takagi.certificates.document import dumps
         from takagi.reports.output import write_file
 
@@ -88,9 +98,52 @@ def certify(
     # A plant whose equations cannot be written has a certificate of its model's vertices alone.
     alone = kind == "plant" and document["model"]["kind"] != "plant"
     difference = None if old is None else compared(old, document, checked, share)
-    _print(out, checked, gains, old, difference, alone=alone, as_json=as_json)
+    warned = _told(document, gains) if gains_out is None else ""
+    gains = gains_out or gains
+    _print(out, checked, gains, old, difference, warned, alone=alone, as_json=as_json)
     kept = difference is None or difference.passes
     return PROVED if checked.verdict.name == "PROVED" and not alone and kept else UNPROVED
+
+
+def _require_gains_out(gains: Path | None, gains_out: Path, out: Path) -> None:
+    from takagi.models.errors import ModelError
+
+    require_file_place(gains_out)
+    if gains is None:
+        raise ModelError(
+            "option --gains-out writes the file of --gains anew; give that, or 'takagi design' "
+            "for new gains"
+        )
+    if gains_out.resolve() == out.resolve():
+        raise ModelError(f"{out}: --gains-out and --out are the same file; give two places")
+
+
+def _bound(
+    document: Mapping[str, Any], checked: Checked, gains: Path | None, gains_out: Path | None
+) -> Mapping[str, Any]:
+    """Return the certificate bound to the gain file that was given, or to the one written anew."""
+    if gains is None:
+        return document
+    from takagi.certificates.controller.given_file import bound_to_file, refreshed
+
+    own = document.get("controller")
+    if gains_out is None:
+        return bound_to_file(document, gains, own)
+    from takagi.certificates.controller.plant_members import statement
+    from takagi.reports.gain_file import dump_gains
+    from takagi.reports.output import write_file
+
+    found, content = refreshed(document, gains, own or {}, statement(checked))
+    write_file(gains_out, dump_gains(content))
+    return found
+
+
+def _told(document: Mapping[str, Any], gains: Path | None) -> str:
+    if gains is None:
+        return ""
+    from takagi.certificates.controller.given_file import told
+
+    return told(document, gains)
 
 
 def _read(baseline: Path, out: Path) -> Baseline:
@@ -162,6 +215,7 @@ def _print(
     gains: Path | None,
     old: Baseline | None,
     difference: Comparison | None,
+    warned: str,
     *,
     alone: bool,
     as_json: bool,
@@ -172,6 +226,8 @@ def _print(
         data = {"certificate": str(out), **claims_as_data(checked)}
         if alone:
             data["vertices_alone"] = True
+        if warned:
+            data["gains_differ"] = warned
         if old is not None and difference is not None:
             from takagi.reports.baseline import as_data
 
@@ -184,5 +240,7 @@ def _print(
         from takagi.reports.baseline import as_text
 
         print(f"\n{as_text(difference, source=str(old.source))}")
+    if warned:
+        print(f"\n{warned}")
     companion = "" if gains is None else f" --gains {gains}"
     print(f"\nNext\n  takagi check {out}{companion}")

@@ -23,7 +23,7 @@ def plant_members(
     notes: tuple[str, ...],
 ) -> dict[str, Any]:
     """Return the certificate's member ``controller`` for a plant with gains."""
-    near, words = removable_points(model) if len(law["K"]) > 1 else ({}, ())
+    near, words = removable_points(model)
     return {
         "name": f"{plant.name}, law by rules",
         "plant": plant.name,

@@ -139,7 +139,7 @@ def test_laws_of_the_paper_come_back_with_their_turbine(
     ("other", "words"),
     [
         ({"format": "takagi-certificate"}, "not a gain file of a turbine"),
-        ({"version": 3}, "version 3; versions 1 and 2"),
+        ({"version": 4}, "version 4; versions 1 to 3"),
         ({"law": {"name": "other"}}, "the law is 'other', not a wind turbine's"),
     ],
 )

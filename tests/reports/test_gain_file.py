@@ -101,14 +101,23 @@ def test_trim_table_is_the_turbines(turbine_design: TurbineDesign) -> None:
         assert table["region"][k] == point.region
 
 
-def test_regional_rules_and_gains_agree(turbine_design: TurbineDesign) -> None:
-    """4 rules of partial and 8 of full load, each with its gains; k_I is negative."""
-    regions = gain_file(turbine_design)["regional"]
+def test_no_gains_of_a_law_that_is_not_run(turbine_design: TurbineDesign) -> None:
+    """The regions' gains, which the coherent law does not use, are not in its file."""
+    content = gain_file(turbine_design)
 
-    assert [len(region["rules"]) for region in regions] == [4, 8]
-    for region in regions:
-        assert len(region["k_x"]) == len(region["k_I"]) == len(region["rules"])
-        assert max(region["k_I"]) < 0
+    assert "regional" not in content and "filter" not in content
+    assert not any("k_x" in key or "k_I" in key for key in content["units"])
+
+
+def test_the_observer_has_inertia_and_torque_table(turbine_design: TurbineDesign) -> None:
+    """J, n_g, 1/2 rho pi R^3 and c_Q as a spline: the turbine's own."""
+    rotor, turbine = gain_file(turbine_design)["rotor"], turbine_design.turbine
+    table = rotor["torque_coefficient"]
+
+    assert rotor["inertia"] == pytest.approx(turbine.inertia, rel=1e-15)
+    assert rotor["torque_constant"] == turbine.torque_constant
+    assert table["knots"][0] == turbine.torque.x_knots.tolist()
+    assert table["coefficients"] == turbine.torque.coefficients.tolist()
 
 
 @pytest.mark.parametrize(

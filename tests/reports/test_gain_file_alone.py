@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import numpy as np
@@ -13,17 +16,25 @@ import pytest
 from takagi.certificates.checker.kernel.result import Checked
 from takagi.certificates.controller.content import bound, gain_file_of
 from takagi.certificates.controller.plant_members import plant_members
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document import certificate_document, coherent_law_data
 from takagi.certificates.model_data import pdc_law_data
+from takagi.certificates.paper import paper_law_data
+from takagi.certificates.paper_design import designed_law
 from takagi.certificates.plant_blend import unknown_premises
 from takagi.certificates.plant_embedding import law_members, plant_data
+from takagi.certificates.turbine_design import TurbineDesign
 from takagi.models.blending.modelling import blended_model
+from takagi.models.law.coherent import CoherentLaw
+from takagi.models.law.feedforward import no_feedforward
+from takagi.models.law.law import Law, Measurement
 from takagi.models.law.pdc import PdcLaw
+from takagi.models.law.sampled import SampledLaw, sampled
 from takagi.models.library import built_in_kinds, data_folder
 from takagi.models.plant.loader import load_plant
 from takagi.models.plant.plant import Plant
 from takagi.models.sector.model import sector_model
-from takagi.reports.gain_file import dump_gains
+from takagi.models.turbine.trim import trim
+from takagi.reports.gain_file import dump_gains, gain_file
 
 PAGE = (Path(__file__).parents[2] / "docs" / "gain-file.md").read_text(encoding="utf-8")
 """The page."""
@@ -132,12 +143,141 @@ def test_the_law_of_every_built_in_plant(name: str, tmp_path: Path) -> None:
 
 def test_the_effort_of_a_blend_is_added_up(tmp_path: Path) -> None:
     """U after = U + T times the commanded rate, from where it rests."""
-    plant, law = plant_law("split_range")
-    run = controller(plant_file("split_range", tmp_path))
+    plant, law = plant_law("boost_throttle")
+    run = controller(plant_file("boost_throttle", tmp_path))
     effort = float(law.state_rest[-1])
     for _ in range(5):
-        state = np.array([351.0, 341.0, 10.0, effort])
+        state = np.array([8.4e4, 1.71e4, 10.0, effort])
         seen = dict(zip((v.name for v in plant.states[:-1]), map(float, state), strict=False))
         run.sample(0.1, **seen)
         effort += 0.1 * float(law.sent(state)[0])
         assert run.kept[0][plant.states[-1].name] == pytest.approx(effort, rel=1e-12)
+
+
+# ------------------------------------------------------------------ turbines
+
+
+def turbine_file(design: TurbineDesign, law: Law, folder: Path) -> Path:
+    """Write the gain file of a law, with the observer of a design and a start of no meaning."""
+    coherent = isinstance(law, CoherentLaw)
+    gains = coherent_law_data(law) if coherent else paper_law_data(law)  # type: ignore[arg-type]
+    document = certificate_document(
+        model=design.document["model"], gains=gains, claims=[], provenance={}
+    )
+    own = {**design.document["controller"], "start": {"wind": [3, 25], "integrals": [[0, 0]] * 2}}
+    path = folder / "gains.json"
+    path.write_text(dump_gains(gain_file_of(bound(document, own))), encoding="utf-8")
+    return path
+
+
+def laws_of(design: TurbineDesign) -> dict[str, Law]:
+    """Return every law that ``design --law`` emits, and variants of its options."""
+    assert design.coherent is not None
+    plain, turbine = design.coherent, design.turbine
+    models = (design.partial_load, design.full_load, design.regional)
+    found: dict[str, Law] = {
+        "coherent": plain,
+        "slow filter": replace(plain, wind_filter=5.0),
+        "no filter": replace(plain, wind_filter=0.0, feedforward=no_feedforward(plain.schedule)),
+    }
+    for name in ("paper", "paper-two-integrators"):
+        asked = replace(design.settings, law=name)
+        found[name] = designed_law(turbine, asked, models)
+    linear = replace(design.settings, law="paper", ramp_shape="linear", ramp_placement=0.25)
+    return {**found, "linear ramp": designed_law(turbine, linear, models)}
+
+
+LAWS = ("coherent", "slow filter", "no filter", "paper", "paper-two-integrators", "linear ramp")
+
+
+@pytest.fixture(scope="module")
+def laws(turbine_design: TurbineDesign) -> Mapping[str, Law]:
+    return laws_of(turbine_design)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_turbine_s_law_sample_by_sample(
+    name: str, laws: Mapping[str, Law], turbine_design: TurbineDesign, tmp_path: Path
+) -> None:
+    """Winds from below cut-in to above cut-out, speeds around the trim and far from it.
+
+    The states of both run on by themselves from sample to sample.
+    """
+    law, T = laws[name], 0.02
+    run, rng = controller(turbine_file(turbine_design, law, tmp_path), "law"), Random(5)
+    kept = [entry["name"] for entry in run.parts[0]["keep"]]
+    shut = 0
+    for _ in range(12):
+        mean, state = rng.uniform(2.0, 27.0), np.zeros(0)
+        for k in range(25):
+            wind = mean + rng.gauss(0, 1)
+            speed = rng.uniform(0.6, 1.45)
+            measured = Measurement(speed, rng.uniform(-0.05, 0.45), wind)
+            if k == 0:
+                run.kept = [{}]
+                if law.name == "coherent":
+                    state = law.initial_state(wind)
+                else:
+                    # From anywhere: the start is a choice, not a part of the law.
+                    state = np.array([rng.uniform(-6, 1) for _ in law.state_names])
+                    run.kept = [dict(zip(kept, state.tolist(), strict=True))]
+            command, later = sampled(law, state, measured, T)
+            sent = run.sample(T, speed=speed, pitch=measured.pitch, wind_estimate=wind)
+            top = turbine_design.turbine.rated_torque
+            assert sent["torque"] == pytest.approx(command.torque, abs=1e-9 * top)
+            assert sent["pitch_reference"] == pytest.approx(command.pitch, abs=1e-9)
+            shut += command.torque in (0.0, top)
+            state = later
+            ours = [run.kept[0][one] for one in kept]
+            assert ours == pytest.approx(state[: len(ours)].tolist(), rel=1e-9, abs=1e-9)
+    assert shut > 20
+
+
+def test_near_the_trim_where_secants_become_slopes(
+    laws: Mapping[str, Law], turbine_design: TurbineDesign, tmp_path: Path
+) -> None:
+    """Speed and pitch within 1e-12 to 1e-3 of the trim, at and between the nodes of the table."""
+    law = laws["paper"]
+    run = controller(turbine_file(turbine_design, law, tmp_path), "law")
+    point, rng = turbine_design.turbine, Random(9)
+    for wind in (4.5, 8.0, 11.4, 13.25, 20.1):
+        at = trim(point, wind)
+        for size in (0.0, 1e-12, 1e-7, 5e-5, 2e-4, 1e-3):
+            speed = at.rotor_speed + size * rng.uniform(-1, 1)
+            pitch = at.pitch + size * rng.uniform(-1, 1)
+            run.kept = [{"x": -2.0}]
+            command = law.command(np.array([-2.0]), Measurement(speed, pitch, wind))
+            sent = run.sample(0.02, speed=speed, pitch=pitch, wind_estimate=wind)
+            assert sent["torque"] == pytest.approx(command.torque, abs=1e-9 * point.rated_torque)
+            assert sent["pitch_reference"] == pytest.approx(command.pitch, abs=1e-9)
+
+
+def test_the_whole_controller_in_its_order(turbine_design: TurbineDesign, tmp_path: Path) -> None:
+    """Observer, law, rate limits: as ``takagi simulate`` runs them, sample by sample."""
+    design, T, rng = turbine_design, 0.01, Random(7)
+    path = tmp_path / "gains.json"
+    path.write_text(dump_gains(gain_file(design)), encoding="utf-8")
+    run, watch = controller(path), design.observer.observer
+    limits = design.turbine.torque_rate_limit, design.turbine.pitch_rate_limit
+    program = SampledLaw(design.law, T, 0.0, *limits)
+    speed, pitch, guess = 1.2, 0.05, 13.0
+    estimator = watch.initial_state(speed, guess)
+    within = program.start(guess, design.law.command(
+        design.law.initial_state(guess), Measurement(speed, pitch, guess)))  # fmt: skip
+    moved = 0
+    for k in range(150):
+        seen = watch.wind_estimate(estimator)
+        command, within = program.step(within, Measurement(speed, pitch, seen))
+        sent = run.sample(T, speed=speed, pitch=pitch, wind_guess=guess)
+        estimator = estimator + T * watch.state_rate(estimator, speed, pitch, command.torque)
+
+        assert sent["wind_estimate"] == pytest.approx(seen, rel=1e-9)
+        assert sent["torque_sent"] == pytest.approx(command.torque, rel=1e-9)
+        assert sent["pitch_sent"] == pytest.approx(command.pitch, rel=1e-9, abs=1e-9)
+        moved += sent["pitch_sent"] != sent["pitch_reference"]
+        # Far enough that the estimate runs into both of its limits.
+        speed, pitch = (
+            speed + (0.02 if k < 75 else -0.03),
+            max(0.0, pitch + rng.uniform(-1, 1) / 50),
+        )
+    assert moved > 3

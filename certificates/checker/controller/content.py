@@ -38,7 +38,7 @@ def file_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, Any]
     """
     head = {"format": FORMAT, "version": Number(str(VERSION)), "language": LANGUAGE, "law": law}
     work = _plant if law["name"] == "pdc" else _turbine
-    return {**head, **own, **law_texts(law), **work(model, law, own)}
+    return {**own, **head, **law_texts(law), **work(model, law, own)}
 
 
 def _turbine(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, Any]:

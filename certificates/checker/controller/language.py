@@ -37,7 +37,7 @@ LANGUAGE = {
     "that of the first or last interval",
     "hold(x, X, Y)": "Y[k] where X[k] <= x < X[k+1]; beyond the nodes the first or last of Y",
     "mix(R, Y, w1, w2, ...)": "sum over rules i of Y[i] times, for each premise k, wk where "
-    "R[i][k] = 1 and 1 - wk where R[i][k] = 0",
+    "R[i][k] = 1 and 1 - wk where R[i][k] = 0; of a Y with one entry that entry",
     "spline(x, S), spline(x, y, S)": "sum of S.coefficients times the cubic B-splines over "
     "S.knots, a row of knots for each argument; an argument is held within the knots",
 }

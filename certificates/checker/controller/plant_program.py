@@ -1,7 +1,8 @@
 r"""One sample of a plant's law by rules as a program: u = u* - sum_i h_i(z) K_i (x - x*).
 
-Gains that are the same in all rules need no premise.  A law behind a blend commands the rate of
-the effort U, which the program adds up, and shares U between the two actuators.
+One gain in ``K`` counts for all rules; only a law without premises has no weights.  A law behind a
+blend commands the rate of the effort U, which the program adds up, and shares U between the two
+actuators.
 """
 
 from __future__ import annotations
@@ -47,7 +48,6 @@ class _Writing:
 
     def whole(self) -> Part:
         law = self.law
-        scheduled = len(law["K"]) > 1
         states = [_split(label) for label in law["state_names"]]
         variables = _variables(self.model, "states", [name for name, _ in states])
         effort = self.blending["effort"] if self.blending else ""
@@ -59,7 +59,7 @@ class _Writing:
         deviations = [self.deviation(v) for v in variables]
         if self.blending:
             self.share()
-        weights = self.weights() if scheduled else []
+        weights = self.weights() if law.get("premises") else []
         inputs = _variables(self.model, "inputs", [_split(u)[0] for u in law["input_names"]])
         for k, variable in enumerate(inputs):
             self.command(k, variable, inputs, variables, deviations, weights)

@@ -1,0 +1,144 @@
+"""A certificate for gains of a file, bound to what else that file says.
+
+A file of today's version keeps its words, observer gains, trim table and what it says of its own
+certificate; programs, limits, ranges and units are worked out from the model that is certified.
+Where they are not what the file says, ``takagi check --gains`` will refuse it, and ``told`` says so
+beforehand.  Of a file of an earlier version, all that it says beside the law is taken as it is,
+once the numbers in it that belong to the model are the model's.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from takagi.certificates.checker.controller.content import VERSION
+from takagi.certificates.checker.files.differing import differing, in_words
+from takagi.certificates.checker.files.gain_file import expected_file
+from takagi.certificates.checker.kernel.reader import read_json, read_text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.controller.content import bound, gain_file_of, plain
+
+__all__ = ["bound_to_file", "refreshed", "told"]
+
+# Members that do not follow from model and law, and are the file's to say.
+FREE = ("name", "turbine", "plant", "notes", "trim", "start", "observer", "certificate")
+NEEDED = ("trim", "observer")  # of a turbine's file
+MOST = 3
+
+
+def bound_to_file(
+    document: Mapping[str, Any], path: Path, own: Mapping[str, Any] | None = None
+) -> Mapping[str, Any]:
+    """Return the certificate bound to a gain file; as it is where the file has a law alone.
+
+    Parameters
+    ----------
+    own : the ``controller`` of the certificate where it has one that was made anew.
+
+    Raises
+    ------
+    CertificateError : the file cannot be read, or is of an earlier version and says something else
+        than the model.
+    """
+    file = read_json(path)
+    beside = {key: plain(value) for key, value in file.items() if key not in ("format", "law")}
+    if not beside:
+        return document if own is None else bound(document, own)
+    if str(file.get("version")) == str(VERSION):
+        return _of_today(document, beside, own)
+    _compare_earlier(document, file, own, path)
+    return bound(document, {"version": beside.get("version"), **beside})
+
+
+def refreshed(
+    document: Mapping[str, Any], path: Path, own: Mapping[str, Any], statement: Mapping[str, Any]
+) -> tuple[Mapping[str, Any], dict[str, Any]]:
+    """Return the certificate bound to the gain file written anew, and the content of that file.
+
+    Raises
+    ------
+    CertificateError : the file cannot be read, or lacks what does not follow from the model.
+    """
+    file = {key: plain(value) for key, value in read_json(path).items()}
+    kept = {key: file[key] for key in FREE if key in file} | {"certificate": statement}
+    found = _of_today(document, kept, own)
+    if "controller" not in found:
+        raise CertificateError(
+            f"{path}: it has no {' and no '.join(k for k in NEEDED if k not in file)}, so no whole "
+            "gain file can be written; give the gains.json of a design, or design anew"
+        )
+    return found, gain_file_of(found)
+
+
+def told(document: Mapping[str, Any], path: Path) -> str:
+    """Return in which fields a gain file is not the one of a certificate; nothing where it is."""
+    if "controller" not in document:
+        return ""
+    data = read_text(json.dumps(document), "certificate")
+    file, expected = read_json(path), expected_file(data)
+    shared = {key: expected.get(key) for key in file}
+    found = [
+        f"{one.place} is {in_words(one.first)} there, {in_words(one.second)} for this model"
+        for one in islice(differing(file, shared), MOST)
+    ]
+    if not found:
+        return ""
+    return (
+        f"{path}: 'takagi check --gains' will refuse it beside this certificate: "
+        f"{'; '.join(found)}. --gains-out FILE writes it anew for this model, with the same law"
+    )
+
+
+def _of_today(
+    document: Mapping[str, Any], file: Mapping[str, Any], own: Mapping[str, Any] | None
+) -> Mapping[str, Any]:
+    found = {**(own or {}), **{key: file[key] for key in FREE if key in file}}
+    if document["gains"]["name"] != "pdc":
+        if not all(isinstance(found.get(key), Mapping) for key in NEEDED):
+            return document
+        observer = {key: v for key, v in found["observer"].items() if key != "equations"}
+        found |= {"observer": observer, "states": file.get("states", [])}
+    found.setdefault("certificate", {})
+    return bound(document, found)
+
+
+def _compare_earlier(
+    document: Mapping[str, Any], file: Mapping[str, Any], own: Mapping[str, Any] | None, path: Path
+) -> None:
+    """Refuse a file whose limits, rests, ranges, units or formulas are not those of the model."""
+    data = read_text(json.dumps(dict(document)), "certificate")
+    wanted = _known(data, own)
+    for key, value in wanted.items():
+        if key not in file:
+            continue
+        stated = file[key]
+        for one in differing(stated, _like(stated, value), (key,)):
+            raise CertificateError(
+                f"{path}: {one.place} is {in_words(one.first)} there, {in_words(one.second)} for "
+                "this model: the file was written for another one; mend it, or design anew"
+            )
+
+
+def _known(data: Mapping[str, Any], own: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return what a file of an earlier version says that follows from model and law."""
+    from takagi.certificates.checker.controller.content import file_content
+
+    law = data["gains"]
+    words = read_text(json.dumps(own or {}), "controller")
+    filled = {"observer": {}, "start": None, "certificate": {}, **words}
+    whole = file_content(data["model"], law, filled)
+    keys = ("states", "inputs", "formulas") if law["name"] == "pdc" else ("limits", "ramp")
+    return {key: whole[key] for key in keys if key in whole}
+
+
+def _like(stated: Any, wanted: Any) -> Any:
+    """Return the part of ``wanted`` that has the keys of ``stated``: earlier files said less."""
+    if isinstance(stated, dict) and isinstance(wanted, dict):
+        return {key: _like(stated[key], wanted.get(key)) for key in stated}
+    if isinstance(stated, list) and isinstance(wanted, list) and len(stated) == len(wanted):
+        return [_like(s, w) for s, w in zip(stated, wanted, strict=True)]
+    return wanted

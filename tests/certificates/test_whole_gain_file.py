@@ -1,0 +1,361 @@
+"""`check --gains` compares the whole file: every field that an implementer reads, by content."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from takagi.certificates.checker import CertificateError, check
+from takagi.certificates.checker.files.gain_file import compare_gains
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.refusal import OtherGains
+from takagi.certificates.controller.content import bound, gain_file_of
+from takagi.certificates.document import (
+    certificate_document,
+    coherent_law_data,
+    dumps,
+    turbine_data,
+)
+from takagi.certificates.plant_design import PlantDesign, design_plant
+from takagi.cli.main import main
+from takagi.models.law import CoherentLaw, EffortGains, effort_schedule
+from takagi.models.plant.loader import load_plant, plant_files
+from takagi.models.turbine import nrel5mw
+from takagi.reports.gain_file import dump_gains
+from takagi.reports.plant_gain_file import plant_gain_file
+
+Capture = pytest.CaptureFixture[str]
+Change = Callable[[dict[str, Any]], object]
+TANK = """
+format = 1
+kind = "plant"
+name = "tank"
+
+[states]
+h = { unit = "m", range = [0.5, 1.5], rest = 1, description = "level" }
+
+[inputs]
+q = { unit = "kg/s", range = [0, 5], rest = 2, description = "feed" }
+
+[equations]
+h = "q/(2 kg/m) - h/(1 s)"
+""".replace("q/(2 kg/m) - h/(1 s)", "a*q - b*h^2 + c*(h - h0)")
+TANK += """
+[parameters]
+a = { value = 0.5, unit = "m/kg" }
+b = { value = 1, unit = "1/(m s)" }
+c = { value = 0.1, unit = "1/s" }
+h0 = { value = 1, unit = "m" }
+"""
+
+
+@pytest.fixture(scope="module")
+def tank(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plant whose state and input rest off 0, designed: plant file, gain file, certificate."""
+    folder = tmp_path_factory.mktemp("tank")
+    (folder / "tank.toml").write_text(TANK, encoding="utf-8")
+    plant = load_plant(folder / "tank.toml")
+    found = design_plant(plant, files=plant_files(folder / "tank.toml"))
+    assert isinstance(found, PlantDesign) and found.proved
+    (folder / "c.json").write_text(dumps(found.document), encoding="utf-8")
+    (folder / "gains.json").write_text(dump_gains(plant_gain_file(found)), encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def turbine() -> tuple[dict[str, Any], dict[str, Any]]:
+    """A coherent law with gains of no meaning: the certificate without claims, and its file."""
+    found = nrel5mw()
+    schedule = effort_schedule(found)
+    gains = EffortGains([0.5] * len(schedule.wind), [0.2] * (len(schedule.wind) - 1))  # type: ignore[arg-type]
+    law = CoherentLaw.of(found, schedule, gains)
+    document = certificate_document(
+        model=turbine_data(found, ()), gains=coherent_law_data(law), claims=[], provenance={}
+    )
+    own = {
+        "name": "NREL 5-MW, coherent law",
+        "turbine": "NREL 5-MW",
+        "states": list(law.state_names),
+        "trim": {"wind": [3.0, 25.0], "rotor_speed": [0.7, 1.2], "pitch": [0.0, 0.4]},
+        "observer": {"l1": 2.5, "l2": 40.0, "decay_rate": 0.05, "wind_limits": [1.5, 37.5]},
+        "certificate": {"verdict": "PROVED", "claims": [], "overspeed": 0.1},
+    }
+    bounded = bound(document, own)
+    return bounded, gain_file_of(bounded)
+
+
+def told(document: dict[str, Any], content: Any, folder: Path) -> str:
+    """Return what the checker says of a gain file beside a certificate without claims."""
+    path = folder / "gains.json"
+    path.write_text(content if isinstance(content, str) else json.dumps(content), "utf-8")
+    return compare_gains(read_text(json.dumps(document), "certificate"), path)
+
+
+TURBINE_CHANGES: dict[str, Change] = {
+    "limits.pitch[1]": lambda f: f["limits"]["pitch"].__setitem__(1, 1.4),
+    "limits.torque_rate": lambda f: f["limits"].update(torque_rate=2e4),
+    "observer.l1": lambda f: f["observer"].update(l1=2.6),
+    "observer.wind_limits[0]": lambda f: f["observer"]["wind_limits"].__setitem__(0, 2.0),
+    "observer.equations[1]": lambda f: f["observer"]["equations"].__setitem__(1, "vhat' = 0"),
+    "trim.pitch[1]": lambda f: f["trim"]["pitch"].__setitem__(1, 0.41),
+    "ramp.overlap": lambda f: f["ramp"].update(overlap=0.02),
+    "ramp.formula[0]": lambda f: f["ramp"]["formula"].__setitem__(0, "psi(s) = s"),
+    "units.law.wind": lambda f: f["units"].update({"law.wind": "km/h"}),
+    "execution.integral": lambda f: f["execution"].update(integral="x after = x"),
+    "schedule.outside": lambda f: f["schedule"].update(outside="extrapolated"),
+    "rotor.inertia": lambda f: f["rotor"].update(inertia=4e7),
+    "rotor.torque_coefficient.coefficients[3][4]": lambda f: f["rotor"]["torque_coefficient"][
+        "coefficients"
+    ][3].__setitem__(4, 0.05),
+    "programs[1].steps": lambda f: f["programs"][1]["steps"].pop(),
+    "programs[1].send[0].formula": lambda f: f["programs"][1]["send"][0].update(formula="0"),
+    "language.limit(x, a, b)": lambda f: f["language"].update({"limit(x, a, b)": "x"}),
+    "law.pitch_max": lambda f: f["law"].update(pitch_max=1.4),
+    "certificate.overspeed": lambda f: f["certificate"].update(overspeed=0.01),
+    "version": lambda f: f.update(version=2),
+    "states[0]": lambda f: f["states"].__setitem__(0, "speed integral [rpm]"),
+    "remark": lambda f: f.update(remark="start at full torque"),
+}
+
+
+@pytest.mark.parametrize("place", TURBINE_CHANGES)
+def test_a_changed_field_of_a_turbine_is_named(
+    place: str, turbine: tuple[dict[str, Any], dict[str, Any]], tmp_path: Path
+) -> None:
+    """Whatever is changed, the refusal says which field it was."""
+    document, content = turbine[0], copy.deepcopy(turbine[1])
+    assert told(document, content, tmp_path) == ""
+    TURBINE_CHANGES[place](content)
+
+    with pytest.raises(OtherGains) as refused:
+        told(document, content, tmp_path)
+    assert f"; {place} is " in str(refused.value) and "in the certificate" in str(refused.value)
+
+
+PLANT_CHANGES: dict[str, Change] = {
+    "states[0].rest": lambda f: f["states"][0].update(rest=1.1),
+    "states[0].range[0]": lambda f: f["states"][0]["range"].__setitem__(0, 0.4),
+    "states[0].unit": lambda f: f["states"][0].update(unit="ft"),
+    "states[0].description": lambda f: f["states"][0].update(description="level, in feet"),
+    "inputs[0].range[1]": lambda f: f["inputs"][0]["range"].__setitem__(1, 50),
+    "inputs[0].rest": lambda f: f["inputs"][0].update(rest=0),
+    "inputs[0].range": lambda f: f["inputs"][0].update(range=None),
+    "formulas.command": lambda f: f["formulas"].update(
+        command="u = u* + sum over rules i of h_i K_i (x - x*)"
+    ),
+    "programs[0].send[0].formula": lambda f: f["programs"][0]["send"][0].update(formula="q_rest"),
+    "units.K, q per h": lambda f: f["units"].update({"K, q per h": "kg/s"}),
+    "law.premises[0].upper": lambda f: f["law"]["premises"][0].update(upper=9),
+    "notes": lambda f: f["notes"].append("use twice the gain"),
+    "certificate.sha256.claims": lambda f: f["certificate"]["sha256"].update(claims="0" * 64),
+    "certificate.verdict": lambda f: f["certificate"].update(verdict="UNDECIDED"),
+}
+
+
+@pytest.mark.parametrize("place", PLANT_CHANGES)
+def test_a_changed_field_of_a_plant_has_status_one(
+    place: str, tank: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """`takagi check` refuses the pair with the field's name, and proves the honest one."""
+    content = json.loads((tank / "gains.json").read_text("utf-8"))
+    PLANT_CHANGES[place](content)
+    changed = tmp_path / "changed.json"
+    changed.write_text(json.dumps(content), "utf-8")
+    report = tmp_path / "junit.xml"
+
+    status = main(["check", str(tank / "c.json"), "--gains", str(changed), "--junit", str(report)])
+
+    said = capsys.readouterr().err
+    assert status == 1 and f"; {place} is " in said and "Traceback" not in said
+    assert place in report.read_text("utf-8")
+
+
+def shuffled(value: Any) -> Any:
+    """Return the same content with its keys in the other order."""
+    if isinstance(value, dict):
+        return {key: shuffled(value[key]) for key in reversed(value)}
+    return [shuffled(part) for part in value] if isinstance(value, list) else value
+
+
+def rewritten(text: str) -> Iterator[tuple[str, str]]:
+    """Yield the same content in other bytes."""
+    content = json.loads(text)
+    yield "order of keys", json.dumps(shuffled(content))
+    yield "white space", json.dumps(content, indent=7)
+    yield "CRLF", text.replace("\n", "\r\n")
+    longer = json.loads(text, parse_int=lambda s: float(s), parse_float=lambda s: float(s))
+    yield "1.0 for 1", json.dumps(longer)
+    yield (
+        "1e0 for 1",
+        text.replace("null, ", "null ,")
+        .replace(": 5.0]", ": 0.5e1]")
+        .replace("[0.5, 1.5]", "[5e-1, 15.0E-1]"),
+    )
+
+
+def test_other_bytes_of_the_same_content_change_nothing(tank: Path, tmp_path: Path) -> None:
+    """Order of keys, white space, line ends, the form of numbers, the file's name."""
+    text = (tank / "gains.json").read_text("utf-8")
+    for k, (what, other) in enumerate(rewritten(text)):
+        assert other != text, what
+        path = tmp_path / f"renamed-{k}.json"
+        path.write_bytes(other.encode())
+        assert check(tank / "c.json", gains=path).verdict.name == "PROVED", what
+
+
+def test_a_member_that_is_not_there_is_told(tank: Path, tmp_path: Path) -> None:
+    """It cannot mislead anybody; the law alone is a gain file still."""
+    law = json.loads((tank / "gains.json").read_text("utf-8"))["law"]
+    path = tmp_path / "law.json"
+    path.write_text(json.dumps({"law": law}), "utf-8")
+
+    found = check(tank / "c.json", gains=path)
+
+    assert found.verdict.name == "PROVED"
+    assert any("it does not say" in word and "programs" in word for word in found.messages)
+
+
+def test_an_older_certificate_says_what_it_does_not_cover(tank: Path, tmp_path: Path) -> None:
+    """Without ``controller`` the law alone is compared, and the rest is named."""
+    old = json.loads((tank / "c.json").read_text("utf-8"))
+    del old["controller"], old["provenance"]["sha256"]["controller"]
+    path = tmp_path / "old.json"
+    path.write_text(json.dumps(old), "utf-8")
+
+    found = check(path, gains=tank / "gains.json")
+
+    (words,) = [word for word in found.messages if "only its law is compared" in word]
+    assert "inputs" in words and "programs" in words and "formulas" in words
+
+
+def test_a_damaged_controller_is_refused(tank: Path, tmp_path: Path) -> None:
+    """Its hash is looked at first; with the hash made again, no file follows from it."""
+    document = json.loads((tank / "c.json").read_text("utf-8"))
+    path = tmp_path / "c.json"
+    for controller in ({"states": 5}, [], {"states": [], "inputs": [{}]}, {"removable": 3}):
+        damaged = document | {"controller": controller}
+        path.write_text(json.dumps(damaged), "utf-8")
+        with pytest.raises(CertificateError, match="hash differs"):
+            check(path, gains=tank / "gains.json")
+        path.write_text(json.dumps(bound(document, controller)), "utf-8")  # type: ignore[arg-type]
+        with pytest.raises(CertificateError) as refused:
+            check(path, gains=tank / "gains.json")
+        assert "no gain file follows" in str(refused.value) or isinstance(refused.value, OtherGains)
+
+
+def test_words_that_both_files_have_wrong_are_refused(tank: Path, tmp_path: Path) -> None:
+    """The sign in ``command``, a range, a step of the program: the checker knows them itself."""
+    document = json.loads((tank / "c.json").read_text("utf-8"))
+    content = json.loads((tank / "gains.json").read_text("utf-8"))
+    forged = {
+        "formulas": {**content["formulas"], "command": "u = u* + ..."},
+        "inputs": [{**content["inputs"][0], "range": [0, 50]}],
+        "programs": [{**content["programs"][0], "steps": []}],
+        "language": {},
+    }
+    for key, value in forged.items():
+        own = {**document["controller"], key: value}
+        (tmp_path / "c.json").write_text(json.dumps(bound(document, own)), "utf-8")
+        (tmp_path / "g.json").write_text(json.dumps({**content, key: value}), "utf-8")
+        with pytest.raises(OtherGains, match=key):
+            check(tmp_path / "c.json", gains=tmp_path / "g.json")
+
+
+# ------------------------------------------------------------------ certify, given a gain file
+
+
+def certified(tank: Path, gains: Path, out: Path, *more: str) -> int:
+    return main(
+        ["certify", str(tank / "tank.toml"), "--gains", str(gains), "--out", str(out), *more]
+    )
+
+
+def test_a_certificate_for_a_given_file_is_bound_to_it(
+    tank: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """The pair is PROVED; what the file says of an older certificate does no harm."""
+    out = tmp_path / "c.json"
+
+    assert certified(tank, tank / "gains.json", out) == 0
+    assert "will refuse" not in capsys.readouterr().out
+    assert main(["check", str(out), "--gains", str(tank / "gains.json")]) == 0
+
+
+def test_fields_that_are_not_the_plant_s_are_told_and_written_anew(
+    tank: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """A range of an input that is another: told, refused by check, right in --gains-out."""
+    content = json.loads((tank / "gains.json").read_text("utf-8"))
+    content["inputs"][0]["range"] = [0, 50]
+    content["formulas"]["command"] = "u = u* + ..."
+    gains, out, new = tmp_path / "wide.json", tmp_path / "c.json", tmp_path / "new.json"
+    gains.write_text(json.dumps(content), "utf-8")
+
+    assert certified(tank, gains, out) == 0
+    said = capsys.readouterr().out
+    assert "inputs[0].range[1] is 50 there, 5.0 for this model" in said
+    assert "--gains-out FILE" in said
+    assert main(["check", str(out), "--gains", str(gains)]) == 1
+
+    assert certified(tank, gains, out, "--gains-out", str(new)) == 0
+    assert main(["check", str(out), "--gains", str(new)]) == 0
+    made = json.loads(new.read_text("utf-8"))
+    assert made["inputs"][0]["range"] == [0, 5] and made["law"] == content["law"]
+
+
+def earlier(content: dict[str, Any]) -> dict[str, Any]:
+    """Return the file as version 1 had it."""
+    kept = ("format", "name", "plant", "units", "law", "states", "inputs", "formulas", "notes")
+    return {"version": 1, **{key: content[key] for key in kept}}
+
+
+def test_a_file_of_an_earlier_version_is_certified_and_bound(
+    tank: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """Old files are read; a change afterwards is noticed; the check says what it rests on."""
+    content = earlier(json.loads((tank / "gains.json").read_text("utf-8")))
+    gains, out = tmp_path / "old.json", tmp_path / "c.json"
+    gains.write_text(json.dumps(content), "utf-8")
+
+    assert certified(tank, gains, out) == 0
+    assert main(["check", str(out), "--gains", str(gains)]) == 0
+    assert "certificate's copy of it, not with model and law" in capsys.readouterr().out
+    content["notes"].append("changed")
+    gains.write_text(json.dumps(content), "utf-8")
+    assert main(["check", str(out), "--gains", str(gains)]) == 1
+    assert "notes is " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda f: f["states"][0].update(rest=1.1), "states[0].rest is 1.1 there"),
+        (lambda f: f["formulas"].update(command="u = u* + ..."), "formulas.command is"),
+    ],
+)
+def test_an_earlier_file_that_says_something_else_is_not_certified(
+    change: Change, words: str, tank: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    content = earlier(json.loads((tank / "gains.json").read_text("utf-8")))
+    change(content)
+    gains, out = tmp_path / "old.json", tmp_path / "c.json"
+    gains.write_text(json.dumps(content), "utf-8")
+
+    assert certified(tank, gains, out) == 2
+    assert words in capsys.readouterr().err and not out.exists()
+
+
+def test_gains_out_needs_gains_and_a_place_of_its_own(
+    tank: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    out = str(tmp_path / "c.json")
+
+    assert main(["certify", str(tank / "tank.toml"), "--out", out, "--gains-out", "g.json"]) == 2
+    assert "--gains-out writes the file of --gains anew" in capsys.readouterr().err
+    assert certified(tank, tank / "gains.json", tmp_path / "c.json", "--gains-out", out) == 2
+    assert "the same file" in capsys.readouterr().err
