@@ -21,7 +21,7 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     from takagi.models.ts_model import TSModel
 
-__all__ = ["read_gains"]
+__all__ = ["read_gains", "read_plant_law"]
 
 Floats = NDArray[np.float64]
 NAME = "pdc"
@@ -39,14 +39,7 @@ def read_gains(path: Path, model: TSModel) -> Floats:
     CertificateError : unreadable, not strict JSON, without a law, a law of another kind or of
         another model, gains of the wrong shape.
     """
-    source = str(path)
-    law = member(read_json(path), "law", source)
-    if not isinstance(law, Mapping) or law.get("name") != NAME:
-        shown = ascii(law.get("name")) if isinstance(law, Mapping) else "no object"
-        raise CertificateError(
-            f"{source}: law.name is {shown}; the model is a plant, whose laws are {NAME!r}: give "
-            "the gain file that 'takagi design' wrote for this plant"
-        )
+    source, law = str(path), read_plant_law(path)
     stack = read_stack(law, "K", f"{source}: law")
     K = np.array([_floats(matrix) for matrix in stack])
     r, n, m = model.B.shape
@@ -73,6 +66,25 @@ def _compare(law: Mapping[str, Any], wanted: Mapping[str, Any], source: str) -> 
             f"model {_short(wanted.get(key))}; design the gains anew, or give the plant file and "
             "the options that they were made with"
         )
+
+
+def read_plant_law(path: Path) -> Mapping[str, Any]:
+    """Return the law of a plant's gain file, its numbers as they are written.
+
+    Raises
+    ------
+    CertificateError : unreadable, not strict JSON, without a law, or a law of another kind.
+    """
+    source = str(path)
+    law = member(read_json(path), "law", source)
+    if not isinstance(law, Mapping) or law.get("name") != NAME:
+        shown = ascii(law.get("name")) if isinstance(law, Mapping) else "no object"
+        raise CertificateError(
+            f"{source}: law.name is {shown}; the model is a plant, whose laws are {NAME!r}: give "
+            "the gain file that 'takagi design' wrote for this plant"
+        )
+    read_stack(law, "K", f"{source}: law")
+    return law
 
 
 def _floats(matrix: Any) -> list[list[float]]:

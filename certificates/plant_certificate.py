@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +61,7 @@ def plant_certificate(
     demands: Demands,
     *,
     files: Sequence[Path] = (),
+    law: Mapping[str, Any] | None = None,
 ) -> Certificate:
     """Return the certificate: the plant is the model, it decays, what was asked, what follows.
 
@@ -70,6 +71,8 @@ def plant_certificate(
     Parameters
     ----------
     files : the data files the plant was read from; their SHA-256 is recorded.
+    law : a law with weights of its own, as it is to be written, with these gains; None for one with
+        the weights of the model.
 
     Raises
     ------
@@ -79,7 +82,7 @@ def plant_certificate(
     model_data, before, notes = plant_and_claim(model)
     if model_data is not None and files:
         model_data |= {"files_sha256": _hashes(files)}
-    loop = Loop.of(model, gains, model_data=model_data)
+    loop = Loop.of(model, gains, model_data=model_data, law=law)
     attempts, tried = _attempts(loop, demands)
     document = certificate_document(
         model=loop.model_data,

@@ -27,7 +27,14 @@ if TYPE_CHECKING:
     from takagi.models.law.pdc import PdcLaw
     from takagi.models.ts_model import TSModel
 
-__all__ = ["NoPlantDesign", "PlantDesign", "PlantSettings", "certify_plant", "design_plant"]
+__all__ = [
+    "NoPlantDesign",
+    "PlantDesign",
+    "PlantSettings",
+    "certify_filed",
+    "certify_plant",
+    "design_plant",
+]
 
 Floats = NDArray[np.float64]
 Tell = Callable[[str], None]
@@ -179,6 +186,34 @@ def certify_plant(
     return work.certified(K, None, ("gains were given",))
 
 
+def certify_filed(
+    plant: Plant,
+    path: Path,
+    settings: PlantSettings | None = None,
+    *,
+    files: Sequence[Path] = (),
+    tell: Tell | None = None,
+) -> PlantDesign:
+    """Return the same for the law of a gain file, also where the plant has changed since.
+
+    The file's premises are kept where the new equations can be written in them; else the law has
+    weights of its own, and ``law`` of the answer is None: it cannot be run with the model.
+
+    Raises
+    ------
+    ModelError : as ``design_plant``.
+    CertificateError : the gain file is unreadable, or not for this plant.
+    """
+    from takagi.certificates.kept_model import law_for
+
+    asked = settings or PlantSettings()
+    clock = StepClock(tell)
+    given = law_for(plant, _model(plant, asked, clock), path, asked)
+    demands = demands_of(plant, given.model, asked)
+    work = _Work(plant, asked, given.model, demands, tuple(files), clock)
+    return work.certified(given.gains, None, given.notes, law=given.law)
+
+
 def _rounded(work: _Work, found: Found) -> PlantDesign:
     """Return the design with gains of as few digits as can be proved."""
     last: PlantDesign | None = None
@@ -238,20 +273,26 @@ class _Work:
     clock: StepClock
 
     def certified(
-        self, gains: Floats | None, design: Design | None, notes: tuple[str, ...]
+        self,
+        gains: Floats | None,
+        design: Design | None,
+        notes: tuple[str, ...],
+        *,
+        law: Mapping[str, Any] | None = None,
     ) -> PlantDesign:
         with self.clock("exact proof"):
             certificate = plant_certificate(
-                self.model, gains, self.asked, self.demands, files=self.files
+                self.model, gains, self.asked, self.demands, files=self.files, law=law
             )
         if certificate.document["model"]["kind"] != "plant":
             notes = (*certificate.tried[:1], *notes)
-        law = None
+        run = None
         if gains is not None:
-            law = _law(self.model, gains, certificate.document["gains"])
+            if law is None:
+                run = _law(self.model, gains, certificate.document["gains"])
             certificate = self.bound(certificate, notes)
         seconds = dict(self.clock.seconds)
-        parts = (self.plant, self.asked, self.model, design, gains, law, certificate)
+        parts = (self.plant, self.asked, self.model, design, gains, run, certificate)
         return PlantDesign(*parts, notes, seconds)
 
     def bound(self, certificate: Certificate, notes: tuple[str, ...]) -> Certificate:

@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 
 __all__ = ["certify", "run"]
 
-Outcome = tuple[Mapping[str, Any], "Checked"]
+# Certificate, verdict, and what the reader has to know of how it was made.
+Outcome = tuple[Mapping[str, Any], "Checked", tuple[str, ...]]
 # What may be asked of a certificate for gains that exist; the rest is about making gains.
 _OF_GIVEN_GAINS = (*OF_UNCERTAINTY, "choice", "solve_rest")
 
@@ -89,7 +90,7 @@ def certify(
         found = _outcome(model, gains, tell, asked, plant=kind == "plant")
         if isinstance(found, Unprovable):
             return found.tell(as_json=as_json)
-        document, checked = found
+        document, checked, notes = found
         document = _bound(document, checked, gains, gains_out)
         from takagi.certificates.document import dumps
         from takagi.reports.output import write_file
@@ -99,6 +100,7 @@ def certify(
     alone = kind == "plant" and document["model"]["kind"] != "plant"
     difference = None if old is None else compared(old, document, checked, share)
     warned = _told(document, gains) if gains_out is None else ""
+    warned = "\n".join((*notes, *([warned] if warned else ())))
     gains = gains_out or gains
     _print(out, checked, gains, old, difference, warned, alone=alone, as_json=as_json)
     kept = difference is None or difference.passes
@@ -163,18 +165,18 @@ def _outcome(
         if gains is None:
             return _designed(model, tell, options)
         return _given(model, gains, tell, options)
-    from takagi.cli.plant_run import plant_asked, plant_with_gains
+    from takagi.cli.plant_run import plant_asked, plant_certified
 
     if gains is not None:
-        found = plant_with_gains(model, gains, tell, options)
-        return found.document, found.checked
+        found = plant_certified(model, gains, tell, options)
+        return found.document, found.checked, found.notes[1:]
     design = plant_asked(model, tell, options)
-    return design if isinstance(design, Unprovable) else (design.document, design.checked)
+    return design if isinstance(design, Unprovable) else (design.document, design.checked, ())
 
 
 def _designed(model: str, tell: Tell, options: Mapping[str, Any]) -> Outcome | Unprovable:
     found = design_asked(model, tell, **options)
-    return found if isinstance(found, Unprovable) else (found.document, found.checked)
+    return found if isinstance(found, Unprovable) else (found.document, found.checked, ())
 
 
 def _given(model: str, gains: Path, tell: Tell, options: Mapping[str, Any]) -> Outcome | Unprovable:
@@ -189,7 +191,8 @@ def _given(model: str, gains: Path, tell: Tell, options: Mapping[str, Any]) -> O
     files = model_files(model)
 
     def work(noted: Tell) -> Outcome:
-        return certify_law(turbine, law, uncertainty=uncertainty, files=files, tell=noted)
+        made = certify_law(turbine, law, uncertainty=uncertainty, files=files, tell=noted)
+        return (*made, ())
 
     return answered(work, tell, options)
 
@@ -227,7 +230,7 @@ def _print(
         if alone:
             data["vertices_alone"] = True
         if warned:
-            data["gains_differ"] = warned
+            data["notes"] = warned.splitlines()
         if old is not None and difference is not None:
             from takagi.reports.baseline import as_data
 

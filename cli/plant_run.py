@@ -13,7 +13,7 @@ from takagi.cli.progress import Tell
 if TYPE_CHECKING:
     from takagi.certificates.plant_design import PlantDesign
 
-__all__ = ["plant_asked", "plant_with_gains", "verdict_words"]
+__all__ = ["plant_asked", "plant_certified", "plant_with_gains", "verdict_words"]
 
 
 def plant_asked(model: str, tell: Tell, options: Mapping[str, Any]) -> PlantDesign | Unprovable:
@@ -56,6 +56,21 @@ def plant_with_gains(
         files=plant_files(model),
         tell=tell,
     )
+
+
+def plant_certified(model: str, gains: Path, tell: Tell, options: Mapping[str, Any]) -> PlantDesign:
+    """Return the proof for the law of a file, also on a plant that has changed since.
+
+    Raises
+    ------
+    ModelError : as ``plant_asked``.
+    CertificateError : the gain file is unreadable, or not for this plant.
+    """
+    from takagi.certificates.plant_design import certify_filed
+    from takagi.models.plant.loader import load_plant, plant_files
+
+    plant, settings = load_plant(model), plant_settings(model, options)
+    return certify_filed(plant, gains, settings, files=plant_files(model), tell=tell)
 
 
 def verdict_words(design: PlantDesign) -> str:

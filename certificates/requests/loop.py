@@ -83,7 +83,7 @@ class Loop:
         """
         if law is not None and gains is None:
             gains = law["K"]
-        K = None if gains is None else _gains(model, gains)
+        K = None if gains is None else _gains(model, gains, own_rules=law is not None)
         if model_data is None:
             model_data = ts_model_data(model)
         if law is None and K is not None:
@@ -202,9 +202,12 @@ def _read(data: Mapping[str, Any] | None) -> Any:
     return None if data is None else read_text(json.dumps(data), "model or gains")
 
 
-def _gains(model: TSModel, gains: ArrayLike) -> Floats:
+def _gains(model: TSModel, gains: ArrayLike, *, own_rules: bool) -> Floats:
     K = np.asarray(gains, dtype=np.float64)
     r, n, m = model.B.shape
+    if own_rules and K.ndim == 3 and K.shape[1:] == (m, n) and np.all(np.isfinite(K)):
+        # A law with weights of its own may have another number of rules.
+        return K if np.any(K != K[0]) else np.broadcast_to(K[:1], (r, m, n)).copy()
     if K.shape in ((m, n), (1, m, n)):
         K = np.broadcast_to(K, (r, m, n)).copy()
     if K.shape != (r, m, n) or not np.all(np.isfinite(K)):

@@ -107,7 +107,8 @@ class _Search:
         r = len(loop.model.B)
         columns = P @ loop.model.B
         delta = np.abs(loop.gains) if shape is None else np.broadcast_to(shape, loop.gains.shape)
-        delta = np.broadcast_to(delta, (r, *delta.shape[1:]))
+        # A law with weights of its own has as many steps as gains.
+        delta = np.broadcast_to(delta, (r, *delta.shape[1:])) if len(delta) == 1 else delta
         steps = np.einsum("jk,jkl->jkl", delta.sum(axis=2), delta)
         # Inputs of different size are brought to one: tau_k is t over the size of column k.
         sizes = np.sqrt(np.maximum((columns**2).sum(axis=1).max(axis=0), 1e-300))

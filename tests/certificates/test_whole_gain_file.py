@@ -237,12 +237,13 @@ def test_a_damaged_controller_is_refused(tank: Path, tmp_path: Path) -> None:
     """Its hash is looked at first; with the hash made again, no file follows from it."""
     document = json.loads((tank / "c.json").read_text("utf-8"))
     path = tmp_path / "c.json"
-    for controller in ({"states": 5}, [], {"states": [], "inputs": [{}]}, {"removable": 3}):
+    wrong: list[Any] = [{"states": 5}, [], {"states": [], "inputs": [{}]}, {"removable": 3}]
+    for controller in wrong:
         damaged = document | {"controller": controller}
         path.write_text(json.dumps(damaged), "utf-8")
         with pytest.raises(CertificateError, match="hash differs"):
             check(path, gains=tank / "gains.json")
-        path.write_text(json.dumps(bound(document, controller)), "utf-8")  # type: ignore[arg-type]
+        path.write_text(json.dumps(bound(document, controller)), "utf-8")
         with pytest.raises(CertificateError) as refused:
             check(path, gains=tank / "gains.json")
         assert "no gain file follows" in str(refused.value) or isinstance(refused.value, OtherGains)

@@ -106,7 +106,7 @@ def states_of(law: PdcLaw) -> list[np.ndarray[Any, np.dtype[np.float64]]]:
     """Return states at rest, all around it, from a hair off rest to far outside the box."""
     rng, model = np.random.default_rng(3), law.model
     sides = [model.box.get(label, (1, 1)) for label in model.states]
-    half = np.array([float(max(map(abs, side))) for side in sides])
+    half = np.array([max(abs(float(end)) for end in side) for side in sides])
     found = [law.state_rest.copy()]
     for size in (1e-12, 1e-9, 1e-6, 1e-4, 1.5e-4, 1e-3, 3e-3, 1e-2, 0.1, 0.5, 1.0, 1.4):
         found += [law.state_rest + size * rng.uniform(-1, 1, len(half)) * half for _ in range(2)]

@@ -39,10 +39,14 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
     if found:
         raise OtherGains(f"{gains}: {_told(found)}")
     beside = sorted(set(file) - {"law"})
-    if beside and not whole:
+    if not whole:
         return (
-            f"{gains}: only its law is compared; the certificate does not cover "
-            f"{', '.join(map(_printable, beside))}: make both files again with 'takagi design'"
+            ""
+            if not beside
+            else (
+                f"{gains}: only its law is compared; the certificate does not cover "
+                f"{', '.join(map(_printable, beside))}: make both files again with 'takagi design'"
+            )
         )
     if "version" in data["controller"]:
         return (

@@ -292,7 +292,10 @@ def _closed_by(plain: Family, gains: Any, where: str) -> Family:
     inputs = _names(gains, "input_names", needed[0], where) or plain.inputs
     if states != plain.states or (plain.inputs and inputs != plain.inputs):
         raise CertificateError(f"{where}: states or inputs are not the model's, in its order")
-    corners = _corners(gains, where, len(K) if len(K) > 1 else plain.rules) or plain.corners
+    # One gain stands for as many rules as the law says; the loop does not depend on their number.
+    stated = gains.get("rules")
+    same = len(stated) if isinstance(stated, list) else plain.rules
+    corners = _corners(gains, where, len(K) if len(K) > 1 else same) or plain.corners
     shared = weights_of(gains.get("premises"), corners) == plain.weights
     # A law whose weights follow from its own command would have to know it beforehand.
     circular = len(K) > 1 and not set(plain.inputs).isdisjoint(plain.scheduled_by or ())

@@ -1,0 +1,25 @@
+"""Numbers of a certificate as a program computes with them."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.kernel.reader import Number
+
+__all__ = ["exact", "short"]
+
+
+def exact(value: Any) -> Fraction:
+    """Return a number exactly; a text without names, such as ``"sqrt(2)"``, to 36 places."""
+    if isinstance(value, str) and not isinstance(value, Number):
+        # Imported here: few numbers stand as text.
+        from takagi.certificates.checker.plant.reading import constant_bracket
+
+        return sum(constant_bracket(value), Fraction(0)) / 2
+    return Fraction(value if isinstance(value, str) else repr(value))
+
+
+def short(value: Fraction) -> Number:
+    """Return the nearest float's shortest decimal: what a program computes with."""
+    return Number(repr(float(value)))

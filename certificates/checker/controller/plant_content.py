@@ -1,0 +1,52 @@
+"""What follows for the gain file of a plant: program, rests, ranges, what the program looks up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from takagi.certificates.checker.controller.numbers import exact, short
+from takagi.certificates.checker.controller.plant_program import plant_program
+
+__all__ = ["plant_content"]
+
+
+def plant_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = {"programs": [plant_program(model, law, own)]}
+    if model.get("kind") != "plant":
+        return found | {"signals": [], "parameters": {}, "tables": {}}
+    trim = law["trim"]
+    rests = {"states": trim["state"], "inputs": trim["input"]}
+    for key, values in rests.items():
+        stated = zip(own[key], model[key], values, strict=True)
+        found[key] = [
+            {**words, "name": v["name"], "unit": v["unit"], "rest": rest, "range": _range(v)}
+            for words, v, rest in stated
+        ]
+    found["signals"] = [
+        {
+            "name": v["name"],
+            "unit": v["unit"],
+            "rest": short(exact(v["rest"])),
+            "range": _range(v),
+        }
+        for v in model["disturbances"]
+    ]
+    # Of parameters and tables those that the program looks up.
+    used = {entry["value"] for entry in found["programs"][0]["names"].values()}
+    found["parameters"] = {
+        name: short(exact(value))
+        for name, value in model["parameters"].items()
+        if f"parameters.{name}" in used
+    }
+    found["tables"] = {
+        name: {"knots": table["knots"], "coefficients": table["coefficients"]}
+        for name, table in model.get("tables", {}).items()
+        if f"tables.{name}" in used
+    }
+    return found
+
+
+def _range(variable: Any) -> Any:
+    ends = variable["range"]
+    return None if ends is None else [short(exact(end)) for end in ends]

@@ -1,0 +1,60 @@
+"""What follows for the gain file of a turbine: programs, limits, observer, rotor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from takagi.certificates.checker.controller.numbers import exact, short
+from takagi.certificates.checker.controller.texts import EQUATIONS, RAMP
+from takagi.certificates.checker.controller.turbine_programs import (
+    observer_program,
+    rate_limit_program,
+)
+from takagi.certificates.checker.kernel.reader import Number
+
+__all__ = ["turbine_content"]
+
+
+def turbine_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, Any]:
+    coherent = law["name"] == "coherent"
+    # Imported here: one of the two is needed.
+    if coherent:
+        from takagi.certificates.checker.controller.coherent_program import coherent_program
+
+        written = coherent_program(law)
+    else:
+        from takagi.certificates.checker.controller.paper_program import paper_program
+
+        written = paper_program(law)
+    return {
+        "programs": [observer_program(), written, rate_limit_program()],
+        "ramp": {"overlap": law["overlap"], "formula": RAMP} if coherent else None,
+        "limits": {
+            "torque": [Number("0"), law["rated_torque"]],
+            "torque_rate": model["torque_rate_limit"],
+            "pitch": [model["pitch_min"], model["pitch_max"]],
+            "pitch_rate": model["pitch_rate_limit"],
+        },
+        "start": None if coherent else own["start"],
+        "observer": {**own["observer"], "equations": EQUATIONS},
+        "rotor": _rotor(model),
+    }
+
+
+def _rotor(model: Any) -> dict[str, Any]:
+    inertia = exact(model["rotor_inertia"])
+    inertia += exact(model["gear_ratio"]) ** 2 * exact(model["generator_inertia"])
+    surface = model["torque_surface"]
+    return {
+        "torque_constant": model["torque_constant"],
+        "radius": model["rotor_radius"],
+        "rotor_inertia": model["rotor_inertia"],
+        "generator_inertia": model["generator_inertia"],
+        "gear_ratio": model["gear_ratio"],
+        "inertia": short(inertia),
+        "torque_coefficient": {
+            "knots": [surface["tip_speed_ratio_knots"], surface["pitch_knots"]],
+            "coefficients": surface["coefficients"],
+        },
+    }

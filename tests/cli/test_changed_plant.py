@@ -1,0 +1,158 @@
+"""Old gains on a plant that has changed since: proved, or not, with the file's own model."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from takagi.certificates.checker import check
+from takagi.certificates.plant_design import PlantDesign, certify_filed, design_plant
+from takagi.cli.main import main
+from takagi.models.plant.loader import load_plant, plant_files
+from takagi.reports.gain_file import dump_gains
+from takagi.reports.plant_gain_file import plant_gain_file
+
+Capture = pytest.CaptureFixture[str]
+PENDULUM = """
+format = 1
+kind = "plant"
+name = "pendulum"
+units = "unchecked"
+
+[parameters]
+mass = { value = 1, unit = "kg" }
+drag = { value = 0.2, unit = "N m s^2" }
+
+[states]
+angle = { unit = "rad", range = [-1, 1] }
+rate = { unit = "rad/s", range = [-2, 2] }
+
+[inputs]
+torque = { unit = "N m" }
+
+[equations]
+angle = "rate"
+rate = "(9.81*sin(angle) + torque)/mass"
+"""
+DRAG = PENDULUM.replace("torque)/mass", "torque - drag*rate*abs(rate))/mass")
+
+
+@pytest.fixture(scope="module")
+def gains(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Gains of the pendulum, as `takagi design` wrote them before the plant was changed."""
+    folder = tmp_path_factory.mktemp("old")
+    (folder / "plant.toml").write_text(PENDULUM, encoding="utf-8")
+    found = design_plant(
+        load_plant(folder / "plant.toml"), files=plant_files(folder / "plant.toml")
+    )
+    assert isinstance(found, PlantDesign) and found.proved
+    (folder / "gains.json").write_text(dump_gains(plant_gain_file(found)), encoding="utf-8")
+    return folder / "gains.json"
+
+
+CHANGES: dict[str, Callable[[str], str]] = {
+    "a parameter": lambda text: text.replace("mass = { value = 1,", "mass = { value = 1.1,"),
+    "a linear term": lambda text: text.replace("+ torque", "- 0.1*rate + torque"),
+    "a term that asks for a premise": lambda _: DRAG,
+    "another form of the same premise": lambda text: text.replace(
+        "[equations]", '[premises]\nlift = "9.81*sin(angle)/angle"\n[equations]'
+    ),
+    "a smaller range": lambda text: text.replace("[-1, 1]", "[-0.9, 0.9]"),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_old_gains_are_proved_on_a_changed_plant(
+    change: str, gains: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """The law of the certificate is the file's; model and premises are the new plant's.
+
+    Whichever way was taken is printed.
+    """
+    plant, out = tmp_path / "plant.toml", tmp_path / "c.json"
+    plant.write_text(CHANGES[change](PENDULUM), encoding="utf-8")
+
+    assert main(["certify", str(plant), "--gains", str(gains), "--out", str(out)]) == 0
+
+    said = capsys.readouterr().out
+    assert ("the premises of their file were kept" in said) == ("another form" in change)
+    assert ("every vertex is taken with every gain" in said) == ("asks for" in change)
+    document = json.loads(out.read_text("utf-8"))
+    assert document["gains"]["K"] == json.loads(gains.read_text("utf-8"))["law"]["K"]
+    assert check(out, model=plant).verdict.name == "PROVED"
+    assert document["model"]["equations"] and document["claims"][0]["kind"] == "sector-embedding"
+
+
+def filed(text: str, gains: Path, folder: Path) -> PlantDesign:
+    path = folder / "plant.toml"
+    path.write_text(text, encoding="utf-8")
+    return certify_filed(load_plant(path), gains, files=plant_files(path))
+
+
+def test_the_premises_of_the_file_are_kept(gains: Path, tmp_path: Path) -> None:
+    """A plant whose own premise is 9.81 sin(angle)/angle is written in the old sin(angle)/angle."""
+    text = CHANGES["another form of the same premise"](PENDULUM)
+
+    found = filed(text, gains, tmp_path)
+
+    assert "the premises of their file were kept" in found.notes and found.proved
+    law = json.loads(gains.read_text("utf-8"))["law"]
+    assert found.document["model"]["embedding"]["premises"] == law["premises"]
+    assert found.law is not None
+
+
+def test_why_the_premises_are_not_kept_is_said(gains: Path, tmp_path: Path) -> None:
+    """A term |rate| has no place in the old premises: the law gets weights of its own."""
+    found = filed(DRAG, gains, tmp_path)
+
+    assert found.law is None and found.proved
+    assert any("are not kept: " in word for word in found.notes)
+    assert any("every vertex is taken with every gain" in word for word in found.notes)
+
+
+def test_a_range_beyond_the_bounds_of_the_file(gains: Path, tmp_path: Path) -> None:
+    """sin(angle)/angle leaves its bounds: said, and what is proved holds for any weights."""
+    found = filed(PENDULUM.replace("[-1, 1]", "[-1.2, 1.2]"), gains, tmp_path)
+
+    assert found.law is None
+    assert any("the given bounds" in word and "leave out" in word for word in found.notes)
+
+
+def test_gains_that_do_not_bear_the_change_have_status_one(
+    gains: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """A mass of a hundredth turns damping into drive: not proved, and no traceback."""
+    plant, out = tmp_path / "plant.toml", tmp_path / "c.json"
+    plant.write_text(PENDULUM.replace("9.81*sin", "981*sin"), encoding="utf-8")
+
+    assert main(["certify", str(plant), "--gains", str(gains), "--out", str(out)]) == 1
+    assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("angle = {", "theta = {"),
+        ("range = [-2, 2] }", "range = [-2, 2] }\n[scheduling]\nw = { range = [1, 2], rest = 1 }"),
+    ],
+)
+def test_another_plant_is_refused_with_what_is_not_its_own(
+    old: str, new: str, gains: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """Other states are another plant; a signal that no premise uses is none."""
+    text = PENDULUM.replace(old, new)
+    if "theta" in new:
+        text = text.replace('angle = "rate"', 'theta = "rate"').replace("sin(angle)", "sin(theta)")
+    plant, out = tmp_path / "plant.toml", tmp_path / "c.json"
+    plant.write_text(text, encoding="utf-8")
+
+    status = main(["certify", str(plant), "--gains", str(gains), "--out", str(out)])
+
+    said: Any = capsys.readouterr().err
+    assert "Traceback" not in said
+    assert status == (2 if "theta" in new else 0)
+    assert "theta" not in new or "is not the model's" in said
