@@ -22,8 +22,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.certificates.checker.kernel.reader import digest, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.controller.content import plain
+from takagi.certificates.document import as_read
 from takagi.certificates.given_gains import read_gains, read_plant_law
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
@@ -58,12 +60,21 @@ class GivenLaw:
     notes: tuple[str, ...]
 
 
-def law_for(plant: Plant, model: TSModel, path: Path, settings: PlantSettings) -> GivenLaw:
+def law_for(
+    plant: Plant,
+    model: TSModel,
+    path: Path,
+    settings: PlantSettings,
+    *,
+    files: Sequence[Path] = (),
+) -> GivenLaw:
     """Return how the gains of a file are to be proved on a plant.
 
     Parameters
     ----------
     model : of the plant, as it is derived by itself.
+    files : the data files the plant was read from.  A gain file that was written for them needs
+        the model that was derived then: another law in it is refused.
 
     Raises
     ------
@@ -74,6 +85,8 @@ def law_for(plant: Plant, model: TSModel, path: Path, settings: PlantSettings) -
         return GivenLaw(model, read_gains(path, model), None, ("gains were given",))
     except CertificateError as error:
         first = error
+    if _is_of(model, path, files):
+        raise first
     law = plain(read_plant_law(path))
     try:
         kept = _derived(plant, law, settings)
@@ -153,8 +166,6 @@ def _own_weights(
     wanted = plain(pdc_law_data(model, np.zeros((m, n))) | law_members(data))
     if any(not _same(law.get(key), wanted.get(key)) for key in SHARED):
         raise first
-    if _count(law.get("rules"), K) is None:
-        raise first
     notes = (
         "gains were given",
         f"the premises of {path} are not kept: {reason}",
@@ -163,11 +174,18 @@ def _own_weights(
     return GivenLaw(model, K, law, notes)
 
 
-def _count(rules: Any, K: Floats) -> int | None:
-    """Return how many rules the law has, where they fit its gains."""
-    if not isinstance(rules, Sequence) or len(K) not in (1, len(rules)):
-        return None
-    return len(rules)
+def _is_of(model: TSModel, path: Path, files: Sequence[Path]) -> bool:
+    """Return whether the file was written for this very plant: then its law has been changed."""
+    from takagi.certificates.plant_certificate import files_sha256
+    from takagi.certificates.plant_embedding import plant_and_claim
+
+    stated: Any = read_json(path)
+    for key in ("certificate", "sha256", "model"):
+        stated = stated.get(key) if isinstance(stated, Mapping) else None
+    data = plant_and_claim(model)[0]
+    if data is not None and files:
+        data |= {"files_sha256": files_sha256(files)}
+    return bool(data is not None and stated == digest(as_read(data)))
 
 
 def _same(first: Any, second: Any) -> bool:

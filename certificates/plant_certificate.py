@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from takagi.lmi import Region
     from takagi.models.ts_model import TSModel
 
-__all__ = ["Demands", "plant_certificate"]
+__all__ = ["Demands", "files_sha256", "plant_certificate"]
 
 Floats = NDArray[np.float64]
 # Claims beside decay ask for a few solutions each; of more blends they take minutes.
@@ -81,7 +81,7 @@ def plant_certificate(
     refuse_sampled(model)
     model_data, before, notes = plant_and_claim(model)
     if model_data is not None and files:
-        model_data |= {"files_sha256": _hashes(files)}
+        model_data |= {"files_sha256": files_sha256(files)}
     loop = Loop.of(model, gains, model_data=model_data, law=law)
     attempts, tried = _attempts(loop, demands)
     document = certificate_document(
@@ -138,7 +138,7 @@ def _demanded(loop: Loop, demands: Demands) -> Iterator[Request]:
         yield InputLimits(limits=demands.input_limits)
 
 
-def _hashes(files: Sequence[Path]) -> dict[str, str]:
+def files_sha256(files: Sequence[Path]) -> dict[str, str]:
     """Return SHA-256 by name: the plant's file, then its tables in its folder or below."""
     folder = files[0].parent
     return {

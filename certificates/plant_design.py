@@ -208,7 +208,7 @@ def certify_filed(
 
     asked = settings or PlantSettings()
     clock = StepClock(tell)
-    given = law_for(plant, _model(plant, asked, clock), path, asked)
+    given = law_for(plant, _model(plant, asked, clock), path, asked, files=files)
     demands = demands_of(plant, given.model, asked)
     work = _Work(plant, asked, given.model, demands, tuple(files), clock)
     return work.certified(given.gains, None, given.notes, law=given.law)

@@ -9,7 +9,10 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import check
+from takagi.certificates.checker import CertificateError, check
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.kernel.reader import digest
+from takagi.certificates.document import as_read
 from takagi.certificates.plant_design import PlantDesign, certify_filed, design_plant
 from takagi.cli.main import main
 from takagi.models.plant.loader import load_plant, plant_files
@@ -79,7 +82,8 @@ def test_old_gains_are_proved_on_a_changed_plant(
     assert main(["certify", str(plant), "--gains", str(gains), "--out", str(out)]) == 0
 
     said = capsys.readouterr().out
-    assert ("the premises of their file were kept" in said) == ("another form" in change)
+    kept = change in ("another form of the same premise", "a smaller range")
+    assert ("the premises of their file were kept" in said) == kept
     assert ("every vertex is taken with every gain" in said) == ("asks for" in change)
     document = json.loads(out.read_text("utf-8"))
     assert document["gains"]["K"] == json.loads(gains.read_text("utf-8"))["law"]["K"]
@@ -156,3 +160,17 @@ def test_another_plant_is_refused_with_what_is_not_its_own(
     assert "Traceback" not in said
     assert status == (2 if "theta" in new else 0)
     assert "theta" not in new or "is not the model's" in said
+
+
+def test_rules_that_leave_out_a_corner_are_refused(gains: Path, tmp_path: Path) -> None:
+    """Weights of a law's own that do not sum to one: no proof for any weights is about them."""
+    found = filed(DRAG, gains, tmp_path)
+    document = json.loads(json.dumps(found.document))
+    law = document["gains"]
+    second = {**law["premises"][0], "name": "z2"}
+    law |= {"premises": [*law["premises"], second], "rules": [[0, 0], [1, 1]]}
+    for part in ("gains",):
+        document["provenance"]["sha256"][part] = digest(as_read(document[part]))
+
+    with pytest.raises(CertificateError, match="not the corners of its 2 premises"):
+        check_document(document)

@@ -300,4 +300,19 @@ def _closed_by(plain: Family, gains: Any, where: str) -> Family:
     # A law whose weights follow from its own command would have to know it beforehand.
     circular = len(K) > 1 and not set(plain.inputs).isdisjoint(plain.scheduled_by or ())
     known = shared and not circular and len(K) in (1, plain.rules)
+    if not shared and corners is not None and len(K) > 1:
+        _require_every_corner(gains.get("premises") or [], corners, where)
     return replace(plain, K=K, shared_weights=known)
+
+
+def _require_every_corner(premises: Any, corners: tuple[tuple[int, ...], ...], where: str) -> None:
+    """Refuse weights of a law's own that are products, but not of all corners: their sum is not 1.
+
+    A law that does not say its premises has weights of which nothing is known but their sum.
+    """
+    flat = [reader.number(p, "lower", where) == reader.number(p, "upper", where) for p in premises]
+    every = set(product(*((0,) if constant else (0, 1) for constant in flat)))
+    if premises and set(corners) != every:
+        raise CertificateError(
+            f"{where}.rules: not the corners of its {len(flat)} premises, each of them once"
+        )
