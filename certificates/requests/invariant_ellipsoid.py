@@ -173,7 +173,8 @@ def _largest(loop: Loop, decay_rate: float, limits: Floats | None) -> Answer:
             state_box=halves,
             input_limit=narrow,
             decay_rate=decay_rate,
-            relaxation="wang-tanaka-griffin",
+            # Where pairs do not do, what is found is shown on pieces of the weights.
+            relaxation="liu-zhang" if loop.points else "wang-tanaka-griffin",
         )
     # The blends themselves, so that all that the checker looks at is in.
     return attraction_ellipsoid(

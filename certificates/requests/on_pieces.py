@@ -18,13 +18,24 @@ from dataclasses import replace
 
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.requests.blend_points import grid
+from takagi.certificates.requests.decay import Decay, common_function
+from takagi.certificates.requests.fuzzy import FuzzyDecay
+from takagi.certificates.requests.h2_norm import H2Norm
+from takagi.certificates.requests.input_limits import InputLimits
+from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
+from takagi.certificates.requests.l2_gain import L2Gain
 from takagi.certificates.requests.loop import Loop
 from takagi.certificates.requests.observer import ObservedFeedback, ObserverError
+from takagi.certificates.requests.peak import Peak
 from takagi.certificates.requests.request import Attempt, Request
+from takagi.certificates.requests.rounding import GainRounding
+from takagi.certificates.requests.transient import Transient
 
 __all__ = ["attempted"]
 
 # Blends in halves, quarters, eighths of the rules, or of each premise's weights, at most so many.
+# Claims that contain decay: V falls along all blends by one P.
+FALLING = (GainRounding, H2Norm, InputLimits, InvariantEllipsoid, L2Gain, Peak, Transient)
 PARTS, MOST_POINTS, ROUNDS = (2, 4, 8), 260, 10
 
 
@@ -35,17 +46,25 @@ def attempted(request: Request, loop: Loop) -> Attempt:
     ------
     ModelError : what is asked makes no sense for this loop.
     """
-    found = request.attempt(loop)
     pairs = loop.is_double_sum or isinstance(request, ObserverError | ObservedFeedback)
-    if found.checked.verdict is not Verdict.UNDECIDED or not pairs:
-        return found
-    tried = found.tried
-    for parts in PARTS:
-        points = grid(loop.family, parts, MOST_POINTS)
+    falls = isinstance(request, FALLING)
+    points = grid(loop.family, PARTS[0], MOST_POINTS) if pairs else []
+    tried: tuple[str, ...] = ()
+    found = None
+    if len(points) <= loop.family.rules or not falls or _may_fall(loop):
+        found = request.attempt(loop)
+        tried = found.tried
+        if found.checked.verdict is not Verdict.UNDECIDED:
+            return found
+    for parts in () if isinstance(request, FuzzyDecay) else PARTS:
+        points = grid(loop.family, parts, MOST_POINTS) if pairs else []
         if len(points) <= loop.family.rules:
             break
         for _ in range(ROUNDS):
             at = loop.at(points)
+            if falls and not _may_fall(at):
+                why = f"V falls along {len(points)} blends of the loop for no common P"
+                return replace(found or request.attempt(loop), tried=(*tried, why))
             again = request.attempt(at)
             tried = (*tried, f"{len(points)} blends of the loop", *again.tried)
             if again.checked.verdict is not Verdict.UNDECIDED:
@@ -55,4 +74,15 @@ def attempted(request: Request, loop: Loop) -> Attempt:
             points = [*points, *fresh]
             if not fresh:
                 break
-    return replace(found, tried=tried)
+        found = found or again
+    if isinstance(request, FuzzyDecay) and pairs:
+        # A function that is the same for all weights is one that is scheduled by them.
+        common = attempted(Decay(request.decay_rate), loop)
+        if common.proved:
+            return replace(common, tried=(*tried, "one P for all weights", *common.tried))
+    return replace(found or request.attempt(loop), tried=tried)
+
+
+def _may_fall(loop: Loop) -> bool:
+    """Return whether some V falls along all blends: without, no other claim is worth a solver."""
+    return common_function(loop, 0.0).status != "infeasible"

@@ -64,7 +64,9 @@ def test_grown_pair(lam: float, verdict: Verdict) -> None:
     assert certify(grown_pair(lam), decay_rate=0).verdict is verdict
 
 
-@pytest.mark.parametrize(("b", "verdict"), [(2.999999, PROVED), (4.441519, DISPROVED)])
+@pytest.mark.parametrize(
+    ("b", "verdict"), [(2.999999, PROVED), (4.0, PROVED), (4.441519, DISPROVED)]
+)
 def test_gains_that_place_poles(b: float, verdict: Verdict) -> None:
     """Tanaka, Ikeda & Wang (1998), data: b + 1/b < 10/3 for the mean of G_12 and G_21, so b < 3.
 

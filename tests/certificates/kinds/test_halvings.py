@@ -15,6 +15,7 @@ from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kinds.halvings import pieces
+from takagi.certificates.coq.coq_export import coq_file
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.cross_check.pieces import leaves
 from takagi.certificates.document import certificate_document
@@ -33,8 +34,9 @@ from takagi.certificates.requests import (
     Transient,
 )
 from takagi.lmi import Region, pdc
-from takagi.models import TSModel
+from takagi.models import Premise, TSModel
 from tests.certificates.kinds.claims import law_data, model_data, said_of
+from tests.certificates.test_thresholds import placed_loop
 
 Data = dict[str, Any]
 K = [[[0.0]], [[3.0]]]
@@ -167,6 +169,57 @@ def test_a_scheduled_function_takes_higher_degrees() -> None:
 
     assert found.verdict is Verdict.PROVED
     assert found.document["claims"][0]["polya"] >= 3
+
+
+def test_where_no_scheduled_function_is_found_one_for_all_may_be() -> None:
+    """s = 3.9: P(h) would need a degree of some forty; one P needs two pieces."""
+    model, gains = opposed(s=3.9), [[[0.0]], [[3.9]]]
+    found = certify(model, gains, claims=[FuzzyDecay()])
+
+    assert found.verdict is Verdict.PROVED
+    assert found.document["claims"][0]["kind"] == "decay"
+    assert "one P for all weights" in found.tried
+
+
+def test_ranges_of_premises_are_halved() -> None:
+    """Two states, each ``opposed`` by a premise of its own: four rules, two cuts."""
+    corners = [(0, 0), (0, 1), (1, 0), (1, 1)]
+    a, b, k = (-1.0, 5.0), (1.0, 2.0), (0.0, 3.0)
+    model = TSModel(
+        [np.diag([a[p], a[q]]) for p, q in corners],
+        [np.diag([b[p], b[q]]) for p, q in corners],
+        premises=[Premise("z1", 0, 1), Premise("z2", 0, 1)],
+        rules=corners,
+    )
+    gains = [np.diag([k[p], k[q]]) for p, q in corners]
+
+    found = certify(model, gains, decay_rate=0.24)
+
+    assert found.verdict is Verdict.PROVED
+    assert {entry[0] for entry in found.document["claims"][0]["halvings"] if entry} == {0, 1}
+    assert judge_document(found.document)[0].verdict == "PROVED"
+    no = certify(model, gains, decay_rate=0.26)
+    assert no.verdict is Verdict.DISPROVED
+    assert judge_document(no.document)[0].verdict == "DISPROVED"
+
+
+def test_a_set_in_the_ranges_of_inputs_is_found() -> None:
+    """|u| <= 1.5 for u = -3 h_2 x: the set is |x| <= 1/2."""
+    box = {"x [m]": (-1, 1), "u [N]": (-1.5, 1.5)}
+    found = certify(opposed(box=box), K, claims=[InvariantEllipsoid()])
+
+    assert found.verdict is Verdict.PROVED
+    assert "it reaches 0.5 in x [m]" in found.checked.claims[0].text
+
+
+def test_every_matrix_of_a_piece_is_a_theorem() -> None:
+    """Equal ones stand once: P, G at the rules, where h_1 h_2 = 0, and G where it is 1/4."""
+    found = certify(*placed_loop(4.0), decay_rate=0)
+    count = found.document["claims"][0]["halvings"].count([])
+    text = coq_file(_written(dict(found.document)))
+
+    assert count == 2
+    assert (text.matrices, text.left_out) == ({1: 3}, {})
 
 
 def tree(rng: random.Random, sizes: list[int], depth: int) -> list[list[int]]:
