@@ -33,9 +33,10 @@ from takagi.certificates.requests.transient import Transient
 
 __all__ = ["attempted"]
 
-# Blends in halves, quarters, eighths of the rules, or of each premise's weights, at most so many.
 # Claims that contain decay: V falls along all blends by one P.
 FALLING = (GainRounding, H2Norm, InputLimits, InvariantEllipsoid, L2Gain, Peak, Transient)
+# Blends in halves, quarters, eighths of the rules, or of each premise's weights, at most so many.
+WHOLE = "rules and means of pairs as vertices; a mean that fails excludes nothing"
 PARTS, MOST_POINTS, ROUNDS = (2, 4, 8), 260, 10
 
 
@@ -53,7 +54,7 @@ def attempted(request: Request, loop: Loop) -> Attempt:
     found = None
     if len(points) <= loop.family.rules or not falls or _may_fall(loop):
         found = request.attempt(loop)
-        tried = found.tried
+        tried = (WHOLE, *found.tried) if pairs else found.tried
         if found.checked.verdict is not Verdict.UNDECIDED:
             return found
     for parts in () if isinstance(request, FuzzyDecay) else PARTS:

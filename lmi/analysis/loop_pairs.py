@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
+from takagi.lmi.answer import Answer
 from takagi.lmi.term import Array
 from takagi.models.errors import ModelError
 
-__all__ = ["gain_stack", "pair_means", "pairs_of"]
+__all__ = ["gain_stack", "of_pairs", "pair_means", "pairs_of"]
 
 
 def gain_stack(gains: ArrayLike, r: int, m: int, n: int) -> Array:
@@ -49,3 +52,11 @@ def pair_means(X: Array) -> Array:
     """Return (X_i + X_j) / 2 for i <= j: what does not depend on the gains, at the same pairs."""
     i, j = np.triu_indices(len(X))
     return np.asarray((X[i] + X[j]) / 2)
+
+
+def of_pairs(answer: Answer, gains: ArrayLike | None) -> Answer:
+    """Return a no whose vertices are rules and means of pairs, with what that is worth said."""
+    if answer.found or gains is None or not answer.diagnosis:
+        return answer
+    words = "the vertices are rules and means of pairs of rules; a mean that fails excludes nothing"
+    return replace(answer, diagnosis=f"{answer.diagnosis} ({words})")

@@ -30,7 +30,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.loop_pairs import gain_stack, pair_means, pairs_of
+from takagi.lmi.analysis.loop_pairs import gain_stack, of_pairs, pair_means, pairs_of
 from takagi.lmi.analysis.pole_region import coefficient_latex
 from takagi.lmi.analysis.quadratic import vertex_weight
 from takagi.lmi.answer import Answer
@@ -121,7 +121,7 @@ def robust_lyapunov(
     if outcome.status == "candidate":
         P = outcome.values["P"][0]
         P = P / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(P)[0]))) / s / s[:, None]
-    return Answer(
+    answer = Answer(
         status=outcome.status,
         P=P,
         margin=outcome.margin,
@@ -134,6 +134,7 @@ def robust_lyapunov(
         diagnosis="" if P is not None else _diagnosis(condition, outcome),
         tries=outcome.tries,
     )
+    return of_pairs(answer, gains)
 
 
 def _loop(

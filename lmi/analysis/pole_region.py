@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.loop_pairs import gain_stack, pairs_of
+from takagi.lmi.analysis.loop_pairs import gain_stack, of_pairs, pairs_of
 from takagi.lmi.answer import Answer, Floats
 from takagi.lmi.intake import Vertices, input_stack, sample_time_of, vertex_stack
 from takagi.lmi.region import Region, RegionPart
@@ -115,9 +115,9 @@ def d_stability(
     scaled = A * s / s[:, None]
     outside = _outside(scaled, region)
     if outside is not None:
-        return _no_by_one_vertex(scaled, region, s, outside)
+        return of_pairs(_no_by_one_vertex(scaled, region, s, outside), gains)
     condition = d_stability_condition(scaled, region)
-    return _answer(condition, decide(condition), scaled, s, step)
+    return of_pairs(_answer(condition, decide(condition), scaled, s, step), gains)
 
 
 def region_weight(part: RegionPart, A: Array) -> float:

@@ -6,7 +6,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from takagi.lmi import NormBounded, Region, d_stability, robust_lyapunov
 from takagi.lmi.analysis.loop_pairs import pair_means, pairs_of
+from takagi.models import TSModel
 
 
 @settings(derandomize=True, max_examples=25, deadline=None)
@@ -23,3 +25,18 @@ def test_the_loop_is_a_blend_of_its_pairs(seed: int, r: int) -> None:
 
     np.testing.assert_allclose(np.tensordot(weight, pairs_of(X, Y, K), 1), x - y @ k, atol=1e-12)
     np.testing.assert_allclose(np.tensordot(weight, pair_means(X), 1), x, atol=1e-12)
+
+
+def test_a_mean_that_fails_is_not_said_to_exclude_the_loop() -> None:
+    """G(h) = -1 + 3 h_1 h_2 <= -1/4, though (G_12 + G_21)/2 = 1/2: the no is about means."""
+    model = TSModel([[[-1.0]], [[5.0]]], [[[1.0]], [[2.0]]])
+    gains = [[[0.0]], [[3.0]]]
+    small = NormBounded(D=[[1e-3]], E=[[1.0]])
+
+    for answer in (
+        d_stability(model, Region.half_plane(0.0), gains=gains),
+        robust_lyapunov(model, small, gains=gains),
+    ):
+        assert not answer.found
+        assert "a mean that fails excludes nothing" in answer.diagnosis
+    assert "mean" not in d_stability(model, Region.half_plane(0.0)).diagnosis
