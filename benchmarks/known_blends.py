@@ -146,11 +146,11 @@ def on_pieces(rng: Random) -> list[Known]:
     P = times(transposed(modes.back), modes.back)
     model, law = model_of(A, step, B=B), law_of(K, step)
     truth, found = modes.holds(rate, step), []
-    for depth in (0, 1, 3, 6):
+    for depth in (0, 1, 2, 4):
         cut = tree(rng, len(A), depth)
         claim = claim_of("decay", decay_rate=rate, P=P, halvings=cut)
         # Which trees are fine enough is not known beforehand.
-        found.append(Known(model, law, claim, truth, depth == 6))
+        found.append(Known(model, law, claim, truth, depth == 4))
     return found
 
 
