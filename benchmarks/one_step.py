@@ -60,6 +60,7 @@ from takagi.models.law.coherent import CoherentLaw, EffortGains  # noqa: E402
 from takagi.models.law.schedule import effort_schedule  # noqa: E402
 from takagi.models.turbine.data import Turbine  # noqa: E402
 from takagi.models.turbine.loader import nrel5mw  # noqa: E402
+from takagi.reports.bounds import at_least_to, at_most_to  # noqa: E402
 
 NATURAL_FREQUENCY, DAMPING = 0.6, 0.7  # rad/s, -
 FULL_LOAD_FROM = 13.0  # m/s
@@ -207,10 +208,10 @@ def _row(name: str, row: Row) -> tuple[str, ...]:
     return (
         title,
         f"{row['verdict']}, {low:g} to {high:g} m/s",
-        f"{100 * row['overspeed']:.2f} %",
-        f"{row['wind_error_mean']:.4f} ({row['wind_error_least']:.4f})",
-        f"{row['full_load_error']:.4f}, {row['full_load_rate']:g}",
-        f"{row['decay_rate']:.4f}",
+        f"{at_most_to(100 * row['overspeed'], 2)} %",
+        f"{at_least_to(row['wind_error_mean'], 4)} ({at_least_to(row['wind_error_least'], 4)})",
+        f"{at_least_to(row['full_load_error'], 4)}, {row['full_load_rate']:g}",
+        at_least_to(row["decay_rate"], 4),
         f"{np.rad2deg(row['full_load_pitch_rate']):.4f}",
         f"{1e3 * row['full_load_tower_speed']:.2f}",
         str(row.get("steps", "")),

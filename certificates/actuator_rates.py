@@ -16,8 +16,14 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates.checker.kernel.reader import number, read_text
-from takagi.certificates.checker.turbine.actuator_rates import CellRates, cell_rates, torque_step
+from takagi.certificates.checker.turbine.actuator_rates import (
+    CellRates,
+    cell_rates,
+    largest_bends,
+    torque_step,
+)
 from takagi.certificates.checker.turbine.coherent_inputs import Law
+from takagi.models.enclosure.interval import exact
 
 __all__ = ["actuator_rates_claim"]
 
@@ -27,7 +33,12 @@ DIGITS = 7
 
 
 def actuator_rates_claim(
-    model: Mapping[str, Any], gains: Mapping[str, Any], loop: Mapping[str, Any], *, place: int = 0
+    model: Mapping[str, Any],
+    gains: Mapping[str, Any],
+    loop: Mapping[str, Any],
+    *,
+    place: int = 0,
+    wind_rate: tuple[Mapping[str, Any], int] | None = None,
 ) -> dict[str, Any]:
     """Return the claim as plain data.
 
@@ -38,8 +49,12 @@ def actuator_rates_claim(
     ----------
     model, gains : as the certificate states them.
     loop : its claim of kind ``coherent-loop``;  place : of that claim in the file.
+    wind_rate : its claim of kind ``wind-rate`` and that claim's place; it is named where all of its
+        winds keep to the |v_s''| that is stated.
     """
     parts = {"model": dict(model), "gains": dict(gains), "loop": dict(loop)}
+    if wind_rate is not None:
+        parts["rate"] = dict(wind_rate[0])
     data = read_text(json.dumps(parts), "candidate")
     bounds = cell_rates(data, data["loop"], "loop")
     P = np.linalg.inv(np.array(loop["P"], dtype=np.float64))
@@ -47,7 +62,7 @@ def actuator_rates_claim(
     rests = [b.torque_rate(B, Fraction(0)) for b, B in zip(bounds, signal, strict=True)]
     limit = number(data["model"], "torque_rate_limit", "model")
     rates = [number(cell, "wind_rate", "loop") for cell in data["loop"]["cells"]]
-    return {
+    claim: dict[str, Any] = {
         "name": "actuator rates of the coherent loop",
         "kind": "actuator-rates",
         "loop": place,
@@ -61,6 +76,13 @@ def actuator_rates_claim(
             for bound, B, rest in zip(bounds, signal, rests, strict=True)
         ],
     }
+    if wind_rate is not None:
+        bends = largest_bends(data["rate"], data, "rate")
+        stated = [exact(cell["schedule_bend"]) for cell in claim["cells"]]
+        triples = zip(bounds, bends, stated, strict=True)
+        if all(bend <= most for bound, bend, most in triples if bound.fed):
+            claim["wind_rate"] = wind_rate[1]
+    return claim
 
 
 def _signal_rate(bound: CellRates, inverse: Any) -> Fraction:

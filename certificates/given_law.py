@@ -25,7 +25,7 @@ from takagi.models.embedding.coherent import LoopBox, Uncertainty
 from takagi.models.errors import ModelError
 from takagi.models.law.coherent import CoherentLaw, EffortGains
 from takagi.models.law.feedforward import Feedforward
-from takagi.models.law.schedule import EffortSchedule
+from takagi.models.law.schedule import EffortSchedule, frozen_wake_effectiveness
 from takagi.models.turbine.data import Turbine
 
 __all__ = ["certify_law", "coherent_law_from_data", "read_law"]
@@ -109,6 +109,24 @@ class _Asked:
     uncertainty: Uncertainty
 
 
+# The last decimal that the table is written with.
+WAKE_DECIMAL = 1e-6
+
+
+def _require_the_turbines_wake(turbine: Turbine, schedule: EffortSchedule) -> None:
+    """Refuse a table of the frozen wake that is not the turbine's: the claim would be about it."""
+    pairs = zip(schedule.wind.tolist(), schedule.effectiveness_limit.tolist(), strict=True)
+    for wind, stated in pairs:
+        own = frozen_wake_effectiveness(turbine, wind)
+        if abs(stated - own) > WAKE_DECIMAL:
+            raise ModelError(
+                f"effectiveness_limit is {stated:.7g} rad/s^2 per rad at {wind:.6g} m/s; a claim "
+                f"with the frozen wake of {turbine.name} needs {own:.7g} there, from the turbine's "
+                "own file. Take the table as 'takagi design' wrote it, or leave the frozen wake "
+                "out of the claim (--equilibrium-wake)"
+            )
+
+
 def certify_law(
     turbine: Turbine,
     law: CoherentLaw,
@@ -129,8 +147,11 @@ def certify_law(
     Raises
     ------
     ModelError : no common quadratic function was found, or the box leaves what is enclosed; names
-        the condition and what to relax.
+        the condition and what to relax.  A law whose table of the frozen wake is not the turbine's,
+        where that wake is to be covered; names the wind.
     """
+    if uncertainty.frozen_wake:
+        _require_the_turbines_wake(turbine, law.schedule)
     if box is None:
         box = scaled_box(turbine)
     candidate = coherent_candidate(turbine, law, box=box, uncertainty=uncertainty, tell=tell)

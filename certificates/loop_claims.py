@@ -68,9 +68,14 @@ def loop_claims(
     model, gains : as the certificate states them.   loop : the claim ``coherent_claim`` states.
     """
     claims, left_out = [dict(loop)], {}
+
+    def actuators() -> dict[str, Any]:
+        rate = (claims[1], 1) if len(claims) > 1 else None
+        return actuator_rates_claim(model, gains, loop, wind_rate=rate)
+
     rests: dict[str, Made] = {
         "wind-rate": lambda: wind_rate_claim(loop, float(gains["wind_filter"])),
-        "actuator-rates": lambda: actuator_rates_claim(model, gains, loop),
+        "actuator-rates": actuators,
     }
     for kind, make in rests.items():
         try:
@@ -79,7 +84,7 @@ def loop_claims(
             # The loop's numbers are not such that anything follows; its own verdict says why.
             claim, why = None, str(reason)
         else:
-            why = "nothing to claim" if claim is None else _open(claim, model, gains, loop)
+            why = "nothing to claim" if claim is None else _open(claim, model, gains, claims)
         if claim is None or why:
             left_out[kind] = f"not claimed: {why}"
         else:
@@ -91,11 +96,13 @@ def _open(
     claim: Mapping[str, Any],
     model: Mapping[str, Any],
     gains: Mapping[str, Any],
-    loop: Mapping[str, Any],
+    earlier: Sequence[Mapping[str, Any]],
 ) -> str:
-    """Return why the checker would not prove a claim that rests on the loop's, or nothing."""
-    parts = {"model": model, "gains": gains, "claims": [loop, claim]}
-    data = read_text(json.dumps(parts), "candidate")
-    below: list[Outcome] = [Claim("the coherent loop", Verdict.PROVED, "taken as proved")]
-    found = replay_resting(data["claims"][1], data, below, "claims[1]")
+    """Return why the checker would not prove a claim that rests on earlier ones, or nothing."""
+    parts = {"model": model, "gains": gains, "claims": [*earlier, claim]}
+    data, place = read_text(json.dumps(parts), "candidate"), len(earlier)
+    below: list[Outcome] = [
+        Claim(str(one["kind"]), Verdict.PROVED, "taken as proved") for one in earlier
+    ]
+    found = replay_resting(data["claims"][place], data, below, f"claims[{place}]")
     return "" if found.verdict is Verdict.PROVED else in_words(found).text

@@ -14,7 +14,10 @@ inside the coefficient table at cut-in, where the trim is ``TABLE_SHARE`` of the
 ratio.  Bandwidths lie between two rates: that at which rated torque stops the rotor,
 n_g T_rated / (J omega_rated), which is 0.075 1/s for 5 MW and 0.080 1/s for 15 MW, and the pitch
 drive's 1 / tau, which is 5 and 2.2 1/s.  They go with the square root of the latter, and no drive
-raises them.  Every figure is rounded to two digits.
+raises them.  Wake, blades and tower of a larger rotor are slower as its radius is larger: the
+bandwidth of pitch goes down with it and the wind filter's time up.  At 0.4 1/s and 5 s the 15-MW
+loop swings at and above rated wind with a wake that needs its time.  Every figure is rounded to two
+digits.
 
 These are starting points, not guarantees: what is designed with them is proved or refused as ever.
 """
@@ -42,7 +45,7 @@ __all__ = ["default_settings", "region_requirements", "scaled_box"]
 # The NREL 5-MW turbine, as models/data/nrel5mw.toml has it.
 SPEED = 12.1 * pi / 30
 EFFORT = 97 * 43093.55 / (38759228.0 + 97**2 * 534.116)
-TORQUE = 43093.55
+TORQUE, RADIUS = 43093.55, 63.0
 LAG = 0.2
 DRIVE = 8 * pi / 180 * LAG
 PITCH = 8 * pi / 180 * 28.24e6 / (SPEED * (38759228.0 + 97**2 * 534.116))
@@ -58,6 +61,7 @@ def default_settings(turbine: Turbine) -> DesignSettings:
         overlap=_rounded(asked.overlap * _effort(turbine) / EFFORT),
         speed_overlap=_rounded(asked.speed_overlap * speed),
         torque_overlap=_rounded(asked.torque_overlap * turbine.rated_torque / TORQUE),
+        wind_filter=_rounded(asked.wind_filter / _pace(turbine)),
         effort=_effort_settings(turbine, float(box.speed_signal)),
         box=box,
     )
@@ -70,7 +74,7 @@ def _effort_settings(turbine: Turbine, speed_error: float) -> EffortSettings:
     slower = min(1.0, sqrt(LAG / turbine.pitch_time_constant))
     return replace(
         asked,
-        bandwidth=_rounded(asked.bandwidth * slower),
+        bandwidth=_rounded(asked.bandwidth * slower * _pace(turbine)),
         partial_bandwidth=_rounded(asked.partial_bandwidth * slower),
         speed_error=speed_error,
     )
@@ -110,6 +114,11 @@ def scaled_box(turbine: Turbine) -> LoopBox:
         speed_signal=Fraction(_text(signal, ROUND_DOWN)),
         effort_lag=Fraction(_text(float(box.effort_lag) * pitch, ROUND_DOWN)),
     )
+
+
+def _pace(turbine: Turbine) -> float:
+    """Return how fast wake and structure answer, over those of 5 MW [-]; no small rotor counts."""
+    return min(1.0, RADIUS / turbine.rotor_radius)
 
 
 def _effort(turbine: Turbine) -> float:

@@ -148,6 +148,8 @@ def _as_text(options: argparse.Namespace, checked: Checked, trusted: Trusted | N
     lines += [
         f"  {claim.verdict.name:<{width}}  {claim.name}: {claim.text}" for claim in checked.claims
     ]
+    if checked.assumes:
+        lines.append(f"  assumes: {'; '.join(checked.assumes)}")
     lines += checked.messages
     if trusted is not None:
         # Imported here: few ask for it.
@@ -171,6 +173,7 @@ def _as_json(
         "certificate": str(options.certificate),
         "verdict": checked.verdict.name,
         "claims": claims,
+        "assumes": list(checked.assumes),
         "messages": list(checked.messages),
     }
     if trusted is not None:

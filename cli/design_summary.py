@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from fractions import Fraction
 from math import pi
 from typing import TYPE_CHECKING, Any
 
@@ -38,13 +37,14 @@ def as_text(design: TurbineDesign) -> str:
     law of the paper, the one for the law's own overlaps is told, and the others in a line each.
     """
     from takagi.certificates.claim_summary import claim_summary
+    from takagi.reports.bounds import at_least
     from takagi.reports.overlap_claims import overlap_claims
     from takagi.reports.synthesis_summary import synthesis_words
 
     verdict = design.checked.verdict.name
     head = f"{verdict}  {design.turbine.name}, law {design.settings.law}"
     if overlaps := overlap_claims(design):
-        return "\n".join([head, *_by_overlaps(overlaps)])
+        return "\n".join([head, *_by_overlaps(overlaps), *assumed_line(design.checked)])
     found = claim_summary(design)
     if verdict != "PROVED" or found is None:
         return "\n".join([head, claims_as_text(design.checked)])
@@ -54,8 +54,10 @@ def as_text(design: TurbineDesign) -> str:
         f"most {_span(found.wind_rate)} m/s^2, depending on the wind",
         "plants": _plants(found),
         "rotor speed": _speed(design, found),
-        "settling": f"decay of at least {_down(found.common_rate)} 1/s while the wind is constant",
+        "settling": f"decay of at least {at_least(found.common_rate)} 1/s while the wind is "
+        "constant",
         "found in": synthesis_words(design),
+        "assumes": "; ".join(design.checked.assumes),
     }
     rows = {name: text for name, text in rows.items() if text}
     return "\n".join([head, *_aligned(rows)])
@@ -111,9 +113,15 @@ def _overlap_rows(claim: OverlapClaim) -> dict[str, str]:
 def claims_as_text(checked: Checked) -> str:
     """Return one line per claim, as `takagi check` prints them."""
     width = max((len(claim.verdict.name) for claim in checked.claims), default=0)
-    return "\n".join(
+    lines = [
         f"  {claim.verdict.name:<{width}}  {claim.name}: {claim.text}" for claim in checked.claims
-    )
+    ]
+    return "\n".join([*lines, *assumed_line(checked)])
+
+
+def assumed_line(checked: Checked) -> list[str]:
+    """Return the line on what the verdict rests on beside the proof, where there is any."""
+    return [f"  assumes: {'; '.join(checked.assumes)}"] if checked.assumes else []
 
 
 def claims_as_data(checked: Checked) -> dict[str, Any]:
@@ -122,7 +130,11 @@ def claims_as_data(checked: Checked) -> dict[str, Any]:
         {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}
         for claim in checked.claims
     ]
-    return {"verdict": checked.verdict.name, "claims": claims}
+    return {
+        "verdict": checked.verdict.name,
+        "claims": claims,
+        "assumes": list(checked.assumes),
+    }
 
 
 def _numbers(found: ClaimSummary) -> dict[str, Any]:
@@ -154,14 +166,9 @@ def _synthesis(design: TurbineDesign) -> dict[str, Any] | None:
 
 
 def _span(values: Sequence[float]) -> str:
-    return f"{_down(min(values))} to {_down(max(values))}"
+    from takagi.reports.bounds import at_least
 
-
-def _down(value: float) -> str:
-    """Return three digits that do not promise more than the value."""
-    from takagi.certificates.checker.words.shown import at_least
-
-    return at_least(Fraction(repr(value)), 3)
+    return f"{at_least(min(values))} to {at_least(max(values))}"
 
 
 def _plants(found: ClaimSummary) -> str:
@@ -173,12 +180,12 @@ def _plants(found: ClaimSummary) -> str:
 
 
 def _speed(design: TurbineDesign, found: ClaimSummary) -> str:
-    from takagi.certificates.checker.words.shown import at_most
+    from takagi.reports.bounds import at_most
 
     side = "above" if found.overspeed >= 0 else "below"
     top = (1 + found.overspeed) * design.turbine.rated_rotor_speed * 30 / pi
-    share = at_most(Fraction(100 * found.overspeed), 3).removeprefix("-")
+    share = at_most(100 * found.overspeed).removeprefix("-")
     return (
-        f"at most {at_most(Fraction(top), 4)} rpm, {share} % {side} rated, from any start in the "
+        f"at most {at_most(top, 4)} rpm, {share} % {side} rated, from any start in the "
         "certified set"
     )

@@ -37,6 +37,8 @@ class Checked(Protocol):
     def claims(self) -> Sequence[CheckedClaim]: ...
     @property
     def messages(self) -> Sequence[str]: ...
+    @property
+    def assumes(self) -> Sequence[str]: ...
 
 
 class _Refusal(Enum):
@@ -53,6 +55,7 @@ class _RefusedFile(NamedTuple):
     verdict: Enum
     claims: tuple[_RefusedClaim, ...]
     messages: tuple[str, ...]
+    assumes: tuple[str, ...] = ()
 
 
 def refusal(reason: str) -> Checked:
@@ -69,12 +72,13 @@ def junit(checked: Checked, *, source: str) -> str:
     cases = [_junit_case(name, claim, source) for name, claim in _named(checked)]
     failures = sum(not _proved(claim) for claim in checked.claims)
     counts = f'tests="{len(cases)}" failures="{failures}" errors="0"'
+    told = "\n".join([*_assumed(checked), *checked.messages])
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<testsuites name="takagi check" {counts}>',
         f"  <testsuite name={_attribute(source)} {counts}>",
         *cases,
-        f"    <system-out>{_text(chr(10).join(checked.messages))}</system-out>",
+        f"    <system-out>{_text(told)}</system-out>",
         "  </testsuite>",
         "</testsuites>",
     ]
@@ -91,7 +95,9 @@ def sarif(checked: Checked, *, source: str) -> str:
     """
     named = _named(checked)
     rules = [{"id": name, "shortDescription": {"text": claim.text}} for name, claim in named]
-    driver = {"name": "takagi", "rules": rules}
+    driver: dict[str, object] = {"name": "takagi", "rules": rules}
+    if checked.assumes:
+        driver["properties"] = {"assumes": list(checked.assumes)}
     results = [
         {
             "ruleId": name,
@@ -120,9 +126,15 @@ def markdown(checked: Checked, *, source: str) -> str:
         f"| {claim.verdict.name} | {_cell(name)} | {_cell(claim.text)} |"
         for name, claim in _named(checked)
     ]
-    if checked.messages:
-        lines += ["", *(f"- {_cell(message)}" for message in checked.messages)]
+    told = [*_assumed(checked), *checked.messages]
+    if told:
+        lines += ["", *(f"- {_cell(line)}" for line in told)]
     return "\n".join(lines) + "\n"
+
+
+def _assumed(checked: Checked) -> list[str]:
+    """Return the line on what the verdict rests on beside the proof, where there is any."""
+    return [f"assumes: {'; '.join(checked.assumes)}"] if checked.assumes else []
 
 
 def _named(checked: Checked) -> list[tuple[str, CheckedClaim]]:

@@ -6,6 +6,7 @@ U' = q*' v_s' + gamma' v_s' s + gamma s',   s = e - x,   s' = h xi + w_e,
 T_g = T_rated - E (psi(-U) + held(f v_s', g))
 
 |T_g'| <= E (F(-U) |U'| + |f| |v_s''|), and T_g steps where f or g does: at a node.
+Where a claim on the wind's rate is named, |v_s''| = |w' - v_s'| / tau_f is bounded by its rates.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from takagi.certificates.cross_check.effort_ramp import ramp_slope
 from takagi.certificates.cross_check.exact import scaled, transposed
 from takagi.certificates.cross_check.obligation import Definite, Fact, Obligations
 from takagi.certificates.cross_check.reading import Refusal, entry, rational, rationals, table
-from takagi.certificates.cross_check.wind_rate import loop_rested_on
+from takagi.certificates.cross_check.wind_rate import loop_rested_on, rested_on, turns
 
 __all__ = ["actuator_rates"]
 
@@ -38,6 +39,15 @@ def actuator_rates(claim: Any, document: Any) -> Obligations:
         raise Refusal("cells: one for each cell of the loop is needed")
     for k, (rates, cell) in enumerate(zip(stated, cells, strict=True)):
         yield from _cell(rates, cell, turbine.cell(k), P, peaks, f"cell {k + 1}")
+    if "wind_rate" in claim:
+        rate, _ = rested_on(claim, document, "wind_rate", "wind-rate")
+        yield Fact("one loop for both", entry(rate, "loop") == entry(claim, "loop"))
+        lag = rational(entry(document, "gains"), "wind_filter")
+        for k, rates in enumerate(stated):
+            if turbine.ahead_limit[k] > 0:
+                most = turns(rate, lag, *turbine.wind[k : k + 2])
+                kept = most <= rational(rates, "schedule_bend")
+                yield Fact(f"cell {k + 1}: rate of the wind's rate", kept)
     yield Fact("step of torque", turbine.per_effort * _step(turbine, cells) <= rational(
         claim, "torque_step"
     ))  # fmt: skip

@@ -50,6 +50,8 @@ LOOPS: dict[str, Callable[[Any, Loop], Obligations]] = {
     "observed-feedback": observing.observed_feedback,
 }
 RESTING = ("wind-rate", "actuator-rates")
+# The members by which such a claim names those that it rests on.
+RESTS_ON = ("loop", "wind_rate")
 AGAINST = ("no-common-decay", "no-common-quadratic")
 
 
@@ -92,10 +94,11 @@ def _judged(document: dict[str, Any]) -> list[Opinion]:
     for place, (kind, obliged) in enumerate(claims_of(document)):
         one = _opinion(kind, obliged)
         if kind in RESTING and one.verdict == "PROVED":
-            below = found[whole(document["claims"][place], "loop")]
-            if below.verdict != "PROVED":
-                reason = f"the claim that it rests on is {below.verdict}"
-                verdict = NOT_REPLAYED if below.verdict == NOT_REPLAYED else "UNDECIDED"
+            claim = document["claims"][place]
+            below = [found[whole(claim, name)] for name in RESTS_ON if name in claim]
+            if unproved := [other.verdict for other in below if other.verdict != "PROVED"]:
+                reason = f"the claim that it rests on is {unproved[0]}"
+                verdict = NOT_REPLAYED if unproved[0] == NOT_REPLAYED else "UNDECIDED"
                 one = Opinion(kind, verdict, one.inequalities, reason)
         found.append(one)
     return found

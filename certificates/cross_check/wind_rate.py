@@ -21,7 +21,7 @@ from flint import fmpq
 from takagi.certificates.cross_check.obligation import Fact, Obligations
 from takagi.certificates.cross_check.reading import Refusal, entry, rational, rationals, whole
 
-__all__ = ["loop_rested_on", "wind_rate"]
+__all__ = ["loop_rested_on", "rested_on", "turns", "wind_rate"]
 
 ZERO = fmpq(0)
 
@@ -44,12 +44,37 @@ class Lines:
 
 def loop_rested_on(claim: Any, document: Any) -> tuple[Any, int]:
     """Return the coherent loop's claim that a claim names, and its place among all claims."""
-    place, claims = whole(claim, "loop"), entry(document, "claims")
-    if place < 0 or place >= len(claims) or entry(claims[place], "kind") != "coherent-loop":
-        raise Refusal("loop: the place of a coherent loop's claim is needed")
+    return rested_on(claim, document, "loop", "coherent-loop")
+
+
+def rested_on(claim: Any, document: Any, name: str, kind: str) -> tuple[Any, int]:
+    """Return the earlier claim of a kind whose place a member of a claim names, and the place."""
+    place, claims = whole(claim, name), entry(document, "claims")
+    if place < 0 or place >= len(claims) or entry(claims[place], "kind") != kind:
+        raise Refusal(f"{name}: the place of a claim of kind {kind} is needed")
     if claims[place] is claim or not any(other is claim for other in claims[place:]):
-        raise Refusal("loop: the claim rested on must come first")
+        raise Refusal(f"{name}: the claim rested on must come first")
     return claims[place], place
+
+
+def turns(claim: Any, lag: fmpq, low: fmpq, high: fmpq) -> fmpq:
+    """Return a bound of |v_s''| while v_s is from low to high: |w' - v_s'| / lag, each at most."""
+    found = [ZERO]
+    for stated in entry(claim, "ranges"):
+        x = rationals(stated, "wind")
+        a, b = max(low, x[0]), min(high, x[-1])
+        if a > b:
+            continue
+        phi, r = (
+            Lines(x, rationals(stated, f"{of}_rate", len(x))) for of in ("schedule", "estimate")
+        )
+        own = _top(phi, a, b)
+        found.append((own + _top(r, a - lag * own, b + lag * own)) / lag)
+    return max(found)
+
+
+def _top(lines: Lines, a: fmpq, b: fmpq) -> fmpq:
+    return max(lines(s) for s in (a, b, *(s for s in lines.x if a < s < b)))
 
 
 def wind_rate(claim: Any, document: Any) -> Obligations:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.turbine_design import TurbineDesign
-from takagi.reports.appendix.tex import Tex, decimal, escape, fixed, interval, matrix, span
+from takagi.reports.appendix.tex import Tex, decimal, escape, interval, matrix, span
+from takagi.reports.bounds import at_most_to
 
 __all__ = ["certificate_context"]
 
@@ -42,6 +42,7 @@ def certificate_context(design: TurbineDesign) -> dict[str, Any]:
             {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}
             for claim in checked.claims
         ],
+        "assumes": "; ".join(checked.assumes).replace("<=", "at most"),
         "messages": checked.messages,
         "hashes": _hashes(design.document),
         "versions": _versions(design.document),
@@ -85,16 +86,13 @@ def _loop(claim: Mapping[str, Any], design: TurbineDesign) -> dict[str, Any]:
         "decay_range": span((cell["decay_rate"] for cell in cells), 5),
         "error_range": span((cell["wind_error"] for cell in cells), 5),
         "rate_range": span((cell["wind_rate"] for cell in cells), 5),
-        "overspeed": fixed(_up(100 * ((top + peak) / turbine.rated_rotor_speed - 1)), 2),
+        "overspeed": Tex(
+            at_most_to(100 * ((top + peak) / turbine.rated_rotor_speed - 1), 2)
+        ),
         "corners": 32,
         "ranges": [_range_rows(k, cell) for k, cell in enumerate(cells, start=1)],
         "claimed": [_claimed_row(k, cell) for k, cell in enumerate(cells, start=1)],
     }  # fmt: skip
-
-
-def _up(percent: float) -> float:
-    """Return a bound rounded to two decimals, never below itself."""
-    return math.ceil(percent * 100) / 100
 
 
 def cell_speed(design: TurbineDesign, k: int) -> float:

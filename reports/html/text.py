@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from takagi.reports import bounds
 from takagi.reports.figures.writing import figure_to_svg
 
 if TYPE_CHECKING:
@@ -117,16 +118,17 @@ def significant(value: float, digits: int = 3) -> str:
 
 
 def at_most(value: float, digits: int) -> str:
-    """Return an upper bound with so many decimals, rounded up so that it stays one."""
-    return fixed(math.ceil(round(value * 10**digits, 6)) / 10**digits, digits)
+    """Return an upper bound with so many decimals, rounded up to stay one."""
+    if not math.isfinite(value):
+        return fixed(value, digits)
+    return fixed(float(bounds.at_most_to(value, digits)), digits)
 
 
 def at_least(value: float, digits: int = 3) -> str:
     """Return a lower bound above 0 to so many significant digits, rounded down to stay one."""
     if not value > 0 or math.isinf(value):
         return significant(value, digits)
-    unit = 10.0 ** (digits - 1 - math.floor(math.log10(value)))
-    return significant(math.floor(round(value * unit, 6)) / unit, digits)
+    return significant(float(bounds.at_least(value, digits)), digits)
 
 
 def decimal(value: float) -> str:

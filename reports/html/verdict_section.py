@@ -16,6 +16,7 @@ from takagi.reports.html.text import (
     Table,
     at_least,
     at_most,
+    decimal,
     fixed,
     plate,
     span,
@@ -48,6 +49,7 @@ def verdict_section(design: TurbineDesign) -> Section:
     content: dict[str, Any] = {
         "verdict": design.checked.verdict.name,
         "meaning": design.checked.verdict.value,
+        "assumes": "; ".join(design.checked.assumes),
         "claims": [
             (c.name, c.verdict.name, c.text) for c in design.checked.claims if c.name not in short
         ],
@@ -169,7 +171,7 @@ def _facts(design: TurbineDesign, summary: ClaimSummary) -> list[tuple[str, str,
         *_actuators(design),
         (
             "Uncertainty",
-            f"inertia {fixed(100 * low, 0)} to {fixed(100 * high, 0)} %{_power(summary)}",
+            f"inertia {decimal(100 * low)} to {decimal(100 * high)} %{_power(summary)}",
             "pitch effectiveness anywhere between the table's and the frozen wake's"
             if summary.frozen_wake
             else "pitch effectiveness as in the table",
@@ -200,7 +202,7 @@ def _power(summary: ClaimSummary) -> str:
     low, high = summary.power_coefficient
     if low == high:
         return ""
-    return f", power coefficient {fixed(100 * low, 1)} to {fixed(100 * high, 1)} %"
+    return f", power coefficient {decimal(100 * low)} to {decimal(100 * high)} %"
 
 
 def _actuators(design: TurbineDesign) -> list[tuple[str, str, str]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from takagi.certificates.sweep.grid import SweepResult
+from takagi.reports.bounds import at_least, at_least_to, at_most_to
 from takagi.reports.figures.writing import figure_to_pdf, figure_to_svg
 from takagi.reports.sweep.coherent_effects import effect_figure, pair_figure
 from takagi.reports.sweep.coherent_rows import (
@@ -107,10 +108,10 @@ def _front_table(result: SweepResult) -> list[str]:
         [
             f"{name}, {wind_words(low, high)}",
             *(f"{line.at[axis.name]:g}" for axis in result.map.axes),
-            f"{line.overspeed:.2f}",
-            f"{line.mean_error:.3f}, {line.least_error:.3f}",
-            f"{line.mean_rate:.3g}, {line.least_rate:.2g}",
-            f"{line.decay:.3g}",
+            at_most_to(line.overspeed, 2),
+            f"{at_least_to(line.mean_error, 3)}, {at_least_to(line.least_error, 3)}",
+            f"{at_least(line.mean_rate)}, {at_least(line.least_rate, 2)}",
+            at_least(line.decay),
         ]
         for name, (low, high) in claim_winds(result).items()
         for line in front(guaranteed_pairs(result, name))

@@ -38,12 +38,12 @@ def test_a_larger_rotor_gets_smaller_bands() -> None:
     assert found.box.speed_error == Fraction("0.024")
     assert found.box.speed_signal == Fraction("0.018")
     assert found.box.effort_lag == Fraction("0.0019")
-    assert found.effort == EffortSettings(bandwidth=0.4, partial_bandwidth=0.2, speed_error=0.018)
+    assert found.effort == EffortSettings(bandwidth=0.21, partial_bandwidth=0.2, speed_error=0.018)
     assert found.overlap == 0.0066
     assert found.speed_overlap == 0.062
     assert found.torque_overlap == 920000.0
-    # Slow beside both towers, 2.0 and 1.1 rad/s.
-    assert found.wind_filter == 5.0
+    # Slow beside wake and tower, which are twice as slow: 1.1 in place of 2.0 rad/s.
+    assert found.wind_filter == 9.6
     assert default_settings(nrel5mw()).wind_filter == 5.0
 
 

@@ -35,6 +35,7 @@ class Result(NamedTuple):
     verdict: Verdict
     claims: list[Any]
     messages: list[str]
+    assumes: tuple[str, ...] = ()
 
 
 class Claim(NamedTuple):
@@ -127,6 +128,7 @@ def test_json_is_the_whole_answer(checker: Any, capsys: Capture) -> None:
         "certificate": "c.json",
         "verdict": "UNDECIDED",
         "claims": [{"name": "decay", "verdict": "UNDECIDED", "text": "at 0.1 1/s"}],
+        "assumes": [],
         "messages": ["3 inequalities"],
     }
 

@@ -32,6 +32,7 @@ class Checked(NamedTuple):
     verdict: Verdict
     claims: list[Claim]
     messages: list[str]
+    assumes: tuple[str, ...] = ()
 
 
 def mixed() -> Checked:

@@ -45,7 +45,7 @@ def check(
     _require_whole(data, str(path))
     messages = [WITHOUT.format("gain", "gains"), WITHOUT.format("model", "plant")]
     if gains is None and model is None:
-        return Checked.of(_replayed(data, str(path)), messages)
+        return Checked.of(_replayed(data, str(path)), messages, kinds=_kinds(data))
     # Imported here: most of it reads files, which a check without any is not trusted to.
     from takagi.certificates.checker.files import companions
 
@@ -57,7 +57,7 @@ def check(
         messages[1] = companions.compare_model(data, model)
     found = _replayed(data, str(path))
     messages.append(companions.unconnected(data))
-    return Checked.of(found, [message for message in messages if message])
+    return Checked.of(found, [told for told in messages if told], kinds=_kinds(data))
 
 
 def check_document(document: Mapping[str, Any]) -> Checked:
@@ -69,7 +69,12 @@ def check_document(document: Mapping[str, Any]) -> Checked:
     """
     data = read_text(json.dumps(document), "certificate")
     _require_whole(data, "certificate")
-    return Checked.of(_replayed(data, "certificate"), [])
+    return Checked.of(_replayed(data, "certificate"), [], kinds=_kinds(data))
+
+
+def _kinds(data: dict[str, Any]) -> list[str]:
+    """Return the kinds of the claims of a file that was replayed."""
+    return [claim["kind"] for claim in data["claims"]]
 
 
 def _require_whole(data: dict[str, Any], path: str) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from importlib import import_module
 from typing import Any
@@ -37,11 +37,15 @@ class Found:
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim of the file: its name, the verdict on it, and why or about what."""
+    """One claim of the file: its name, the verdict on it, and why or about what.
+
+    ``assumes`` : what the verdict rests on beside the proof, as short phrases.
+    """
 
     name: str
     verdict: Verdict
     text: str
+    assumes: tuple[str, ...] = ()
 
 
 Outcome = Claim | Found
@@ -71,13 +75,32 @@ class Checked:
     claims: list[Claim]
     messages: list[str] = field(default_factory=list)
 
+    @property
+    def assumes(self) -> tuple[str, ...]:
+        """What the claims rest on beside the proof, each phrase once."""
+        return tuple(dict.fromkeys(phrase for claim in self.claims for phrase in claim.assumes))
+
     @classmethod
-    def of(cls, found: Sequence[Outcome], messages: list[str]) -> Checked:
-        """Return the verdict on the whole, and then each claim in words."""
+    def of(
+        cls, found: Sequence[Outcome], messages: list[str], *, kinds: Sequence[str] = ()
+    ) -> Checked:
+        """Return the verdict on the whole, and then each claim in words.
+
+        Parameters
+        ----------
+        kinds : of the claims, in the same order; then each says what it assumes.
+        """
         verdicts = {one.verdict for one in found}
         overall = Verdict.UNDECIDED
         if Verdict.DISPROVED in verdicts:
             overall = Verdict.DISPROVED
         elif verdicts == {Verdict.PROVED}:
             overall = Verdict.PROVED
-        return cls(overall, [in_words(one) for one in found], messages)
+        claims = [in_words(one) for one in found]
+        if kinds:
+            # Imported here, as all words are: no verdict depends on it.
+            from takagi.certificates.checker.words.assumed import assumed
+
+            pairs = zip(claims, kinds, strict=True)
+            claims = [replace(claim, assumes=assumed(kind)) for claim, kind in pairs]
+        return cls(overall, claims, messages)

@@ -8,6 +8,11 @@ docs/coherent-loop.md, in each wind cell:
     |T_g'|   <= E (F(-U_low) |U'| + |f| a)                                         (torque_rate)
                  while |v_s''| <= a                                                (schedule_bend)
 
+A claim that names one of kind ``wind-rate`` (``wind_rate``), proved for the same loop, also says
+that every wind of that claim keeps |v_s''| <= a: with phi and r of each of its ranges
+
+    (max phi + max r) / tau_f <= a       in every cell whose torque is fed v_s'.
+
 with (e - x)' = h xi + w_e, h = (a - Gamma + nu, S, Gamma), w the claim's bound of w_e, and B
 (``signal_rate``) such that B^2 P > h'h at every corner.  Where v_s passes a node, torque may step
 by
@@ -34,9 +39,10 @@ from takagi.certificates.checker.kernel.result import Found, Outcome, Verdict
 from takagi.certificates.checker.turbine.coherent_inputs import Box, Law, Plant, Uncertainty
 from takagi.certificates.checker.turbine.coherent_loop import Loop
 from takagi.certificates.checker.turbine.coherent_residual import slope
-from takagi.certificates.checker.turbine.earlier import earlier_loop
+from takagi.certificates.checker.turbine.earlier import earlier_claim, earlier_loop
+from takagi.certificates.checker.turbine.wind_rate import Range
 
-__all__ = ["CellRates", "cell_rates", "check_actuator_rates", "torque_step"]
+__all__ = ["CellRates", "cell_rates", "check_actuator_rates", "largest_bends", "torque_step"]
 
 
 @dataclass(frozen=True)
@@ -113,6 +119,17 @@ def _held(value: Fraction, limit: Fraction) -> Fraction:
     return min(max(value, -limit), limit)
 
 
+def largest_bends(wind_rate: Any, data: Any, where: str) -> list[Fraction]:
+    """Return for each cell the largest |v_s''| [m/s^3] that a claim ``wind-rate`` leaves."""
+    law = Law.read(data.get("gains"))
+    filter_ = number(data["gains"], "wind_filter", "gains")
+    ranges = [
+        Range.read(one, f"{where}.ranges[{i}]")
+        for i, one in enumerate(member(wind_rate, "ranges", where))
+    ]
+    return [max(one.bend(low, high, filter_) for one in ranges) for low, high in pairwise(law.wind)]
+
+
 def check_actuator_rates(claim: Any, data: Any, found: list[Outcome], where: str) -> Found:
     """Return the verdict on one claim; ``found`` are the verdicts on the claims before it.
 
@@ -138,10 +155,25 @@ def check_actuator_rates(claim: Any, data: Any, found: list[Outcome], where: str
     if torque_step(law, rates) > step:
         why = "torque may step by more than is stated where v_s passes a node"
         failures.append(([], why))
+    fed, kept = [bound.fed > 0 for bound in bounds], None
+    if "wind_rate" in claim:
+        rate, unproved = earlier_claim(
+            claim, data, found, where, name="wind_rate", kind="wind-rate"
+        )
+        if unproved:
+            return Found(Verdict.UNDECIDED, "actuator_rates", {"unproved": unproved})
+        if rate["loop"] != claim["loop"]:
+            raise CertificateError(f"{where}.wind_rate: it is about another loop")
+        bends = largest_bends(rate, data, f"claims[{claim['wind_rate']}]")
+        for k, (cell, bend) in enumerate(zip(cells, bends, strict=True)):
+            if fed[k] and bend > number(cell, "schedule_bend", where):
+                why = "the schedule wind's rate may change faster than is stated"
+                failures.append((law.wind[k : k + 2], why))
+        kept = max((bend for bend, is_fed in zip(bends, fed, strict=True) if is_fed), default=None)
     if failures:
         return Found(Verdict.UNDECIDED, "actuator_rates", {"failures": failures})
-    fed = [bound.fed > 0 for bound in bounds]
     proved = {"cells": cells, "fed": fed, "data": data, "law": law, "step": step, "where": where}
+    proved["kept"] = kept
     return Found(Verdict.PROVED, "actuator_rates", proved)
 
 

@@ -1,4 +1,4 @@
-"""The claim about the coherent loop that another claim of the same file rests on."""
+"""The earlier claim of the same file that a claim rests on."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from takagi.certificates.checker.kernel.reader import integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Outcome, Verdict
 
-__all__ = ["earlier_loop"]
+__all__ = ["earlier_claim", "earlier_loop"]
 
 
 def earlier_loop(
@@ -16,20 +16,31 @@ def earlier_loop(
 ) -> tuple[Any, Outcome | None]:
     """Return the claim whose place in the file ``loop`` names, and its verdict if it is not PROVED.
 
+    Parameters and errors as for ``earlier_claim``.
+    """
+    return earlier_claim(claim, data, found, where, name="loop", kind="coherent-loop")
+
+
+def earlier_claim(
+    claim: Any, data: Any, found: list[Outcome], where: str, *, name: str, kind: str
+) -> tuple[Any, Outcome | None]:
+    """Return the claim whose place in the file a member names, and its verdict if it is not PROVED.
+
     Parameters
     ----------
     found : the verdicts on the claims before this one; a later one has none yet.
+    name : of the member;  kind : that the claim must be of.
 
     Raises
     ------
     CertificateError : there is no such claim before this one, or it is of another kind.
     """
-    place = integer(claim, "loop", where)
+    place = integer(claim, name, where)
     if not 0 <= place < len(found):
-        raise CertificateError(f"{where}.loop: {place}; the place of an earlier claim is needed")
-    loop = member(data, "claims", "certificate")[place]
-    if text(loop, "kind", f"claims[{place}]") != "coherent-loop":
-        raise CertificateError(f"{where}.loop: claims[{place}] is not of kind coherent-loop")
+        raise CertificateError(f"{where}.{name}: {place}; the place of an earlier claim is needed")
+    other = member(data, "claims", "certificate")[place]
+    if text(other, "kind", f"claims[{place}]") != kind:
+        raise CertificateError(f"{where}.{name}: claims[{place}] is not of kind {kind}")
     if found[place].verdict is not Verdict.PROVED:
-        return loop, found[place]
-    return loop, None
+        return other, found[place]
+    return other, None

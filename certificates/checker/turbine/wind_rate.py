@@ -74,6 +74,21 @@ class Range:
         """Return phi."""
         return _line(self.wind, self.schedule, at)
 
+    def bend(self, low: Fraction, high: Fraction, wind_filter: Fraction) -> Fraction:
+        """Return a bound of |v_s''| = |w' - v_s'| / tau_f [m/s^3] while v_s is from low to high.
+
+        (max phi + max r) / tau_f, r over the estimates that are then within tau_f phi of v_s; 0
+        where the range has no such winds.
+        """
+        low, high = max(low, self.wind[0]), min(high, self.wind[-1])
+        if low > high:
+            return Fraction(0)
+        fastest = _largest(self.wind, self.schedule, low, high)
+        ahead = wind_filter * fastest
+        return (
+            fastest + _largest(self.wind, self.estimate, low - ahead, high + ahead)
+        ) / wind_filter
+
 
 def check_wind_rate(claim: Any, data: Any, found: list[Outcome], where: str) -> Found:
     """Return the verdict on one claim; ``found`` are the verdicts on the claims before it.
@@ -167,6 +182,14 @@ def _bends(
     for node in one.wind:
         if min(first, last) < node < max(first, last):
             yield low + (high - low) * (node - first) / (last - first)
+
+
+def _largest(
+    wind: list[Fraction], values: list[Fraction], low: Fraction, high: Fraction
+) -> Fraction:
+    """Return the largest value of the line from low to high: at an end, or at a node between."""
+    inside = [value for s, value in zip(wind, values, strict=True) if low < s < high]
+    return max(_line(wind, values, low), _line(wind, values, high), *inside)
 
 
 def _line(wind: list[Fraction], values: list[Fraction], at: Fraction) -> Fraction:

@@ -28,6 +28,7 @@ def said(
     law: Law | None = None,
     step: Fraction = Fraction(0),
     where: str = "",
+    kept: Fraction | None = None,
 ) -> tuple[str, str]:
     """Return name and sentence.
 
@@ -36,6 +37,8 @@ def said(
     unproved : the claim that this one rests on, where that is not proved.
     failures : what is not proved, with the ends of the wind cell, or none of the whole.
     fed : of each cell, whether it is fed the schedule wind's rate.
+    kept : the largest |v_s''| there in the winds of the claim on the wind's rate; None where none
+        is named.
     """
     if unproved:
         return NAME, f"the claim that it rests on is not proved: {in_words(unproved).name}"
@@ -44,11 +47,17 @@ def said(
         left = len(reasons) - MOST_REASONS
         more = f" (+{left} more)" if left > 0 else ""
         return NAME, "not proved: " + "; ".join(reasons[:MOST_REASONS]) + more
-    return NAME, _statement(cells, fed, data, law, step, where)
+    return NAME, _statement(cells, fed, data, law, step, where, kept)
 
 
 def _statement(
-    cells: Sequence[Any], fed: Sequence[bool], data: Any, law: Law, step: Fraction, where: str
+    cells: Sequence[Any],
+    fed: Sequence[bool],
+    data: Any,
+    law: Law,
+    step: Fraction,
+    where: str,
+    kept: Fraction | None,
 ) -> str:
     pitch, torque = ([number(c, f"{name}_rate", where) for c in cells] for name in ACTUATORS)
     most, own = (number(data["model"], f"{name}_rate_limit", "model") for name in ACTUATORS)
@@ -56,9 +65,15 @@ def _statement(
     bends = [number(cell, "schedule_bend", where) for cell in fed_cells]
     turning = ""
     if bends:
+        held = (
+            "NOT for every wind of the wind class"
+            if kept is None
+            else "as in every wind of the claim on the wind's rate, which keeps it at most "
+            f"{at_most(kept, 3)} m/s^3"
+        )
         turning = (
             f" (where it is fed the schedule wind's rate, in {len(bends)} of them, while |v_s''| "
-            f"is at most {at_least(min(bends), 3)} m/s^3)"
+            f"is at most {at_least(min(bends), 3)} m/s^3, {held})"
         )
     within = [k for k, one in enumerate(torque) if one <= own]
     beyond = "".join(f", NOT for {_span(*ends)} m/s" for ends in _beyond(within, law.wind))

@@ -33,11 +33,27 @@ def said(
     plant, settling : given where the claim is proved.
     """
     # From what is checked: the file's own name proves nothing.
-    wake = "frozen wake included" if uncertainty.frozen_wake else "equilibrium wake"
+    wake = "frozen wake included" if _pushed(law, uncertainty) else "equilibrium wake"
     name = f"coherent loop, {_span(law.wind[0], law.wind[-1])} m/s, {wake}"
     if plant is None or settling is None:
         return name, why or _listed(failures, law, len(claim["cells"]))
     return name, _statement(claim, plant, law, uncertainty, settling, where)
+
+
+def _pushed(law: Law, uncertainty: Uncertainty) -> bool:
+    """Return whether the wake that is stated adds effectiveness at every wind."""
+    return uncertainty.frozen_wake and min(law.limit) > 0
+
+
+def _wake(law: Law, uncertainty: Uncertainty) -> str:
+    """Return up to where pitch may act by the file's numbers: its words prove nothing."""
+    if not uncertainty.frozen_wake:
+        return "equilibrium wake"
+    lowest, highest = (at_least(of(law.limit), 3) for of in (min, max))
+    held = f"of at least {lowest} to {highest} rad/s^2 per rad (by wind)"
+    if _pushed(law, uncertainty):
+        return f"equilibrium to frozen wake, {held}"
+    return f"equilibrium wake, for the stated limit {held} is no frozen wake's"
 
 
 def _listed(failures: Sequence[tuple[int | None, str]], law: Law, cells: int) -> str:
@@ -67,7 +83,7 @@ def _statement(
     }
     least = {name: at_least(min(column), 3) for name, column in columns.items()}
     most = {name: at_least(max(column), 3) for name, column in columns.items()}
-    wake = "equilibrium to frozen wake" if uncertainty.frozen_wake else "equilibrium wake"
+    wake = _wake(law, uncertainty)
     power = f", c_P {_span(*uncertainty.power)} of the table's" if uncertainty.wrong_table else ""
     return (
         f"winds {_span(law.wind[0], law.wind[-1])} m/s in {len(cells)} cells, inertia "

@@ -1,0 +1,37 @@
+"""What a verdict about a turbine's loop rests on beside the proof: one list for every reader.
+
+A verdict is about a model of the machine.  What that model leaves out, and where a claim starts
+from, is named here once, by kind of claim; terminal, JSON, report and continuous integration print
+this list.
+"""
+
+from __future__ import annotations
+
+__all__ = ["assumed"]
+
+RIGID = ("rigid shaft, tower and blades", "wake without states of its own")
+DRIVES = ("torque at once and without rate limit", "first-order pitch drive")
+PROGRAM = ("continuous time", "exact speed")
+IN_THE_SET = "start with V <= 1 and pitch at or above its lower limit"
+OUTSIDE = "wind estimate from outside, within the stated class"
+KNOWN_WIND = "constant wind that the law knows"
+
+LOOP = (IN_THE_SET, *DRIVES, *RIGID, *PROGRAM)
+ASSUMED = {
+    "coherent-loop": (*LOOP, OUTSIDE),
+    "wind-rate": (*LOOP, OUTSIDE, "start of the wind filter at its estimate"),
+    "actuator-rates": (*LOOP, OUTSIDE),
+    "paper-loop": (
+        "start inside the set of the wind's cell",
+        KNOWN_WIND,
+        *DRIVES,
+        *RIGID,
+        *PROGRAM,
+    ),
+    "equilibrium": ("at rest", KNOWN_WIND, *RIGID, "exact speed"),
+}
+
+
+def assumed(kind: str) -> tuple[str, ...]:
+    """Return what a claim of a kind assumes; nothing for a claim about no turbine's loop."""
+    return ASSUMED.get(kind, ())

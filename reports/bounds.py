@@ -1,0 +1,42 @@
+"""Numbers of proved bounds as text, rounded to the side on which the sentence stays true.
+
+Every reader of a verdict writes its bounds by these: terminal, page, appendix.  They are the
+checker's own words (``takagi.certificates.checker.words.shown``) for floats, each of which stands
+for the decimal that it is written as.
+"""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from fractions import Fraction
+from math import ceil, floor
+
+from takagi.certificates.checker.words import shown
+
+__all__ = ["at_least", "at_least_to", "at_most", "at_most_to"]
+
+Bound = float | Fraction
+
+
+def at_least(value: Bound, digits: int = 3) -> str:
+    """Return the greatest decimal of so many significant digits that does not exceed the value."""
+    return shown.at_least(_exact(value), digits)
+
+
+def at_most(value: Bound, digits: int = 3) -> str:
+    """Return the least decimal of so many significant digits that is not below the value."""
+    return shown.at_most(_exact(value), digits)
+
+
+def at_most_to(value: Bound, places: int) -> str:
+    """Return the least decimal with so many places that is not below the value, zeros kept."""
+    return f"{Decimal(ceil(_exact(value) * 10**places)).scaleb(-places):f}"
+
+
+def at_least_to(value: Bound, places: int) -> str:
+    """Return the greatest decimal with so many places that does not exceed the value."""
+    return f"{Decimal(floor(_exact(value) * 10**places)).scaleb(-places):f}"
+
+
+def _exact(value: Bound) -> Fraction:
+    return value if isinstance(value, Fraction) else Fraction(repr(float(value)))

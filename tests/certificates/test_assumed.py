@@ -1,0 +1,88 @@
+"""What a verdict about a turbine rests on beside the proof: the same line for every reader."""
+
+from __future__ import annotations
+
+import json
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from takagi.certificates.checker.kernel.certificate import check, check_document
+from takagi.certificates.checker.words.assumed import ASSUMED, assumed
+from takagi.certificates.loop_claims import loop_claims
+from takagi.cli.main import main
+from takagi.reports import ci_formats
+
+# What such a line has to name, whatever else it names.
+NEEDED = (
+    "start with V <= 1",
+    "torque at once and without rate limit",
+    "first-order pitch drive",
+    "rigid shaft",
+    "wake without states",
+    "continuous time",
+    "exact speed",
+    "wind estimate from outside",
+    "start of the wind filter at its estimate",
+)
+
+
+@pytest.fixture(scope="module")
+def resting(short_document: dict[str, Any], reseal: Any) -> dict[str, Any]:
+    """Return the short certificate with the claims that rest on its loop's."""
+    document = deepcopy(short_document)
+    claims, _ = loop_claims(document["model"], document["gains"], document["claims"][0])
+    return dict(reseal(document | {"claims": claims}))
+
+
+@pytest.fixture(scope="module")
+def written(resting: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("assumed") / "certificate.json"
+    path.write_text(json.dumps(resting), encoding="utf-8")
+    return path
+
+
+def test_every_reader_prints_the_same_line(
+    written: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Terminal, JSON, JUnit, Markdown and SARIF of one file; JSON has a list."""
+    listed = list(check(written).assumes)
+    line = f"assumes: {'; '.join(listed)}"
+    reports = {name: tmp_path / name for name in ("junit", "sarif", "summary")}
+    options = [word for name, path in reports.items() for word in (f"--{name}", str(path))]
+
+    assert main(["check", str(written), *options]) == 0
+    assert capsys.readouterr().out.splitlines().count(f"  {line}") == 1
+    assert main(["check", str(written), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["assumes"] == listed
+    out = ElementTree.fromstring(reports["junit"].read_text(encoding="utf-8")).find(".//system-out")
+    assert out is not None and out.text is not None
+    assert out.text.splitlines()[0] == line
+    assert f"- {line.replace('<', '&lt;')}" in reports["summary"].read_text(encoding="utf-8")
+    (run,) = json.loads(reports["sarif"].read_text(encoding="utf-8"))["runs"]
+    assert run["tool"]["driver"]["properties"]["assumes"] == listed
+    for phrase in NEEDED:
+        assert sum(phrase in one for one in listed) == 1, phrase
+
+
+def test_each_claim_carries_its_own(resting: dict[str, Any]) -> None:
+    """The filter's start is the wind rate's alone; every kind of turbine claim has a list."""
+    loop, rate, actuators = check_document(resting).claims
+
+    assert [claim.assumes for claim in (loop, rate, actuators)] == [
+        assumed(claim["kind"]) for claim in resting["claims"]
+    ]
+    assert set(rate.assumes) - set(loop.assumes) == {"start of the wind filter at its estimate"}
+    assert "from any start with V <= 1 and the filter at its estimate" in rate.text
+    assert {"coherent-loop", "wind-rate", "actuator-rates", "paper-loop", "equilibrium"} <= set(
+        ASSUMED
+    )
+
+
+def test_a_claim_about_no_turbine_assumes_nothing_here() -> None:
+    """Claims of plants say what they rest on in their own words."""
+    assert assumed("decay") == ()
+    assert ci_formats.junit(ci_formats.refusal("no"), source="c.json").count("assumes") == 0
