@@ -72,6 +72,19 @@ def test_the_summary_quotes_the_certificate(
     ]
 
 
+def test_the_summary_names_what_the_verdict_assumes(
+    asked: Any, finished: TurbineDesign, tmp_path: Path, capsys: Capture
+) -> None:
+    """One line for a reader, a list for a program."""
+    main(["design", "nrel5mw", "--out", str(tmp_path / "a")])
+    (line,) = [x for x in capsys.readouterr().out.splitlines() if x.startswith("  assumes ")]
+    main(["design", "nrel5mw", "--out", str(tmp_path / "b"), "--json"])
+
+    assert line.removeprefix("  assumes ").strip() == "; ".join(finished.checked.assumes)
+    assert json.loads(capsys.readouterr().out)["assumes"] == list(finished.checked.assumes)
+    assert "wind estimate from outside" in line
+
+
 def test_next_commands_can_be_typed_as_printed(asked: Any, tmp_path: Path, capsys: Capture) -> None:
     """The check that is suggested exists and succeeds."""
     main(["design", "nrel5mw", "--out", str(tmp_path)])

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from html import escape
 from html.parser import HTMLParser
 from types import SimpleNamespace
 from typing import Any, cast
@@ -270,6 +271,15 @@ def test_verdict_states_the_certificates_numbers(turbine_design: TurbineDesign, 
     assert f"≥ {at_least(common)} 1/s" in html
     assert f"{at_least(decay)} 1/s" in html
     assert f"≤ {at_most(100 * summary.overspeed, 2)} % above rated" in html
+
+
+def test_the_page_names_what_the_verdict_assumes(turbine_design: TurbineDesign, html: str) -> None:
+    """The checker's own line, once, above what is left out."""
+    line = escape("; ".join(turbine_design.checked.assumes))
+
+    assert "torque at once and without rate limit" in line
+    assert html.count(f"<b>Assumes:</b> {line}.") == 1
+    assert html.index(line) < html.index('id="left-out"')
 
 
 def test_same_design_same_section(turbine_design: TurbineDesign) -> None:
