@@ -34,7 +34,7 @@ def narrow(built: Any, wind_filter: float) -> Document:
     loop["cells"] = loop["cells"][first : first + CELLS]
     claims, left_out = loop_claims(document["model"], gains, loop)
     assert not left_out
-    return document | {"claims": claims}
+    return dict(document | {"claims": claims})
 
 
 @pytest.fixture(scope="module")
@@ -81,13 +81,7 @@ def test_the_bound_is_the_threshold(
 ) -> None:
     """A ``schedule_bend`` just at the class's own, and a little below."""
     changed = deepcopy(slow)
-    ranges = [
-        Range(
-            *([Fraction(str(x)) for x in one[name]] for name in COLUMNS),
-            Fraction(str(one["estimate_error"])),
-        )
-        for one in changed["claims"][RATE]["ranges"]
-    ]
+    ranges = [tube(one) for one in changed["claims"][RATE]["ranges"]]
     k = next(k for k, cell in enumerate(changed["claims"][ACTUATORS]["cells"]) if fed(changed, k))
     ends = [Fraction(str(v)) for v in changed["gains"]["wind"][k : k + 2]]
     bend = max(one.bend(ends[0], ends[1], Fraction(5)) for one in ranges)
@@ -101,6 +95,12 @@ def test_the_bound_is_the_threshold(
 COLUMNS = ("wind", "estimate_rate", "schedule_rate")
 
 
+def tube(one: Any) -> Range:
+    """Return a range of the claim, exact."""
+    wind, rate, phi = ([Fraction(str(x)) for x in one[name]] for name in COLUMNS)
+    return Range(wind, rate, phi, Fraction(str(one["estimate_error"])))
+
+
 def fed(document: Document, k: int) -> bool:
     return bool(document["gains"]["feedforward_limit"][k] > 0)
 
@@ -109,7 +109,7 @@ def test_no_motion_of_the_filter_bends_more(slow: Document) -> None:
     """An estimate that turns from one way to the other at full rate, from the edge: |v_s''|."""
     one = slow["claims"][RATE]["ranges"][0]
     wind, r, phi = (np.array(one[name]) for name in COLUMNS)
-    exact = Range(*([Fraction(str(x)) for x in one[name]] for name in COLUMNS), Fraction(0))
+    exact = tube(one)
     s = np.linspace(wind[0], wind[-1], 400)
     for way in (1, -1):
         seen = s + way * 5 * np.interp(s, wind, phi)
