@@ -1,6 +1,6 @@
 """Measures the LMI layer against its peers, and writes the tables of docs/benchmarks.md.
 
-    python benchmarks/lmi_layer.py [--only PART ...]      parts: posing rate vertices wide
+    python benchmarks/lmi_layer.py [--only PART ...]      parts: posing rate vertices wide designs
 
 Every row is measured in this run, one after another, on one thread; compare the ratios, not the
 times.  Peers get the same question, and their answers are compared with ours in the table.
@@ -392,11 +392,60 @@ def wide() -> str:
     return table(heads, rows)
 
 
+# ------------------------------------------------------------------ gains against disturbances
+
+# States, inputs, rules.
+DESIGNS = ((2, 1, 1), (2, 1, 4), (4, 2, 1), (4, 2, 4), (8, 2, 1), (8, 2, 4), (12, 2, 1), (12, 2, 2))
+
+
+def designs() -> str:
+    """Return the table of whole calls of ``hinf_pdc`` and ``h2_pdc`` beside cvxpy and clarabel.
+
+    The runs of a row are interleaved, and their medians compared: other work on the machine then
+    slows both.
+    """
+    import cvxpy as cp
+    from peers import cvxpy_energy_gain, cvxpy_variance
+
+    from takagi.lmi import h2_pdc, hinf_pdc
+    from takagi.models import TSModel
+
+    rows = []
+    for n, m, rules in DESIGNS:
+        plant = disturbed_rules(rules, n, m, 2, m + min(n, 3))
+        model = TSModel(plant.A, plant.B, C=plant.C, D=plant.D, E=plant.E)
+        questions = (("H-infinity", hinf_pdc, cvxpy_energy_gain), ("H2", h2_pdc, cvxpy_variance))
+        for name, design, other in questions:
+            found, spent = [], []
+            for _ in range(3 if n > 4 else 7):
+                began = time.perf_counter()
+                gain = design(model).gain
+                mine = time.perf_counter() - began
+                began = time.perf_counter()
+                try:
+                    value = other(plant)[1]
+                except cp.SolverError:
+                    value = float("nan")
+                spent.append((mine, time.perf_counter() - began))
+                found.append((float("nan") if gain is None else gain, value))
+            ours, peers = np.median(np.array(spent), axis=0)
+            ratio = float(np.median([b / a for a, b in spent]))
+            apart = max(abs(a / b - 1) for a, b in found)
+            what = f"{name}, n = {n}, m = {m}, {rules} rule{'s' if rules > 1 else ''}"
+            print(f"  {what}: {ratio:.2f}", flush=True)
+            same = f"{apart:.0e}" if np.isfinite(apart) else "cvxpy's solver failed"
+            times = seconds(float(ours)), seconds(float(peers))
+            rows.append((what, *times, f"{ratio:.1f}", same))
+    heads = ("gains, whole call", "takagi", "cvxpy + clarabel", "slower by", "least norms apart")
+    return table(heads, rows)
+
+
 PARTS: dict[str, Callable[[], str]] = {
     "posing": posing,
     "rate": rate,
     "vertices": vertices,
     "wide": wide,
+    "designs": designs,
 }
 CHILDREN: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
     "rounds": rounds,

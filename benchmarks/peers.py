@@ -18,9 +18,11 @@ from numpy.typing import NDArray
 
 __all__ = [
     "cvxpy_compensation",
+    "cvxpy_energy_gain",
     "cvxpy_lyapunov",
     "cvxpy_rate",
     "cvxpy_rate_by_parameter",
+    "cvxpy_variance",
     "picos_compensation",
     "picos_lyapunov",
 ]
@@ -150,3 +152,56 @@ def cvxpy_rate_by_parameter(
         problem.solve(solver=cp.CLARABEL)
         low, high = (float(rate.value), high) if t.value > 0 else (low, float(rate.value))
     return time.perf_counter() - began, low
+
+
+def cvxpy_energy_gain(plant: Any) -> tuple[float, float]:
+    """Ask for the least H-infinity norm by cvxpy and clarabel: the textbook LMI, all pairs.
+
+    Parameters
+    ----------
+    plant : A, B, C, D, E, one of each for every rule.
+    """
+    import cvxpy as cp
+
+    began = time.perf_counter()
+    A, B, C, D, E = plant
+    (r, n, m), p, q = B.shape, C.shape[1], E.shape[2]
+    Q, gamma = cp.Variable((n, n), symmetric=True), cp.Variable()
+    M = [cp.Variable((m, n)) for _ in range(r)]
+
+    def loop(i: int, j: int) -> Any:
+        G, Z = A[i] @ Q - B[i] @ M[j], C[i] @ Q - D[i] @ M[j]
+        w, z = gamma * np.eye(q), gamma * np.eye(p)
+        rows = [[-G - G.T, -E[i], -Z.T], [-E[i].T, w, np.zeros((q, p))], [-Z, np.zeros((p, q)), z]]
+        return cp.bmat(rows)
+
+    constraints = [Q >> 0]
+    for i in range(r):
+        constraints.append(loop(i, i) >> 0)
+        constraints += [loop(i, j) + loop(j, i) >> 0 for j in range(i + 1, r)]
+    cp.Problem(cp.Minimize(gamma), constraints).solve(solver=cp.CLARABEL)
+    return time.perf_counter() - began, float(gamma.value)
+
+
+def cvxpy_variance(plant: Any) -> tuple[float, float]:
+    """Ask for the least H2 norm by cvxpy and clarabel: the textbook LMI, all pairs."""
+    import cvxpy as cp
+
+    began = time.perf_counter()
+    A, B, C, D, E = plant
+    (r, n, m), p, q = B.shape, C.shape[1], E.shape[2]
+    Q, nu = cp.Variable((n, n), symmetric=True), cp.Variable()
+    M = [cp.Variable((m, n)) for _ in range(r)]
+    W = [cp.Variable((q, q), symmetric=True) for _ in range(r)]
+
+    def loop(i: int, j: int) -> Any:
+        G, Z = A[i] @ Q - B[i] @ M[j], C[i] @ Q - D[i] @ M[j]
+        return cp.bmat([[-G - G.T, -Z.T], [-Z, np.eye(p)]])
+
+    constraints = [Q >> 0]
+    for i in range(r):
+        constraints += [cp.bmat([[W[i], E[i].T], [E[i], Q]]) >> 0, cp.trace(W[i]) <= nu]
+        constraints.append(loop(i, i) >> 0)
+        constraints += [loop(i, j) + loop(j, i) >> 0 for j in range(i + 1, r)]
+    cp.Problem(cp.Minimize(nu), constraints).solve(solver=cp.CLARABEL)
+    return time.perf_counter() - began, float(np.sqrt(nu.value))

@@ -15,6 +15,7 @@ from takagi.lmi.intake import Vertices, number, sample_time_of
 from takagi.lmi.solver.balance import state_units
 from takagi.lmi.solver.largest_parameter import Extreme, extreme_parameter
 from takagi.lmi.solver.outcome import promised
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.solver.vertex_rounds import ALL_AT_ONCE
 
 __all__ = ["max_box_enlargement", "wide_box"]
@@ -24,6 +25,7 @@ STILL = 1e-13
 ROUNDS, ADDED = 40, 12
 
 
+@limited
 def max_box_enlargement(
     model: Vertices,
     *,
@@ -34,6 +36,7 @@ def max_box_enlargement(
     tolerance: float = 1e-6,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
+    time_limit: float | None = None,
 ) -> Answer:
     """Return the largest theta, and its P, with P common to all A_0 + theta (A_i - A_0).
 
@@ -60,6 +63,8 @@ def max_box_enlargement(
     tolerance : relative to theta.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

@@ -21,6 +21,7 @@ from takagi.lmi.solver.balance import state_units
 from takagi.lmi.solver.largest_parameter import extreme_parameter
 from takagi.lmi.solver.outcome import promised
 from takagi.lmi.solver.stages import Outcome, decide
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.solver.vertex_rounds import first_vertices
 from takagi.lmi.term import Condition
 
@@ -36,12 +37,14 @@ ENOUGH = 4.0
 WORST = 1e-8
 
 
+@limited
 def max_decay_rate(
     model: Vertices,
     *,
     tolerance: float = 1e-6,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
+    time_limit: float | None = None,
 ) -> Answer:
     """Return the largest alpha, and its P, with A_i' P + P A_i + 2 alpha P <= 0 at every vertex.
 
@@ -56,6 +59,8 @@ def max_decay_rate(
         the rate is nearer to 0.
     scales : (n,) engineering range of each state; None balances the vertices.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

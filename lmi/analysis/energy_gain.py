@@ -30,6 +30,7 @@ from takagi.lmi.analysis.guessed_function import guessed_of_energy
 from takagi.lmi.analysis.least_gain import least_gain, motion_of
 from takagi.lmi.answer import Answer, Floats
 from takagi.lmi.intake import Vertices
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
 
 __all__ = ["hinf_norm", "hinf_norm_condition"]
@@ -115,6 +116,7 @@ def _discrete(P: Unknown, path: Channel) -> tuple[Term, ...]:
     )
 
 
+@limited
 def hinf_norm(
     model: Vertices,
     B: ArrayLike | None = None,
@@ -124,6 +126,7 @@ def hinf_norm(
     sample_time: float | None = None,
     scales: ArrayLike | None = None,
     tolerance: float = 1e-6,
+    time_limit: float | None = None,
 ) -> Answer:
     """Return the least gamma, and its P, with |y|_2 <= gamma |w|_2 for every blend of the vertices.
 
@@ -139,6 +142,8 @@ def hinf_norm(
         energies are then sums over samples.  gamma does not depend on T.
     scales : (n,) engineering range of each state; None looks for units itself.
     tolerance : how far above the least gamma the answer may be, relative: P has a margin then.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

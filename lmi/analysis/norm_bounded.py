@@ -45,6 +45,7 @@ from takagi.lmi.intake import (
 from takagi.lmi.solver.balance import nearest_power, state_units
 from takagi.lmi.solver.diagnosis import binding_items
 from takagi.lmi.solver.stages import Outcome, decide
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.term import LMI, Array, Condition, Constant, Term, Unknown
 from takagi.lmi.uncertainty import Channel, Uncertainty, channels_of
 
@@ -79,6 +80,7 @@ def robust_lyapunov_condition(
     return _posed(A, channels, number("decay_rate", decay_rate), step)
 
 
+@limited
 def robust_lyapunov(
     model: Vertices,
     uncertainty: Uncertainty,
@@ -87,6 +89,7 @@ def robust_lyapunov(
     decay_rate: float = 0.0,
     sample_time: float | None = None,
     scales: ArrayLike | None = None,
+    time_limit: float | None = None,
 ) -> Answer:
     """Return a candidate P with V' <= -2 alpha V for every blend and every |Delta_k| <= 1.
 
@@ -96,6 +99,8 @@ def robust_lyapunov(
     ----------
     scales : (n,) engineering range of each state; None balances the vertices.
     others : as for ``robust_lyapunov_condition``.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

@@ -32,6 +32,7 @@ from takagi.lmi.analysis.guessed_function import guessed_of_variance
 from takagi.lmi.analysis.least_gain import least_gain, motion_of
 from takagi.lmi.answer import Answer, Floats
 from takagi.lmi.intake import Vertices
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
 from takagi.models.errors import ModelError
 
@@ -134,6 +135,7 @@ def _variance(P: Unknown, nu: Unknown, path: Channel) -> LMI:
     )
 
 
+@limited
 def h2_norm(
     model: Vertices,
     B: ArrayLike | None = None,
@@ -142,6 +144,7 @@ def h2_norm(
     *,
     sample_time: float | None = None,
     scales: ArrayLike | None = None,
+    time_limit: float | None = None,
 ) -> Answer:
     """Return the least sqrt(nu), and its P, with mean |y|^2 <= nu for unit white noise w.
 
@@ -154,6 +157,8 @@ def h2_norm(
     model, B, C, D : the disturbance's path, as for ``hinf_norm``.
     sample_time : T in s of x+ = A x + B w, where arrays are given; a model knows its own.
     scales : (n,) engineering range of each state; None balances the vertices.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

@@ -19,6 +19,7 @@ from takagi.lmi.answer import Answer, Floats
 from takagi.lmi.intake import Vertices
 from takagi.lmi.solver.balance import motion, state_units
 from takagi.lmi.solver.least_over_rate import least_over_rate, unknowns_near_least
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.solver.vertex_rounds import first_vertices
 from takagi.lmi.term import Condition
 
@@ -32,6 +33,7 @@ FASTEST = 7.0
 SMALLEST = 1e-6
 
 
+@limited
 def peak_gain(
     model: Vertices,
     B: ArrayLike | None = None,
@@ -41,6 +43,7 @@ def peak_gain(
     decay_rate: float | None = None,
     sample_time: float | None = None,
     scales: ArrayLike | None = None,
+    time_limit: float | None = None,
 ) -> Answer:
     """Return gamma, and its P, with sup |y| <= gamma sup |w| from rest, for every blend.
 
@@ -54,6 +57,8 @@ def peak_gain(
         section between 2 and 98 per cent of the largest common decay rate.
     sample_time : T in s of x+ = A x + B w, where arrays are given; a model knows its own.
     scales : (n,) engineering range of each state; None balances the vertices.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

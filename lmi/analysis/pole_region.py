@@ -15,6 +15,7 @@ from takagi.lmi.region import Region, RegionPart
 from takagi.lmi.solver.balance import state_units
 from takagi.lmi.solver.diagnosis import binding_items
 from takagi.lmi.solver.stages import Outcome, decide
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.term import LMI, Array, Condition, Constant, Term, Unknown
 from takagi.models.errors import ModelError
 
@@ -69,6 +70,7 @@ def d_stability_condition(model: Vertices, region: Region) -> Condition:
     )
 
 
+@limited
 def d_stability(
     model: Vertices,
     region: Region,
@@ -76,6 +78,7 @@ def d_stability(
     gains: ArrayLike | None = None,
     sample_time: float | None = None,
     scales: ArrayLike | None = None,
+    time_limit: float | None = None,
 ) -> Answer:
     """Return a candidate P with L (x) P + M (x) (P A_i) + M' (x) (A_i' P) < 0 for every part.
 
@@ -94,6 +97,8 @@ def d_stability(
         one for each pair of rules.  None takes the model as it is, with u = 0.
     sample_time : T in s for raw arrays of discrete time; None takes the model's own.
     scales : (n,) engineering range of each state; None balances the vertices.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

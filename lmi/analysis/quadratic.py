@@ -20,6 +20,7 @@ from takagi.lmi.intake import Vertices, number, rate_parameter, sample_time_of, 
 from takagi.lmi.solver.balance import motion, state_units
 from takagi.lmi.solver.diagnosis import binding_items
 from takagi.lmi.solver.stages import Outcome
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.solver.vertex_rounds import CHUNK, decide_by_rounds
 from takagi.lmi.term import LMI, Array, Condition, Constant, Term, Unknown
 
@@ -110,12 +111,14 @@ def _discrete(P: Unknown, A: Array, one: Array) -> tuple[Term, ...]:
     )
 
 
+@limited
 def common_lyapunov(
     model: Vertices,
     *,
     decay_rate: float = 0.0,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
+    time_limit: float | None = None,
 ) -> Answer:
     """Return a candidate P with A_i' P + P A_i + 2 alpha P < 0 at every vertex.
 
@@ -129,6 +132,8 @@ def common_lyapunov(
     decay_rate : alpha in 1/s; V' <= -2 alpha V, or V(x+) <= e^(-2 alpha T) V(x).
     scales : (n,) engineering range of each state; None balances the vertices.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

@@ -21,6 +21,7 @@ from takagi.lmi.intake import (
 from takagi.lmi.solver.balance import balanced_inputs, balanced_states
 from takagi.lmi.solver.diagnosis import binding_items
 from takagi.lmi.solver.stages import Outcome
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.synthesis.compensation_condition import Controlled
 from takagi.lmi.term import Condition
 from takagi.models.errors import ModelError
@@ -28,6 +29,7 @@ from takagi.models.errors import ModelError
 __all__ = ["attraction_ellipsoid", "attraction_pdc"]
 
 
+@limited
 def attraction_ellipsoid(
     model: Vertices,
     *,
@@ -43,6 +45,7 @@ def attraction_ellipsoid(
     relaxation: str = "tanaka-wang",
     measure: str | ArrayLike = "volume",
     sample_time: float | None = None,
+    time_limit: float | None = None,
 ) -> Answer:
     """Return P of the largest {x' P x <= 1} that no trajectory leaves, with V' <= -2 alpha V in it.
 
@@ -70,6 +73,8 @@ def attraction_ellipsoid(
         the states where there is none; or points (k, n), whose largest multiple in the ellipsoid,
         1 / max_k (x_k' P x_k)^(1/2), counts.  (n,) half-widths stand for the corners of a box.
     sample_time : T in s for raw arrays of discrete time; None takes the model's own.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------
@@ -125,6 +130,7 @@ def attraction_ellipsoid(
     return _answer(condition, outcome, s, task)
 
 
+@limited
 def attraction_pdc(
     model: Controlled,
     *,
@@ -137,6 +143,7 @@ def attraction_pdc(
     relaxation: str = "wang-tanaka-griffin",
     measure: str | ArrayLike = "volume",
     sample_time: float | None = None,
+    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sat(sum_i h_i K_i x) with the largest {x' P x <= 1} to start from.
 
@@ -148,6 +155,8 @@ def attraction_pdc(
     overdrive : bound on |v_k| / input_limit_k for the command v = sum_i h_i K_i x in the
         ellipsoid; larger ones make harder gains.
     others : as for ``attraction_ellipsoid``.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

@@ -13,6 +13,7 @@ from takagi.lmi.fuzzy.design import FuzzyDesign
 from takagi.lmi.fuzzy.search import searched, units_of
 from takagi.lmi.fuzzy.task import FuzzyTask, SlackKind
 from takagi.lmi.intake import input_stack, number, sample_time_of, vertex_stack
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.synthesis.compensation_condition import Controlled
 from takagi.lmi.term import Condition
@@ -62,6 +63,7 @@ def fuzzy_pdc_condition(
     return task.posed(float(number("decay_rate", decay_rate)), _epsilon(epsilon))
 
 
+@limited
 def fuzzy_pdc(
     model: Controlled,
     *,
@@ -73,6 +75,7 @@ def fuzzy_pdc(
     epsilons: Sequence[float] = EPSILONS,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
+    time_limit: float | None = None,
 ) -> FuzzyDesign:
     """Return gains K_i for u = -sum_i h_i K_i x with V' <= -2 alpha V, V = x' P(h) x.
 
@@ -92,6 +95,8 @@ def fuzzy_pdc(
         of the vertices.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x + B u; a model knows its own.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

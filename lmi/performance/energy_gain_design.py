@@ -14,12 +14,14 @@ from takagi.lmi.performance.disturbed_plant import Disturbed, Performance
 from takagi.lmi.performance.energy_gain_sums import hinf_pdc_condition
 from takagi.lmi.performance.task import PerformanceTask, positive, task_of
 from takagi.lmi.performance.units import PerformanceUnits
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.term import Condition
 from takagi.models.errors import ModelError
 
 __all__ = ["hinf_pdc"]
 
 
+@limited
 def hinf_pdc(
     model: Disturbed,
     *,
@@ -33,6 +35,7 @@ def hinf_pdc(
     gain_bound: float | None = None,
     tolerance: float = 1e-4,
     sample_time: float | None = None,
+    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with the least gamma in |z|_2 <= gamma |w|_2.
 
@@ -56,6 +59,8 @@ def hinf_pdc(
         approached only as the gains grow without bound; 1e-2 usually makes them a thousand times
         smaller.  Of many rules or states it may be a thousandth where less was asked for.
     sample_time : T in s where the model cannot say.  Energies are then sums over samples.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

@@ -13,12 +13,14 @@ from takagi.lmi.performance.disturbed_plant import Disturbed, Performance
 from takagi.lmi.performance.output_variance_sums import h2_pdc_condition
 from takagi.lmi.performance.task import PerformanceTask, task_of
 from takagi.lmi.performance.units import PerformanceUnits
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.term import Condition
 from takagi.models.errors import ModelError
 
 __all__ = ["h2_pdc"]
 
 
+@limited
 def h2_pdc(
     model: Disturbed,
     *,
@@ -28,6 +30,7 @@ def h2_pdc(
     gain_bound: float | None = None,
     tolerance: float = 1e-4,
     sample_time: float | None = None,
+    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with the least bound sqrt(nu), mean |z|^2 <= nu.
 
@@ -44,6 +47,8 @@ def h2_pdc(
     gain_bound : bound on the spectral norm of every K_i, by a sufficient condition.
     tolerance : how far above the least sqrt(nu) the gains may be, relative; see ``hinf_pdc``.
     sample_time : T in s where the model cannot say.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

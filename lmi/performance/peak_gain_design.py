@@ -17,6 +17,7 @@ from takagi.lmi.performance.peak_gain_sums import peak_pdc_condition
 from takagi.lmi.performance.task import PerformanceTask, positive, task_of
 from takagi.lmi.performance.units import PerformanceUnits, guessed_regulator
 from takagi.lmi.solver.least_over_rate import least_over_rate, unknowns_near_least
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.term import Condition
 
 __all__ = ["peak_pdc"]
@@ -29,6 +30,7 @@ COARSE, FINE = 2, 12
 NEAR = 1e-2
 
 
+@limited
 def peak_pdc(
     model: Disturbed,
     *,
@@ -42,6 +44,7 @@ def peak_pdc(
     gain_bound: float | None = None,
     tolerance: float = 1e-6,
     sample_time: float | None = None,
+    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with the least gamma in sup |z| <= gamma sup |w|.
 
@@ -63,6 +66,8 @@ def peak_pdc(
     tolerance : how far above the least gamma of its alpha the gains may be, relative; see
         ``hinf_pdc``.
     sample_time : T in s where the model cannot say.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from takagi.lmi.solver.program import ConeProgram, Raw
+from takagi.lmi.solver.time_limit import out_of_time, remaining, stopped
 from takagi.lmi.unknown import triangle
 
 __all__ = ["with_cvxpy", "with_others"]
@@ -30,7 +31,10 @@ def with_others(program: ConeProgram) -> Iterator[Raw]:
 
     installed = set(cp.installed_solvers())
     for name in OTHERS:
-        if name in installed:
+        if out_of_time():
+            return
+        # CVXOPT takes no limit on its time.
+        if name in installed and (name != "CVXOPT" or remaining() is None):
             yield with_cvxpy(program, name)
 
 
@@ -53,7 +57,13 @@ def with_cvxpy(program: ConeProgram, name: str) -> Raw:
             )
             constraints.append(square >> 0)
     problem = cp.Problem(cp.Minimize(program.q @ y), constraints)
-    options = {"time_limit_secs": SECONDS_FOR_OTHERS, "eps": 1e-8} if name == "SCS" else {}
+    left = remaining()
+    options: dict[str, Any] = {}
+    if name == "SCS":
+        most = SECONDS_FOR_OTHERS if left is None else min(left, SECONDS_FOR_OTHERS)
+        options = {"time_limit_secs": most, "eps": 1e-8}
+    elif name == "MOSEK" and left is not None:
+        options = {"mosek_params": {"MSK_DPAR_OPTIMIZER_MAX_TIME": left}}
     try:
         with warnings.catch_warnings():
             # The status says it too, and is recorded.
@@ -62,6 +72,8 @@ def with_cvxpy(program: ConeProgram, name: str) -> Raw:
     except cp.SolverError as error:
         nothing = np.zeros(0)
         return Raw(name, f"failed: {error}", nothing, nothing, 0, time.perf_counter() - started)
+    if left is not None and remaining() == 0.0:
+        stopped()
     duals = [np.atleast_1d(c.dual_value) for c in constraints if c.dual_value is not None]
     z = np.concatenate([_packed_dual(dual) for dual in duals]) if duals else np.zeros(0)
     found = np.zeros(0) if y.value is None else np.asarray(y.value)

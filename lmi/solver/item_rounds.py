@@ -17,6 +17,7 @@ from takagi.lmi.restriction import restricted
 from takagi.lmi.solver.assemble import assemble
 from takagi.lmi.solver.solve import attempts, cone_program
 from takagi.lmi.solver.stages import Outcome, decide, optimise
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.term import LMI, Condition, Indices
 from takagi.lmi.unknown import Unknown
 
@@ -33,12 +34,14 @@ MISSED = 1e-7
 PIECE = 1_000_000
 
 
+@limited
 def decide_by_rounds(
     condition: Condition,
     *,
     cap: float = 1.0,
     rows: Mapping[str, float] | None = None,
     parameters: Mapping[str, float] | None = None,
+    time_limit: float | None = None,
 ) -> Outcome:
     """Return the unknowns with about the largest margin t <= cap over all items.
 
@@ -48,6 +51,8 @@ def decide_by_rounds(
     Parameters
     ----------
     cap, rows, parameters : as for ``decide``.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
     """
     posed = condition.with_parameters(**parameters) if parameters else condition
     some = _Some.of(posed)
@@ -65,12 +70,14 @@ def decide_by_rounds(
     return some.filled(held if holds(posed, worst) else replace(held, status="unknown"))
 
 
+@limited
 def optimise_by_rounds(
     condition: Condition,
     *,
     slack: float = 1e-6,
     cap: float = 1.0,
     parameters: Mapping[str, float] | None = None,
+    time_limit: float | None = None,
 ) -> Outcome:
     """Return unknowns whose objective is near the least over all items, centred as ``optimise``.
 
@@ -79,6 +86,8 @@ def optimise_by_rounds(
     Parameters
     ----------
     slack, cap, parameters : as for ``optimise``.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
     """
     posed = condition.with_parameters(**parameters) if parameters else condition
     some = _Some.of(posed)

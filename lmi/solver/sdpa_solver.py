@@ -24,7 +24,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from takagi.lmi.solver.assemble import Cone
+from takagi.lmi.solver.choice import sdpa_iteration
+from takagi.lmi.solver.incidence import incidence
 from takagi.lmi.solver.program import ConeProgram, Raw
+from takagi.lmi.solver.time_limit import remaining, stopped
 from takagi.lmi.term import Indices
 from takagi.lmi.unknown import triangle
 
@@ -37,6 +40,8 @@ Entries: TypeAlias = tuple[Indices, Indices, NDArray[np.float64]]
 BEGINNINGS = (10.0, 1e4)
 SMALLEST_BEGINNING = 1e2
 STUCK = 3
+# What sdpa allows itself without being told.
+MOST_ITERATIONS = 100
 
 
 def sdpa_is_installed() -> bool:
@@ -55,8 +60,11 @@ def with_sdpa(program: ConeProgram) -> Raw:
     b, c = sp.csc_matrix(-program.q[:, None]), sp.csc_matrix((whole @ program.b)[:, None])
     largest = max(SMALLEST_BEGINNING, float(np.abs(program.b).max(initial=0.0)))
     for times in BEGINNINGS:
+        options = _options(times * largest) | _iterations(program)
         with _quiet():
-            x, y, _, info = solve(A, b, c, cone, _options(times * largest))
+            x, y, _, info = solve(A, b, c, cone, options)
+        if "maxIteration" in options and info["iteration"] >= options["maxIteration"]:
+            stopped()
         if info["iteration"] >= STUCK:
             break
     return Raw(
@@ -73,6 +81,15 @@ def _options(beginning: float) -> dict[str, Any]:
     param = import_module("sdpap.param").param
     options: dict[str, Any] = param({"print": "no", "lambdaStar": beginning})
     return options
+
+
+def _iterations(program: ConeProgram) -> dict[str, Any]:
+    """Return the most iterations that fit a time limit, by their foretold time; sdpa knows none."""
+    left = remaining()
+    if left is None:
+        return {}
+    fit = max(1, int(left / sdpa_iteration(incidence(program))))
+    return {"maxIteration": fit} if fit < MOST_ITERATIONS else {}
 
 
 def _wide(sizes: list[int]) -> tuple[int, ...]:

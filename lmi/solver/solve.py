@@ -22,6 +22,7 @@ from takagi.lmi.solver.elimination import Guide, guide
 from takagi.lmi.solver.incidence import incidence
 from takagi.lmi.solver.program import ConeProgram, Raw, Row, cone_program
 from takagi.lmi.solver.sdpa_solver import sdpa_is_installed, with_sdpa
+from takagi.lmi.solver.time_limit import out_of_time, remaining, stopped
 
 __all__ = ["ConeProgram", "Raw", "Row", "Session", "again", "attempts", "cone_program", "quick"]
 
@@ -72,7 +73,10 @@ class Session:
     def solve(self, program: ConeProgram) -> Raw:
         """Solve by clarabel, updating a solver in place when only the numbers have changed."""
         started = time.perf_counter()
-        for kept in self._kept:
+        if out_of_time():
+            return _not_called("clarabel")
+        # A solver keeps the limit that it was set up with.
+        for kept in self._kept if remaining() is None else []:
             if kept.fits(program):
                 A = program.A if kept.zeros is None else kept.zeros.filled(program.A)
                 kept.solver.update(q=program.q, A=A.data, b=program.b)
@@ -85,14 +89,21 @@ class Session:
 
 def attempts(program: ConeProgram, session: Session | None = None) -> Iterator[Raw]:
     """Yield one solver's answer after another; stop asking when one withstands its check."""
+    if out_of_time():
+        yield _not_called("clarabel")
+        return
     zeros, sdpa_first = _advice(program)
     if sdpa_first:
         yield with_sdpa(program)
     for name in VARIANTS:
+        if out_of_time():
+            return
         if name == "clarabel" and session is not None:
             yield session.solve(program)
         else:
             yield _variant(program, name, zeros)
+    if out_of_time():
+        return
     if not sdpa_first and sdpa_is_installed():
         yield with_sdpa(program)
     yield from with_others(program)
@@ -100,6 +111,8 @@ def attempts(program: ConeProgram, session: Session | None = None) -> Iterator[R
 
 def again(program: ConeProgram, name: str, session: Session | None = None) -> Raw:
     """Return the answer of the solver that bears the name of an earlier ``Raw``."""
+    if out_of_time():
+        return _not_called(name)
     if name == "sdpa":
         return with_sdpa(program)
     if name == "clarabel" or name not in VARIANTS:
@@ -110,6 +123,10 @@ def again(program: ConeProgram, name: str, session: Session | None = None) -> Ra
 def quick() -> int:
     """Return how many attempts come before the solvers that are slow to pose."""
     return len(VARIANTS) + int(sdpa_is_installed())
+
+
+def _not_called(name: str) -> Raw:
+    return Raw(name, "not called: out of time", np.zeros(0), np.zeros(0), 0, 0.0)
 
 
 def _variant(program: ConeProgram, name: str, zeros: Guide | None) -> Raw:
@@ -143,6 +160,9 @@ def _clarabel(program: ConeProgram, options: Mapping[str, Any]) -> Any:
     if hasattr(settings, "max_threads"):
         # More than one thread has never been quicker, and rounds differently at every run.
         settings.max_threads = 1
+    left = remaining()
+    if left is not None:
+        settings.time_limit = left
     for name, value in options.items():
         setattr(settings, name, value)
     cones = [clarabel.NonnegativeConeT(program.linear)] if program.linear else []
@@ -159,6 +179,8 @@ def _clarabel(program: ConeProgram, options: Mapping[str, Any]) -> Any:
 
 def _run(solver: Any, name: str, started: float) -> Raw:
     solution = solver.solve()
+    if "MaxTime" in str(solution.status):
+        stopped()
     return Raw(
         name,
         str(solution.status),

@@ -44,6 +44,7 @@ from takagi.lmi.solver.solve import (
     cone_program,
     quick,
 )
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.term import Condition
 
 __all__ = ["SMALLEST_MARGIN", "Outcome", "decide", "improve", "optimise"]
@@ -60,6 +61,7 @@ LOOSENESS = (1.0, 30.0, 1e3)
 SHARE = 0.9
 
 
+@limited
 def decide(
     condition: Condition,
     *,
@@ -69,6 +71,7 @@ def decide(
     session: Session | None = None,
     assembled: Assembled | None = None,
     most: int = 99,
+    time_limit: float | None = None,
 ) -> Outcome:
     """Return the unknowns with the largest margin t <= cap.
 
@@ -82,6 +85,8 @@ def decide(
     session : keeps the solver for the next condition of the same shape.
     assembled : the condition's cone data, if known already, at whatever parameters.
     most : give up after so many tries.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
     """
     data = _posed(condition, parameters, assembled)
     variables = len(data.objective)
@@ -135,6 +140,7 @@ def improve(
     return replace(start, tries=tuple(tries), objective=before)
 
 
+@limited
 def optimise(
     condition: Condition,
     *,
@@ -145,6 +151,7 @@ def optimise(
     session: Session | None = None,
     assembled: Assembled | None = None,
     most: int | None = None,
+    time_limit: float | None = None,
 ) -> Outcome:
     """Return unknowns whose objective is within ``slack`` (relative) of the least, centred.
 
@@ -155,6 +162,8 @@ def optimise(
     inside : a margin that is asked for at once.  Where it costs the objective no more than
         ``slack`` by the bound of the multipliers, one solve is all; else it is dropped.
     cap, parameters, session, assembled, most : as for ``decide``.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

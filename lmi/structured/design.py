@@ -13,6 +13,7 @@ from takagi.lmi.answer import Design
 from takagi.lmi.performance.disturbed_plant import Performance
 from takagi.lmi.performance.energy_gain_design import hinf_pdc
 from takagi.lmi.solver.balance import state_units
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.stabilisability import check_stabilisable
 from takagi.lmi.structured.answer import (
     StructuredDesign,
@@ -38,6 +39,7 @@ __all__ = ["structured_pdc"]
 MODEST = (1e-1, 1e-2)
 
 
+@limited
 def structured_pdc(
     model: Controlled,
     pattern: ArrayLike | None = None,
@@ -53,6 +55,7 @@ def structured_pdc(
     performance: Performance | None = None,
     tolerance: float = 1e-5,
     sample_time: float | None = None,
+    time_limit: float | None = None,
 ) -> StructuredDesign:
     """Return gains F_i for u = -sum_i h_i F_i C x, F_i zero off the pattern, of the best value.
 
@@ -77,6 +80,8 @@ def structured_pdc(
     performance : for "hinf", as for ``hinf_pdc``.
     tolerance : relative gain of a step at which the search ends.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

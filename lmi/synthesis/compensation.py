@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design
 from takagi.lmi.region import Region
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.synthesis.climb import Climb, Goal, climb, default_rungs, goal_of
 from takagi.lmi.synthesis.compensation_condition import Controlled
@@ -20,6 +21,7 @@ from takagi.models.errors import ModelError
 __all__ = ["pdc"]
 
 
+@limited
 def pdc(
     model: Controlled,
     *,
@@ -35,6 +37,7 @@ def pdc(
     uncertainty: Uncertainty | None = None,
     overlap: ArrayLike | None = None,
     active_rules: int | None = None,
+    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with V' <= -2 alpha V, V = x' P x.
 
@@ -65,6 +68,8 @@ def pdc(
     uncertainty : ``NormBounded``, or several: the decay holds for every plant that they allow.
     overlap : (r, r) bounds on h_i h_j, 0 for rules that never act together, inf for not known.
     active_rules : at most so many rules act at a time.  Of other memberships nothing is said.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

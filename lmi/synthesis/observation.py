@@ -32,6 +32,7 @@ from takagi.lmi.intake import (
     vertex_stack,
 )
 from takagi.lmi.solver.balance import balanced_inputs, state_units
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.synthesis.compensation import pdc
 from takagi.lmi.synthesis.compensation_condition import pdc_condition
@@ -121,6 +122,7 @@ def observer_condition(
     return pdc_condition(dual, decay_rate=decay_rate, relaxation=name)
 
 
+@limited
 def observer(
     model: Measured,
     *,
@@ -130,6 +132,7 @@ def observer(
     unmeasured: ArrayLike | None = None,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
+    time_limit: float | None = None,
 ) -> Design:
     """Return gains L_i, (r, n, p), for xhat' = sum_i h_i (A_i xhat + B_i u + L_i (y - yhat)).
 
@@ -150,6 +153,8 @@ def observer(
         ``secant_vertices`` gives them from bounds on the derivatives of f.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x; None takes the model's own.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Not promised: anything when the memberships depend on what is not measured and ``unmeasured``
     does not say so; nor where x or xhat leaves the set on which the secants were bounded.

@@ -18,6 +18,7 @@ from takagi.lmi.intake import input_stack, sample_time_of, symmetric, vertex_sta
 from takagi.lmi.solver.balance import motion, state_units
 from takagi.lmi.solver.outcome import not_least
 from takagi.lmi.solver.stages import Outcome, optimise
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.synthesis.compensation import pdc
 from takagi.lmi.synthesis.compensation_condition import Controlled
@@ -38,6 +39,7 @@ UNSETTLED = (
 )
 
 
+@limited
 def lqr_pdc(
     model: Controlled,
     Q: ArrayLike,
@@ -47,6 +49,7 @@ def lqr_pdc(
     deviations: ArrayLike = 1.0,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
+    time_limit: float | None = None,
 ) -> Design:
     """Return gains K_i for u = -sum_i h_i K_i x with the least bound on the quadratic cost.
 
@@ -65,6 +68,8 @@ def lqr_pdc(
         (n, n), where they are correlated with covariance L L'.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

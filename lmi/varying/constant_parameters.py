@@ -12,6 +12,7 @@ from takagi.lmi.analysis.quadratic import vertex_weight
 from takagi.lmi.answer import Answer
 from takagi.lmi.intake import Vertices, number, rate_parameter
 from takagi.lmi.multisimplex import Basis, Degrees
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.term import Condition
 from takagi.lmi.varying.family_answer import decided_family, no_family
 from takagi.lmi.varying.lyapunov_forms import SOURCES, Form, check_form, form_lmis
@@ -59,6 +60,7 @@ def polynomial_lyapunov_condition(
     return _posed(loop, degrees, polya_of(polya), number("decay_rate", decay_rate), form)
 
 
+@limited
 def polynomial_lyapunov(
     model: Vertices,
     *,
@@ -69,6 +71,7 @@ def polynomial_lyapunov(
     gains: ArrayLike | None = None,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
+    time_limit: float | None = None,
 ) -> Answer:
     """Return a candidate P(h) > 0 with He(P(h) A(h)) + 2 alpha P(h) < 0 for every constant h.
 
@@ -88,6 +91,8 @@ def polynomial_lyapunov(
     gains : (r, m, n) of u = -sum_j h_j K_j x; the loop is then of degree 2.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

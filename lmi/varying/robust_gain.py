@@ -34,6 +34,7 @@ from takagi.lmi.multisimplex import Basis, Degrees, Known
 from takagi.lmi.solver.balance import state_units
 from takagi.lmi.solver.outcome import not_least
 from takagi.lmi.solver.stages import Outcome, optimise
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.term import LMI, Condition, Term, Unknown
 from takagi.lmi.varying.family_answer import decided_family, family_in_states, no_family
 from takagi.lmi.varying.parameter_condition import (
@@ -95,6 +96,7 @@ def robust_hinf_norm_condition(
     )
 
 
+@limited
 def robust_hinf_norm(
     model: Vertices,
     B: ArrayLike | None = None,
@@ -106,6 +108,7 @@ def robust_hinf_norm(
     rate_bounds: RateBounds = 0.0,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
+    time_limit: float | None = None,
 ) -> Answer:
     """Return the least gamma, and its P(h), with |y|_2 <= gamma |w|_2 for every h that is allowed.
 
@@ -119,6 +122,8 @@ def robust_hinf_norm(
     polya : how far the LMIs' degrees are raised before their coefficients are taken.
     rate_bounds : how fast h may move, as for ``fuzzy_lyapunov``; 0 is not at all.
     scales : (n,) engineering range of each state; None balances the vertices.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from takagi.lmi.answer import Answer
 from takagi.lmi.intake import Vertices, number
 from takagi.lmi.multisimplex import Basis
+from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.term import Condition
 from takagi.lmi.varying.family_answer import decided_family, no_family
 from takagi.lmi.varying.fuzzy_condition import Question
@@ -61,6 +62,7 @@ def fuzzy_lyapunov_condition(
     return question.posed(loop, number("decay_rate", decay_rate))
 
 
+@limited
 def fuzzy_lyapunov(
     model: Vertices,
     *,
@@ -73,6 +75,7 @@ def fuzzy_lyapunov(
     rates: Rates = "corners",
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
+    time_limit: float | None = None,
 ) -> Answer:
     """Return a candidate P(h) > 0 with He(P(h) A(h)) + dP/dt + 2 alpha P(h) < 0.
 
@@ -97,6 +100,8 @@ def fuzzy_lyapunov(
         that do not multiply with the number of rules.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
 
     Returns
     -------
