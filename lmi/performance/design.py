@@ -12,7 +12,7 @@ from takagi.lmi.analysis.channel import near_least
 from takagi.lmi.answer import Answer, Design, Floats, Try
 from takagi.lmi.evaluate import margin
 from takagi.lmi.performance.task import PerformanceTask
-from takagi.lmi.performance.units import PerformanceUnits, guessed_regulator
+from takagi.lmi.performance.units import WEIGHTS, PerformanceUnits, guessed_regulator
 from takagi.lmi.solver.diagnosis import binding_items
 from takagi.lmi.solver.least_over_rate import least_objective
 from takagi.lmi.solver.outcome import not_least
@@ -89,12 +89,14 @@ def designed(task: PerformanceTask, pose: Pose, meaning: Meaning) -> Design:
 
 def _guesses(task: PerformanceTask) -> Iterator[tuple[Floats | None, Floats | None]]:
     """Yield guesses of P and of the gains; None for the P of plain compensation."""
-    regulator = guessed_regulator(task.plant)
-    gains = None if regulator is None else regulator.gains
     if task.guess is not None:
-        yield task.guess, gains
-    elif regulator is not None:
-        yield regulator.P, gains
+        regulator = guessed_regulator(task.plant)
+        yield task.guess, None if regulator is None else regulator.gains
+    else:
+        for weight in WEIGHTS:
+            regulator = guessed_regulator(task.plant, weight)
+            if regulator is not None:
+                yield regulator.P, regulator.gains
     yield None, None
     if task.guess is None:
         yield np.eye(task.plant.A.shape[1]), None

@@ -21,13 +21,14 @@ from takagi.lmi.solver.balance import motion, nearest_power, state_units
 from takagi.lmi.synthesis.limits import Limits
 from takagi.lmi.term import Array
 
-__all__ = ["PerformanceUnits", "Regulator", "guessed_regulator"]
+__all__ = ["WEIGHTS", "PerformanceUnits", "Regulator", "guessed_regulator"]
 
 Floats: TypeAlias = NDArray[np.float64]
 
 # Share of the largest weight that a state or an input has where the output does not show it, and
-# how far the states' units may lie apart when it is added.
-LEAST_WEIGHT = 1e-6
+# how far the states' units may lie apart when it is added.  The second is for outputs that leave
+# much free.
+WEIGHTS = (1e-6, 1e-10)
 SPREADS = (2.0**10, 1.0)
 
 
@@ -146,20 +147,20 @@ class Regulator(NamedTuple):
     poles: NDArray[np.complex128]
 
 
-def guessed_regulator(plant: DisturbedPlant) -> Regulator | None:
+def guessed_regulator(plant: DisturbedPlant, least_weight: float = WEIGHTS[0]) -> Regulator | None:
     """Return the regulator of the integral, or sum, of |z|^2; None if there is none.
 
     Every state and input is weighed a little, so that P is positive definite.  In which units the
     states are weighed alike is a guess: balanced ones, and the plant's own.  What is taken is that
     which costs the disturbance least, tr E' P E, so the weights that are added least.
     """
-    found = [_regulator(plant, spread) for spread in SPREADS]
+    found = [_regulator(plant, spread, least_weight) for spread in SPREADS]
     known = [one for one in found if one is not None]
     E = plant.E.mean(axis=0)
     return min(known, key=lambda one: float(np.sum(E * (one.P @ E))), default=None)
 
 
-def _regulator(plant: DisturbedPlant, spread: float) -> Regulator | None:
+def _regulator(plant: DisturbedPlant, spread: float, least_weight: float) -> Regulator | None:
     from scipy.linalg import solve_continuous_are, solve_discrete_are
 
     s = state_units(plant.A, None, step=plant.sample_time)
@@ -170,8 +171,8 @@ def _regulator(plant: DisturbedPlant, spread: float) -> Regulator | None:
     tau = 1.0 / np.maximum(np.linalg.norm(B, axis=0), 1e-300)
     B, D = B * tau, D * tau
     weight, spent, both = C.T @ C, D.T @ D, C.T @ D
-    weight = weight + LEAST_WEIGHT * (np.abs(weight).max() or 1.0) * np.eye(len(A))
-    spent = spent + LEAST_WEIGHT * (np.abs(spent).max() or 1.0) * np.eye(B.shape[1])
+    weight = weight + least_weight * (np.abs(weight).max() or 1.0) * np.eye(len(A))
+    spent = spent + least_weight * (np.abs(spent).max() or 1.0) * np.eye(B.shape[1])
     discrete = plant.sample_time is not None
     solve = solve_discrete_are if discrete else solve_continuous_are
     try:
