@@ -43,6 +43,7 @@ from takagi.lmi.solver.solve import (
     attempts,
     cone_program,
     quick,
+    rescaled,
 )
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.term import Condition
@@ -59,6 +60,8 @@ MISSED = 1e-5
 LOOSENESS = (1.0, 30.0, 1e3)
 # What it may take of what is promised; the rest is for the accuracy of the first stage's bound.
 SHARE = 0.9
+# How often a program is posed anew where the solution that was found is of order one.
+RESCALED = 2
 
 
 @limited
@@ -183,7 +186,7 @@ def optimise(
         tries.extend(once.tries)
     best: Outcome | None = None
     plain: Outcome | None = None
-    for raw in _few(attempts(program, session), quick() if most is None else most):
+    for raw in _few(_attempts(program, session), RESCALED + quick() if most is None else most):
         values = _values(data, raw)
         held = margin(data.condition, values) if values else -np.inf
         tries.append(_try(raw, held))
@@ -205,6 +208,18 @@ def optimise(
         least = -np.inf if best is None else best.least
         best = replace(plain, objective=objective_at(data.condition, found), least=least)
     return concluded(replace(best, tries=tuple(tries)))
+
+
+def _attempts(program: ConeProgram, session: Session | None) -> Iterator[Raw]:
+    """Yield one answer after another; the first also where its own solution is of order one."""
+    for number, raw in enumerate(attempts(program, session)):
+        yield raw
+        for _ in range(RESCALED if number == 0 else 0):
+            found = None if "nfeasible" in raw.status else rescaled(program, raw)
+            if found is None:
+                break
+            raw = found
+            yield raw
 
 
 def _nearer(condition: Condition, best: Outcome | None, new: Outcome, slack: float) -> Outcome:

@@ -130,6 +130,7 @@ def test_an_objective_far_above_its_bound_is_not_settled(monkeypatch: pytest.Mon
         yield replace(raw, y=2.0 * raw.y) if program.linear == 0 else raw
 
     monkeypatch.setattr(stages, "attempts", lazy)
+    monkeypatch.setattr(stages, "rescaled", lambda program, raw: None)
     outcome = stages.optimise(condition)
 
     assert outcome.status == "unknown" and not outcome.settled
