@@ -12,7 +12,7 @@ from takagi.lmi.analysis.channel import near_least
 from takagi.lmi.answer import Answer, Design, Floats, Try
 from takagi.lmi.evaluate import margin
 from takagi.lmi.performance.task import PerformanceTask
-from takagi.lmi.performance.units import WEIGHTS, PerformanceUnits, guessed_regulator
+from takagi.lmi.performance.units import WEIGHTS, PerformanceUnits, guessed_regulator, is_definite
 from takagi.lmi.solver.diagnosis import binding_items
 from takagi.lmi.solver.least_over_rate import least_objective
 from takagi.lmi.solver.outcome import not_least
@@ -140,6 +140,8 @@ def _confirmed(task: PerformanceTask, pose: Pose, meaning: Meaning, found: _Solv
             break
         gain = meaning.gain(found.units, objective)
         least = meaning.gain(found.units, objective / (1 + task.tolerance))
+        if not is_definite(found.P):
+            break
         units, condition = _posed(task, pose, found.P, found.units.feedback)
         claimed = least_objective(condition, held=0.0)
         if not 0 < claimed or not meaning.gain(units, claimed) < (1 - AGREED) * least:

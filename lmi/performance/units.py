@@ -21,7 +21,7 @@ from takagi.lmi.solver.balance import motion, nearest_power, state_units
 from takagi.lmi.synthesis.limits import Limits
 from takagi.lmi.term import Array
 
-__all__ = ["WEIGHTS", "PerformanceUnits", "Regulator", "guessed_regulator"]
+__all__ = ["WEIGHTS", "PerformanceUnits", "Regulator", "guessed_regulator", "is_definite"]
 
 Floats: TypeAlias = NDArray[np.float64]
 
@@ -180,7 +180,7 @@ def _regulator(plant: DisturbedPlant, spread: float, least_weight: float) -> Reg
     except (np.linalg.LinAlgError, ValueError):
         return None
     P = (P + P.T) / 2
-    if not np.isfinite(P).all() or np.linalg.eigvalsh(P)[0] <= 0:
+    if not is_definite(P) or not is_definite(P / s / s[:, None]):
         return None
     if discrete:
         K = np.linalg.solve(spent + B.T @ P @ B, B.T @ P @ A + both.T)
@@ -188,6 +188,17 @@ def _regulator(plant: DisturbedPlant, spread: float, least_weight: float) -> Reg
         K = np.linalg.solve(spent, B.T @ P + both.T)
     poles = np.linalg.eigvals(A - B @ K)
     return Regulator(P / s / s[:, None], tau[:, None] * K / s, poles)
+
+
+def is_definite(P: Floats) -> bool:
+    """Return whether P can be |x|^2 in other states: positive definite, to rounding."""
+    if not np.isfinite(P).all():
+        return False
+    try:
+        np.linalg.cholesky(P)
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def _states(P: Floats, *, diagonal: bool) -> Floats:

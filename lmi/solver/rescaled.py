@@ -58,9 +58,7 @@ def scaling_of(program: ConeProgram, raw: Raw) -> Scaling | None:
     if not (np.isfinite(raw.y).all() and np.isfinite(raw.z).all()):
         return None
     size = np.abs(raw.y)
-    variables = nearest_power(
-        np.maximum(size, max(float(size.max(initial=0.0)), 1.0) / FARTHEST)
-    )
+    variables = nearest_power(np.maximum(size, max(float(size.max(initial=0.0)), 1.0) / FARTHEST))
     slack = program.b - program.A @ raw.y
     rows = np.ones(len(program.b))
     linear = slice(0, program.linear)
