@@ -1,0 +1,277 @@
+"""What a claim about the coherent loop may not speak of: each number on both sides of its limit."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from takagi.certificates.checker import CertificateError
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.turbine.coherent_inputs import (
+    Box,
+    Law,
+    Plant,
+    Settling,
+    Uncertainty,
+)
+
+KNOTS = [0, 0, 0, 0, 1, 1, 1, 1]
+MODEL: dict[str, Any] = {
+    "kind": "turbine",
+    "gear_ratio": 10,
+    "torque_constant": 40,
+    "rotor_radius": 5,
+    "pitch_time_constant": 0.5,
+    "pitch_rate_limit": 0.25,
+    "rated_rotor_speed": 2,
+    "rotor_inertia": 100,
+    "generator_inertia": 3,
+    "pitch_min": -0.125,
+    "pitch_max": 1.5,
+    "torque_surface": {
+        "tip_speed_ratio_knots": KNOTS,
+        "pitch_knots": KNOTS,
+        "coefficients": [[1] * 4] * 4,
+    },
+}
+GAINS: dict[str, Any] = {
+    "wind": [4, 6, 9],
+    "rotor_speed": [1, 2, 3],
+    "trim_effort": [-1, 0, 1],
+    "effectiveness": [3, 4, 5],
+    "effectiveness_limit": [6, 7, 8],
+    "proportional": [0.5, 0.25, 0.75],
+    "integral_rate": [0.1, 0.2],
+    "inertia_feedforward": [0.3, -0.4],
+    "feedforward_limit": [0.6, 0.7],
+    "pitch_lead": 0.125,
+    "overlap": 0.5,
+    "rated_torque": 43,
+    "effort_torque": 12,
+    "pitch_min": -0.125,
+    "pitch_max": 1.5,
+    "integral_limit": 2,
+    "wind_filter": 5,
+}
+CLAIM: dict[str, Any] = {
+    "box": {"speed_error": 1, "effort_lag": 2, "speed_signal": 3, "wind_share": 0.5},
+    "uncertainty": {
+        "inertia": [0.8, 1.25],
+        "frozen_wake": True,
+        "power_coefficient": [0.75, 1.5],
+    },
+    "settling": {"P": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "decay_rate": 0},
+}
+
+
+def as_read(data: dict[str, Any], **changes: Any) -> Any:
+    return read_text(json.dumps(data | changes), "test")
+
+
+def part(name: str, **changes: Any) -> Any:
+    """Return the claim with one part changed."""
+    return as_read(CLAIM, **{name: CLAIM[name] | changes})
+
+
+def exact(*values: float) -> tuple[Fraction, ...]:
+    return tuple(Fraction(value) for value in values)
+
+
+def test_what_is_read_is_what_is_written() -> None:
+    """J = 100 + 10^2 * 3 = 400; every other number in its own place."""
+    plant = Plant.read(as_read(MODEL))
+    assert (plant.torque_per_inertia * 400, plant.gear_per_inertia * 400) == exact(40, 10)
+    found = (plant.radius, plant.lag, plant.rate_limit, plant.rated_speed)
+    assert found == exact(5, 0.5, 0.25, 2)
+    assert (plant.pitch_min, plant.pitch_max) == exact(-0.125, 1.5)
+    law = Law.read(as_read(GAINS))
+    columns = (law.wind, law.speed, law.effort, law.effectiveness, law.limit, law.gamma)
+    expected = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
+    for column, name in zip(columns, (*expected, "proportional"), strict=True):
+        assert tuple(column) == exact(*GAINS[name])
+    assert tuple(10 * nu for nu in law.nu) == exact(1, 2)
+    assert tuple(10 * f for f in law.inertia) == exact(3, -4)
+    assert tuple(10 * g for g in law.inertia_limit) == exact(6, 7)
+    numbers = (law.lead, law.overlap, law.rated_torque, law.effort_torque, law.integral_limit)
+    assert numbers == exact(0.125, 0.5, 43, 12, 2)
+    assert (law.pitch_min, law.pitch_max) == exact(-0.125, 1.5)
+    box = Box.read(as_read(CLAIM), "claim")
+    sides = (box.speed_error, box.effort_lag, box.speed_signal, box.wind_share)
+    assert sides == exact(1, 2, 3, 0.5)
+    uncertainty = Uncertainty.read(as_read(CLAIM), "claim")
+    assert uncertainty.frozen_wake is True and uncertainty.power == exact(0.75, 1.5)
+    low, high = uncertainty.kappa
+    assert (low * 5, high * 4) == exact(4, 5)
+    settling = Settling.read(as_read(CLAIM), "claim")
+    assert settling.P == CLAIM["settling"]["P"] and settling.decay_rate == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("kind", "paper"),
+        *(
+            (name, value)
+            for name in ("gear_ratio", "torque_constant", "rotor_radius", "pitch_time_constant")
+            for value in (0, -1)
+        ),
+        *(("pitch_rate_limit", value) for value in (0, -0.25)),
+        *(("rated_rotor_speed", value) for value in (0, -2)),
+        *(("rotor_inertia", value) for value in (-300, -301)),
+    ],
+)
+def test_a_plant_is_refused(name: str, value: Any) -> None:
+    with pytest.raises(CertificateError):
+        Plant.read(as_read(MODEL, **{name: value}))
+
+
+def test_an_inertia_that_is_all_the_generators_is_one() -> None:
+    """The sum decides, not its parts."""
+    assert Plant.read(as_read(MODEL, rotor_inertia=-299)).gear_per_inertia == 10
+    assert Plant.read(as_read(MODEL, rotor_inertia=1, generator_inertia=0)).gear_per_inertia == 10
+
+
+POSITIVE = ("overlap", "rated_torque", "effort_torque", "integral_limit")
+POSITIVE_ROWS = ("rotor_speed", "effectiveness", "proportional", "integral_rate")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *((name, value) for name in POSITIVE for value in (0, -1)),
+        *((name, [*GAINS[name][:-1], value]) for name in POSITIVE_ROWS for value in (0, -1)),
+        *((name, [0, *GAINS[name][1:]]) for name in POSITIVE_ROWS),
+        ("wind", [0, 6, 9]),
+        ("wind", [-1, 6, 9]),
+        ("wind", [4, 4, 9]),
+        ("wind", [4, 9, 6]),
+        ("pitch_lead", -0.125),
+        ("feedforward_limit", [0.6, -0.1]),
+        *((name, GAINS[name][:-1]) for name, row in GAINS.items() if isinstance(row, list)),
+        *((name, [*row, 9]) for name, row in GAINS.items() if isinstance(row, list)),
+    ],
+)
+def test_a_law_is_refused(name: str, value: Any) -> None:
+    with pytest.raises(CertificateError):
+        Law.read(as_read(GAINS, **{name: value}))
+
+
+def table(count: int) -> Any:
+    """Return a law with so many winds."""
+    rows = {n: [v[0]] * count for n, v in GAINS.items() if isinstance(v, list)}
+    short = {n: rows[n][:-1] for n in rows if len(GAINS[n]) == 2}
+    return as_read(GAINS, **(rows | short | {"wind": [k + 1 for k in range(count)]}))
+
+
+def test_two_winds_are_the_fewest() -> None:
+    assert len(Law.read(table(2)).wind) == 2
+    with pytest.raises(CertificateError):
+        Law.read(table(1))
+
+
+def test_two_thousand_winds_are_the_most() -> None:
+    assert len(Law.read(table(2000)).wind) == 2000
+    with pytest.raises(CertificateError, match="2001 winds"):
+        Law.read(table(2001))
+
+
+@pytest.mark.parametrize(
+    ("lead", "feedforward", "needed"),
+    [(0, [0, 0], False), (0.1, [0, 0], True), (0, [0, 0.1], True), (0, [-0.1, 0], True)],
+)
+def test_a_filter_is_needed_by_what_is_fed_forward(
+    lead: float, feedforward: list[float], needed: bool
+) -> None:
+    """By the lead or by the inertia, each alone; a filter of 0 s knows no rate."""
+    given = {"pitch_lead": lead, "inertia_feedforward": feedforward}
+
+    for time in (0, -1):
+        law = as_read(GAINS, wind_filter=time, **given)
+        if needed:
+            with pytest.raises(CertificateError, match="wind_filter"):
+                Law.read(law)
+        else:
+            assert Law.read(law).lead == 0
+    assert Law.read(as_read(GAINS, wind_filter=0.001, **given)).lead == Fraction(str(lead))
+
+
+def test_limits_of_zero_are_no_limits_that_are_negative() -> None:
+    law = Law.read(as_read(GAINS, feedforward_limit=[0, 0], pitch_lead=0))
+
+    assert law.inertia_limit == [0, 0] and law.lead == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *((name, value) for name in CLAIM["box"] for value in (0, -0.5)),
+        *(("wind_share", value) for value in (1, 1.5)),
+    ],
+)
+def test_a_box_is_refused(name: str, value: float) -> None:
+    with pytest.raises(CertificateError, match="box"):
+        Box.read(part("box", **{name: value}), "claim")
+
+
+def test_a_wind_share_just_below_one_is_a_box() -> None:
+    assert Box.read(part("box", wind_share=0.999), "claim").wind_share < 1
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *(("inertia", value) for value in ([0, 1], [-1, 1], [1.1, 1.0], [1], [1, 1, 1])),
+        *(("frozen_wake", value) for value in (1, 0, "yes", None)),
+        *(
+            ("power_coefficient", value)
+            for value in ([0, 1], [-1, 1], [1.01, 1.1], [0.9, 0.99], [1], [1, 1, 1])
+        ),
+    ],
+)
+def test_an_uncertainty_is_refused(name: str, value: Any) -> None:
+    with pytest.raises(CertificateError, match="uncertainty"):
+        Uncertainty.read(part("uncertainty", **{name: value}), "claim")
+
+
+def test_intervals_of_one_number_are_intervals() -> None:
+    found = Uncertainty.read(
+        part("uncertainty", inertia=[0.5, 0.5], power_coefficient=[1, 1], frozen_wake=False),
+        "claim",
+    )
+
+    assert found.inertia == exact(0.5, 0.5) and found.kappa == exact(2, 2)
+    assert not found.wrong_table and found.frozen_wake is False
+
+
+@pytest.mark.parametrize(("power", "wrong"), [([0.9, 1], True), ([1, 1.1], True), ([1, 1], False)])
+def test_a_wrong_table_is_one_that_is_wrong_on_either_side(power: list[float], wrong: bool) -> None:
+    stated = part("uncertainty", power_coefficient=power)
+
+    assert Uncertainty.read(stated, "claim").wrong_table is wrong
+
+
+def test_without_a_power_coefficient_it_is_the_tables() -> None:
+    stated = {n: v for n, v in CLAIM["uncertainty"].items() if n != "power_coefficient"}
+
+    found = Uncertainty.read(as_read(CLAIM, uncertainty=stated), "claim")
+
+    assert found.power == exact(1, 1) and not found.wrong_table
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"P": [[1, 0], [0, 1]]},
+        {"P": [[1, 0, 0], [0, 1, 0]]},
+        {"P": [[1, 0], [0, 1], [0, 0]]},
+        {"P": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]},
+        {"P": [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]]},
+        {"decay_rate": -0.001},
+    ],
+)
+def test_settling_is_refused(changes: Any) -> None:
+    with pytest.raises(CertificateError, match="settling"):
+        Settling.read(part("settling", **changes), "claim")
