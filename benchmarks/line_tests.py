@@ -30,6 +30,8 @@ class LineTests:
         self.functions: dict[str, str] = known.get("functions", {})
         self.tests: dict[str, dict[str, Any]] = known.get("tests", {})
         self.fixtures: dict[str, dict[str, Any]] = known.get("fixtures", {})
+        # Fixtures that take too long, with all tests that ask for them.
+        self.dear: set[str] = set(known.get("dear", ()))
         self.noticed: dict[str, Counter[str]] = {}
         self._by_line: dict[tuple[str, int], list[str]] = {}
 
@@ -58,10 +60,15 @@ class LineTests:
             for name in warm.fixtures
             if name not in self.fixtures or changed & self.fixtures[name]["lines"].keys()
         ]
-        warm.make_fixtures(self.seconds, traced=bool(unknown))
+        warm.make_fixtures(
+            self.seconds, traced=bool(unknown), dear=self.dear & warm.fixtures.keys()
+        )
         for name, lines in warm.fixture_lines.items():
             self.fixtures[name] = {"lines": _by_function(lines, functions)}
-        self.tests = {name: test for name, test in self.tests.items() if name in warm.items}
+        self.dear = warm.dear
+        for name in self.dear:
+            stale = [one for one in stale if one not in warm.fixtures[name][1]]
+            self.fixtures[name] = {"lines": {}}
         for count, name in enumerate(stale, start=1):
             run = warm.run_of(name)
             self.tests[name] = {
@@ -75,6 +82,9 @@ class LineTests:
                 self._save()
         self.functions = hashes
         self._save()
+        # What other tests have shown stays in the file; here only those that can be run count.
+        self.tests = {n: test for n, test in self.tests.items() if n in warm.items}
+        self.fixtures = {n: one for n, one in self.fixtures.items() if n in warm.fixtures}
         self.index()
 
     def index(self) -> None:
@@ -90,6 +100,7 @@ class LineTests:
         self.place.parent.mkdir(parents=True, exist_ok=True)
         beside = self.place.with_name(f"{self.place.name}.{os.getpid()}")
         known = {"functions": self.functions, "tests": self.tests, "fixtures": self.fixtures}
+        known["dear"] = sorted(self.dear)
         beside.write_text(json.dumps(known))
         beside.replace(self.place)
 
@@ -110,7 +121,7 @@ class LineTests:
                 key=lambda name: seconds[name] / (counts or {})[name],
             )
             ordered += often[:OFTEN]
-        ordered += sorted(running - set(ordered), key=lambda name: seconds[name])
+        ordered += _varied(running - set(ordered), seconds)
         return _within(ordered, seconds, budget)
 
     def tests_of_module(self, module: Path) -> list[str]:
@@ -136,13 +147,24 @@ class LineTests:
         """Return the quickest tests that use these fixtures."""
         seconds = self.seconds
         using = {name for fixture in fixtures for name in warm.fixtures[fixture][1]}
-        passing = [name for name in using if self.tests[name]["passed"]]
+        passing = [name for name in using if self.tests.get(name, {}).get("passed")]
         return _within(sorted(passing, key=lambda name: seconds[name])[:FEW], seconds, budget)
 
     def note(self, change: Change, test: str) -> None:
         """Remember which test noticed a change."""
         for name in (_where(change)[0], module_name(change.module)):
             self.noticed.setdefault(name, Counter())[test] += 1
+
+
+def _varied(names: Iterable[str], seconds: dict[str, float]) -> list[str]:
+    """Return the quickest first, and of a test with many parameters one before the next."""
+    cases: Counter[str] = Counter()
+    turn: dict[str, int] = {}
+    for name in sorted(names, key=lambda name: (seconds[name], name)):
+        function = name.partition("[")[0]
+        cases[function] += 1
+        turn[name] = cases[function]
+    return sorted(turn, key=lambda name: (turn[name] > 1, seconds[name] * turn[name], name))
 
 
 def _within(ordered: Sequence[str], seconds: dict[str, float], budget: float) -> list[str]:

@@ -35,9 +35,9 @@ from process_copies import copy, last, limit_memory, limit_seconds
 # does not end; one that waits this long [s] neither.
 TIMES_SLOWER, SECONDS_SLOWER, SECONDS_SILENT = 4.0, 6.0, 400.0
 # Tests that take longer than this [s of the processor] are left out.
-LONGEST = 5.0
+LONGEST = 3.0
 # And those whose shared fixtures do.
-LONGEST_FIXTURE = 12.0
+LONGEST_FIXTURE = 30.0
 # What making shared fixtures anew may take on top [s of the processor].
 SECONDS_FIXTURES = 60.0
 # Whose fixtures are not the project's.
@@ -72,23 +72,32 @@ class WarmTests:
             for definition in _shared(item):
                 self.fixtures.setdefault(_name(definition), (definition, set()))[1].add(nodeid)
         self.fixture_lines: dict[str, Lines] = {}
+        self.dear: set[str] = set()
         self._all_items = session.items
         self._functions: dict[tuple[str, str, int], list[FunctionType]] = {}
         self._caches: list[Any] = []
 
     # -------------------------------------------------------------- shared fixtures
 
-    def make_fixtures(self, seconds: dict[str, float], *, traced: bool) -> None:
-        """Make every shared fixture by running the quickest test that asks for it."""
+    def make_fixtures(
+        self, seconds: dict[str, float], *, traced: bool, dear: Iterable[str] = ()
+    ) -> None:
+        """Make every shared fixture by running the quickest test that asks for it.
+
+        Those in ``dear`` take too long and are left out; others that do are noted there.
+        """
+        self.dear |= set(dear)
         FixtureDef.finish = _kept(FixtureDef.finish)  # type: ignore[method-assign]
         if traced:
             recorder = _Recorder(self)
             self._all_items[0].session.config.pluginmanager.register(recorder)
-        for definition, nodeids in self.fixtures.values():
-            if definition.cached_result is None:
+        for name, (definition, nodeids) in self.fixtures.items():
+            if definition.cached_result is None and name not in self.dear:
                 nodeid = min(nodeids, key=lambda n: (seconds.get(n, 0.0), n))
-                with _interrupted(LONGEST_FIXTURE):
+                with _interrupted(LONGEST_FIXTURE) as over:
                     self._run(self.items[nodeid])
+                if over:
+                    self.dear.add(name)
         if traced:
             self._all_items[0].session.config.pluginmanager.unregister(recorder)
         gc.collect()
@@ -101,10 +110,8 @@ class WarmTests:
         gc.freeze()
 
     def _run(self, item: pytest.Item) -> bool:
-        """Run one test; the session goes on behind it."""
-        others = [i for i in self._all_items if i is not item]
-        other = next((i for i in others if i.path != item.path), others[0] if others else item)
-        reports = runtestprotocol(item, log=False, nextitem=other)
+        """Run one test as if it were the last, so that any other one may follow."""
+        reports = runtestprotocol(item, log=False, nextitem=None)
         return not any(report.failed for report in reports)
 
     # -------------------------------------------------------------- lines of a test
@@ -218,16 +225,21 @@ class TooLong(Exception):
 
 
 @contextmanager
-def _interrupted(seconds: float) -> Iterator[None]:
-    """Raise TooLong in what runs inside when it has used this much of the processor [s]."""
+def _interrupted(seconds: float) -> Iterator[list[str]]:
+    """Raise TooLong in what runs inside when it has used this much of the processor [s].
+
+    The list that is given has an entry then: pytest makes a failed test of the exception.
+    """
+    over: list[str] = []
 
     def end(number: int, frame: object) -> None:
+        over.append("too long")
         raise TooLong(f"{seconds} s")
 
     before = signal.signal(signal.SIGVTALRM, end)
     signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
     try:
-        yield
+        yield over
     except TooLong:
         # It came between two tests' steps: the next one starts all the same.
         return
@@ -276,6 +288,8 @@ class traced:
 
     def __init__(self, package: Path) -> None:
         self.tracer = Coverage(data_file=None, config_file=False, include=[f"{package}/*"])
+        # A test that runs no line of the package is no reason to warn.
+        self.tracer.set_option("run:disable_warnings", ["no-data-collected"])
         self.lines: Lines = {}
 
     def __enter__(self) -> Lines:

@@ -208,6 +208,9 @@ def test_known():
 def test_ends():
     toy.endless(3)
 
+def test_of_nothing():
+    pass
+
 def test_that_fails_as_it_is():
     assert False
 """
@@ -232,7 +235,7 @@ def work(tests):
     passing = [name for name in names if runs[name].passed]
     found = {{
         "passing": passing,
-        "lines": {{name: sorted(runs[name].lines[str(here / "toy.py")]) for name in passing[:2]}},
+        "lines": {{n: sorted(runs[n].lines.get(str(here / "toy.py"), ())) for n in passing}},
         "fixture": [sorted(one[str(here / "toy.py")]) for one in tests.fixture_lines.values()],
         "as it is": tests.outcome(code("", ""), passing, {{}}, tests.fixtures),
         "turned": tests.outcome(code("a > b", "a < b"), passing, {{}}),
@@ -245,14 +248,18 @@ def work(tests):
     }}
     Path("found.json").write_text(json.dumps(found))
 
-with_tests(["test_toy.py"], here, here / "tmp", work)
+with_tests(["one/test_toy.py", "one/test_again.py", "two/test_more.py"], here, here / "tmp", work)
 """
 
 
 def test_broken_code_is_noticed_in_a_copy(tmp_path: Path) -> None:
     """A package of two functions: what its tests run, and what they notice of which change."""
     (tmp_path / "toy.py").write_text(TOY, encoding="utf-8")
-    (tmp_path / "test_toy.py").write_text(TOY_TESTS, encoding="utf-8")
+    # Three files in two folders: any test follows any other, whatever pytest has set up for it.
+    for place in ("one/test_toy.py", "one/test_again.py", "two/test_more.py"):
+        (tmp_path / place).parent.mkdir(exist_ok=True)
+        text = TOY_TESTS if place == "one/test_toy.py" else "def test_{}():\n    pass\n"
+        (tmp_path / place).write_text(text.format(Path(place).stem), encoding="utf-8")
     (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers = slow\n    tex\n    coq\n")
     (tmp_path / "run.py").write_text(TOY_RUN.format(benchmarks=str(ROOT / "benchmarks")))
 
@@ -260,12 +267,15 @@ def test_broken_code_is_noticed_in_a_copy(tmp_path: Path) -> None:
 
     assert ran.returncode == 0, ran.stderr
     found = json.loads((tmp_path / "found.json").read_text())
-    names = [name.partition("::")[2] for name in found["passing"]]
-    assert names == ["test_larger", "test_not_larger", "test_shared", "test_known", "test_ends"]
-    assert set(map(tuple, found["lines"].values())) == {(2,)} and found["fixture"] == [[2]]
-    assert found["as it is"] == ["", "", 5]
+    names = [name.partition("::")[2][5:] for name in found["passing"]]
+    assert names[:6] == ["larger", "not_larger", "shared", "known", "ends", "of_nothing"]
+    assert names[6:] == ["test_again", "test_more"]
+    # What a shared fixture has run is not run by the test again.
+    assert list(found["lines"].values()) == [[2], [2], [], [2], [6, 7], [], [], []]
+    assert found["fixture"] == [[2]]
+    assert found["as it is"] == ["", "", 8]
     assert found["turned"] == [found["passing"][0], "fails", 1]
-    assert found["equal"] == ["", "", 5]
+    assert found["equal"] == ["", "", 8]
     # A fixture made before the change shows nothing; made anew it does, and so does a memory.
     assert found["kept"] == ["", "", 1]
     assert found["anew"] == [found["passing"][2], "fails", 1]
