@@ -38,7 +38,7 @@ JE2 and NN11 were stopped by the time.
 | not run within the time (AC13, JE1) | 2 | 2 |
 
 `certify` of the default H-infinity designs with at most 9 states: 59 of 60 end PROVED, each
-within 0.06 % of the design's own bound; the other is ROC6.
+within 0.07 % of the design's own bound; the other is ROC6.
 
 SDPLIB (Borchers 1999), by `optimise`: control1 to control3, hinf1 to hinf4, hinf6 to hinf9, hinf11
 and hinf14 end as candidates at the printed optimum. hinf5 and hinf10 end "unknown" although the
