@@ -69,7 +69,7 @@ OPTIONS: dict[str, Callable[[], CoherentLaw]] = {
     "pitch effectiveness": lambda: law_of(TURBINE, effectiveness_share=0.9),
     "speed set-point": lambda: law_of(TURBINE, speed_setpoint=1.15),
     "torque set-point": lambda: law_of(derated(TURBINE, 0.8 * TURBINE.rated_torque)),
-    "wind filter": lambda: replace(law_of(TURBINE), wind_filter=5.0),
+    "wind filter": lambda: replace(law_of(TURBINE), wind_filter=0.05),
     "integral limit": lambda: replace(law_of(TURBINE), integral_limit=0.02),
     "no filter": lambda: replace(
         law_of(TURBINE), wind_filter=0.0, feedforward=no_feedforward(law_of(TURBINE).schedule)

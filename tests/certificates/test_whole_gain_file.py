@@ -210,9 +210,12 @@ def test_other_bytes_of_the_same_content_change_nothing(tank: Path, tmp_path: Pa
 
 def test_a_member_that_is_not_there_is_told(tank: Path, tmp_path: Path) -> None:
     """It cannot mislead anybody; the law alone is a gain file still."""
-    law = json.loads((tank / "gains.json").read_text("utf-8"))["law"]
+    content = json.loads((tank / "gains.json").read_text("utf-8"))
     path = tmp_path / "law.json"
-    path.write_text(json.dumps({"law": law}), "utf-8")
+    path.write_text(json.dumps({"law": content["law"]}), "utf-8")
+    assert not any("say" in word for word in check(tank / "c.json", gains=path).messages)
+    del content["programs"]
+    path.write_text(json.dumps(content), "utf-8")
 
     found = check(tank / "c.json", gains=path)
 

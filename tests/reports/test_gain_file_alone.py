@@ -177,7 +177,7 @@ def laws_of(design: TurbineDesign) -> dict[str, Law]:
     models = (design.partial_load, design.full_load, design.regional)
     found: dict[str, Law] = {
         "coherent": plain,
-        "slow filter": replace(plain, wind_filter=5.0),
+        "fast filter": replace(plain, wind_filter=0.05),
         "no filter": replace(plain, wind_filter=0.0, feedforward=no_feedforward(plain.schedule)),
     }
     for name in ("paper", "paper-two-integrators"):
@@ -187,7 +187,7 @@ def laws_of(design: TurbineDesign) -> dict[str, Law]:
     return {**found, "linear ramp": designed_law(turbine, linear, models)}
 
 
-LAWS = ("coherent", "slow filter", "no filter", "paper", "paper-two-integrators", "linear ramp")
+LAWS = ("coherent", "fast filter", "no filter", "paper", "paper-two-integrators", "linear ramp")
 
 
 @pytest.fixture(scope="module")
