@@ -57,6 +57,15 @@ def test_a_moving_schedule_raises_the_lags_rate_too() -> None:
     assert "invariance" in decided(corners(("0.75", "0.75"), **turning), rate="1.5")
 
 
+def test_a_range_of_lags_is_widened_at_both_ends() -> None:
+    """From 0.6 - 0.5 to 1 + 0.5 1/s; taken inward it would be 0.5 to 1.1 1/s, where V falls."""
+    assert least_eigenvalue(1.1) > 0
+    turning = {"effectiveness_slope": "0.5"}
+
+    assert decided(corners(("0.6", "1")), rate=1) == ""
+    assert "invariance" in decided(corners(("0.6", "1"), **turning), rate=1)
+
+
 def test_a_moving_schedule_lowers_the_lags_rate() -> None:
     """The other end: 0.9 - 1.2 < 0 makes the lag unstable."""
     turning = {"effectiveness_slope": "1.2"}
