@@ -56,7 +56,7 @@ class RunningBlend:
         # difference of psi itself has no digits left near rest.
         here, there = (min(max(s, -e), e) for s in (effort, rest))
         curved = (here - there) * (here + there + 2 * e) / (4 * e)
-        return (curved + max(effort, e) - max(rest, e)) / (effort - rest)
+        return (curved + (max(effort, e) - max(rest, e))) / (effort - rest)
 
     def signals(self, state: Floats) -> dict[str, float]:
         """Return what the law knows of the signals at a state (n,): the share's deviation, by name.

@@ -59,7 +59,7 @@ def test_the_words_that_are_compared_are_the_checker_s(document: Data, tmp_path:
         (WIND_RATE, r"estimate within ", "2.9"),
         (WIND_RATE, r"known to ", "0.05"),
         (WIND_RATE, r"at least ", "0.01"),
-        (WIND_RATE, r", 1 m/s\^2 from ", "11"),
+        (WIND_RATE, r", 0.02 m/s\^2 from ", "11"),
         (ACTUATORS, r"pitch moves at most at ", "0.13"),
         (ACTUATORS, r"rad/s, and in ", "70"),
         (ACTUATORS, r"drive's limit of ", "0.1"),

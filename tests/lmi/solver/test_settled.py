@@ -57,6 +57,12 @@ def lyapunov_trace() -> float:
     return float(np.trace(np.linalg.solve(kronecker, -np.eye(2).ravel()).reshape(2, 2)))
 
 
+@pytest.fixture(autouse=True)
+def no_second_units(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave out the solve in the answer's own units: it finds the optimum that is to be missed."""
+    monkeypatch.setattr(stages, "rescaled", lambda program, raw: None)
+
+
 def off_by(factor: float) -> object:
     """Return solvers that all stop at a multiple of the least values, with honest multipliers."""
 
