@@ -61,3 +61,12 @@ def test_a_hash_that_is_missing_is_refused(part: str, sealed: dict[str, Any]) ->
 
     with pytest.raises(CertificateError, match=f"'{part}' is missing"):
         check_document(changed)
+
+
+@pytest.mark.parametrize("hashes", [None, 7, "controller", []])
+def test_hashes_that_are_no_table_are_refused(hashes: object, sealed: dict[str, Any]) -> None:
+    changed = deepcopy(sealed)
+    changed["provenance"]["sha256"] = hashes
+
+    with pytest.raises(CertificateError):
+        check_document(changed)

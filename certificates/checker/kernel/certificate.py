@@ -111,7 +111,8 @@ def _replayed(data: dict[str, Any], path: str) -> list[Outcome]:
 def _check_hashes(path: str, data: dict[str, Any]) -> None:
     hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
     # A hash guards against accidents; a controller that no claim is about may come without one.
-    for part in ("model", "gains", "claims", *(["controller"] if "controller" in hashes else [])):
+    told = isinstance(hashes, dict) and "controller" in hashes
+    for part in ("model", "gains", "claims", *(["controller"] if told else [])):
         if text(hashes, part, "provenance.sha256") != digest(data.get(part)):
             why = f"the {part} are not those the certificate was made for (its hash differs)"
             raise CertificateError(f"{path}: {why}; make it again with 'takagi certify'")
