@@ -215,6 +215,8 @@ def _reached(node: ast.AST) -> Iterator[ast.AST]:
                 continue
             if isinstance(child, ast.Assign) and isinstance(node, ast.Module):
                 continue
+            if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
+                continue
             if isinstance(child, ast.AST):
                 yield child
                 yield from _reached(child)

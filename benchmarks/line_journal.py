@@ -39,6 +39,10 @@ class Journal:
         self.results, self.folder = results, folder
         self.own = folder / f"journal-{shard}.jsonl"
         self.marks: dict[str, str] = dict(_read_results(results))
+        self.read()
+
+    def read(self) -> None:
+        """Take over what the journals hold: a copy of this process may have added to them."""
         for entry in self.entries():
             self.marks[entry.key] = entry.mark
 

@@ -1,8 +1,10 @@
 """Which tests run which lines of the checker, and in which order they are tried.
 
 Measured once, a test at a time, and kept in a file beside the journal.  A test is measured anew
-when its own file has changed, or a function of the checker that it runs.  Lines are counted from
-the head of their function, so that a function may move.
+when its own file has changed.  Lines are counted from the head of their function, so that a
+function may move.  Of a function that was edited since, a test that ran it may run any line; of a
+new one, a test that ran an edited or a lost function may.  That is more than is true, which costs
+time; a test that is run in vain decides nothing.
 """
 
 from __future__ import annotations
@@ -19,6 +21,8 @@ from typing import Any
 from line_changes import Change, Function, functions_of, module_name
 
 FEW, OFTEN = 40, 8
+# In the place of a line: it is not known which of a function's lines a test runs.
+ANY = -1
 
 
 class LineTests:
@@ -45,21 +49,17 @@ class LineTests:
         """Make the fixtures that tests share, and measure what is not known; minutes at first."""
         functions = {path: functions_of(path) for path in sorted(self.package.rglob("*.py"))}
         hashes = {found.name: found.sha for listed in functions.values() for found in listed}
-        changed = {name for name, sha in self.functions.items() if hashes.get(name) != sha}
         files = {name.partition("::")[0] for name in warm.items}
         shas = {file: _sha(Path(file)) for file in sorted(files)}
         stale = [
             name
             for name in warm.items
-            if name not in self.tests
-            or self.tests[name]["sha"] != shas[name.partition("::")[0]]
-            or changed & self.tests[name]["lines"].keys()
+            if name not in self.tests or self.tests[name]["sha"] != shas[name.partition("::")[0]]
         ]
-        unknown = [
-            name
-            for name in warm.fixtures
-            if name not in self.fixtures or changed & self.fixtures[name]["lines"].keys()
-        ]
+        for known in (*self.tests.values(), *self.fixtures.values()):
+            known["lines"] = _renewed(known["lines"], self.functions, hashes)
+        self.functions = hashes
+        unknown = [name for name in warm.fixtures if name not in self.fixtures]
         warm.make_fixtures(
             self.seconds, traced=bool(unknown), dear=self.dear & warm.fixtures.keys()
         )
@@ -80,7 +80,6 @@ class LineTests:
             if count % 100 == 0:
                 print(f"{count} of {len(stale)} tests measured", flush=True)
                 self._save()
-        self.functions = hashes
         self._save()
         # What other tests have shown stays in the file; here only those that can be run count.
         self.tests = {n: test for n, test in self.tests.items() if n in warm.items}
@@ -93,7 +92,7 @@ class LineTests:
         for name, test in self.tests.items():
             if test["passed"]:
                 for function, lines in test["lines"].items():
-                    for line in lines:
+                    for line in lines or (ANY,):
                         self._by_line.setdefault((function, line), []).append(name)
 
     def _save(self) -> None:
@@ -112,7 +111,9 @@ class LineTests:
         The first is always among them, further ones until their seconds are more than ``budget``.
         """
         function, lines = _where(change)
-        running = {name for line in lines for name in self._by_line.get((function, line), ())}
+        running = {
+            name for line in (*lines, ANY) for name in self._by_line.get((function, line), ())
+        }
         seconds = self.seconds
         ordered: list[str] = []
         for counts in (self.noticed.get(function), self.noticed.get(module_name(change.module))):
@@ -140,7 +141,8 @@ class LineTests:
         return [
             name
             for name, fixture in self.fixtures.items()
-            if set(lines) & set(fixture["lines"].get(function, ()))
+            if function in fixture["lines"]
+            and set(lines) & set(fixture["lines"][function] or lines)
         ]
 
     def users_of(self, fixtures: Iterable[str], warm: Any, budget: float) -> list[str]:
@@ -149,6 +151,11 @@ class LineTests:
         using = {name for fixture in fixtures for name in warm.fixtures[fixture][1]}
         passing = [name for name in using if self.tests.get(name, {}).get("passed")]
         return _within(sorted(passing, key=lambda name: seconds[name])[:FEW], seconds, budget)
+
+    def leave_out(self, test: str) -> None:
+        """Forget a test that fails although nothing is broken."""
+        self.tests[test]["passed"] = False
+        self.index()
 
     def note(self, change: Change, test: str) -> None:
         """Remember which test noticed a change."""
@@ -197,6 +204,23 @@ def _by_function(
             if ran:
                 found[function.name] = ran
     return found
+
+
+def _renewed(
+    lines: dict[str, list[int]], before: dict[str, str], now: dict[str, str]
+) -> dict[str, list[int]]:
+    """Return lines by function for the functions that there are now; none are named: any."""
+    kept = {name: listed for name, listed in lines.items() if now.get(name) == before.get(name)}
+    edited = lines.keys() - kept.keys()
+    if edited:
+        kept |= {name: [] for name in edited if name in now}
+        rooms = {name.partition(" ")[0] for name in edited}
+        known = {name.partition(" ")[0] for name in before}
+        for name in now.keys() - before.keys():
+            room = name.partition(" ")[0]
+            if room in rooms or room not in known:
+                kept[name] = []
+    return kept
 
 
 def _sha(path: Path) -> str:

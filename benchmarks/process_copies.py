@@ -20,9 +20,14 @@ MORE_BYTES = 3 << 30
 
 
 def limit_seconds(seconds: float) -> None:
-    """End this process when it has used this much more of the processor [s]."""
+    """End this process when it has used this much more of the processor [s], from this call on.
+
+    What it starts is held by the limit of whole seconds, which children take over.
+    """
+    signal.signal(signal.SIGPROF, signal.SIG_DFL)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     used = resource.getrusage(resource.RUSAGE_SELF)
-    most = int(used.ru_utime + used.ru_stime + seconds) + 1
+    most = int(used.ru_utime + used.ru_stime + seconds) + 2
     resource.setrlimit(resource.RLIMIT_CPU, (most, resource.RLIM_INFINITY))
 
 

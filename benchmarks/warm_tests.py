@@ -23,17 +23,18 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import CodeType, FunctionType
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import pytest
 from _pytest.fixtures import FixtureDef, FixtureRequest
 from _pytest.runner import runtestprotocol
 from coverage import Coverage
+from hypothesis import Phase, settings
 from process_copies import copy, last, limit_memory, limit_seconds
 
 # A test that takes this many times as long as before, and this much longer [s of the processor],
 # does not end; one that waits this long [s] neither.
-TIMES_SLOWER, SECONDS_SLOWER, SECONDS_SILENT = 4.0, 6.0, 400.0
+TIMES_SLOWER, SECONDS_SLOWER, SECONDS_SILENT = 4.0, 1.0, 200.0
 # Tests that take longer than this [s of the processor] are left out.
 LONGEST = 3.0
 # And those whose shared fixtures do.
@@ -114,6 +115,10 @@ class WarmTests:
         reports = runtestprotocol(item, log=False, nextitem=None)
         return not any(report.failed for report in reports)
 
+    def fixtures_of(self, nodeid: str) -> list[str]:
+        """Return the shared fixtures that a test asks for."""
+        return [name for name, (_, nodeids) in self.fixtures.items() if nodeid in nodeids]
+
     # -------------------------------------------------------------- lines of a test
 
     def run_of(self, nodeid: str) -> Run:
@@ -159,6 +164,7 @@ class WarmTests:
 
         def work(say: Callable[[Any], None]) -> None:
             limit_memory()
+            gc.disable()
             self._put(code)
             self._clear_caches("takagi.", *(("tests.",) if anew else ()))
             for definition in anew:
@@ -323,6 +329,14 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
 # ------------------------------------------------------------------ the session
 
 
+def _short_report(item: pytest.Item, call: pytest.CallInfo[None]) -> pytest.TestReport:
+    """Return how a step of a test went, without its source, its frames and its values."""
+    outcome: Literal["passed", "failed", "skipped"] = "passed"
+    if call.excinfo is not None:
+        outcome = "skipped" if call.excinfo.errisinstance(pytest.skip.Exception) else "failed"
+    return pytest.TestReport(item.nodeid, item.location, {}, outcome, None, call.when or "call")
+
+
 def with_tests(
     paths: Sequence[str], package: Path, place: Path, work: Callable[[WarmTests], None]
 ) -> None:
@@ -331,6 +345,19 @@ def with_tests(
     place.parent.mkdir(parents=True, exist_ok=True)
 
     class Session:
+        @pytest.hookimpl(tryfirst=True)
+        def pytest_collection(self) -> None:
+            # Which example is the smallest that fails is of no interest here, and dear.
+            quick = settings(settings(), phases=(Phase.explicit, Phase.generate))
+            settings.register_profile("quick", quick)
+            settings.load_profile("quick")
+
+        @pytest.hookimpl(tryfirst=True)
+        def pytest_runtest_makereport(
+            self, item: pytest.Item, call: pytest.CallInfo[None]
+        ) -> pytest.TestReport:
+            return _short_report(item, call)
+
         @pytest.hookimpl(tryfirst=True)
         def pytest_runtestloop(self, session: pytest.Session) -> bool:
             if session.testsfailed:
@@ -343,7 +370,9 @@ def with_tests(
             return True
 
     options = ["-q", "-s", "-p", "no:cacheprovider", "-p", "no:xdist", f"--basetemp={place}"]
-    options += ["-o", "tmp_path_retention_policy=none", "-m", "not slow and not tex and not coq"]
+    # An assertion that fails shall only fail: to explain it takes longer than most tests do.
+    options += ["--assert=plain", "-o", "tmp_path_retention_policy=none"]
+    options += ["-m", "not slow and not tex and not coq"]
     # pytest's own words are of no use here; what ``work`` prints is.
     shown, words = sys.stdout, io.StringIO()
     sys.stdout = words

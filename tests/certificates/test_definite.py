@@ -66,6 +66,28 @@ def test_semidefinite_as_all_principal_minors_say(M: Rows) -> None:
     assert positive_semidefinite_integers(M) == all(minor >= 0 for minor in minors)
 
 
+@pytest.mark.parametrize(
+    ("M", "expected"),
+    [
+        ([[0, 1], [1, 0]], False),
+        ([[0, 1], [1, 5]], False),
+        ([[0, 0, 1], [0, 0, 0], [1, 0, 7]], False),
+        ([[4, 2, 0], [2, 1, 1], [0, 1, 9]], False),
+        ([[0, 0], [0, 1]], True),
+        ([[4, 2, 0], [2, 1, 0], [0, 0, 9]], True),
+        ([[0]], True),
+    ],
+)
+def test_a_zero_pivot_needs_a_zero_column(M: Rows, expected: bool) -> None:
+    """An entry below a zero pivot makes an eigenvalue negative, at any row."""
+    assert positive_semidefinite_integers(M) is expected
+
+
+def test_pivots_stay_minors() -> None:
+    """I + 1 1' of order 60 has minors k + 1: without Bareiss' division they have 2^k digits."""
+    assert positive_definite_integers([[1 + (i == j) for j in range(60)] for i in range(60)])
+
+
 @given(singular())
 def test_exactly_singular_is_not_positive_definite(M: Rows) -> None:
     """F F' of deficient rank is semidefinite and never definite, however large its entries."""

@@ -285,7 +285,6 @@ def test_broken_code_is_noticed_in_a_copy(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=False, reason="the published table leaves out what --print-only tried")
 def test_broken_definiteness_is_noticed(tmp_path: Path) -> None:
     """Of twelve changes in ``definite`` at least eleven are noticed by its own tests."""
     command = [sys.executable, "benchmarks/checker_lines.py", "--only", "kernel/definite"]
