@@ -32,7 +32,7 @@ from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any
 
-from fuzz_mutations import damaged_text, damaged_tree, recorded, resealed
+from fuzz_mutations import damaged_text, damaged_tree, resealed, without_content
 
 from takagi.certificates import checker
 from takagi.certificates.checker import CertificateError, check
@@ -182,7 +182,7 @@ class Campaign:
         if model and way < 0.6:
             name = rng.choice([name for name in files if name not in (CERTIFICATE, GAINS)])
             files[name] = damaged_text(files[name], rng)
-            tree = recorded(tree, name, files[name])
+            tree = without_content(tree)
         elif with_gains and way < 0.6:
             files[GAINS] = damaged_text(files[GAINS], rng)
         else:

@@ -165,7 +165,7 @@ def _write(folder: Path, document: Document) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     (folder / CERTIFICATE).write_text(json.dumps(document), encoding="utf-8")
     (folder / GAINS).write_text(json.dumps({"law": document["gains"]}), encoding="utf-8")
-    if document["model"].get("files_sha256"):
+    if "model_file" in document["model"]:
         for file in model_files("nrel5mw"):
             shutil.copy(file, folder / file.name)
 

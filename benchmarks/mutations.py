@@ -45,7 +45,7 @@ HEADS: tuple[str, ...] = (
     *("PROVED: words", "turbine: weaker", "still true", "not judged", "false"),
 )
 # What stands in a certificate and is no part of any claim.
-WORDS = {"name", "source", "unit", "output_names", "units", "formula", "files_sha256", "provenance"}
+WORDS = {"name", "source", "unit", "output_names", "units", "formula", "model_file", "provenance"}
 NAMES = {"state_names", "input_names", "disturbance_names"}
 # Where a turbine's mutant may claim less; counted so only if the judge finds it true.
 WEAKER = {"wind_error", "wind_rate", "decay_rate", "integral_limit", "pitch_rate_limit", "peaks"}

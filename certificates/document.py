@@ -9,13 +9,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from takagi.certificates.checker.files.model_content import model_content
 from takagi.certificates.checker.kernel.certificate import FORMAT, VERSION
 from takagi.certificates.checker.kernel.reader import Number, digest
 from takagi.models.law.coherent import CoherentLaw
 from takagi.models.surface import Surface
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["as_read", "certificate_document", "coherent_law_data", "dumps", "turbine_data"]
+__all__ = ["as_read", "certificate_document", "coherent_law_data", "content_of", "dumps"]
+__all__ += ["files_sha256", "turbine_data"]
 
 STRING_OR_SEAM = re.compile(r'"(?:[^"\\]|\\.)*"|\},\{')
 
@@ -26,8 +28,17 @@ def certificate_document(
     gains: Mapping[str, Any] | None,
     claims: Sequence[Mapping[str, Any]],
     provenance: Mapping[str, Any],
+    files: Sequence[Path] = (),
 ) -> dict[str, Any]:
-    """Return the whole certificate; its hashes are those of its own parts."""
+    """Return the whole certificate; its hashes are those of its own parts.
+
+    Parameters
+    ----------
+    files : of the model; the SHA-256 of their bytes, which no verdict depends on, stands in the
+        provenance.
+    """
+    if files:
+        provenance = {**provenance, "files_sha256": files_sha256(files)}
     parts = {"model": dict(model), "gains": gains, "claims": list(claims)}
     read_back = {key: as_read(value) for key, value in parts.items()}
     hashes = {key: digest(value) for key, value in read_back.items()}
@@ -51,12 +62,26 @@ def dumps(document: Mapping[str, Any]) -> str:
     return STRING_OR_SEAM.sub(lambda m: "},\n{" if m[0] == "},{" else m[0], written) + "\n"
 
 
+def files_sha256(files: Sequence[Path]) -> dict[str, str]:
+    """Return SHA-256 by name: the model's file, then its tables in its folder or below."""
+    folder = files[0].parent
+    return {
+        file.relative_to(folder).as_posix(): hashlib.sha256(file.read_bytes()).hexdigest()
+        for file in files
+    }
+
+
+def content_of(files: Sequence[Path]) -> dict[str, Any]:
+    """Return the member by which a certificate's model holds what its file says; {} for none."""
+    return {"model_file": model_content(files[0])} if files else {}
+
+
 def turbine_data(turbine: Turbine, files: Sequence[Path]) -> dict[str, Any]:
     """Return the plant's numbers as the certificate states them.
 
     Parameters
     ----------
-    files : the data files they came from; their SHA-256 are recorded by name.
+    files : the data files they came from; what they say is recorded (``model_content``).
     """
     names = (
         "torque_constant",
@@ -77,9 +102,7 @@ def turbine_data(turbine: Turbine, files: Sequence[Path]) -> dict[str, Any]:
         "units": "SI, angles in rad, generator inertia on the high-speed shaft",
         **{name: float(getattr(turbine, name)) for name in names},
         "torque_surface": _surface(turbine.torque),
-        "files_sha256": {
-            file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files
-        },
+        **content_of(files),
     }
 
 

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from takagi.certificates.checker.kernel.reader import digest, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.controller.content import plain
-from takagi.certificates.document import as_read
+from takagi.certificates.document import as_read, content_of, files_sha256
 from takagi.certificates.given_gains import read_gains, read_plant_law
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
@@ -176,16 +176,19 @@ def _own_weights(
 
 def _is_of(model: TSModel, path: Path, files: Sequence[Path]) -> bool:
     """Return whether the file was written for this very plant: then its law has been changed."""
-    from takagi.certificates.plant_certificate import files_sha256
     from takagi.certificates.plant_embedding import plant_and_claim
 
     stated: Any = read_json(path)
     for key in ("certificate", "sha256", "model"):
         stated = stated.get(key) if isinstance(stated, Mapping) else None
     data = plant_and_claim(model)[0]
-    if data is not None and files:
-        data |= {"files_sha256": files_sha256(files)}
-    return bool(data is not None and stated == digest(as_read(data)))
+    if data is None:
+        return False
+    members = [content_of(files)]
+    if files:
+        # Gain files from before state a digest with the bytes of the model's files.
+        members.append({"files_sha256": files_sha256(files)})
+    return any(stated == digest(as_read({**data, **more})) for more in members)
 
 
 def _same(first: Any, second: Any) -> bool:

@@ -42,7 +42,7 @@ def loop_document(
     Parameters
     ----------
     asked : what the provenance records as the configuration.
-    files : the turbine's data files; the certificate records their SHA-256.
+    files : the turbine's data files; the certificate records what they say.
 
     Raises
     ------
@@ -55,6 +55,7 @@ def loop_document(
         gains=gains,
         claims=claims,
         provenance=provenance(asked, {"joint analysis": candidate.words, **left_out}),
+        files=files,
     )
 
 

@@ -92,6 +92,7 @@ def _document(
         gains=paper_law_data(law),
         claims=[paper_claim(candidate) for candidate in candidates],
         provenance=provenance(asked, {"joint analysis": "Lyapunov equations, no solver"}),
+        files=files,
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from takagi.certificates.certification import Certificate
 from takagi.certificates.checker.kernel.certificate import check_document
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document import certificate_document, content_of
 from takagi.certificates.plant_embedding import plant_and_claim
 from takagi.certificates.provenance import provenance
 from takagi.certificates.requests.all_claims import requests_for
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from takagi.lmi import Region
     from takagi.models.ts_model import TSModel
 
-__all__ = ["Demands", "files_sha256", "plant_certificate"]
+__all__ = ["Demands", "plant_certificate"]
 
 Floats = NDArray[np.float64]
 # Claims beside decay ask for a few solutions each; of more blends they take minutes.
@@ -70,7 +69,7 @@ def plant_certificate(
 
     Parameters
     ----------
-    files : the data files the plant was read from; their SHA-256 is recorded.
+    files : the data files the plant was read from; what they say is recorded.
     law : a law with weights of its own, as it is to be written, with these gains; None for one with
         the weights of the model.
 
@@ -81,7 +80,7 @@ def plant_certificate(
     refuse_sampled(model)
     model_data, before, notes = plant_and_claim(model)
     if model_data is not None and files:
-        model_data |= {"files_sha256": files_sha256(files)}
+        model_data |= content_of(files)
     loop = Loop.of(model, gains, model_data=model_data, law=law)
     attempts, tried = _attempts(loop, demands)
     document = certificate_document(
@@ -91,6 +90,7 @@ def plant_certificate(
         provenance=provenance(
             settings, {str(attempt.claim["kind"]): attempt.solver for attempt in attempts}
         ),
+        files=files,
     )
     words = (*notes, *(word for attempt in attempts for word in attempt.tried), *tried)
     return Certificate(document, check_document(document), words)
@@ -136,12 +136,3 @@ def _demanded(loop: Loop, demands: Demands) -> Iterator[Request]:
                 "there is no set of states to keep the limits on; give the states ranges"
             )
         yield InputLimits(limits=demands.input_limits)
-
-
-def files_sha256(files: Sequence[Path]) -> dict[str, str]:
-    """Return SHA-256 by name: the plant's file, then its tables in its folder or below."""
-    folder = files[0].parent
-    return {
-        file.relative_to(folder).as_posix(): hashlib.sha256(file.read_bytes()).hexdigest()
-        for file in files
-    }

@@ -43,8 +43,9 @@ Examples:
 statement that it belongs to has begun. Files that make the sentences are loaded after the last
 verdict, and counted apart.
 
-Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED, the gain file says
-something else than the certificate, or with --cross the two checkers differ; 2 the file is refused.
+Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED, the gain or model
+file says something else than the certificate, or with --cross the two checkers differ; 2 a file is
+damaged or cannot be read.
 A claim that the second checker does not replay is named in the last line, in JSON under
 cross.not_replayed, and changes no status.
 """
@@ -65,16 +66,17 @@ def _check(options: argparse.Namespace) -> int:
 
     try:
         checked, trusted = _verdict(options)
-    except OtherGains as error:
-        # The certificate is sound, and about another controller: nothing is proved of this one.
+    except CertificateError as error:
+        # Continuous integration shows the refusal where it shows results.
         _write_reports(options, _refused(str(error)))
+        # Imported here: a check without a model file does not load what reads it.
+        from takagi.certificates.checker.files.model_content import OtherModel
+
+        if not isinstance(error, (OtherGains, OtherModel)):
+            raise  # the status is the boundary's, as for any misuse
+        # The certificate is sound, and about another loop: nothing is proved of this one.
         print(f"Error: {error}", file=sys.stderr)
         return UNPROVED
-    except CertificateError as error:
-        # Continuous integration shows the refusal where it shows results; the status is the
-        # boundary's, as for any misuse.
-        _write_reports(options, _refused(str(error)))
-        raise
     _write_reports(options, checked)
     if options.json:
         compared = _compared(options) if options.cross else None

@@ -48,7 +48,7 @@ class Document:
 def read_text(path: Path) -> str:
     """Return a UTF-8 text file's content; ModelError says why it cannot be read."""
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")
     except FileNotFoundError as error:
         raise ModelError(f"{path}: no such file; check the path") from error
     except IsADirectoryError as error:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from takagi.certificates.checker.files.differing import Difference, differing, in_words
+from takagi.certificates.checker.files.model_content import beside_the_claims
 from takagi.certificates.checker.kernel.reader import Number
 
 __all__ = ["Change", "changes", "listed_changes"]
@@ -14,7 +15,11 @@ __all__ = ["Change", "changes", "listed_changes"]
 Data = Mapping[str, Any]
 MOST_LISTED = 8
 # What follows from other parts of the model, and is told only where nothing else is.
-_DERIVED = ("embedding", "files_sha256", "torque_surface", "A", "B", "C", "D", "E")
+_DERIVED = ("embedding", "torque_surface", "A", "B", "C", "D", "E")
+# Bytes and content of the files: the first say nothing, the second is told by itself.
+_CONTENT = "model_file"
+_FILES = ("files_sha256", _CONTENT)
+_TOLD = ("design",)  # under ``configuration``
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,11 +64,32 @@ def listed_changes(found: Sequence[Change]) -> list[str]:
 
 
 def _of_model(old: Any, new: Any) -> Iterator[Change]:
-    found = list(differing(old, new))
+    found = list(differing(_without(old, _FILES), _without(new, _FILES)))
     first = [one for one in found if not one.path or one.path[0] not in _DERIVED]
     # Two models of matrices alone differ in nothing but these.
     for one in first or found:
         yield _change("model", one, old)
+    before, after = (_content(model) for model in (old, new))
+    if before and after:
+        # What the model's own members do not say, such as a tower's mass.
+        for one in differing(before, after):
+            if (
+                one.path[0] not in _TOLD
+                and one.path[0] not in old
+                and beside_the_claims(one, before, old, None)
+            ):
+                yield _change("model file", one, before)
+
+
+def _content(model: Any) -> dict[str, Any]:
+    found = model.get(_CONTENT) if isinstance(model, dict) else None
+    return found if isinstance(found, dict) else {}
+
+
+def _without(model: Any, members: Sequence[str]) -> Any:
+    if not isinstance(model, dict):
+        return model
+    return {key: value for key, value in model.items() if key not in members}
 
 
 def _provenance(document: Data, part: str) -> Any:

@@ -22,7 +22,7 @@ def check_section(design: TurbineDesign) -> Section:
 def provenance_section(design: TurbineDesign | PlantDesign, *, timings: bool) -> Section:
     """Return versions, hashes, configuration and, where wanted, how long each step took."""
     recorded = design.document["provenance"]
-    files = design.document["model"].get("files_sha256", {})
+    files = recorded.get("files_sha256", {})
     hashes = [(f"certificate: {name}", value) for name, value in recorded["sha256"].items()]
     hashes += [(f"file: {name}", value) for name, value in files.items()]
     versions = tuple((name, str(value)) for name, value in recorded["versions"].items())

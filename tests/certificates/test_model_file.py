@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +12,7 @@ import pytest
 from takagi.certificates.checker import CertificateError, check
 from takagi.certificates.checker.files.turbine_file import compare_turbine
 from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.document import content_of
 from takagi.models.turbine.loader import model_files
 
 Document = dict[str, Any]
@@ -66,11 +66,9 @@ def test_a_plant_that_is_not_the_files_is_refused(what: str, short: Document) ->
 def test_matching_hashes_do_not_help_a_forger(
     whole: Document, reseal: Callable[[Document], Document], tmp_path: Path
 ) -> None:
-    """A lighter rotor, with every hash in the file made to fit, is refused with --model alone."""
+    """A lighter rotor beside the true content of the file is refused with --model alone."""
     whole["model"]["rotor_inertia"] *= 0.9999
-    whole["model"]["files_sha256"] = {
-        file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in model_files("nrel5mw")
-    }
+    whole["model"] |= content_of(model_files("nrel5mw"))
     forged = tmp_path / "certificate.json"
     forged.write_text(json.dumps(reseal(whole)), encoding="utf-8")
 

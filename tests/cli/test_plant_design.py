@@ -106,7 +106,8 @@ def test_the_certificate_is_about_the_plant_s_own_equations(pendulum: Path, tmp_
 
     assert document["claims"][0]["kind"] == "sector-embedding"
     assert document["model"]["parameters"]["g"] == 9.81
-    assert list(document["model"]["files_sha256"]) == ["pendulum.toml"]
+    assert document["model"]["model_file"]["parameters"]["g"] == {"value": "9.81", "unit": "m/s^2"}
+    assert list(document["provenance"]["files_sha256"]) == ["pendulum.toml"]
 
 
 def test_the_gain_file_runs_the_plant_to_rest(pendulum: Path, tmp_path: Path) -> None:
@@ -158,14 +159,14 @@ def test_a_changed_gain_is_refused(pendulum: Path, tmp_path: Path) -> None:
 
 
 def test_a_changed_plant_file_is_refused(pendulum: Path, tmp_path: Path, capsys: Capture) -> None:
-    """The certificate was made for the old one."""
+    """The certificate was made for the old one: the field, and both values."""
     main(["design", str(pendulum), "--out", str(tmp_path / "out")])
     pendulum.write_text(PENDULUM.replace("value = 2.0", "value = 2.1"), encoding="utf-8")
     capsys.readouterr()
 
     certificate = str(tmp_path / "out" / "certificate.json")
-    assert main(["check", certificate, "--model", str(pendulum)]) == 2
-    assert "has changed since the certificate was made" in capsys.readouterr().err
+    assert main(["check", certificate, "--model", str(pendulum)]) == 1
+    assert ".value is 2.1 there, 2 in the certificate" in capsys.readouterr().err
 
 
 def test_discrete_time(tmp_path: Path, capsys: Capture) -> None:

@@ -1,12 +1,21 @@
-"""Whether a certificate is about the model's data files that are given with it."""
+"""Whether a certificate is about the model's file that is given with it, by what the file says."""
 
 from __future__ import annotations
 
 import hashlib
 from itertools import islice
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
+from takagi.certificates.checker.files.model_content import (
+    OtherModel,
+    beside_the_claims,
+    content_differences,
+    inside_folder,
+    model_content,
+    told,
+)
+from takagi.certificates.checker.files.toml_file import file_content
 from takagi.certificates.checker.kernel.reader import member
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
@@ -16,6 +25,10 @@ __all__ = ["compare_model", "unconnected"]
 SELF_CONTAINED = ("quadratic-decay", "no-common-quadratic")
 MOST_TOLD = 3  # files that a message names
 LARGEST_FILE = 64_000_000
+EARLIER = (
+    "only what the claims are about is compared: the certificate, of an earlier version, does not "
+    "hold what else the file says"
+)
 
 
 def unconnected(data: dict[str, Any]) -> str:
@@ -27,46 +40,52 @@ def unconnected(data: dict[str, Any]) -> str:
 
 
 def compare_model(data: dict[str, Any], model: Path | str) -> str:
-    """Return what a reader has to know; refuses data files that have changed since."""
+    """Return what a reader has to know of the model file.
+
+    Contents are compared, not bytes (``model_content``).  Files of a model that is neither a plant
+    nor a turbine have no content that could be read: there the SHA-256 decides.
+
+    Raises
+    ------
+    OtherModel : the file says something else than the certificate.
+    CertificateError : it cannot be read, or the certificate is about no file.
+    """
     if "model" not in data:
         raise CertificateError(
             "certificate: 'model' is missing; give a certificate, such as the certificate.json of "
             "a design"
         )
-    recorded = member(data["model"], "files_sha256", "model")
-    path = Path(model)
-    if not isinstance(recorded, dict) or path.name not in recorded:
-        made_from = ", ".join(islice(recorded, MOST_TOLD)) if isinstance(recorded, dict) else ""
-        raise CertificateError(
-            f"{model}: not a file that the certificate was made from; it names "
-            f"{made_from or 'none'}: give the path of that model"
-        )
-    for name in recorded:
-        file = path.parent / _inside(name)
-        if name != path.name and not file.resolve().is_relative_to(path.parent.resolve()):
-            raise CertificateError(f"{file}: is a link that leads out of the model's folder")
-        if _hash(file) != recorded[name]:
-            why = _what_changed(data, path) if name == path.name else ""
-            raise CertificateError(
-                f"{file}: has changed since the certificate was made from it{why}; make the "
-                "certificate again with 'takagi certify'"
-            )
-    return _compared(data, path)
+    about, path = data["model"], Path(model)
+    if not isinstance(about, dict) or about.get("kind") not in ("plant", "turbine"):
+        return _compare_bytes(about, path)
+    content = model_content(path)
+    recorded = about.get("model_file")
+    found = [] if recorded is None else content_differences(content, recorded)
+    try:
+        words = _compare_meaning(data, path)
+    except CertificateError as error:
+        if found:
+            raise OtherModel(told(path, found, str(error))) from error
+        raise
+    left = [one for one in found if beside_the_claims(one, content, about, data.get("gains"))]
+    if left:
+        raise OtherModel(told(path, left))
+    if recorded is None and _digest(path) not in _recorded(data).values():
+        words += f"{'; ' if words else f'{path}: '}{EARLIER}"
+    return words
 
 
-def _compared(data: dict[str, Any], path: Path) -> str:
-    """Compare the numbers and equations of a file that the checker can read."""
+def _compare_meaning(data: dict[str, Any], path: Path) -> str:
+    """Compare the numbers and equations of a file with those that the claims are about."""
     # Imported here: one of them at most is needed, and neither for a gain file.
-    if path.suffix == ".toml" and data["model"].get("kind") == "plant":
+    if data["model"]["kind"] == "plant":
         from takagi.certificates.checker.files.plant_file import compare_plant
 
         _require_blend_claim(data)
         return compare_plant(data["model"], path)
-    if path.suffix == ".toml" and data["model"].get("kind") == "turbine":
-        from takagi.certificates.checker.files.turbine_file import compare_turbine
+    from takagi.certificates.checker.files.turbine_file import compare_turbine
 
-        return compare_turbine(data["model"], data.get("gains"), path)
-    return ""
+    return compare_turbine(data["model"], data.get("gains"), path)
 
 
 def _require_blend_claim(data: dict[str, Any]) -> None:
@@ -80,35 +99,34 @@ def _require_blend_claim(data: dict[str, Any]) -> None:
         )
 
 
-def _what_changed(data: dict[str, Any], path: Path) -> str:
-    """Return what the changed file says otherwise, as far as the certificate has it."""
-    if path.suffix != ".toml" or data["model"].get("kind") not in ("plant", "turbine"):
-        return ""
-    try:
-        _compared(data, path)
-    except CertificateError as error:
-        return f" ({error})"
-    return " (not in what the certificate says of it: in words, layout or design options)"
+def _recorded(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the SHA-256 of the files by name; certificates from before hold it in the model."""
+    provenance = data.get("provenance")
+    for owner in (provenance, data["model"]):
+        found = owner.get("files_sha256") if isinstance(owner, dict) else None
+        if isinstance(found, dict):
+            return found
+    return {}
 
 
-def _hash(file: Path) -> str:
-    """Return the SHA-256 of a file; refuses what is no plain file, and what is too large."""
-    try:
-        if not file.is_file():
-            raise CertificateError(f"{file}: cannot be read: not a file")
-        with file.open("rb") as opened:
-            content = opened.read(LARGEST_FILE + 1)
-    except OSError as error:
-        raise CertificateError(f"{file}: cannot be read: {error.strerror or error}") from error
-    if len(content) > LARGEST_FILE:
-        raise CertificateError(f"{file}: larger than {LARGEST_FILE} bytes")
+def _compare_bytes(model: Any, path: Path) -> str:
+    recorded = member(model, "files_sha256", "model")
+    if not isinstance(recorded, dict) or path.name not in recorded:
+        made_from = ", ".join(islice(recorded, MOST_TOLD)) if isinstance(recorded, dict) else ""
+        raise CertificateError(
+            f"{path}: not a file that the certificate was made from; it names "
+            f"{made_from or 'none'}: give the path of that model"
+        )
+    for name in recorded:
+        file = path if name == path.name else inside_folder(path, name)
+        if _digest(file) != recorded[name]:
+            raise OtherModel(
+                f"{file}: has changed since the certificate was made from it; make the certificate "
+                "again with 'takagi certify'"
+            )
+    return ""
+
+
+def _digest(file: Path) -> str:
+    content = file_content(file, what="file of a model", largest=LARGEST_FILE)
     return hashlib.sha256(content).hexdigest()
-
-
-def _inside(name: str) -> PurePosixPath:
-    """Return a file's place in the model's folder or below it; refuses what leads out of it."""
-    place = PurePosixPath(name)
-    plain = name.isprintable() and "\\" not in name and ":" not in name and str(place) == name
-    if not plain or not place.name or place.is_absolute() or ".." in place.parts:
-        raise CertificateError(f"model.files_sha256: {name!a} is not a file name")
-    return place

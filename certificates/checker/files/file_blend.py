@@ -14,7 +14,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.files.differing import in_words
+from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable
 
@@ -41,7 +42,7 @@ class FileBlend:
 
         Raises
         ------
-        CertificateError : the one has a blend and the other none, or a section is misshapen.
+        OtherModel : the one has a blend and the other none, or a section is misshapen.
         """
         found = cls(
             _object(file.get("blending", {})),
@@ -63,8 +64,8 @@ class FileBlend:
                 raise found.error(f"blending.{key}.input is no input there")
         return found
 
-    def error(self, problem: str) -> CertificateError:
-        return CertificateError(f"{self.path}: not the certificate's plant: {problem}")
+    def error(self, problem: str) -> OtherModel:
+        return OtherModel(f"{self.path}: not the certificate's plant: {problem}")
 
     @property
     def actuators(self) -> list[str]:
@@ -87,7 +88,9 @@ class FileBlend:
             error = self._number(self.file[key].get("error", 0), f"blending.{key}.error")
             name = self.model[key].get("error")
             if bool(error) != (name is not None):
-                raise self.error(f"another blending.{key}.error stands there")
+                raise self.error(
+                    f"blending.{key}.error is {error} there, and not so in the certificate"
+                )
             if name is not None:
                 found[str(name)] = {"range": [-error, error]}
         return found
@@ -147,7 +150,7 @@ class FileBlend:
 
         Raises
         ------
-        CertificateError : one of them is another.
+        OtherModel : one of them is another.
         """
         if not self.file:
             return
@@ -158,7 +161,10 @@ class FileBlend:
             theirs, ours, where = self.file[key], self.model[key], f"blending.{key}"
             for name in ("input", "direction"):
                 if str(theirs.get(name)) != str(ours.get(name)):
-                    raise self.error(f"another {where}.{name} stands there")
+                    raise self.error(
+                        f"{where}.{name} is {in_words(theirs.get(name))} there, "
+                        f"{in_words(ours.get(name))} in the certificate"
+                    )
             entry = self.inputs[theirs["input"]]
             unit = entry.get("unit", "-")
             idle = comparison.figure(entry.get("rest", 0), unit, f"inputs.{theirs['input']}")
@@ -173,7 +179,7 @@ class FileBlend:
         self, comparison: Comparison, theirs: Any, ours: Any, unit: str, where: str
     ) -> None:
         if (theirs is None) != (ours is None):
-            raise self.error(f"another range of {where}.input stands there")
+            raise self.error(f"{where}.input has a range in one of the two, and none in the other")
         if theirs is None:
             return
         if not (isinstance(theirs, list) and isinstance(ours, list) and len(theirs) == len(ours)):
@@ -185,7 +191,9 @@ class FileBlend:
     def _same(self, comparison: Comparison, ours: Any, figure: Fraction, what: str) -> None:
         node = comparison.constant(ours, what)
         if comparison.plant.graph.value(node) != figure:
-            raise self.error(f"{what} is {float(figure):.12g} there")
+            raise self.error(
+                f"{what} is {float(figure):.12g} there, {in_words(ours)} in the certificate"
+            )
 
 
 def _object(given: Any) -> dict[str, Any]:

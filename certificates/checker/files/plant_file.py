@@ -18,14 +18,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from fractions import Fraction
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
+from takagi.certificates.checker.files.differing import in_words
 from takagi.certificates.checker.files.file_blend import FileBlend
+from takagi.certificates.checker.files.model_content import OtherModel, inside_folder
 from takagi.certificates.checker.files.plant_units import in_si
 from takagi.certificates.checker.files.table_file import NEAR, compare_table
 from takagi.certificates.checker.files.toml_file import read_toml
-from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.ranges import Ranges
@@ -41,11 +43,12 @@ def compare_plant(model: Any, path: Path) -> str:
 
     Raises
     ------
-    CertificateError : the file cannot be read, or says something else than the certificate.
+    CertificateError : the file cannot be read.
+    OtherModel : it says something else than the certificate.
     """
     file, plant = read_toml(path, Decimal, what="plant file"), read_plant(model, "model")
     if file.get("kind") != "plant":
-        raise CertificateError(f"{path}: the certificate is about a plant, this is no plant file")
+        raise OtherModel(f"{path}: the certificate is about a plant, this is no plant file")
     return Comparison(model, plant, file, path).whole()
 
 
@@ -87,22 +90,17 @@ class Comparison:
         return f"{self.path}: {'; '.join(words)}" if words else ""
 
     def compare_tables(self, entries: Mapping[str, Any]) -> None:
-        recorded = self.model.get("files_sha256")
         for name, table in self.plant.tables.items():
-            where, file = f"tables.{name}", _get(entries[name], "file")
-            file = str(PurePosixPath(file)) if isinstance(file, str) else ""
-            if not isinstance(recorded, dict) or file not in recorded:
-                raise self.error(f"{where}.file is none of the recorded files")
+            where = f"tables.{name}"
+            file = inside_folder(self.path, _get(entries[name], "file"))
             described = [*_list(entries[name], "arguments"), entries[name]]
             try:
-                compare_table(
-                    self.path.parent / file, table, [str(_get(d, "unit", "-")) for d in described]
-                )
+                compare_table(file, table, [str(_get(d, "unit", "-")) for d in described])
             except Refused as error:
                 raise self.error(f"{where}: {error}") from error
 
-    def error(self, problem: str) -> CertificateError:
-        return CertificateError(f"{self.path}: not the certificate's plant: {problem}")
+    def error(self, problem: str) -> OtherModel:
+        return OtherModel(f"{self.path}: not the certificate's plant: {problem}")
 
     def section(self, name: str) -> dict[str, Any]:
         found = self.file.get(name, {})
@@ -110,9 +108,12 @@ class Comparison:
             raise self.error(f"[{name}] is no section there")
         return found
 
-    def same(self, shown: Iterable[str], ours: Any, theirs: Any, what: str) -> None:
-        if ours != theirs:
-            raise self.error(f"{what} are {', '.join(map(ascii, shown)) or 'none'} there")
+    def same_names(self, theirs: Iterable[str], ours: Iterable[str], what: str) -> None:
+        """Refuse other names; their order in a file means nothing."""
+        there, here = (sorted(map(str, names)) for names in (theirs, ours))
+        if there != here:
+            shown = (", ".join(map(ascii, names)) or "none" for names in (there, here))
+            raise self.error(f"{what} are {next(shown)} there, {next(shown)} in the certificate")
 
     def figure(self, value: Any, unit: Any, where: str) -> Fraction:
         if isinstance(value, bool) or not isinstance(value, int | Decimal):
@@ -129,19 +130,28 @@ class Comparison:
         given = self.file.get("sample_time")
         found = None if given is None else self.figure(given, "s", "sample_time")
         if found != self.plant.sample_time:
-            raise self.error("another sample_time stands there")
+            shown = (
+                "nothing" if t is None else f"{float(t):.12g}"
+                for t in (found, self.plant.sample_time)
+            )
+            raise self.error(
+                f"sample_time is {next(shown)} there, {next(shown)} in the certificate"
+            )
 
     def parameters(self) -> None:
         theirs = self.section("parameters")
         # Those that the blend adds stand in the model's equations, which its claim is about.
         ours = self.blend.without_parameters(self.model.get("parameters", {}))
-        self.same(theirs, set(theirs), set(ours), "parameters")
+        self.same_names(theirs, ours, "parameters")
         for name, entry in theirs.items():
             where = f"parameters.{name}"
             value = self.figure(_get(entry, "value"), _get(entry, "unit", "-"), where)
             node = self.plant.graph.constant(value)
             if not self.algebra.equal(node, self.constant(ours[name], f"model.{where}")):
-                raise self.error(f"{where} is {float(value):.12g} there")
+                stated = in_words(ours[name])
+                raise self.error(
+                    f"{where} is {float(value):.12g} there, {stated} in the certificate"
+                )
             self.names[name] = node
 
     def constant(self, written: Any, where: str) -> int:
@@ -151,7 +161,7 @@ class Comparison:
 
     def variables(self, key: str, theirs: Mapping[str, Any], ours: list[Variable]) -> list[str]:
         """Compare names and ranges; return the names of those that rest elsewhere."""
-        self.same(theirs, list(theirs), [v.name for v in ours], key)
+        self.same_names(theirs, [v.name for v in ours], key)
         moved = []
         graph = self.plant.graph
         for variable in ours:
@@ -171,7 +181,10 @@ class Comparison:
                 low, high = (self.figure(end, unit, f"{where}.range") for end in ends)
                 side = (low - own, high - own)
             if side != variable.side:
-                raise self.error(f"another {where}.range stands there")
+                raise self.error(
+                    f"{where}.range is {_range(side, own)} there, "
+                    f"{_range(variable.side, own)} in the certificate"
+                )
         return moved
 
     def expressions(self, tables: Mapping[str, int]) -> None:
@@ -179,7 +192,7 @@ class Comparison:
         own, f = self.blend.equations(states, self.plant, self.names)
         scope = Scope(self.names, tables)
         equations = self.section("equations")
-        self.same(equations, set(equations), set(own), "equations")
+        self.same_names(equations, own, "equations")
         for name, node in zip(own, f, strict=True):
             self.equal(equations[name], node, scope, f"equations.{name}")
         self.blend.compare(self, scope)
@@ -201,9 +214,9 @@ class Comparison:
                 self.equal(given[states[j]], node, scope, f"mass.{states[i]}.{states[j]}")
         outputs = self.section("outputs")
         ours = [_get(y, "name") for y in _list(self.model, "outputs")]
-        self.same(outputs, list(outputs), ours, "outputs")
-        for (name, entry), node in zip(outputs.items(), self.plant.outputs, strict=True):
-            self.equal(_get(entry, "expression"), node, scope, f"outputs.{name}")
+        self.same_names(outputs, ours, "outputs")
+        for name, node in zip(map(str, ours), self.plant.outputs, strict=True):
+            self.equal(_get(outputs[name], "expression"), node, scope, f"outputs.{name}")
 
     def equal(self, written: Any, node: int, scope: Scope, where: str) -> None:
         theirs = read_expression(written, self.plant.graph, scope, f"{self.path}: {where}")
@@ -212,7 +225,9 @@ class Comparison:
         except Refused as error:
             raise self.error(f"{where} cannot be compared: {error}") from error
         if not same:
-            raise self.error(f"{where} is another there, or not shown to be the same")
+            raise self.error(
+                f"{where} is {in_words(written)} there, which is not shown to be the certificate's"
+            )
         if theirs != node:
             # Algebra says nothing of places where a part of the one or the other has no value.
             graph = self.plant.graph
@@ -223,6 +238,12 @@ class Comparison:
                 self.ranges.prove_continuous(theirs, where)
             except Refused as error:
                 raise self.error(f"{error}, as the file writes it") from error
+
+
+def _range(side: tuple[Fraction, Fraction] | None, rest: Fraction | None) -> str:
+    if side is None or rest is None:
+        return "nothing"
+    return f"[{', '.join(f'{float(rest + end):.12g}' for end in side)}]"
 
 
 def _get(entry: Any, key: str, otherwise: Any = None) -> Any:

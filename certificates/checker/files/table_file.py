@@ -12,7 +12,9 @@ from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from pathlib import Path
 
+from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_units import in_si
+from takagi.certificates.checker.files.toml_file import file_content
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.table import Table
 
@@ -32,7 +34,8 @@ def compare_table(path: Path, table: Table, units: list[str]) -> None:
 
     Raises
     ------
-    CertificateError : a file that is no such table, is too large, or has other points or values.
+    CertificateError : a file that is no such table, or is too large.
+    OtherModel : it has other points or values.
     Refused : a unit that is not known.
     """
     rows = _rows(path, corner=table.arguments == 2)
@@ -49,7 +52,7 @@ def compare_table(path: Path, table: Table, units: list[str]) -> None:
         if len(knots) != len(wanted) or any(
             abs(a - b) > slack for a, b in zip(knots, wanted, strict=True)
         ):
-            raise CertificateError(f"{path}: its points are not those of the certificate's table")
+            raise OtherModel(f"{path}: its points are not those of the certificate's table")
     values = [[in_si(value, units[-1]) for value in row[1:]] for row in down]
     slack = NEAR * max(abs(value) for row in values for value in row)
     for x, row in zip(axes[0], values, strict=True):
@@ -61,16 +64,17 @@ def compare_table(path: Path, table: Table, units: list[str]) -> None:
             found = table.exact(inside, (0,) * table.arguments)
             if found is None or abs(found - value) > slack:
                 place = ", ".join(f"{float(p):.6g}" for p in point)
-                raise CertificateError(
-                    f"{path}: the certificate's table has another value at {place}"
+                shown = "none" if found is None else f"{float(found):.9g}"
+                raise OtherModel(
+                    f"{path}: its value at {place} is {float(value):.9g} there, {shown} in the "
+                    "certificate"
                 )
 
 
 def _rows(path: Path, *, corner: bool) -> list[list[Fraction]]:
     try:
-        with path.open("rb") as file:
-            written = file.read(LARGEST_FILE + 1).decode()
-    except (OSError, UnicodeDecodeError) as error:
+        written = file_content(path, what="table", largest=LARGEST_FILE).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
         raise CertificateError(f"{path}: cannot be read: {error}") from error
     found: list[list[Fraction]] = []
     cells = 0
@@ -78,7 +82,7 @@ def _rows(path: Path, *, corner: bool) -> list[list[Fraction]]:
         if line.strip() and not line.lstrip().startswith("#"):
             parts = line.split(",")
             cells += len(parts)
-            if cells > MOST_CELLS or len(written) > LARGEST_FILE:
+            if cells > MOST_CELLS:
                 raise CertificateError(f"{path}: more than {MOST_CELLS} cells")
             found.append([_number(path, p) for p in parts[1 if corner and not found else 0 :]])
     return found

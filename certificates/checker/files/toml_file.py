@@ -18,8 +18,8 @@ LARGEST_FILE = 4_000_000
 LONG_KEY = re.compile(r"(?<![^\s.,=\[\]{}])(?:[^\s.,=\[\]{}]++\s*+\.\s*+){64}")
 
 
-def file_content(path: Path, *, what: str = "model's file") -> bytes:
-    """Return a file's bytes.
+def file_content(path: Path, *, what: str = "model's file", largest: int = LARGEST_FILE) -> bytes:
+    """Return a file's bytes, at most ``largest``.
 
     Raises
     ------
@@ -29,11 +29,11 @@ def file_content(path: Path, *, what: str = "model's file") -> bytes:
         if not path.is_file():
             raise CertificateError(f"{path}: cannot be read: not a file")
         with path.open("rb") as file:
-            data = file.read(LARGEST_FILE + 1)
+            data = file.read(largest + 1)
     except OSError as error:
         raise CertificateError(f"{path}: cannot be read: {error.strerror or error}") from error
-    if len(data) > LARGEST_FILE:
-        raise CertificateError(f"{path}: larger than {LARGEST_FILE} bytes; no {what} is")
+    if len(data) > largest:
+        raise CertificateError(f"{path}: larger than {largest} bytes; no {what} is")
     return data
 
 
@@ -51,7 +51,7 @@ def read_toml(path: Path, parse_float: Callable[[str], Any], *, what: str) -> di
     """
     data = file_content(path, what=what)
     try:
-        text = data.decode()
+        text = data.decode("utf-8-sig")
         if LONG_KEY.search(text):
             raise ValueError("a key of more than 64 parts")
         return tomllib.loads(text, parse_float=parse_float)

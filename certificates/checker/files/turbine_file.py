@@ -22,6 +22,7 @@ from typing import Any
 
 from takagi.certificates.checker.arithmetic.interval import ONE, point
 from takagi.certificates.checker.arithmetic.spline import Spline
+from takagi.certificates.checker.files.model_content import OtherModel, inside_folder
 from takagi.certificates.checker.files.toml_file import file_content, read_toml
 from takagi.certificates.checker.kernel.reader import matrix, member, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
@@ -73,7 +74,8 @@ def compare_turbine(model: Any, gains: Any, path: Path) -> str:
 
     Raises
     ------
-    CertificateError : the file cannot be read, or a number of the certificate is not the file's.
+    CertificateError : the file cannot be read.
+    OtherModel : a number of the certificate is not the file's.
     """
     file = read_toml(path, _decimal, what="turbine file")
     try:
@@ -82,7 +84,7 @@ def compare_turbine(model: Any, gains: Any, path: Path) -> str:
         if isinstance(error, CertificateError):
             raise
         # A wind, an inertia or a speed of zero, columns that do not fit.
-        raise CertificateError(f"{path}: not the certificate's turbine: {error}") from error
+        raise OtherModel(f"{path}: not the certificate's turbine: {error}") from error
 
 
 def _compare(model: Any, gains: Any, file: dict[str, Any], path: Path) -> str:
@@ -131,7 +133,7 @@ def _figure(file: dict[str, Any], section: str, name: str, path: Path) -> Fracti
     """Return one figure in SI units, exactly but for pi."""
     entry = file.get(section, {}).get(name) if isinstance(file.get(section), dict) else None
     if not isinstance(entry, dict):
-        raise CertificateError(f"{path}: {section}.{name} is missing")
+        raise OtherModel(f"{path}: {section}.{name} is missing")
     return _si(entry.get("value"), entry.get("unit"), f"{path}: {section}.{name}")
 
 
@@ -147,7 +149,7 @@ def _si(value: Any, unit: Any, where: str) -> Fraction:
 
 def _same(stated: Fraction, found: Fraction, what: str, path: Path) -> None:
     if abs(stated - found) > RELATIVE * abs(found):
-        raise CertificateError(
+        raise OtherModel(
             f"{path}: {what} is {float(found):.12g} there, {float(stated):.12g} in the certificate"
         )
 
@@ -163,16 +165,16 @@ def _compare_surface(model: Any, file: dict[str, Any], path: Path) -> Spline:
     table = file.get("coefficients", {}).get("power")
     if not isinstance(table, str) or Path(table).name != table:
         raise CertificateError(f"{path}: coefficients.power must name a table beside the file")
-    for ratio, pitch, power in _entries(path.with_name(table)):
+    for ratio, pitch, power in _entries(inside_folder(path, table)):
         try:
             low, high = spline.bounds(
                 point(_held(ratio, spline.x.breaks)), point(_held(pitch, spline.y.breaks))
             )
         except Refused as error:
-            raise CertificateError(f"{path.with_name(table)}: {error}") from error
+            raise OtherModel(f"{path.with_name(table)}: {error}") from error
         slack = TABLE_TOLERANCE * ONE
         if not low * ratio - slack <= power * ONE <= high * ratio + slack:
-            raise CertificateError(
+            raise OtherModel(
                 f"{path.with_name(table)}: c_P at tip-speed ratio {float(ratio):g}, pitch "
                 f"{float(pitch):.6g} rad is {float(power):.9g} there, "
                 f"{float(Fraction(low, ONE) * ratio):.9g} in the certificate"
@@ -191,7 +193,7 @@ def _held(value: Fraction, breaks: list[Fraction]) -> Fraction:
 def _entries(path: Path) -> Iterator[tuple[Fraction, Fraction, Fraction]]:
     """Yield (tip-speed ratio, pitch [rad], c_P) of a coefficient table."""
     try:
-        lines = file_content(path, what="table").decode().splitlines()
+        lines = file_content(path, what="table").decode("utf-8-sig").splitlines()
         rows = [line.split(",") for line in lines if line and not line.startswith("#")]
         angles = [_decimal(cell) * FACTORS["deg"] for cell in rows[0][1:]]
         for row in rows[1:]:
@@ -237,7 +239,7 @@ def _compare_limit(
         share = min(Fraction(1), v / winds[0]) ** 2
         expected = -_between(v, winds, slopes) * share / scale
         if abs(stated - expected) > LIMIT_TOLERANCE:
-            raise CertificateError(
+            raise OtherModel(
                 f"{path}: the frozen wake's pitch effectiveness at {float(v):g} m/s is "
                 f"{float(expected):.7g} there, {float(stated):.7g} in the gains"
             )
@@ -247,7 +249,7 @@ def _column(file: dict[str, Any], name: str, path: Path) -> list[Fraction]:
     entry = file.get("frozen_wake", {}).get(name)
     values = entry.get("values") if isinstance(entry, dict) else None
     if not isinstance(entry, dict) or not isinstance(values, list) or not values:
-        raise CertificateError(f"{path}: frozen_wake.{name} is missing")
+        raise OtherModel(f"{path}: frozen_wake.{name} is missing")
     return [_si(value, entry.get("unit"), f"{path}: frozen_wake.{name}") for value in values]
 
 

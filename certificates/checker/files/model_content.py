@@ -1,0 +1,206 @@
+"""What a model's TOML file and its tables say, without layout and words: for comparing contents.
+
+Comments, line ends, the order of keys and the names of files are no part of it, nor are texts
+under ``description`` and ``source``.  Every number is the shortest decimal of its double, so that
+0.10, 0.1 and 1e-1 are one text; a table is the SHA-256 of its numbers.  A certificate holds the
+content of the file it was made from in ``model.model_file``.
+
+Parts of it are compared by their meaning as well (``plant_file``, ``turbine_file``): these may be
+written otherwise, with another unit or in another form.  All other parts have to be the same.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Sequence
+from itertools import islice
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from takagi.certificates.checker.files.differing import Difference, differing, in_words
+from takagi.certificates.checker.files.toml_file import file_content, read_toml
+from takagi.certificates.checker.kernel.refusal import CertificateError
+
+__all__ = ["OtherModel", "beside_the_claims", "content_differences", "model_content", "told"]
+__all__ += ["inside_folder"]
+
+WORDS = ("description", "source")
+MOST_TOLD, MOST_COUNTED = 3, 1000
+LARGEST_EXACT, LARGEST_TABLE = 2**53, 16_000_000
+# Sections of a plant file that ``plant_file`` compares by meaning, variables by these keys.
+BY_NAME = ("states", "inputs", "disturbances", "scheduling", "parameters")
+VARIABLE_KEYS = ("range", "rest", "value")
+FORMULAS = ("equations", "mass", "outputs")
+EFFORT_KEYS = ("unit", "range", "rest", "overlap", "rate")
+ACTUATOR_KEYS = ("input", "direction", "effectiveness", "error")
+# Figures of a turbine file that ``turbine_file`` computes the certificate's numbers from.
+TURBINE_FIGURES = {
+    ("rotor", "radius"),
+    ("rotor", "air_density"),
+    ("rotor", "inertia"),
+    ("rotor", "rated_speed"),
+    ("generator", "inertia"),
+    ("drivetrain", "gear_ratio"),
+    ("pitch", "time_constant"),
+    ("pitch", "rate_limit"),
+    ("pitch", "minimum"),
+    ("pitch", "maximum"),
+}
+WAKE_COLUMNS = ("wind", "factor", "power_sensitivity")
+
+
+class OtherModel(CertificateError):
+    """The model file says something else than the certificate: what is proved is not about it."""
+
+
+def model_content(path: Path) -> dict[str, Any]:
+    """Return what the file says, its tables by the SHA-256 of their numbers.
+
+    Raises
+    ------
+    CertificateError : the file or a table of it cannot be read.
+    """
+    file = read_toml(path, _decimal, what="model file")
+    try:
+        found = _plain(file, ())
+    except RecursionError as error:
+        raise CertificateError(f"{path}: nested deeper than any model file") from error
+    if not isinstance(found, dict):
+        raise CertificateError(f"{path}: not a model file")
+    for owner, key in _tables(found):
+        owner[key] = f"numbers with SHA-256 {_numbers_digest(inside_folder(path, owner[key]))}"
+    return found
+
+
+def content_differences(content: dict[str, Any], recorded: Any) -> list[Difference]:
+    """Return where a file's content is not the recorded one; no more than are counted."""
+    return list(islice(differing(content, recorded), MOST_COUNTED))
+
+
+def beside_the_claims(one: Difference, content: dict[str, Any], model: Any, gains: Any) -> bool:
+    """Return whether a difference is one that no comparison by meaning decides."""
+    if model.get("kind") == "turbine":
+        return not _of_a_turbine(one.path, model, gains)
+    return not _of_a_plant(one, content, model)
+
+
+def told(path: Path, found: Sequence[Difference], reason: str = "") -> str:
+    """Return in which fields a file is not the certificate's, with both values."""
+    parts = [
+        f"{one.place} is {in_words(one.first)} there, {in_words(one.second)} in the certificate"
+        for one in found[:MOST_TOLD]
+    ]
+    more = len(found) - MOST_TOLD
+    counted = f"{more}" if len(found) < MOST_COUNTED else f"at least {more}"
+    return (
+        f"{path}: not the certificate's model: {'; '.join(parts)}"
+        f"{f' (and {counted} more)' if more > 0 else ''}{f' ({reason})' if reason else ''}; give "
+        "the model of this certificate, or make a certificate of this one with 'takagi certify'"
+    )
+
+
+def inside_folder(path: Path, name: Any) -> Path:
+    """Return a table's file; refuses what leads out of the folder of the model's file."""
+    place = PurePosixPath(name) if isinstance(name, str) else PurePosixPath()
+    plain = isinstance(name, str) and name.isprintable() and not set("\\:") & set(name)
+    if not plain or not place.name or place.is_absolute() or ".." in place.parts:
+        raise CertificateError(f"{path}: {name!a} is not the name of a table in its folder")
+    file = path.parent / place
+    try:
+        within = file.resolve().is_relative_to(path.parent.resolve())
+    except (OSError, RuntimeError) as error:
+        raise CertificateError(f"{file}: cannot be read: {error}") from error
+    if not within:
+        raise CertificateError(f"{file}: is a link that leads out of the model's folder")
+    return file
+
+
+def _of_a_turbine(path: tuple[str | int, ...], model: Any, gains: Any) -> bool:
+    if path[:2] in TURBINE_FIGURES:
+        return True
+    if path[:2] == ("generator", "torque_rate_limit"):
+        return "torque_rate_limit" in model
+    # Without this column of the law the wake is no part of what is compared.
+    wake = isinstance(gains, dict) and "effectiveness_limit" in gains
+    return wake and path[:2] in {("frozen_wake", column) for column in WAKE_COLUMNS}
+
+
+def _of_a_plant(one: Difference, content: dict[str, Any], model: Any) -> bool:
+    match one.path:
+        case ("sample_time",):
+            return True
+        case ("inputs", str(), "rest"):
+            # It may rest elsewhere, where it holds the states.
+            return False
+        case (str(section), str(name), "unit") if section in BY_NAME:
+            # With no number in it, a unit has no meaning that could be compared.
+            entry = content[section].get(name, {})
+            return "range" in entry or "value" in entry or entry.get("rest", "0") != "0"
+        case (str(section), str(), str(key), *_) if section in BY_NAME:
+            return key in VARIABLE_KEYS
+        case (str(section), str(), *_) if section in FORMULAS:
+            return one.path[-1] != "unit" and one.first is not None and one.second is not None
+        case ("tables", str(name), str(key), *_):
+            return key != "file" and name in (model.get("tables") or {})
+        case ("blending", "effort", str(key), *_):
+            return key in EFFORT_KEYS
+        case ("blending", "low" | "high", str(key)):
+            return key in ACTUATOR_KEYS
+    return False
+
+
+def _plain(value: Any, path: tuple[str, ...]) -> Any:
+    if isinstance(value, dict):
+        return {
+            key: _plain(entry, (*path, key))
+            for key, entry in value.items()
+            if not (key in WORDS and isinstance(entry, str) and _is_words(path))
+        }
+    if isinstance(value, list):
+        return [_plain(entry, path) for entry in value]
+    if isinstance(value, bool) or isinstance(value, str):
+        return value
+    if isinstance(value, int):
+        return _decimal(str(value)) if abs(value) <= LARGEST_EXACT else hex(value)
+    return str(value)  # a date or a time
+
+
+def _is_words(path: tuple[str, ...]) -> bool:
+    """Return whether texts there are words: not where every key is a name of the user's."""
+    return path[:1] not in (("equations",), ("premises",), ("mass",))
+
+
+def _decimal(written: str) -> str:
+    return repr(float(written)).removesuffix(".0")
+
+
+def _tables(found: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
+    """Yield each place that names the file of a table."""
+    coefficients, tables = found.get("coefficients"), found.get("tables")
+    if isinstance(coefficients, dict):
+        for key in coefficients:
+            yield coefficients, key
+    if isinstance(tables, dict):
+        for entry in tables.values():
+            if isinstance(entry, dict) and "file" in entry:
+                yield entry, "file"
+
+
+def _numbers_digest(path: Path) -> str:
+    """Return the SHA-256 of a table's numbers, row by row; cells that are no numbers are empty."""
+    try:
+        lines = (
+            file_content(path, what="table", largest=LARGEST_TABLE).decode("utf-8-sig").splitlines()
+        )
+    except UnicodeDecodeError as error:
+        raise CertificateError(f"{path}: cannot be read: not UTF-8") from error
+    rows = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    text = "\n".join(",".join(_cell(cell) for cell in row.split(",")) for row in rows)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _cell(cell: str) -> str:
+    try:
+        return _decimal(cell)
+    except ValueError:
+        return ""

@@ -1,0 +1,423 @@
+"""`check --model` compares what the file says: layout and names are nothing, a number is all."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from takagi.certificates.checker import CertificateError
+from takagi.certificates.checker.files.companions import EARLIER, compare_model
+from takagi.certificates.checker.files.model_content import OtherModel, model_content
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.document import content_of, dumps
+from takagi.certificates.kept_model import law_for
+from takagi.certificates.plant_design import PlantDesign, design_plant
+from takagi.cli.main import main
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant.loader import load_plant, plant_files
+from takagi.models.sector.model import sector_model
+from takagi.models.turbine.loader import load_turbine, model_files
+from takagi.reports.baseline.changes import changes
+from takagi.reports.gain_file import dump_gains
+from takagi.reports.plant_gain_file import plant_gain_file
+
+Capture = pytest.CaptureFixture[str]
+Document = dict[str, Any]
+Rewrite = Callable[[str], str]
+NAME = "plant.toml"
+PLANT = """# A cart on a hard spring that rubs.
+format = 1
+kind = "plant"
+name = "rubbing cart"
+source = "chosen"
+
+[states]
+x = { unit = "m", range = [-0.5, 0.5], description = "place" }
+v = { unit = "m/s", range = [-1.0, 1.0] }
+
+[inputs]
+F = { unit = "N", range = [-20, 20] }
+
+[parameters]
+m = { value = 1.1, unit = "kg", source = "chosen" }
+k = { value = 2, unit = "N/m" }
+
+[tables]
+rub = { file = "rub.csv", arguments = [{ name = "speed", unit = "m/s" }], unit = "N s/m" }
+
+[equations]
+x = "v"
+v = "(F - k*x - rub(v)*v)/m"
+
+[design]
+decay_rate = 0.5
+"""
+TABLE = "# speed, friction\n-2, 0.4\n-1, 0.2\n0, 0.1\n1, 0.2\n2, 0.5\n"
+TURBINE = model_files("nrel5mw")[0]
+
+
+@pytest.fixture(scope="module")
+def cart(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Document]:
+    """A designed plant: its folder, with certificate and gain file, and the certificate."""
+    folder = tmp_path_factory.mktemp("cart")
+    (folder / NAME).write_text(PLANT, encoding="utf-8")
+    (folder / "rub.csv").write_text(TABLE, encoding="utf-8")
+    found = design_plant(load_plant(folder / NAME), files=plant_files(folder / NAME))
+    assert isinstance(found, PlantDesign) and found.proved
+    (folder / "c.json").write_text(dumps(found.document), encoding="utf-8")
+    (folder / "gains.json").write_text(dump_gains(plant_gain_file(found)), encoding="utf-8")
+    return folder, read_text(dumps(found.document), "certificate")
+
+
+@pytest.fixture
+def written(cart: tuple[Path, Document], tmp_path: Path) -> Callable[[Rewrite], Path]:
+    """Writes the plant file anew, with its table, into another folder."""
+
+    def write(rewrite: Rewrite) -> Path:
+        (tmp_path / "rub.csv").write_text(TABLE, encoding="utf-8")
+        path = tmp_path / NAME
+        path.write_bytes(rewrite(PLANT).encode())
+        return path
+
+    return write
+
+
+def replaced(old: str, new: str) -> Rewrite:
+    def rewrite(text: str) -> str:
+        assert old in text
+        return text.replace(old, new, 1)
+
+    return rewrite
+
+
+def reversed_sections(text: str) -> str:
+    head, *sections = text.split("\n[")
+    return "\n[".join([head, *(part.rstrip("\n") + "\n" for part in reversed(sections))])
+
+
+SAME: dict[str, Rewrite] = {
+    "nothing": lambda text: text,
+    "a comment": lambda text: text + "# another comment\n",
+    "no comment": replaced("# A cart on a hard spring that rubs.\n", ""),
+    "CRLF": lambda text: text.replace("\n", "\r\n"),
+    "BOM": lambda text: "\ufeff" + text,
+    "blanks": lambda text: text.replace(" = ", "   =  "),
+    "order of sections": reversed_sections,
+    "order of keys": replaced('{ value = 2, unit = "N/m" }', '{ unit = "N/m", value = 2 }'),
+    "order of states": lambda text: text.replace(
+        'x = { unit = "m", range = [-0.5, 0.5], description = "place" }\n', ""
+    ).replace("\n[inputs]", 'x = { unit = "m", range = [-0.5, 0.5] }\n\n[inputs]'),
+    "1.10 for 1.1": replaced("1.1,", "1.10,"),
+    "11e-1 for 1.1": replaced("1.1,", "11e-1,"),
+    "2.0 for 2": replaced("value = 2,", "value = 2.0,"),
+    "0.50 asked for": replaced("decay_rate = 0.5", "decay_rate = 0.50"),
+    "1100 g for 1.1 kg": replaced('1.1, unit = "kg"', '1100, unit = "g"'),
+    "a source": replaced("chosen", "guessed"),
+    "a description": replaced("place", "way"),
+    "the same equation": replaced("(F - k*x - rub(v)*v)/m", "(-k*x + F - rub(v)*v)/m"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", SAME)
+def test_layout_changes_nothing(
+    what: str, cart: tuple[Path, Document], written: Callable[[Rewrite], Path]
+) -> None:
+    words = compare_model(cart[1], written(SAME[what]))
+
+    assert EARLIER not in words
+
+
+def test_other_names_of_files_change_nothing(
+    cart: tuple[Path, Document], written: Callable[[Rewrite], Path]
+) -> None:
+    """Both the file and its table; the table's layout is nothing either."""
+    path = written(replaced("rub.csv", "friction.csv"))
+    table = "\ufeff" + TABLE.replace("0.4", "0.40").replace("\n", "\r\n") + "# end\r\n"
+    (path.parent / "friction.csv").write_bytes(table.encode())
+    (path.parent / "rub.csv").unlink()
+
+    compare_model(cart[1], path.rename(path.with_name("cart.txt")))
+
+
+OTHER: dict[str, tuple[Rewrite, str]] = {
+    "a parameter": (replaced("1.1,", "1.2,"), "parameters.m.value is 1.2 there, 1.1 in"),
+    "its last digit": (replaced("1.1,", "1.100001,"), "m.value is 1.100001 there, 1.1 in"),
+    "its unit": (replaced('"kg"', '"g"'), "parameters.m.unit is g there, kg in"),
+    "a range": (replaced("0.5]", "0.6]"), r"states.x.range[1] is 0.6 there, 0.5 in"),
+    "an equation": (
+        replaced("- k*x", "+ k*x"),
+        "equations.v is (F + k*x - rub(v)*v)/m there, (F -",
+    ),
+    "a table's unit": (replaced('"N s/m"', '"kN s/m"'), "tables.rub.unit"),
+    "an input's range": (replaced("-20,", "-10,"), r"inputs.F.range[0] is -10 there, -20 in"),
+    "an option": (replaced("rate = 0.5", "rate = 0.6"), "design.decay_rate is 0.6 there, 0.5 in"),
+    "no option": (replaced("decay_rate = 0.5", ""), "design.decay_rate is nothing there, 0.5 in"),
+    "a name": (replaced("rubbing", "other"), "name is other cart there, rubbing cart in"),
+    "a parameter more": (
+        replaced("[tables]", 'g = { value = 9.81, unit = "m/s^2" }\n[tables]'),
+        "parameters.g is {",
+    ),
+    "a premise": (replaced("[design]", '[premises]\nz = "x"\n[design]'), "premises is {"),
+    "another kind": (replaced('"plant"', '"turbine"'), "kind is turbine there, plant in"),
+}
+
+
+@pytest.mark.parametrize("what", OTHER)
+def test_another_content_is_refused_by_field_name_with_both_values(
+    what: str, cart: tuple[Path, Document], written: Callable[[Rewrite], Path]
+) -> None:
+    rewrite, words = OTHER[what]
+
+    with pytest.raises(OtherModel) as refused:
+        compare_model(cart[1], written(rewrite))
+    assert words in str(refused.value)
+
+
+def test_another_number_of_a_table_is_refused(
+    cart: tuple[Path, Document], written: Callable[[Rewrite], Path]
+) -> None:
+    """One that is seen in the spline, and one that is below the tolerance of that comparison."""
+    path = written(lambda text: text)
+    for number, words in (
+        ("0.41", "its value at -2 is 0.41 there, 0.4 in the certificate"),
+        ("0.40000001", "tables.rub.file is numbers with SHA-256"),
+    ):
+        (path.parent / "rub.csv").write_text(TABLE.replace("0.4", number), encoding="utf-8")
+        with pytest.raises(OtherModel, match=words):
+            compare_model(cart[1], path)
+
+
+UNREADABLE: dict[str, tuple[Rewrite, str]] = {
+    "no TOML": (replaced("[states]", "[states"), "not a model file"),
+    "no number": (replaced("1.1,", "1.1.1,"), "not a model file"),
+    "a table that is not there": (replaced("rub.csv", "gone.csv"), "cannot be read"),
+    "a table elsewhere": (replaced("rub.csv", "../rub.csv"), "in its folder"),
+    "an absolute path": (replaced("rub.csv", "/etc/passwd"), "in its folder"),
+}
+
+
+@pytest.mark.parametrize("what", UNREADABLE)
+def test_what_cannot_be_read_is_no_other_model(
+    what: str, cart: tuple[Path, Document], written: Callable[[Rewrite], Path]
+) -> None:
+    rewrite, words = UNREADABLE[what]
+
+    with pytest.raises(CertificateError, match=words) as refused:
+        compare_model(cart[1], written(rewrite))
+    assert not isinstance(refused.value, OtherModel)
+
+
+def test_exit_status_0_1_and_2(
+    cart: tuple[Path, Document], written: Callable[[Rewrite], Path], capsys: Capture
+) -> None:
+    check = ["check", str(cart[0] / "c.json"), "--gains", str(cart[0] / "gains.json"), "--model"]
+
+    assert main([*check, str(written(lambda text: "# mine\r\n" + text))]) == 0
+    capsys.readouterr()
+    assert main([*check, str(written(replaced("1.1,", "1.2,")))]) == 1
+    assert "Error: " in (told := capsys.readouterr().err) and "1.2 there, 1.1 in" in told
+    assert main([*check, str(written(replaced("[states]", "[states")))]) == 2
+
+
+# ------------------------------------------------- what is written from the file
+
+
+def test_layout_leaves_the_certificate_as_it_is(
+    cart: tuple[Path, Document], written: Callable[[Rewrite], Path]
+) -> None:
+    """So does the hash of the model in the gain file stay: no law is taken for another plant's."""
+    path = written(lambda text: "# mine\r\n" + text.replace("\n", "\r\n"))
+
+    assert content_of([path]) == content_of([cart[0] / NAME])
+    stated = json.loads((cart[0] / "gains.json").read_text())["certificate"]["sha256"]["model"]
+    assert stated == cart[1]["provenance"]["sha256"]["model"]
+
+
+def test_a_changed_law_is_refused_whatever_the_comments_say(
+    cart: tuple[Path, Document], written: Callable[[Rewrite], Path]
+) -> None:
+    """Gains with another premise bound, for a file with a comment more: still this very plant."""
+    path = written(lambda text: text + "# mine\n")
+    content = json.loads((cart[0] / "gains.json").read_text())
+    content["law"]["premises"][0]["upper"] += 0.5
+    other = path.with_name("gains.json")
+    other.write_text(json.dumps(content), encoding="utf-8")
+    plant = load_plant(path)
+
+    with pytest.raises(CertificateError, match="premise"):
+        law_for(plant, sector_model(plant), other, PlantSettings(), files=plant_files(path))
+
+
+def test_compare_tells_what_only_the_file_says(cart: tuple[Path, Document]) -> None:
+    """The name is told once; hashes of bytes are told never."""
+    old = cart[1]
+    file = {**old["model"]["model_file"], "units": "unchecked"}
+    new = {**old, "model": {**old["model"], "model_file": file}}
+    new["provenance"] = {**old["provenance"], "files_sha256": {NAME: "0" * 64}}
+
+    assert list(changes(old, old)) == []
+    (one,) = changes(old, new)
+    assert (one.part, one.place, one.new) == ("model file", "units", "unchecked")
+
+
+# ------------------------------------------------------------------ turbines
+
+
+@pytest.fixture
+def rotor(short: Document) -> Document:
+    """The short certificate of the 5-MW turbine, as it is made from its file."""
+    short["model"] |= content_of(model_files("nrel5mw"))
+    return read_text(json.dumps(short), "certificate")
+
+
+@pytest.fixture
+def turbine(tmp_path: Path) -> Callable[[Rewrite], Path]:
+    def write(rewrite: Rewrite) -> Path:
+        for file in model_files("nrel5mw"):
+            (tmp_path / file.name).write_bytes(file.read_bytes())
+        path = tmp_path / TURBINE.name
+        path.write_bytes(rewrite(TURBINE.read_text(encoding="utf-8")).encode())
+        return path
+
+    return write
+
+
+def all_of(*rewrites: Rewrite) -> Rewrite:
+    def rewrite(text: str) -> str:
+        for one in rewrites:
+            text = one(text)
+        return text
+
+    return rewrite
+
+
+# The table's 936 entries take a second: cases share a file where all of its differences are told.
+TURBINES: dict[str, tuple[Rewrite, tuple[str, ...]]] = {
+    "layout": (
+        all_of(
+            reversed_sections,
+            replaced("63.0,", "63.00,"),
+            replaced("12.1, unit", "121e-1, unit"),
+            replaced("OpenFAST 5-MW deck", "a deck"),
+            lambda text: "\ufeff# mine\n" + text.replace("\n", "\r\n"),
+        ),
+        (),
+    ),
+    "radius": (replaced("63.0,", "63.1,"), ("rotor.radius.value is 63.1 there, 63 in",)),
+    "unit": (replaced('unit = "rpm"', 'unit = "furlong"'), ("unit is furlong there, rpm in",)),
+    "rate": (replaced("15000.0", "14000.0"), ("rate_limit.value is 14000 there, 15000 in",)),
+    "wake": (replaced("-28.24", "-28.25"), ("sensitivity.values[0] is -28.25 there, -28.24 in",)),
+    "no rotor": (replaced("[rotor]", "[other]"), ("rotor.radius is missing",)),
+    "beside the loop": (
+        all_of(
+            replaced("value = 90.0", "value = 91.0"),
+            replaced("4.3675e5", "4.4e5"),
+            replaced("25.0, unit", "26.0, unit"),
+        ),
+        (
+            "rotor.hub_height.value is 91 there, 90 in",
+            "tower.mass.value is 440000 there, 436750 in",
+            "operation.cut_out.value is 26 there, 25 in",
+        ),
+    ),
+    "beside the law": (
+        all_of(
+            replaced("43093.55", "50000"),
+            replaced("0.01882681", "0.02"),
+            replaced("nrel5mw_ct.csv", "nrel5mw_cp.csv"),
+        ),
+        (
+            "generator.rated_torque.value is 50000 there, 43093.55 in",
+            "baseline.proportional_gain.value is 0.02 there, 0.01882681 in",
+            "coefficients.thrust is numbers with SHA-256",
+        ),
+    ),
+}
+
+
+@pytest.mark.parametrize("what", TURBINES)
+def test_a_turbine_file_by_content(
+    what: str, rotor: Document, turbine: Callable[[Rewrite], Path]
+) -> None:
+    rewrite, words = TURBINES[what]
+    path = turbine(rewrite)
+
+    if not words:
+        assert compare_model(rotor, path.rename(path.with_name("mine.txt"))) == ""
+        return
+    with pytest.raises(OtherModel) as refused:
+        compare_model(rotor, path)
+    assert all(word in str(refused.value) for word in words)
+
+
+def test_other_entries_of_a_turbines_tables(
+    rotor: Document, turbine: Callable[[Rewrite], Path]
+) -> None:
+    """Power by entry, thrust, of which no claim speaks, by all of its numbers."""
+    for name, words in (("cp", "c_P at tip-speed ratio 2"), ("ct", "coefficients.thrust")):
+        path = turbine(lambda text: text)
+        table = path.with_name(f"nrel5mw_{name}.csv")
+        lines = table.read_text(encoding="utf-8").splitlines()
+        k = next(k for k, line in enumerate(lines) if line.startswith("2"))
+        first, _, rest = lines[k].split(",", 2)
+        table.write_text("\n".join([*lines[:k], f"{first},0.09,{rest}", *lines[k + 1 :]]))
+        with pytest.raises(OtherModel, match=words):
+            compare_model(rotor, path)
+
+
+def test_certificates_from_before_are_read(
+    short: Document, turbine: Callable[[Rewrite], Path]
+) -> None:
+    """They hold the hashes of bytes alone: only what the claims are about is compared, and told."""
+    short["model"]["files_sha256"] = {
+        file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in model_files("nrel5mw")
+    }
+    read = read_text(json.dumps(short), "certificate")
+
+    assert compare_model(read, TURBINE) == ""
+    assert EARLIER in compare_model(read, turbine(lambda text: text + "# mine\n"))
+    assert EARLIER in compare_model(read, turbine(replaced("4.3675e5", "4.4e5")))
+    with pytest.raises(OtherModel, match=r"rotor_radius is 63.1 there, 63 in the certificate"):
+        compare_model(read, turbine(replaced("63.0,", "63.1,")))
+
+
+@pytest.mark.parametrize("copy", [1, "x", [], {}, {"states": []}, {"states": {"x": 1}}])
+def test_a_damaged_copy_is_refused(copy: Any, cart: tuple[Path, Document]) -> None:
+    """Whatever stands in the certificate in the place of the file's content."""
+    model = {**cart[1]["model"], "model_file": copy}
+
+    with pytest.raises(OtherModel):
+        compare_model({**cart[1], "model": model}, cart[0] / NAME)
+
+
+def test_what_counts_as_content(tmp_path: Path) -> None:
+    """Numbers as short decimals, words left out, tables by their numbers."""
+    path = tmp_path / "m.toml"
+    path.write_text(
+        'description = "d"\na = 0.10\nb = 1_000\nc = -0\nd = 1e-1\n[s]\nsource = "s"\nt = true\n'
+        "big = 12345678901234567890\nwhen = 2026-01-01\n"
+        '[equations]\nsource = "x"\n[coefficients]\np = "t.csv"\n',
+        encoding="utf-8",
+    )
+    (tmp_path / "t.csv").write_text(",1\n2,3", encoding="utf-8")
+    first = model_content(path)
+    (tmp_path / "t.csv").write_bytes(b"# words\r\n angle , 1.0\r\n2.0,3e0\r\n")
+
+    assert model_content(path) == first
+    assert first | {"coefficients": {}} == {
+        **{"a": "0.1", "b": "1000", "c": "0", "d": "0.1"},
+        "s": {"t": True, "big": "0xab54a98ceb1f0ad2", "when": "2026-01-01"},
+        **{"equations": {"source": "x"}, "coefficients": {}},
+    }
+
+
+def test_a_model_with_a_mark_of_byte_order_is_loaded(
+    turbine: Callable[[Rewrite], Path],
+) -> None:
+    """As editors of some systems write it."""
+    assert load_turbine(turbine(lambda text: "\ufeff" + text)).name == "NREL 5-MW"
