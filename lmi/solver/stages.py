@@ -266,8 +266,6 @@ def _centred(
     The first that holds; otherwise ``raw`` itself if it does, or what was nearest.  By the solver
     of ``raw``: where others failed, they would fail again.
     """
-    variables = len(data.objective)
-    t, cost = np.eye(variables + 1)[variables], np.append(data.objective, 0.0)
     least = float(data.objective @ raw.y)
     tries: list[Try] = []
     best: Outcome | None = None
@@ -279,9 +277,7 @@ def _centred(
     limits = [least + max(min(times * slack, most) * abs(least), room) for times in LOOSENESS]
     if highest > least and not room:
         limits = [min(limit, highest) for limit in limits]
-    for limit in dict.fromkeys(limits):
-        program = cone_program(data, -t, (Row(t, cap), Row(cost, limit)))
-        centred = again(program, raw.solver, session)
+    for program, centred in _nearby(data, raw, list(dict.fromkeys(limits)), cap, session):
         found = _judge(data, program, centred)
         tries.append(_try(centred, found.margin))
         if best is None or found.margin > best.margin:
@@ -293,6 +289,23 @@ def _centred(
         best = Outcome("candidate", _values(data, raw), held, np.inf, {}, ())
     objective = objective_at(data.condition, best.values)
     return replace(best, tries=tuple(tries), objective=objective)
+
+
+def _nearby(
+    data: Assembled, raw: Raw, limits: list[float], cap: float, session: Session
+) -> Iterator[tuple[ConeProgram, Raw]]:
+    """Yield the largest margin below one objective after another.
+
+    The last step is the widest: before it, once more in units of what was found.
+    """
+    t, cost = np.eye(len(data.objective) + 1)[-1], np.append(data.objective, 0.0)
+    for limit in limits:
+        program = cone_program(data, -t, (Row(t, cap), Row(cost, limit)))
+        centred = again(program, raw.solver, session)
+        yield program, centred
+        closer = rescaled(program, centred) if limit in limits[-2:-1] else None
+        if closer is not None:
+            yield program, closer
 
 
 def _posed(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,40 +12,22 @@ from takagi.lmi.solver.diagnosis import binding_items
 from takagi.lmi.solver.item_rounds import ALL_AT_ONCE, decide_by_rounds
 from takagi.lmi.solver.stages import Outcome, decide, improve
 from takagi.lmi.sums.relaxations import Relaxation
-from takagi.lmi.synthesis.compensation_condition import LARGEST_ELLIPSOID
 from takagi.lmi.synthesis.compensation_task import Task
+from takagi.lmi.synthesis.decided import EFFORTS, Decided, held, in_a_fit_size
 from takagi.lmi.synthesis.shown_rate import shown_rate
 from takagi.lmi.term import Condition
 
-__all__ = ["ANY", "EFFORTS", "Decided", "decided", "design_at", "design_of", "held", "rate_shown"]
+__all__ = ["ANY", "decided", "design_at", "design_of", "rate_shown"]
 
-# Largest input effort nu, in inputs and states of order one, that is tried; the others only when
-# the first is not enough, in better units or without: huge gains cost the solver digits.
-EFFORTS = (1e4, 1e6, 1e8)
 # A margin below this may be one of unfit units, or of gains held too small.
 SECOND_LOOK = 1e-6
 # Without gains Q vanishes to solver accuracy; a larger one that misses its margin says in which
 # states to look again.
 NOISE = 1e-3
-# Looks at a larger ellipsoid or greater effort; the share in the bound on the margin from which the
-# largest Q of the condition stands in the way; and the share of the effort, from which that does.
-ROUNDS, HELD, SPENT = 6, 1e-3, 0.9
+# Looks at a larger ellipsoid or greater effort.
+ROUNDS = 6
 # In the place of a relaxation's name: what each of them implies has no unknowns.
 ANY = "any relaxation"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Decided:
-    """An outcome with what it is an outcome of: the task's units may have changed for it.
-
-    ``effort`` is the largest nu that was allowed.
-    """
-
-    task: Task
-    condition: Condition
-    data: Assembled
-    outcome: Outcome
-    effort: float = EFFORTS[0]
 
 
 def design_at(task: Task, decay_rate: float, relaxation: str) -> Design:
@@ -104,9 +86,10 @@ def decided(
     if found.status == "infeasible" and not held(second):
         return second
     third = _from_no_limits(first, decay_rate, relaxation)
-    tries = (*tries, *third.outcome.tries[len(outcome.tries) :]) if third else tries
-    if third is not None and third.outcome.status == "candidate":
-        return replace(third, outcome=replace(third.outcome, tries=tries))
+    if third is not None:
+        tries = (*tries, *third.outcome.tries[len(outcome.tries) :])
+        if third.outcome.status != "unknown":
+            return replace(third, outcome=replace(third.outcome, tries=tries))
     # Held by what was tried, it says nothing of larger ellipsoids and gains.
     last = second if held(first) else first
     rest = decide(last.condition, rows={"nu": last.effort}, assembled=last.data, most=most)
@@ -132,29 +115,10 @@ def _again(posed: Decided, effort: float) -> Decided:
     return replace(posed, outcome=outcome, effort=effort)
 
 
-def held(found: Decided) -> bool:
-    """Return whether a no is one to the largest Q or effort of the condition only.
-
-    Without limits on states and inputs Q may be divided by any number: nothing is lost then.
-    """
-    outcome = found.outcome
-    if not found.task.limits.level or outcome.status == "candidate":
-        return False
-    if "scale of Q" not in outcome.multipliers:
-        return False
-    size = LARGEST_ELLIPSOID * float(np.trace(outcome.multipliers["scale of Q"][0]))
-    return size > HELD * abs(outcome.bound) or _spent(found)
-
-
 def _nearer(found: Decided, before: float) -> bool:
     """Return whether other units have left clearly less of what the margin misses."""
     margin = found.outcome.margin
     return found.task.limits.level and before < 1.25 * margin < 0.0
-
-
-def _spent(found: Decided) -> bool:
-    nu = found.outcome.values.get("nu")
-    return nu is not None and float(nu[0, 0, 0]) > SPENT * found.effort
 
 
 def _in_better_units(first: Decided, decay_rate: float, relaxation: str | Relaxation) -> Decided:
@@ -171,32 +135,32 @@ def _in_better_units(first: Decided, decay_rate: float, relaxation: str | Relaxa
 def _from_no_limits(
     first: Decided, decay_rate: float, relaxation: str | Relaxation
 ) -> Decided | None:
-    """Return the outcome in the units of gains without limits; None where there are none.
+    """Return what gains without limits settle of those with them; None where nothing is limited.
 
-    Where gains barely exist the solver may miss in every other units; those without limits are
-    found more surely, and with a box to start from alone they are the answer, in another size.
+    A no without limits is one with them, and of all sizes of the ellipsoid.  Gains without limits
+    have them where their ellipsoid fits in some size, as with a box to start from alone it always
+    does.  Else the units of those gains are those in which to look: the solver misses in others
+    where gains barely exist.
     """
     task = first.task
     if not task.limits.level:
         return None
-    free = replace(task, limits=replace(task.limits, inputs=None, initial=None, states=None))
-    plain = decided(free, decay_rate, relaxation, most=1)
-    if plain.outcome.status != "candidate":
-        return None
-    d = plain.task.s / task.s
-    Q = plain.outcome.values["Q"][0] * d * d[:, None]
-    limits = task.limits.scaled(task.s, task.tau)
-    if limits.initial is not None:
-        Q = Q * float(
-            np.einsum("ki,ki->k", limits.initial, np.linalg.solve(Q, limits.initial.T).T).max()
-        )
-    elif limits.states is not None:
-        Q = Q * float((limits.states**2 / np.diag(Q)).min())
+    plain = decided(task.without_limits(), decay_rate, relaxation, most=1)
     tries = (*first.outcome.tries, *plain.outcome.tries)
-    task = task.in_units_of(Q)
-    condition = task.posed(decay_rate, relaxation)
-    begun = replace(first.outcome, tries=tries)
-    return _again(Decided(task, condition, assemble(condition), begun, EFFORTS[2]), EFFORTS[2])
+    if plain.outcome.status == "candidate":
+        fit = in_a_fit_size(plain, task, decay_rate, relaxation)
+        if fit.outcome.status == "candidate":
+            plain = fit
+        else:
+            units = fit.task.in_units_of(plain.outcome.values["Q"][0])
+            condition = units.posed(decay_rate, relaxation)
+            begun = replace(plain.outcome, tries=())
+            posed = Decided(units, condition, assemble(condition), begun, EFFORTS[2])
+            plain = _again(posed, EFFORTS[2])
+            if held(plain):
+                plain = replace(plain, outcome=replace(plain.outcome, status="unknown"))
+            tries = (*tries, *plain.outcome.tries)
+    return replace(plain, outcome=replace(plain.outcome, tries=tries))
 
 
 def rate_shown(found: Decided) -> float:

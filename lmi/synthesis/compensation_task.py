@@ -108,6 +108,13 @@ class Task:
         tau = _inputs(A, B, self.limits, self.decay_rate, self.sample_time)
         return replace(self, A=A, B=B * tau, s=self.s * d, tau=tau)
 
+    def without_limits(self) -> Task:
+        """Return the task without limits on states and inputs, in balanced states."""
+        limits = replace(self.limits, inputs=None, initial=None, states=None)
+        A, B, d = _balanced(self.A, self.B / self.tau, self.sample_time)
+        tau = _inputs(A, B, limits, self.decay_rate, self.sample_time)
+        return replace(self, A=A, B=B * tau, s=self.s * d, tau=tau, limits=limits)
+
     def fixed_mode(self, decay_rate: float) -> tuple[int, complex] | None:
         """Return (vertex, eigenvalue) that no input moves and that decays slower than asked."""
         A, B, _ = _balanced(self.A, self.B, self.sample_time)

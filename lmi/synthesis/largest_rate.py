@@ -14,15 +14,13 @@ from takagi.lmi.solver.stages import decide
 from takagi.lmi.sums.relaxations import Relaxation
 from takagi.lmi.synthesis.compensation_condition import size_of_motion
 from takagi.lmi.synthesis.compensation_design import (
-    EFFORTS,
-    Decided,
     decided,
     design_at,
     design_of,
-    held,
     rate_shown,
 )
 from takagi.lmi.synthesis.compensation_task import Task
+from takagi.lmi.synthesis.decided import EFFORTS, Decided, held
 
 __all__ = ["Largest", "design_at_largest", "largest"]
 

@@ -111,6 +111,26 @@ def test_whichever_errs_first_the_optimum_is_the_published_one(
     assert outcome.objective == pytest.approx(OPTIMUM, rel=5e-5)
 
 
+@pytest.mark.parametrize("whole", [False, True])
+def test_centring_that_fails_next_to_the_optimum_is_tried_in_better_units(
+    monkeypatch: pytest.MonkeyPatch, whole: bool
+) -> None:
+    """Before a thousandth is given away, the same is asked where the solution is of order one."""
+
+    def fails_closely(program: ConeProgram, name: str, session: Session | None = None) -> Raw:
+        raw = again(program, name, session)
+        # The second stage's rows are the margin's and the objective's.
+        near = program.linear == 2 and program.b[1] < 1.0005 * OPTIMUM
+        return replace(raw, y=raw.y * (1 - 1e-4)) if near else raw
+
+    monkeypatch.setattr(stages, "again", fails_closely)
+    outcome = stages.optimise(control1(whole=whole))
+
+    assert outcome.settled
+    assert outcome.objective == pytest.approx(OPTIMUM, rel=5e-5)
+    assert "clarabel, rescaled" in [one.solver for one in outcome.tries]
+
+
 def test_the_trap_is_one() -> None:
     """What the test above guards against happens: "Solved", feasible, and 1.5% off."""
     program = least_program(control1())

@@ -4,23 +4,29 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi import pdc
-from takagi.lmi.solver.stages import decide
-from takagi.lmi.synthesis import largest_rate
+from takagi.lmi.solver.stages import Outcome, decide
+from takagi.lmi.synthesis import compensation_design, largest_rate
 from takagi.lmi.synthesis.compensation_design import decided
 from takagi.lmi.synthesis.compensation_task import task_of
+from takagi.lmi.synthesis.decided import held
 from takagi.lmi.synthesis.rate_limits import with_input_states
+from takagi.lmi.term import Condition
 from takagi.models import TSModel
 from tests.lmi.synthesis.placed import pendulum
 
 pytestmark = pytest.mark.numeric
 
 Floats = NDArray[np.float64]
+
+# In the proportions of the largest box in which a certain Q of the plant below is held.
+BOX = np.array([0.0027, 0.0014, 2e-5])
 
 
 def reach(P: Floats, box: Floats) -> float:
@@ -58,14 +64,74 @@ def test_a_smaller_box_never_loses_gains(box: tuple[float, float, float]) -> Non
     assert axes[0] <= 1.0 and axes[2] <= 8.0
 
 
-@pytest.mark.parametrize("size", [0.3, 1.0, 3.0, 10.0, 30.0, 1000.0])
+@pytest.mark.parametrize("size", [0.3, 1.0, 3.0, 10.0, 25.1, 30.0, 251.0, 1000.0, 6310.0])
 @pytest.mark.parametrize("relaxation", ["wang-tanaka-griffin", "kim-lee"])
 def test_a_box_alone_costs_no_gains(relaxation: str, size: float) -> None:
     """Any ellipsoid may be made larger: where there are gains, a box to start from is no reason."""
     assert pdc(hard(), relaxation=relaxation).found
-    half = size * np.array([0.0027, 0.0014, 2e-5])
 
-    assert pdc(hard(), relaxation=relaxation, initial_box=half).status == "candidate"
+    assert pdc(hard(), relaxation=relaxation, initial_box=size * BOX).status == "candidate"
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [
+        {"initial_box": 0.3 * BOX},
+        {"state_box": BOX},
+        {"input_limit": (1e-6, 1e-3)},
+        {"initial_box": 1e-9 * BOX, "state_box": BOX, "input_limit": (1e-3, 1e-3)},
+    ],
+    ids=["box to start from", "states", "inputs", "all, far apart"],
+)
+def test_gains_without_limits_are_gains_with_them_in_a_size_that_fits(
+    monkeypatch: pytest.MonkeyPatch, limits: dict[str, ArrayLike]
+) -> None:
+    """A solver that says no to all that is limited is not believed: Q may have another size."""
+
+    def never_with_limits(condition: Condition, **options: Any) -> Outcome:
+        outcome = decide(condition, **options)
+        names = {lmi.name for lmi in condition.lmis}
+        if not names & {"initial state", "state box", "input limit"}:
+            return outcome
+        nothing = {lmi.name: np.zeros((lmi.count, lmi.size, lmi.size)) for lmi in condition.lmis}
+        nothing["scale of Q"] += np.eye(3)
+        return replace(outcome, status="infeasible", bound=-0.1, margin=-1.0, multipliers=nothing)
+
+    monkeypatch.setattr(compensation_design, "decide", never_with_limits)
+    design = pdc(hard(), **limits)  # type: ignore[arg-type]
+
+    K, P = design.require()
+    assert design.found
+    loops = [A - B @ k for A, B, k in zip(hard().A, hard().B, K, strict=True)]
+    assert all(np.linalg.eigvalsh(L.T @ P + P @ L).max() < 0 for L in loops)
+    if "initial_box" in limits:
+        assert reach(P, np.asarray(limits["initial_box"])) <= 1
+    if "state_box" in limits:
+        assert np.all(np.sqrt(np.diag(np.linalg.inv(P))) <= np.asarray(limits["state_box"]))
+    if "input_limit" in limits:
+        used = np.sqrt(np.einsum("rki,ij,rkj->rk", K, np.linalg.inv(P), K).max(axis=0))
+        assert np.all(used <= np.asarray(limits["input_limit"]))
+
+
+def test_a_no_without_limits_is_one_with_them() -> None:
+    """Halfway between the rules no input moves the unstable state, in an ellipsoid of any size."""
+    model = TSModel([[[1.0]], [[1.0]]], [[[1.0]], [[-1.0]]])
+    design = pdc(model, initial_box=1e-6, state_box=1e6, input_limit=1e6)
+
+    assert pdc(model).status == "infeasible"
+    assert design.status == "infeasible"
+
+
+def test_a_no_that_leaves_room_for_large_unknowns_is_none() -> None:
+    """Multipliers that miss stationarity by 1e-2 bound nothing where Q may be a thousand."""
+    task = task_of(pendulum(), decay_rate=0.0, initial_box=(0.2, 0.5), input_limit=1.0)
+    found = decided(task, 0.0, "wang-tanaka-griffin")
+    outcome = found.outcome
+    assert outcome.status == "infeasible" and outcome.bound < 0 and not held(found)
+
+    off = {name: Z.copy() for name, Z in outcome.multipliers.items()}
+    off["initial state"][0, 1, 1] += 1e-2 * abs(outcome.bound)
+    assert held(replace(found, outcome=replace(outcome, multipliers=off)))
 
 
 @pytest.mark.parametrize("slow", [1e-9, 0.0])
