@@ -32,7 +32,7 @@ from measure import PAGE, placed, table  # noqa: E402
 from modes import Known, TooLong, as_read  # noqa: E402
 
 from takagi.certificates import CertificateError, Verdict, certify  # noqa: E402
-from takagi.certificates.checker.kernel.claim_kinds import replay_on_loop  # noqa: E402
+from takagi.certificates.checker.kernel.claim_kinds import replay  # noqa: E402
 from takagi.certificates.checker.kernel.family import read_family  # noqa: E402
 from takagi.models import TSModel  # noqa: E402
 
@@ -120,7 +120,7 @@ def said_of(known: Known) -> Verdict | None:
         return None
     family = read_family(model, gains)
     try:
-        return replay_on_loop(claim, family, "claim").verdict
+        return replay(claim, None, family, [], "claim").verdict
     except CertificateError:
         return Verdict.UNDECIDED
 

@@ -22,7 +22,7 @@ from takagi.certificates.checker.turbine.actuator_rates import (
     largest_bends,
     torque_step,
 )
-from takagi.certificates.checker.turbine.coherent_inputs import Law
+from takagi.certificates.checker.turbine.coherent_inputs import Subject
 from takagi.models.enclosure.interval import exact
 
 __all__ = ["actuator_rates_claim"]
@@ -56,7 +56,8 @@ def actuator_rates_claim(
     if wind_rate is not None:
         parts["rate"] = dict(wind_rate[0])
     data = read_text(json.dumps(parts), "candidate")
-    bounds = cell_rates(data, data["loop"], "loop")
+    subject = Subject.read(data["loop"], data["model"], data["gains"], "loop")
+    bounds = cell_rates(subject, data["loop"], "loop")
     P = np.linalg.inv(np.array(loop["P"], dtype=np.float64))
     signal = [_signal_rate(bound, P) for bound in bounds]
     rests = [b.torque_rate(B, Fraction(0)) for b, B in zip(bounds, signal, strict=True)]
@@ -66,7 +67,7 @@ def actuator_rates_claim(
         "name": "actuator rates of the coherent loop",
         "kind": "actuator-rates",
         "loop": place,
-        "torque_step": float(_up(torque_step(Law.read(data["gains"]), rates))),
+        "torque_step": float(_up(torque_step(subject.law, rates))),
         "cells": [
             {
                 "pitch_rate": float(_pitch(bound, data["model"])),
@@ -77,7 +78,9 @@ def actuator_rates_claim(
         ],
     }
     if wind_rate is not None:
-        bends = largest_bends(data["rate"], data, "rate")
+        bends = largest_bends(
+            data["rate"], subject.law, number(data["gains"], "wind_filter", "gains"), "rate"
+        )
         stated = [exact(cell["schedule_bend"]) for cell in claim["cells"]]
         triples = zip(bounds, bends, stated, strict=True)
         if all(bend <= most for bound, bend, most in triples if bound.fed):

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.actuator_rates import actuator_rates_claim
-from takagi.certificates.checker.kernel.claim_kinds import replay_resting
+from takagi.certificates.checker.kernel.claim_kinds import replay
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict, in_words
@@ -105,5 +105,5 @@ def _open(
     below: list[Outcome] = [
         Claim(str(one["kind"]), Verdict.PROVED, "taken as proved") for one in earlier
     ]
-    found = replay_resting(data["claims"][place], data, below, f"claims[{place}]")
+    found = replay(data["claims"][place], data, None, below, f"claims[{place}]")
     return "" if found.verdict is Verdict.PROVED else in_words(found).text

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.checker.kernel.claim_kinds import replay_on_loop
+from takagi.certificates.checker.kernel.claim_kinds import replay
 from takagi.certificates.checker.kernel.family import Blend, Family, Stack
 from takagi.certificates.checker.kernel.result import Verdict, in_words
 from takagi.certificates.checker.kinds.halvings import halved
@@ -56,13 +56,13 @@ class Cuts:
         most = self.left - self.left // 2
         if self.failed:
             seen = seen_at(family, [weights_at(family, point) for point in self.failed])
-            if replay_on_loop(claim, seen, "claim").verdict is not Verdict.PROVED:
+            if replay(claim, None, seen, [], "claim").verdict is not Verdict.PROVED:
                 return []
         found: list[list[int]] = []
         left = [(_piece(family, ()), corners_of(family))]
         while left and len(found) < most:
             piece, places = left.pop()
-            checked = replay_on_loop(claim, piece, "claim")
+            checked = replay(claim, None, piece, [], "claim")
             if checked.verdict is Verdict.PROVED:
                 found.append([])
                 continue

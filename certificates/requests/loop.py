@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.certificates.checker.kernel.claim_kinds import replay_on_loop
+from takagi.certificates.checker.kernel.claim_kinds import replay
 from takagi.certificates.checker.kernel.family import Family, read_family
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Claim, Verdict, in_words
@@ -176,7 +176,7 @@ class Loop:
         CertificateError : the claim is malformed.
         """
         read = read_text(json.dumps(claim), "claim")
-        return in_words(replay_on_loop(read, self.family, "claim"))
+        return in_words(replay(read, None, self.family, [], "claim"))
 
     def shown(self, claim: Mapping[str, Any]) -> tuple[Mapping[str, Any], Claim]:
         """Return a claim with the pieces of the weights that it needs, and the verdict on it."""

@@ -13,9 +13,10 @@ import pytest
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES, Corners
-from takagi.certificates.checker.turbine.coherent_inputs import Box, Law, Plant, Uncertainty
+from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES, Corners, Stated
+from takagi.certificates.checker.turbine.coherent_inputs import Law, Subject
 from takagi.certificates.checker.turbine.coherent_loop import Loop
+from takagi.certificates.checker.turbine.coherent_moving import Moving
 from takagi.certificates.checker.turbine.coherent_residual import residual
 from takagi.lmi.analysis.invariant_ellipsoid import largest_scale
 from takagi.models.embedding.coherent import CellLoop
@@ -29,35 +30,35 @@ def as_read(document: dict[str, Any]) -> dict[str, Any]:
     return read_text(json.dumps(document), "document")
 
 
-def parts(document: dict[str, Any]) -> tuple[Plant, Law, Box, Uncertainty]:
+def subject(document: dict[str, Any]) -> Subject:
     """Return what the checker reads."""
     read = as_read(document)
-    claim = read["claims"][0]
-    return (
-        Plant.read(read["model"]),
-        Law.read(read["gains"]),
-        Box.read(claim, "claim"),
-        Uncertainty.read(claim, "claim"),
-    )
+    return Subject.read(read["claims"][0], read["model"], read["gains"], "claim")
 
 
 def loop(document: dict[str, Any], k: int, rate: str | None = None, **changes: Any) -> Loop:
     """Return what the checker makes of one cell, with parts of the law or the box changed."""
-    plant, law, box, uncertainty = parts(document)
+    known = subject(document)
     stated = document["claims"][0]["cells"][k]["wind_rate"] if rate is None else rate
-    law = replace(law, **{name: changes[name] for name in changes if hasattr(law, name)})
-    box = replace(box, **{name: changes[name] for name in changes if hasattr(box, name)})
-    return Loop(plant, law, box, uncertainty, k, Fraction(str(stated)))
+    law = replace(
+        known.law, **{name: changes[name] for name in changes if hasattr(known.law, name)}
+    )
+    box = replace(
+        known.box, **{name: changes[name] for name in changes if hasattr(known.box, name)}
+    )
+    return Loop(replace(known, law=law, box=box), k, Fraction(str(stated)))
 
 
 def decided(cell: dict[str, Any], P: Any, error: float, rate: float, alpha: float) -> str:
     """Return what the corners of one stated cell say about a wind class, with decay 0."""
     exact = {name: [Fraction(str(v)) for v in cell[name]] for name in RANGES}
     sizes = {name: Fraction(str(cell[name])) for name in BOUNDS}
-    corners = Corners(exact, sizes, Fraction(str(cell["integral_rate"])), "cell")
+    names = ("wind_error", "wind_rate", "multiplier", "decay_rate")
+    for name, value in zip(names, (error, rate, alpha, 0), strict=True):
+        sizes[name] = Fraction(str(round(value, 6)))
+    sizes["integral_rate"] = Fraction(str(cell["integral_rate"]))
     matrix = [[Fraction(str(entry)) for entry in row] for row in P]
-    e, r, a = (Fraction(str(round(value, 6))) for value in (error, rate, alpha))
-    return corners.failure(matrix, e, r, a, Fraction(0))
+    return Corners(Stated([], exact, sizes, "cell")).failure(matrix)
 
 
 @pytest.mark.parametrize(("binding", "coupling"), [(0, 0.0), (1, -500.0)])
@@ -121,7 +122,7 @@ def test_the_residual_bound_covers_the_torque_that_the_tables_leave(
 ) -> None:
     """Sampled between the nodes of every cell, by the float model of the plant."""
     power = (1 - Fraction(str(wrong)), 1 + Fraction(str(wrong)))
-    plant, law, _, _ = parts(built.document)
+    known = subject(built.document)
     turbine, table = built.turbine, built.law.schedule
     close = 0
     for k in range(len(table.wind) - 1):
@@ -135,7 +136,7 @@ def test_the_residual_bound_covers_the_torque_that_the_tables_leave(
         rotor = rotor_torque(turbine, speed, pitch, v)
         left = [float(s) * rotor - turbine.gear_ratio * torque for s in power]
         sampled = float(np.abs(left).max() / turbine.inertia)
-        bound = residual(plant, law, k, power) / ONE
+        bound = residual(Moving(known, k, Fraction(0)), power) / ONE
         assert sampled <= bound
         close += sampled > 0.2 * bound
     # A bound five times too small would have been noticed in these cells.
@@ -144,7 +145,7 @@ def test_the_residual_bound_covers_the_torque_that_the_tables_leave(
 
 def test_a_set_that_may_demand_negative_torque_is_refused(built: Any) -> None:
     """A wider speed signal reaches below zero torque where little is in reserve: at low wind."""
-    box = parts(built.document)[2]
+    box = subject(built.document).box
     wide = 2 * box.speed_signal
 
     assert not loop(built.document, 0).limits_failure()
@@ -153,7 +154,7 @@ def test_a_set_that_may_demand_negative_torque_is_refused(built: Any) -> None:
 
 def test_a_feedforward_that_may_demand_negative_torque_is_refused(built: Any) -> None:
     """More torque given up to a moving schedule than the trim has: at the limit g, not beyond."""
-    law = parts(built.document)[1]
+    law = subject(built.document).law
     most = [10 * g for g in law.inertia_limit]
 
     assert not loop(built.document, 0, "100").limits_failure()
@@ -173,14 +174,14 @@ def test_a_set_that_may_demand_too_much_pitch_is_refused(built: Any) -> None:
 def test_a_lead_that_asks_for_too_much_pitch_is_refused(built: Any) -> None:
     """The command in the last cell, not the pitch itself, against the limit; and its rate."""
     last = len(built.law.schedule.wind) - 2
-    reached = loop(built.document, last).moving.largest_pitch()
-    asked = loop(built.document, last, "0").moving.largest_pitch()
-    band = Fraction(loop(built.document, last).pitch[1], ONE)
+    reached = loop(built.document, last).largest_pitch()
+    asked = loop(built.document, last, "0").largest_pitch()
+    band = Fraction(loop(built.document, last).reached.high, ONE)
     assert asked < reached
 
     at_the_band = max(band, asked)
     far = loop(built.document, last, "6", pitch_max=at_the_band)
-    assert far.moving.largest_pitch() > at_the_band
+    assert far.largest_pitch() > at_the_band
     assert "pitch beyond its limit" in far.limits_failure()
     assert "rate limit" in loop(built.document, last, "40", pitch_max=Fraction(9)).limits_failure()
 
@@ -201,7 +202,7 @@ def test_checker_and_embedding_agree_on_a_moving_schedule(built: Any) -> None:
     for k in range(len(law.schedule.wind) - 1):
         cell = CellLoop(turbine, law, candidate.box, candidate.uncertainty, k)
         for rate in ("0", "0.05", "0.3"):
-            ours, theirs = cell.enclosed(rate), loop(built.document, k, rate).moving
+            ours, theirs = cell.enclosed(rate), loop(built.document, k, rate)
             for name in ("reference_slope", "lag_disturbance", "effectiveness_slope"):
                 stated, found = getattr(ours, name), getattr(theirs, name)()
                 assert found <= stated <= found + Fraction("3e-7"), (k, rate, name)
@@ -214,17 +215,14 @@ def test_checker_and_embedding_agree_where_rated_torque_cuts_the_feedforward(bui
     """With a wide limit g it is the reserve to rated torque that bounds what reaches the rotor."""
     ahead, candidate = built.law.feedforward, built.candidate
     wide = replace(built.law, feedforward=replace(ahead, effort_limit=4 * ahead.effort_limit))
-    limits = [4 * g for g in parts(built.document)[1].inertia_limit]
+    limits = [4 * g for g in subject(built.document).law.inertia_limit]
     cut = 0
     for k in np.flatnonzero(ahead.inertia):
         cell = CellLoop(built.turbine, wide, candidate.box, candidate.uncertainty, int(k))
-        theirs = loop(built.document, int(k), "0.25", inertia_limit=limits).moving
+        theirs = loop(built.document, int(k), "0.25", inertia_limit=limits)
         ours = cell.moving.reference_slope(Fraction("0.25"))
         assert ours == theirs.reference_slope()
-        cut += (
-            theirs.reference_slope()
-            > loop(built.document, int(k), "0.001").moving.reference_slope()
-        )
+        cut += theirs.reference_slope() > loop(built.document, int(k), "0.001").reference_slope()
     assert cut > 2
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import CertificateError
-from takagi.certificates.checker.arithmetic.interval import ONE, enclose, point
+from takagi.certificates.checker.arithmetic.interval import ONE, enclose, hull, point
 from takagi.certificates.checker.arithmetic.spline import PAD, Spline
 from takagi.models.enclosure.interval import Interval, exact
 from takagi.models.surface import Surface
@@ -91,9 +91,9 @@ def test_leaving_the_table_is_refused(surface: Surface, spline: Spline) -> None:
     below = point(exact(surface.y_range[0]) - Fraction(1, 10**9))
 
     with pytest.raises(CertificateError, match="leaves"):
-        spline.bounds((x[0], beyond[1]), y)
+        spline.bounds(hull(x, beyond), y)
     with pytest.raises(CertificateError, match="leaves"):
-        spline.bounds(x, (below[0], y[1]))
+        spline.bounds(x, hull(below, y))
 
 
 CLAMPED = [Fraction(k) for k in (0, 0, 0, 0, 1, 2, 2, 2, 2)]

@@ -8,21 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from takagi.certificates.checker.arithmetic.interval import (
-    ONE,
-    ZERO,
-    Interval,
-    add,
-    div,
-    hull,
-    mul,
-    neg,
-    square,
-)
+from takagi.certificates.checker.arithmetic.interval import UNIT, ZERO, Interval, hull
 
 __all__ = ["UNIT_RANGE", "Dual", "chained", "greater", "lesser", "still"]
 
-UNIT_RANGE: Interval = (0, ONE)
+UNIT_RANGE = Interval(0, UNIT.high)
 
 
 @dataclass(frozen=True)
@@ -33,11 +23,11 @@ class Dual:
     slopes: tuple[Interval, ...]
 
     def __add__(self, other: Dual) -> Dual:
-        slopes = tuple(map(add, self.slopes, other.slopes))
-        return Dual(add(self.value, other.value), slopes)
+        slopes = tuple(s + t for s, t in zip(self.slopes, other.slopes, strict=True))
+        return Dual(self.value + other.value, slopes)
 
     def __neg__(self) -> Dual:
-        return Dual(neg(self.value), tuple(map(neg, self.slopes)))
+        return Dual(-self.value, tuple(-slope for slope in self.slopes))
 
     def __sub__(self, other: Dual) -> Dual:
         return self + -other
@@ -45,12 +35,12 @@ class Dual:
     def __mul__(self, other: Dual) -> Dual:
         a, b = self.value, other.value
         pairs = zip(self.slopes, other.slopes, strict=True)
-        slopes = tuple(add(_product(s, b), _product(a, t)) for s, t in pairs)
-        return Dual(mul(a, b), slopes)
+        slopes = tuple(_product(s, b) + _product(a, t) for s, t in pairs)
+        return Dual(a * b, slopes)
 
     def __truediv__(self, other: Dual) -> Dual:
-        inverse = div((ONE, ONE), other.value)
-        return self * other.through(inverse, neg(square(inverse)))
+        inverse = UNIT / other.value
+        return self * other.through(inverse, -inverse.square())
 
     def through(self, value: Interval, slope: Interval) -> Dual:
         """Return f of the quantity from brackets of f and of f' over it."""
@@ -58,11 +48,11 @@ class Dual:
 
     def by(self, factor: Interval) -> Dual:
         """Return the quantity times a number."""
-        return Dual(mul(self.value, factor), tuple(_product(factor, s) for s in self.slopes))
+        return Dual(self.value * factor, tuple(_product(factor, s) for s in self.slopes))
 
     def plus(self, number: Interval) -> Dual:
         """Return the quantity plus a number."""
-        return Dual(add(self.value, number), self.slopes)
+        return Dual(self.value + number, self.slopes)
 
     def clamped(self, low: Interval, high: Interval) -> Dual:
         """Return the quantity held to [low, high], both known within their brackets."""
@@ -80,7 +70,7 @@ def greater(a: Dual, b: Dual) -> Dual:
         return a
     if b.value[0] >= a.value[1]:
         return b
-    value = max(a.value[0], b.value[0]), max(a.value[1], b.value[1])
+    value = Interval(max(a.value.low, b.value.low), max(a.value.high, b.value.high))
     return Dual(value, tuple(map(hull, a.slopes, b.slopes)))
 
 
@@ -95,10 +85,10 @@ def chained(value: Interval, *terms: tuple[Interval, Dual]) -> Dual:
     for k in range(len(terms[0][1].slopes)):
         total = ZERO
         for partial, inner in terms:
-            total = add(total, _product(partial, inner.slopes[k]))
+            total = total + _product(partial, inner.slopes[k])
         slopes.append(total)
     return Dual(value, tuple(slopes))
 
 
 def _product(a: Interval, b: Interval) -> Interval:
-    return ZERO if a == ZERO or b == ZERO else mul(a, b)
+    return ZERO if a == ZERO or b == ZERO else a * b

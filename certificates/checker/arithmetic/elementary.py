@@ -12,7 +12,7 @@ from functools import cache
 from math import isqrt
 
 from takagi.certificates.checker.arithmetic.exponential import FINE, exp_at
-from takagi.certificates.checker.arithmetic.interval import ONE, Interval, div
+from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 from takagi.certificates.checker.kernel.refusal import Refused
 
 __all__ = ["GUARD", "PAD", "PI_FINE", "function_of", "increasing", "pi_interval"]
@@ -27,7 +27,7 @@ Point = Callable[[int], tuple[int, int]]
 
 
 def pi_interval() -> Interval:
-    return PI_FINE // GUARD, PI_FINE // GUARD + 1
+    return Interval(PI_FINE // GUARD, PI_FINE // GUARD + 1)
 
 
 def increasing(at: Point, at_zero: int | None = 0) -> Callable[[Interval], Interval]:
@@ -41,8 +41,8 @@ def increasing(at: Point, at_zero: int | None = 0) -> Callable[[Interval], Inter
     def of(a: Interval) -> Interval:
         low, high = at(a[0] * GUARD)[0] // GUARD, -(-at(a[1] * GUARD)[1] // GUARD)
         if at_zero is None:
-            return low, high
-        return (at_zero if a[0] == 0 else low), (at_zero if a[1] == 0 else high)
+            return Interval(low, high)
+        return Interval(at_zero if a.low == 0 else low, at_zero if a.high == 0 else high)
 
     return of
 
@@ -83,7 +83,7 @@ def _sine_at(x: int, quarter: int) -> tuple[int, int]:
 def _sine(a: Interval, quarter: int) -> Interval:
     """Return sin(a + quarter pi/2); both extremes are looked for between the ends."""
     if a == (0, 0):
-        return (quarter * ONE,) * 2
+        return Interval(quarter * ONE, quarter * ONE)
     low, high = a[0] * GUARD, a[1] * GUARD
     ends = [_sine_at(low, quarter), _sine_at(high, quarter)]
     least = min(end[0] for end in ends) // GUARD
@@ -93,7 +93,7 @@ def _sine(a: Interval, quarter: int) -> Interval:
         most = ONE
     if _meets(low, high, 3 - quarter):
         least = -ONE
-    return max(least, -ONE), min(most, ONE)
+    return Interval(max(least, -ONE), min(most, ONE))
 
 
 def _meets(low: int, high: int, place: int) -> bool:
@@ -119,9 +119,8 @@ def tangent(a: Interval) -> Interval:
     middle = cosine(a)
     if middle[0] <= 0 <= middle[1]:
         raise Refused("tan where cos may be zero")
-    first = div(sine((a[0], a[0])), cosine((a[0], a[0])))
-    last = div(sine((a[1], a[1])), cosine((a[1], a[1])))
-    return first[0], last[1]
+    first, last = (sine(end) / cosine(end) for end in (Interval(x, x) for x in a))
+    return Interval(first.low, last.high)
 
 
 # ---------------------------------------------------------------------- atan, asin, acos
@@ -156,13 +155,13 @@ def _asin_at(x: int) -> tuple[int, int]:
 def _acos(a: Interval) -> Interval:
     low, high = increasing(_asin_at)(a)
     half = PI_FINE // 2 // GUARD
-    return half - high - 1, half - low + 2
+    return Interval(half - high - 1, half - low + 2)
 
 
 def _absolute(a: Interval) -> Interval:
     if a[0] >= 0:
         return a
-    return (-a[1], -a[0]) if a[1] <= 0 else (0, max(-a[0], a[1]))
+    return -a if a.high <= 0 else Interval(0, a.magnitude())
 
 
 @cache

@@ -5,32 +5,79 @@ Integers, not Fractions: no greatest common divisors and constant size.  A decim
 ends of a box and products of them are exact: a bound that is attained, such as x^2 <= 0.01 on
 |x| <= 0.1, can be proved.
 
-``add`` and ``product`` round nothing, and take ends that are fractions as well.
+``product`` rounds nothing, and takes ends that are fractions as well.
 """
 
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TypeAlias, TypeVar
+from typing import NamedTuple, TypeVar
 
 from takagi.certificates.checker.kernel.refusal import Refused
 
-__all__ = ["ONE", "ZERO", "Ends", "Interval", "add", "div", "enclose", "held", "hull", "magnitude"]
-__all__ += ["mul", "neg", "point", "product", "square", "sub", "within"]
+__all__ = ["ONE", "UNIT", "ZERO", "Interval", "enclose", "hull", "point", "product"]
 
 ONE = 10**36
 LARGEST = ONE * 10**320
-Interval: TypeAlias = tuple[int, int]
-# The same with rational ends, which are not rounded.
-Ends: TypeAlias = tuple[Fraction, Fraction]
 Exact = TypeVar("Exact", int, Fraction)
-ZERO: Interval = (0, 0)
+
+
+class Interval(NamedTuple):
+    """A bracket of one number; both ends over 10^36."""
+
+    low: int
+    high: int
+
+    def __add__(self, other: Interval) -> Interval:  # type: ignore[override]
+        return Interval(self.low + other.low, self.high + other.high)
+
+    def __sub__(self, other: Interval) -> Interval:
+        return Interval(self.low - other.high, self.high - other.low)
+
+    def __neg__(self) -> Interval:
+        return Interval(-self.high, -self.low)
+
+    def __mul__(self, other: Interval) -> Interval:  # type: ignore[override]
+        """Return a bracket of the product."""
+        low, high = product(self, other)
+        return Interval(low // ONE, -(-high // ONE)).held()
+
+    def __truediv__(self, other: Interval) -> Interval:
+        """Return a bracket of the quotient; refuses a divisor that may be zero."""
+        if other.low <= 0 <= other.high:
+            raise Refused("a division by an interval that contains zero")
+        corners = [(x * ONE, y) for x in self for y in other]
+        return Interval(min(x // y for x, y in corners), max(-(-x // y) for x, y in corners)).held()
+
+    def square(self) -> Interval:
+        """Return a bracket of x^2, which is not negative."""
+        low, high = sorted((abs(self.low), abs(self.high)))
+        least = 0 if self.low <= 0 <= self.high else low * low // ONE
+        return Interval(least, -(-high * high // ONE)).held()
+
+    def magnitude(self) -> int:
+        """Return max |x|, as one integer over 10^36."""
+        return max(-self.low, self.high)
+
+    def within(self, low: Fraction, high: Fraction) -> bool:
+        """Return whether the bracket certainly lies in [low, high]."""
+        above = self.low * low.denominator >= low.numerator * ONE
+        return above and self.high * high.denominator <= high.numerator * ONE
+
+    def held(self) -> Interval:
+        """Return the interval; refuses what is beyond 10^320."""
+        if self.low < -LARGEST or self.high > LARGEST:
+            raise Refused("a number beyond 10^320")
+        return self
+
+
+ZERO, UNIT = Interval(0, 0), Interval(ONE, ONE)
 
 
 def enclose(low: Fraction, high: Fraction) -> Interval:
     """Return the bracket of [low, high]."""
     down = low.numerator * ONE // low.denominator
-    return down, -(-high.numerator * ONE // high.denominator)
+    return Interval(down, -(-high.numerator * ONE // high.denominator))
 
 
 def point(value: Fraction) -> Interval:
@@ -40,19 +87,7 @@ def point(value: Fraction) -> Interval:
 
 def hull(*parts: Interval) -> Interval:
     """Return the smallest bracket of all parts."""
-    return min(p[0] for p in parts), max(p[1] for p in parts)
-
-
-def add(a: tuple[Exact, Exact], b: tuple[Exact, Exact]) -> tuple[Exact, Exact]:
-    return a[0] + b[0], a[1] + b[1]
-
-
-def sub(a: Interval, b: Interval) -> Interval:
-    return a[0] - b[1], a[1] - b[0]
-
-
-def neg(a: Interval) -> Interval:
-    return -a[1], -a[0]
+    return Interval(min(p.low for p in parts), max(p.high for p in parts))
 
 
 def product(a: tuple[Exact, Exact], b: tuple[Exact, Exact]) -> tuple[Exact, Exact]:
@@ -61,44 +96,3 @@ def product(a: tuple[Exact, Exact], b: tuple[Exact, Exact]) -> tuple[Exact, Exac
         return a[0] * b[0], a[1] * b[1]
     corners = (a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1])
     return min(corners), max(corners)
-
-
-def mul(a: Interval, b: Interval) -> Interval:
-    """Return a bracket of the product."""
-    low, high = product(a, b)
-    return held((low // ONE, -(-high // ONE)))
-
-
-def square(a: Interval) -> Interval:
-    """Return a bracket of x^2, which is not negative."""
-    low, high = sorted((abs(a[0]), abs(a[1])))
-    least = 0 if a[0] <= 0 <= a[1] else low * low // ONE
-    return held((least, -(-high * high // ONE)))
-
-
-def div(a: Interval, b: Interval) -> Interval:
-    """Return a bracket of a / b; refuses a divisor that may be zero."""
-    if b[0] <= 0 <= b[1]:
-        raise Refused("a division by an interval that contains zero")
-    corners = [(x * ONE, y) for x in a for y in b]
-    return held((min(x // y for x, y in corners), max(-(-x // y) for x, y in corners)))
-
-
-def magnitude(a: Interval) -> int:
-    """Return max |x|, as one integer over 10^36."""
-    return max(-a[0], a[1])
-
-
-def within(inner: Interval, low: Fraction, high: Fraction) -> bool:
-    """Return whether the bracket certainly lies in [low, high]."""
-    return (
-        inner[0] * low.denominator >= low.numerator * ONE
-        and inner[1] * high.denominator <= high.numerator * ONE
-    )
-
-
-def held(a: Interval) -> Interval:
-    """Return the interval; refuses what is beyond 10^320."""
-    if a[0] < -LARGEST or a[1] > LARGEST:
-        raise Refused("a number beyond 10^320")
-    return a

@@ -54,9 +54,9 @@ def sinh_at(x: int) -> tuple[int, int]:
 
 def hyperbolic_cosine(a: Interval) -> Interval:
     """Return cosh, which is least at 0."""
-    ends = [increasing(_cosh_at, ONE)((abs(end), abs(end))) for end in a]
+    ends = [increasing(_cosh_at, ONE)(Interval(abs(end), abs(end))) for end in a]
     least = ONE if a[0] <= 0 <= a[1] else max(ONE, min(end[0] for end in ends))
-    return least, max(end[1] for end in ends)
+    return Interval(least, max(end[1] for end in ends))
 
 
 def _cosh_at(x: int) -> tuple[int, int]:
@@ -67,7 +67,7 @@ def _cosh_at(x: int) -> tuple[int, int]:
 def hyperbolic_tangent(a: Interval) -> Interval:
     """Return tanh, within [-1, 1]."""
     low, high = increasing(_tanh_at)(a)
-    return max(low, -ONE), min(high, ONE)
+    return Interval(max(low, -ONE), min(high, ONE))
 
 
 def _tanh_at(x: int) -> tuple[int, int]:
@@ -111,7 +111,7 @@ def atanh_at(x: int) -> tuple[int, int]:
 def error_function(a: Interval) -> Interval:
     """Return erf, within [-1, 1]."""
     low, high = increasing(_erf_at)(a)
-    return max(low, -ONE), min(high, ONE)
+    return Interval(max(low, -ONE), min(high, ONE))
 
 
 def _erf_at(x: int) -> tuple[int, int]:

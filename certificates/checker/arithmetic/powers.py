@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import isqrt
 
-from takagi.certificates.checker.arithmetic.interval import ONE, Exact, Interval, held
+from takagi.certificates.checker.arithmetic.interval import ONE, Exact, Interval
 from takagi.certificates.checker.kernel.refusal import Refused
 
 __all__ = ["power", "root", "whole_power"]
@@ -23,7 +23,7 @@ def power(a: Interval, exponent: int) -> Interval:
     """Return a bracket of a^exponent for a whole exponent > 0; each end is rounded once."""
     low, high = whole_power(a, exponent)
     below = ONE ** (exponent - 1)
-    return held((low // below, -(-high // below)))
+    return Interval(low // below, -(-high // below)).held()
 
 
 def root(a: Interval, q: int) -> Interval:
@@ -32,7 +32,7 @@ def root(a: Interval, q: int) -> Interval:
         raise Refused("a root of what may be negative")
     scale = ONE ** (q - 1)
     high = _root(a[1] * scale, q)
-    return _root(a[0] * scale, q), high + (high**q < a[1] * scale)
+    return Interval(_root(a.low * scale, q), high + (high**q < a.high * scale))
 
 
 def _root(value: int, q: int) -> int:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from fractions import Fraction
+from itertools import pairwise
 
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 from takagi.certificates.checker.kernel.reader import increasing
@@ -26,6 +27,7 @@ PAD = ONE >> 40
 LARGEST_ENTRY = ONE << 20
 NARROWEST = Fraction(1, 1000)
 MOST_KNOTS = 1000
+Row = list[Fraction]
 Net = list[list[int]]
 
 
@@ -34,17 +36,16 @@ class _Axis:
 
     def __init__(self, knots: list[Fraction], where: str) -> None:
         inner = knots[DEGREE : len(knots) - DEGREE]
-        if len(knots) < 2 * DEGREE + 2 or len(set(knots[: DEGREE + 1])) != 1:
+        ends = (knots[: DEGREE + 1], knots[-DEGREE - 1 :])
+        if len(knots) < 2 * DEGREE + 2 or any(len(set(end)) != 1 for end in ends):
             raise CertificateError(f"{where}: clamped cubic knots are needed")
         if len(knots) > MOST_KNOTS:
             raise CertificateError(f"{where}: {len(knots)} knots; at most {MOST_KNOTS}")
         increasing(inner, where)
-        if len(set(knots[-DEGREE - 1 :])) != 1:
-            raise CertificateError(f"{where}: clamped cubic knots are needed")
-        if any(b - a < NARROWEST for a, b in zip(inner, inner[1:], strict=False)):
+        if any(b - a < NARROWEST for a, b in pairwise(inner)):
             raise CertificateError(f"{where}: cells narrower than {NARROWEST}")
         self.knots, self.breaks = knots, inner
-        self.breaks_fixed = [k.numerator * ONE // k.denominator for k in inner]
+        self.breaks_fixed = [_fixed(knot) for knot in inner]
         self._maps: dict[int, list[list[int]]] = {}
 
     def cells(self, low: int, high: int) -> range:
@@ -62,15 +63,10 @@ class _Axis:
         if cell not in self._maps:
             a, b = self.breaks[cell], self.breaks[cell + 1]
             local = self.knots[cell + 1 : cell + 7]
-            columns = []
-            for j in range(DEGREE + 1):
-                unit = [Fraction(int(i == j)) for i in range(DEGREE + 1)]
-                columns.append(
-                    [_blossom(unit, local, (a,) * (DEGREE - i) + (b,) * i) for i in range(4)]
-                )
+            ends = [(a,) * (DEGREE - i) + (b,) * i for i in range(DEGREE + 1)]
+            units = [[Fraction(int(i == j)) for i in range(DEGREE + 1)] for j in range(DEGREE + 1)]
             self._maps[cell] = [
-                [columns[j][i].numerator * ONE // columns[j][i].denominator for j in range(4)]
-                for i in range(4)
+                [_fixed(_blossom(unit, local, at)) for unit in units] for at in ends
             ]
         return self._maps[cell]
 
@@ -84,12 +80,21 @@ class _Axis:
         share = -(-top // bottom) if up else top // bottom
         return min(max(share, 0), ONE)
 
+    def differences(self, net: Net, cell: int, order: int) -> Net:
+        """Return the net of the derivative of this order from that of the one before."""
+        factor = (DEGREE + 1 - order) / (self.breaks[cell + 1] - self.breaks[cell])
+        n, d = factor.numerator, factor.denominator
+        pairs = (zip(low, high, strict=True) for low, high in pairwise(net))
+        return [[(b - a) * n // d for a, b in pair] for pair in pairs]
 
-def _blossom(
-    coefficients: list[Fraction], knots: list[Fraction], at: tuple[Fraction, ...]
-) -> Fraction:
+
+def _fixed(value: Fraction) -> int:
+    return value.numerator * ONE // value.denominator
+
+
+def _blossom(d: list[Fraction], knots: list[Fraction], at: tuple[Fraction, ...]) -> Fraction:
     """Return the blossom of a cubic segment with local knots t_1 ... t_6 at three arguments."""
-    d = list(coefficients)
+    d = list(d)
     for level, u in enumerate(at, start=1):
         for i in range(DEGREE, level - 1, -1):
             low, high = knots[i - 1], knots[i + DEGREE - level]
@@ -101,40 +106,36 @@ def _blossom(
 class Spline:
     """s(x, y) = sum c_ij N_i(x) N_j(y); ``bounds`` encloses any derivative up to order 2."""
 
-    def __init__(
-        self, x_knots: list[Fraction], y_knots: list[Fraction], rows: list[list[Fraction]]
-    ) -> None:
+    def __init__(self, x_knots: Row, y_knots: Row, rows: list[Row]) -> None:
         self.x, self.y = _Axis(x_knots, "x knots"), _Axis(y_knots, "y knots")
         shape = (len(x_knots) - DEGREE - 1, len(y_knots) - DEGREE - 1)
         if len(rows) != shape[0] or any(len(row) != shape[1] for row in rows):
-            raise CertificateError(
-                f"surface: {shape[0]} rows of {shape[1]} coefficients are needed"
-            )
-        self._rows = [[c.numerator * ONE // c.denominator for c in row] for row in rows]
+            raise CertificateError(f"surface: {shape[0]} rows of {shape[1]} numbers are needed")
+        self._rows = [[_fixed(c) for c in row] for row in rows]
         if any(abs(c) > LARGEST_ENTRY >> 10 for row in self._rows for c in row):
             raise CertificateError("surface: a coefficient beyond 1000 in size")
         self._nets: dict[tuple[int, int, int, int], Net] = {}
 
     def bounds(self, x: Interval, y: Interval, dx: int = 0, dy: int = 0) -> Interval:
         """Return a bracket of the (dx, dy) derivative over the rectangle x times y."""
-        low, high = None, None
+        entries: list[int] = []
         for i in self.x.cells(*x):
             sx, tx = self.x.local(i, x[0], False), self.x.local(i, x[1], True)
             for j in self.y.cells(*y):
                 sy, ty = self.y.local(j, y[0], False), self.y.local(j, y[1], True)
                 net = _restricted(self._net(i, j, dx, dy), sx, tx)
                 net = _restricted(_transposed(net), sy, ty)
-                least, greatest = min(map(min, net)), max(map(max, net))
-                low = least if low is None else min(low, least)
-                high = greatest if high is None else max(high, greatest)
-        assert low is not None and high is not None  # cells() is never empty
-        return low - PAD, high + PAD
+                entries += [min(map(min, net)), max(map(max, net))]
+        return Interval(min(entries) - PAD, max(entries) + PAD)
 
     def _net(self, i: int, j: int, dx: int, dy: int) -> Net:
         key = (i, j, dx, dy)
         if key not in self._nets:
-            if dx or dy:
-                net = self._differenced(i, j, dx, dy)
+            if dx:
+                net = self.x.differences(self._net(i, j, dx - 1, dy), i, dx)
+            elif dy:
+                before = _transposed(self._net(i, j, 0, dy - 1))
+                net = _transposed(self.y.differences(before, j, dy))
             else:
                 block = [row[j : j + 4] for row in self._rows[i : i + 4]]
                 along_x = _product(self.x.map(i), block)
@@ -143,20 +144,6 @@ class Spline:
                 raise Refused("a surface too steep to bound")
             self._nets[key] = net
         return self._nets[key]
-
-    def _differenced(self, i: int, j: int, dx: int, dy: int) -> Net:
-        if dx:
-            net, axis, cell, order = self._net(i, j, dx - 1, dy), self.x, i, dx
-        else:
-            net, axis, cell, order = _transposed(self._net(i, j, 0, dy - 1)), self.y, j, dy
-        width = axis.breaks[cell + 1] - axis.breaks[cell]
-        factor = (DEGREE + 1 - order) / width
-        n, d = factor.numerator, factor.denominator
-        found = [
-            [(b - a) * n // d for a, b in zip(low, high, strict=True)]
-            for low, high in zip(net, net[1:], strict=False)
-        ]
-        return found if dx else _transposed(found)
 
 
 def _product(left: list[list[int]], right: list[list[int]]) -> Net:
@@ -184,13 +171,10 @@ def _restricted(net: Net, start: int, stop: int) -> Net:
 
 
 def _first_part(net: Net, share: int) -> Net:
-    """Return the net over [0, share] by de Casteljau, column by column."""
-    columns = []
-    for column in zip(*net, strict=True):
-        points = list(column)
-        kept = [points[0]]
-        while len(points) > 1:
-            points = [a + (b - a) * share // ONE for a, b in zip(points, points[1:], strict=False)]
-            kept.append(points[0])
-        columns.append(kept)
-    return _transposed(columns)
+    """Return the net over [0, share] by de Casteljau, all columns at once."""
+    kept = [net[0]]
+    while len(net) > 1:
+        pairs = (zip(low, high, strict=True) for low, high in pairwise(net))
+        net = [[a + (b - a) * share // ONE for a, b in pair] for pair in pairs]
+        kept.append(net[0])
+    return kept

@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.claim_kinds import KINDS, replay
-from takagi.certificates.checker.kernel.reader import (
-    digest,
-    integer,
-    member,
-    read_json,
-    read_text,
-    text,
-)
+from takagi.certificates.checker.kernel.reader import integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked, Outcome
 
@@ -41,11 +36,11 @@ def check(
         model.
     OtherGains : it is not about the given gain file.
     """
-    data = read_json(Path(path))
+    data = reader.read_json(Path(path))
     _require_whole(data, str(path))
     messages = [WITHOUT.format("gain", "gains"), WITHOUT.format("model", "plant")]
     if gains is None and model is None:
-        return Checked.of(_replayed(data, str(path)), messages, kinds=_kinds(data))
+        return _replayed(data, str(path), messages)
     # Imported here: most of it reads files, which a check without any is not trusted to.
     from takagi.certificates.checker.files import companions
 
@@ -55,9 +50,9 @@ def check(
         messages[0] = compare_gains(data, gains)
     if model is not None:
         messages[1] = companions.compare_model(data, model)
-    found = _replayed(data, str(path))
-    messages.append(companions.unconnected(data))
-    return Checked.of(found, [told for told in messages if told], kinds=_kinds(data))
+    checked = _replayed(data, str(path), messages)
+    told = [*messages, companions.unconnected(data)]
+    return replace(checked, messages=[message for message in told if message])
 
 
 def check_document(document: Mapping[str, Any]) -> Checked:
@@ -67,14 +62,9 @@ def check_document(document: Mapping[str, Any]) -> Checked:
     ------
     CertificateError : as for ``check``.
     """
-    data = read_text(json.dumps(document), "certificate")
+    data = reader.read_text(json.dumps(document), "certificate")
     _require_whole(data, "certificate")
-    return Checked.of(_replayed(data, "certificate"), [], kinds=_kinds(data))
-
-
-def _kinds(data: dict[str, Any]) -> list[str]:
-    """Return the kinds of the claims of a file that was replayed."""
-    return [claim["kind"] for claim in data["claims"]]
+    return _replayed(data, "certificate", [])
 
 
 def _require_whole(data: dict[str, Any], path: str) -> None:
@@ -83,13 +73,17 @@ def _require_whole(data: dict[str, Any], path: str) -> None:
         raise CertificateError(f"{path}: the format is not {FORMAT!r}")
     if integer(data, "version", "certificate") != VERSION:
         raise CertificateError(f"{path}: this checker reads version {VERSION}; use a matching one")
-    _check_hashes(path, data)
+    hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
+    # A hash guards against accidents; a controller that no claim is about may come without one.
+    told = isinstance(hashes, dict) and "controller" in hashes
+    for part in ("model", "gains", "claims", *(["controller"] if told else [])):
+        if text(hashes, part, "provenance.sha256") != reader.digest(data.get(part)):
+            why = f"the {part} are not those the certificate was made for (its hash differs)"
+            raise CertificateError(f"{path}: {why}; make it again with 'takagi certify'")
 
 
-def _replayed(data: dict[str, Any], path: str) -> list[Outcome]:
-    claims = member(data, "claims", "certificate")
-    if not isinstance(claims, list) or not 0 < len(claims) <= MOST_CLAIMS:
-        raise CertificateError(f"{path}: a list of 1 to {MOST_CLAIMS} claims is needed")
+def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
+    claims = reader.listed(data, "claims", path, 1, MOST_CLAIMS)
     kinds = [text(claim, "kind", f"claims[{i}]") for i, claim in enumerate(claims)]
     model, gains = member(data, "model", "certificate"), data.get("gains")
     tied = "sector-embedding" in kinds or "secant-embedding" in kinds
@@ -105,14 +99,4 @@ def _replayed(data: dict[str, Any], path: str) -> list[Outcome]:
     for i, claim in enumerate(claims):
         text(claim, "name", f"claims[{i}]")
         found.append(replay(claim, data, family, found, f"claims[{i}]"))
-    return found
-
-
-def _check_hashes(path: str, data: dict[str, Any]) -> None:
-    hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
-    # A hash guards against accidents; a controller that no claim is about may come without one.
-    told = isinstance(hashes, dict) and "controller" in hashes
-    for part in ("model", "gains", "claims", *(["controller"] if told else [])):
-        if text(hashes, part, "provenance.sha256") != digest(data.get(part)):
-            why = f"the {part} are not those the certificate was made for (its hash differs)"
-            raise CertificateError(f"{path}: {why}; make it again with 'takagi certify'")
+    return Checked.of(found, messages, kinds)

@@ -15,7 +15,7 @@ from takagi.certificates.checker.kernel.result import Outcome
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.family import Family
 
-__all__ = ["KINDS", "OWN_READING", "RESTING", "replay", "replay_on_loop", "replay_resting"]
+__all__ = ["KINDS", "OWN_READING", "RESTING", "replay"]
 
 # Claims about the loop that model and gains make.
 KINDS = {
@@ -59,6 +59,7 @@ def replay(
 
     Parameters
     ----------
+    data : the whole file; a claim of ``KINDS`` needs none of it.
     family : the loop that model and gains make; needed for claims of ``KINDS``.
     found : the verdicts on the claims before this one.
 
@@ -67,27 +68,15 @@ def replay(
     CertificateError : a kind that is not known, or a claim that is malformed.
     """
     kind = claim["kind"]
-    if kind in KINDS and family is not None:
-        return replay_on_loop(claim, family, where)
-    if kind in OWN_READING:
-        return _outcome(OWN_READING[kind], claim, data["model"], data.get("gains"), where)
     if kind in RESTING:
-        return replay_resting(claim, data, found, where)
-    raise CertificateError(f"{where}.kind: {kind!r} is not one that this checker replays")
-
-
-def replay_on_loop(claim: Any, family: Family, where: str) -> Outcome:
-    """Return the verdict on a claim of ``KINDS``."""
-    return _outcome(KINDS[claim["kind"]], claim, family, where)
-
-
-def replay_resting(claim: Any, data: Any, found: list[Outcome], where: str) -> Outcome:
-    """Return the verdict on a claim of ``RESTING``."""
-    return _outcome(RESTING[claim["kind"]], claim, data, found, where)
-
-
-def _outcome(place: str, *given: Any) -> Outcome:
+        place, given = RESTING[kind], [data, found]
+    elif kind in OWN_READING:
+        place, given = OWN_READING[kind], [data["model"], data.get("gains")]
+    elif kind in KINDS and family is not None:
+        place, given = KINDS[kind], [family]
+    else:
+        raise CertificateError(f"{where}.kind: {kind!r} is not one that this checker replays")
     module, _, name = place.rpartition(".")
     function = getattr(import_module(f"takagi.certificates.checker.{module}"), name)
-    outcome: Outcome = function(*given)
+    outcome: Outcome = function(claim, *given, where)
     return outcome

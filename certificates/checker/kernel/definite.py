@@ -13,24 +13,20 @@ from math import lcm
 from takagi.certificates.checker.kernel.refusal import Refused
 
 __all__ = ["is_positive_definite", "is_symmetric", "positive_definite_integers"]
-__all__ += ["positive_semidefinite_integers", "to_integers"]
+__all__ += ["to_integers"]
 
 Rows = Sequence[Sequence[int]]
 # Pivots grow to size times bits, and there are size^3 products: about a minute.
 MOST_WORK = 10**10
 
 
-def positive_definite_integers(matrix: Rows) -> bool:
-    """Return whether a symmetric integer matrix is positive definite; the lower half is read."""
-    return _all_pivots_pass(matrix, zero_passes=False)
+def positive_definite_integers(matrix: Rows, *, zero_passes: bool = False) -> bool:
+    """Return whether a symmetric integer matrix is positive definite; the lower half is read.
 
-
-def positive_semidefinite_integers(matrix: Rows) -> bool:
-    """Return the same for semidefinite: a zero pivot needs a zero column, which then drops out."""
-    return _all_pivots_pass(matrix, zero_passes=True)
-
-
-def _all_pivots_pass(matrix: Rows, *, zero_passes: bool) -> bool:
+    Parameters
+    ----------
+    zero_passes : semidefinite is enough: a zero pivot needs a zero column, which then drops out.
+    """
     rows = [list(row[: i + 1]) for i, row in enumerate(matrix)]
     previous, size = 1, len(rows)
     bits = max((abs(entry).bit_length() for row in rows for entry in row), default=0)

@@ -206,7 +206,7 @@ def _vertices(model: Any, where: str) -> Family:
     sizes, counts = dict(axes), {len(stack) for stack in stacks.values()} | {1}
     if any(sizes[axis] != size for axis, size in axes) or len(counts) > 2:
         raise CertificateError(f"{where}: {', '.join(stacks)} do not fit together")
-    states = reader.names(model, "state_names", where, sizes["n"])
+    states = _different(model, "state_names", where, sizes["n"])
     box, other = _box(model, states, where)
     corners = _corners(model, where, max(counts))
     found: dict[str, Any] = {x: _single(M) if x in "BD" else M for x, M in stacks.items()}
@@ -225,7 +225,17 @@ def _vertices(model: Any, where: str) -> Family:
 
 
 def _names(model: Any, key: str, count: int, where: str) -> tuple[str, ...]:
-    return reader.names(model, key, where, count) if count and key in model else ()
+    return _different(model, key, where, count) if count and key in model else ()
+
+
+def _different(owner: Any, key: str, where: str, count: int) -> tuple[str, ...]:
+    """Return so many different names, each one line of text."""
+    values = reader.member(owner, key, where)
+    listed = values if isinstance(values, list) else []
+    found = tuple(reader.text({key: value}, key, where) for value in listed)
+    if len(found) != count or len(set(found)) != count:
+        raise CertificateError(f"{where}.{key}: {count} different names are needed")
+    return found
 
 
 def _single(stack: Stack) -> Stack:
@@ -288,7 +298,7 @@ def _closed_by(plain: Family, gains: Any, where: str) -> Family:
         raise CertificateError(f"{where}.K: {needed[0]} by {needed[1]} is needed, not {K[0].shape}")
     if _sample_time(gains, where) != plain.sample_time:
         raise CertificateError(f"{where}.sample_time is not the model's")
-    states = reader.names(gains, "state_names", where, plain.order)
+    states = _different(gains, "state_names", where, plain.order)
     inputs = _names(gains, "input_names", needed[0], where) or plain.inputs
     if states != plain.states or (plain.inputs and inputs != plain.inputs):
         raise CertificateError(f"{where}: states or inputs are not the model's, in its order")

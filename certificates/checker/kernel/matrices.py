@@ -106,7 +106,9 @@ class Matrix:
     @property
     def is_positive_semidefinite(self) -> bool:
         """Whether the matrix is symmetric and x'Mx >= 0 for every x."""
-        return self.is_symmetric and definite.positive_semidefinite_integers(self.reduced().rows)
+        return self.is_symmetric and definite.positive_definite_integers(
+            self.reduced().rows, zero_passes=True
+        )
 
 
 def mean(parts: Sequence[Matrix]) -> Matrix:

@@ -11,12 +11,13 @@ import json
 import re
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NoReturn
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["Number", "canonical", "digest", "integer", "matrix", "member", "names", "number"]
+__all__ = ["Number", "canonical", "digest", "integer", "listed", "matrix", "member", "number"]
 __all__ += ["numbers", "read_json", "read_text", "text"]
 
 LARGEST_FILE = 16_000_000
@@ -42,13 +43,12 @@ def read_json(path: Path) -> dict[str, Any]:
     """
     try:
         with path.open("rb") as file:
-            data = file.read(LARGEST_FILE + 1)
+            written = file.read(LARGEST_FILE + 1).decode("utf-8")
     except OSError as error:
         raise CertificateError(f"{path}: cannot be read: {error.strerror or error}") from error
-    try:
-        return read_text(data.decode("utf-8"), str(path))
     except UnicodeDecodeError as error:
         raise CertificateError(f"{path}: not UTF-8: {error}") from error
+    return read_text(written, str(path))
 
 
 def read_text(written: str, source: str) -> dict[str, Any]:
@@ -140,16 +140,6 @@ def text(owner: Any, key: str, where: str) -> str:
     return value
 
 
-def names(owner: Any, key: str, where: str, count: int) -> tuple[str, ...]:
-    """Return so many different names, each one line of text."""
-    values = member(owner, key, where)
-    listed = values if isinstance(values, list) else []
-    found = tuple(text({key: value}, key, where) for value in listed)
-    if len(found) != count or len(set(found)) != count:
-        raise CertificateError(f"{where}.{key}: {count} different names are needed")
-    return found
-
-
 def number(owner: Any, key: str, where: str) -> Fraction:
     """Return a number exactly."""
     return _fraction(member(owner, key, where), f"{where}.{key}")
@@ -165,6 +155,14 @@ def integer(owner: Any, key: str, where: str) -> int:
 def numbers(owner: Any, key: str, where: str, count: int | None = None) -> list[Fraction]:
     """Return a row of numbers exactly; ``count`` asks for that many."""
     return _row(member(owner, key, where), f"{where}.{key}", count)
+
+
+def listed(owner: Any, key: str, where: str, least: int, most: int) -> list[Any]:
+    """Return a list of so many entries, of whatever kind."""
+    values = member(owner, key, where)
+    if not isinstance(values, list) or not least <= len(values) <= most:
+        raise CertificateError(f"{where}.{key}: a list of {least} to {most} is needed")
+    return values
 
 
 def matrix(owner: Any, key: str, where: str) -> list[list[Fraction]]:
@@ -191,5 +189,5 @@ def _fraction(value: Any, where: str) -> Fraction:
 
 def increasing(values: Sequence[Fraction], where: str) -> None:
     """Refuse a row that does not strictly increase."""
-    if any(b <= a for a, b in zip(values, values[1:], strict=False)):
+    if any(b <= a for a, b in pairwise(values)):
         raise CertificateError(f"{where}: the numbers must increase")

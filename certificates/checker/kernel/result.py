@@ -81,14 +81,13 @@ class Checked:
         return tuple(dict.fromkeys(phrase for claim in self.claims for phrase in claim.assumes))
 
     @classmethod
-    def of(
-        cls, found: Sequence[Outcome], messages: list[str], *, kinds: Sequence[str] = ()
-    ) -> Checked:
+    def of(cls, found: Sequence[Outcome], notes: list[str], kinds: Sequence[str] = ()) -> Checked:
         """Return the verdict on the whole, and then each claim in words.
 
         Parameters
         ----------
-        kinds : of the claims, in the same order; then each says what it assumes.
+        notes : the messages.
+        kinds : of the claims, in the same order: each says what it assumes.
         """
         verdicts = {one.verdict for one in found}
         overall = Verdict.UNDECIDED
@@ -96,11 +95,10 @@ class Checked:
             overall = Verdict.DISPROVED
         elif verdicts == {Verdict.PROVED}:
             overall = Verdict.PROVED
-        claims = [in_words(one) for one in found]
-        if kinds:
-            # Imported here, as all words are: no verdict depends on it.
-            from takagi.certificates.checker.words.assumed import assumed
+        # Imported here, as all words are: no verdict depends on it.
+        from takagi.certificates.checker.words.assumed import assumed
 
-            pairs = zip(claims, kinds, strict=True)
-            claims = [replace(claim, assumes=assumed(kind)) for claim, kind in pairs]
-        return cls(overall, claims, messages)
+        claims = [in_words(one) for one in found]
+        for place, kind in enumerate(kinds):
+            claims[place] = replace(claims[place], assumes=assumed(kind))
+        return cls(overall, claims, notes)

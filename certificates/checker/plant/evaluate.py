@@ -6,12 +6,19 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import TypeAlias
 
-from takagi.certificates.checker.arithmetic import interval as d
 from takagi.certificates.checker.arithmetic.elementary import function_of, pi_interval
-from takagi.certificates.checker.arithmetic.interval import ONE, Ends, Interval
+from takagi.certificates.checker.arithmetic.interval import (
+    ONE,
+    UNIT,
+    Interval,
+    enclose,
+    point,
+    product,
+)
 from takagi.certificates.checker.arithmetic.powers import power, root, whole_power
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.graph import Graph, Node, largest_bits
+from takagi.certificates.checker.plant.linear_sum import Ends
 from takagi.certificates.checker.plant.table import Table
 
 __all__ = ["Box", "Evaluator", "TooLong"]
@@ -55,7 +62,7 @@ class Evaluator:
 
     def add_side(self, name: str, side: Ends) -> Interval:
         """Return the range of a variable, rounded outward; its true ends are kept."""
-        rounded = d.enclose(*side)
+        rounded = enclose(*side)
         self.sides[name] = side
         self._ends |= {(name, place, rounded[place]): side[place] for place in (0, 1)}
         return rounded
@@ -101,7 +108,7 @@ class Evaluator:
             elif node.op in ("call", "pi", "sign", "table") or (
                 node.op == "power" and node.value.denominator > 1
             ):
-                rounded = [d.enclose(*part) for part in known]
+                rounded = [enclose(*part) for part in known]
                 pair = self._guarded(number, node, rounded, box)
                 found[number] = None if pair is None else _ends(pair)
             else:
@@ -134,7 +141,7 @@ class Evaluator:
         op = node.op
         if op == "const":
             if number not in self._constants:
-                self._constants[number] = d.point(node.value)
+                self._constants[number] = point(node.value)
             return self._constants[number]
         if op == "variable":
             return box.get(node.name)
@@ -144,11 +151,11 @@ class Evaluator:
         if len(known) < len(node.parts):
             return None
         if op == "add":
-            return d.add(known[0], known[1])
+            return known[0] + known[1]
         if op == "multiply":
             return self._product(node, known)
         if op == "divide":
-            return d.div(known[0], known[1])
+            return known[0] / known[1]
         if op == "power":
             return _power(node, known[0])
         if op == "call":
@@ -156,16 +163,16 @@ class Evaluator:
         if op == "table":
             return self.tables[node.name].bounds(known, node.orders)
         low, high = known[0]
-        return (ONE if low > 0 else -ONE), (-ONE if high < 0 else ONE)
+        return Interval(ONE if low > 0 else -ONE, -ONE if high < 0 else ONE)
 
     def _product(self, node: Node, parts: list[Interval]) -> Interval:
         """Return a product; a constant is multiplied exactly and rounded once."""
         factor = self.graph.value(node.parts[0])
         if factor is None:
-            return d.mul(parts[0], parts[1])
+            return parts[0] * parts[1]
         ends = [end * factor.numerator for end in parts[1]]
         low, high = min(ends), max(ends)
-        return low // factor.denominator, -(-high // factor.denominator)
+        return Interval(low // factor.denominator, -(-high // factor.denominator))
 
 
 def _ends(pair: Interval) -> Ends:
@@ -175,7 +182,7 @@ def _ends(pair: Interval) -> Ends:
 def _power(node: Node, a: Interval) -> Interval:
     top, bottom = abs(node.value.numerator), node.value.denominator
     found = power(a if bottom == 1 else root(a, bottom), top)
-    return found if node.value > 0 else d.div((ONE, ONE), found)
+    return found if node.value > 0 else UNIT / found
 
 
 def _unrounded(node: Node, parts: list[Ends]) -> Ends | None:
@@ -189,12 +196,13 @@ def _unrounded(node: Node, parts: list[Ends]) -> Ends | None:
     if any(largest_bits(end) * growth > MOST_BITS for part in parts for end in part):
         return None
     if node.op == "add":
-        return d.add(parts[0], parts[1])
+        (a, b), (c, d) = parts
+        return a + c, b + d
     if node.op == "multiply":
-        return d.product(parts[0], parts[1])
+        return product(parts[0], parts[1])
     if node.op == "divide":
         below = _inverse(parts[1])
-        return None if below is None else d.product(parts[0], below)
+        return None if below is None else product(parts[0], below)
     found = whole_power(parts[0], growth)
     return found if node.value > 0 else _inverse(found)
 

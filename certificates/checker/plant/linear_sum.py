@@ -11,13 +11,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from operator import add
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
-from takagi.certificates.checker.arithmetic.interval import Ends
 from takagi.certificates.checker.plant.derivative import rebuilt
 from takagi.certificates.checker.plant.graph import Graph, largest_bits
 
-__all__ = ["LinearSum", "vanishing_sums", "with_variable"]
+__all__ = ["Ends", "LinearSum", "vanishing_sums", "with_variable"]
+
+# An interval with rational ends, which are not rounded.
+Ends: TypeAlias = tuple[Fraction, Fraction]
 
 MOST_BITS = 2_000  # of a coefficient
 MOST_SHOWN = 64  # bits of a coefficient that stands in a name

@@ -14,7 +14,7 @@ from __future__ import annotations
 from fractions import Fraction
 from math import factorial
 
-from takagi.certificates.checker.arithmetic.interval import Interval, hull
+from takagi.certificates.checker.arithmetic.interval import ZERO, Interval, hull
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.derivative import derivative, substituted
 from takagi.certificates.checker.plant.evaluate import Box, Evaluator
@@ -145,7 +145,7 @@ class Form:
                 continue
             found = form.slope(_towards_zero(box, pole), name)
             if found is not None and pole == name:
-                found = found[0] // (power + 1), -(-found[1] // (power + 1))
+                found = Interval(found.low // (power + 1), -(-found.high // (power + 1)))
             direct = _common(direct, found)
         return direct
 
@@ -187,10 +187,10 @@ def _has_zero(side: Interval) -> bool:
 
 
 def _towards_zero(box: Box, name: str) -> Box:
-    return {**box, name: hull(box[name], (0, 0))}
+    return {**box, name: hull(box[name], ZERO)}
 
 
 def _common(a: Interval | None, b: Interval | None) -> Interval | None:
     if a is None or b is None:
         return b if a is None else a
-    return max(a[0], b[0]), min(a[1], b[1])
+    return Interval(max(a.low, b.low), min(a.high, b.high))

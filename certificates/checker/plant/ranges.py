@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from takagi.certificates.checker.arithmetic.interval import ONE, Interval, mul
+from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.evaluate import Box, Evaluator
 from takagi.certificates.checker.plant.graph import Node
@@ -208,7 +208,7 @@ def _monotone_ends(
     for name, (start, end) in box.items():
         slope = slopes[name]
         if slope is not None and not slope[0] < 0 < slope[1]:
-            ends = ((start, start), (end, end))
+            ends = (Interval(start, start), Interval(end, end))
             low[name], high[name] = ends if slope[0] >= 0 else ends[::-1]
     return low, high
 
@@ -241,7 +241,7 @@ def _tightened(
     """Return a bracket over the box, and brackets of values at points of it."""
     free = [name for name in box if low[name] == high[name] == box[name]]
     free = [name for name in free if box[name][0] < box[name][1]]
-    sides: list[tuple[int, int] | None] = []
+    sides: list[Interval | None] = []
     attained = []
     for place in (low, high):
         found = form.value(place) if len(free) < len(box) else plain
@@ -256,18 +256,17 @@ def _tightened(
                     known = False
                     break
                 m = middle[name][0]
-                step = mul(slope, (box[name][0] - m, box[name][1] - m))
-                total = total[0] + step[0], total[1] + step[1]
+                total = total + slope * Interval(box[name].low - m, box[name].high - m)
             if known:
                 found = total if found is None else _common(found, total)
         sides.append(found)
     if sides[0] is None or sides[1] is None:
         return None, attained
-    return (sides[0][0], sides[1][1]), attained
+    return Interval(sides[0].low, sides[1].high), attained
 
 
 def _common(a: Interval, b: Interval) -> Interval:
-    return max(a[0], b[0]), min(a[1], b[1])
+    return Interval(max(a.low, b.low), min(a.high, b.high))
 
 
 def _halves(
@@ -288,12 +287,12 @@ def _halves(
     if high - low < 2:
         raise Refused(f"{what} is not shown to stay in its bounds {_near(box)}")
     cut = 0 if name in form.poles and low < 0 < high else (low + high) // 2
-    return [{**box, name: (low, cut)}, {**box, name: (cut, high)}]
+    return [{**box, name: Interval(low, cut)}, {**box, name: Interval(cut, high)}]
 
 
 def _middle(side: Interval) -> Interval:
     cut = (side[0] + side[1]) // 2
-    return cut, cut
+    return Interval(cut, cut)
 
 
 def _inside(value: Interval | None, bounds: Bounds) -> bool:

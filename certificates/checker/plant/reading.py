@@ -12,8 +12,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.arithmetic import interval as d
-from takagi.certificates.checker.arithmetic.interval import Interval
+from takagi.certificates.checker.arithmetic.interval import ONE, Interval, enclose
 from takagi.certificates.checker.kernel.reader import Number, member, number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.evaluate import Evaluator
@@ -84,7 +83,7 @@ class PlantNodes:
     @property
     def box(self) -> dict[str, Interval]:
         """The same, rounded outward to the grid of the intervals."""
-        return {name: d.enclose(*side) for name, side in self.sides.items()}
+        return {name: enclose(*side) for name, side in self.sides.items()}
 
 
 def read_plant(model: Any, where: str) -> PlantNodes:
@@ -105,7 +104,7 @@ def constant_bracket(written: object, where: str = "constant") -> tuple[Fraction
     found = Evaluator(graph, {}).value(node, {})
     if found is None:
         raise CertificateError(f"{where}: {written!a} has no value")
-    return Fraction(found[0], d.ONE), Fraction(found[1], d.ONE)
+    return Fraction(found[0], ONE), Fraction(found[1], ONE)
 
 
 class _Reading:

@@ -70,16 +70,17 @@ class Table:
             up = min(-(-part[1] * step.numerator // step.denominator), last)
             if down > last or up < first:
                 raise Refused("an argument outside its table")
-            fixed.append((min(down, up), max(down, up)))
+            fixed.append(Interval(min(down, up), max(down, up)))
         if len(fixed) == 1:
-            fixed.append((0, 0))
+            fixed.append(Interval(0, 0))
         order = (*orders, 0)
         low_q, high_q = self._spline.bounds(fixed[0], fixed[1], order[0], order[1])
         scale = 1 / self._value
         for step, times in zip(self._steps, orders, strict=True):
             scale *= step**times
         low, high = low_q * scale, high_q * scale
-        return low.numerator // low.denominator, -(-high.numerator // high.denominator)
+        down = low.numerator // low.denominator
+        return Interval(down, -(-high.numerator // high.denominator))
 
 
 def _near(knots: list[Fraction], x: Fraction) -> tuple[int, list[Fraction]]:

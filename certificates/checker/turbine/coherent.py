@@ -34,28 +34,15 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.kernel.definite import is_positive_definite
-from takagi.certificates.checker.kernel.reader import matrix, member, number, numbers
+from takagi.certificates.checker.kernel.reader import listed, matrix, member, number
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Found, Verdict
-from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES, Corners
-from takagi.certificates.checker.turbine.coherent_inputs import (
-    Box,
-    Law,
-    Plant,
-    Settling,
-    Uncertainty,
-)
+from takagi.certificates.checker.turbine.coherent_corners import Corners, Stated, bounds_row
+from takagi.certificates.checker.turbine.coherent_inputs import Settling, Subject
 from takagi.certificates.checker.turbine.coherent_loop import Loop
 
 __all__ = ["check_coherent"]
 
-# Rows h of h xi: e, zeta, e - x, x.
-DIRECTIONS = {
-    "speed_error": (1, 0, 0),
-    "effort_lag": (0, 1, 0),
-    "speed_signal": (1, 0, -1),
-    "integral": (0, 0, 1),
-}
 Rows = list[list[Fraction]]
 # The wind cell, or None for all, and what is not proved.
 Failure = tuple[int | None, str]
@@ -68,69 +55,58 @@ def check_coherent(claim: Any, model: Any, gains: Any, where: str) -> Found:
     ------
     CertificateError : a part is missing or is not what it has to be.
     """
-    plant, law, box = Plant.read(model), Law.read(gains), Box.read(claim, where)
-    if plant.pitch_min != law.pitch_min or plant.pitch_max != law.pitch_max:
-        raise CertificateError("gains: pitch limits differ from the model's")
-    uncertainty = Uncertainty.read(claim, where)
+    subject = Subject.read(claim, model, gains, where)
+    law = subject.law
     P = matrix(claim, "P", where)
     if len(P) != 3 or len(P[0]) != 3:
         raise CertificateError(f"{where}.P: 3 rows of 3 numbers are needed")
-    cells = member(claim, "cells", where)
-    if not isinstance(cells, list) or len(cells) != len(law.wind) - 1:
-        raise CertificateError(f"{where}.cells: one per interval of the law's winds is needed")
-    said = {"claim": claim, "law": law, "uncertainty": uncertainty}
+    count = len(law.wind) - 1
+    cells = listed(claim, "cells", where, count, count)
+    said = {"claim": claim, "law": law, "uncertainty": subject.uncertainty}
     if not is_positive_definite(P):
         why = "P is not symmetric positive definite"
         return Found(Verdict.UNDECIDED, "coherent", said | {"why": why})
-    failures: list[Failure] = [(None, why) for why in _set_failures(P, claim, box, law, where)]
+    failures: list[Failure] = [(None, why) for why in _set_failures(P, claim, subject, where)]
     settling = Settling.read(claim, where)
     if not is_positive_definite(settling.P):
         failures.append((None, "the matrix of the common decay rate is not positive definite"))
     for k, cell in enumerate(cells):
-        place = f"{where}.cells[{k}]"
-        rate = number(cell, "wind_rate", place)
-        if rate < 0:
-            failures.append((k, "a negative wind rate"))
-            continue
-        loop = Loop(plant, law, box, uncertainty, k, rate)
-        reason = _cell_failure(loop, cell, P, settling, place)
-        if reason:
+        stated = Stated.read(cell, f"{where}.cells[{k}]")
+        if reason := _cell_failure(subject, k, stated, P, settling):
             failures.append((k, reason))
     if failures:
         return Found(Verdict.UNDECIDED, "coherent", said | {"failures": failures})
-    proved = {"plant": plant, "settling": settling, "where": where}
+    proved = {"plant": subject.plant, "settling": settling, "where": where}
     return Found(Verdict.PROVED, "coherent", said | proved)
 
 
-def _set_failures(P: Rows, claim: Any, box: Box, law: Law, where: str) -> Iterator[str]:
-    """Check that {V <= 1} lies inside the stated peaks, and those inside the box."""
+def _set_failures(P: Rows, claim: Any, subject: Subject, where: str) -> Iterator[str]:
+    """Check that {V <= 1} lies inside the stated peaks of h xi, and those inside the box."""
     peaks = member(claim, "peaks", where)
-    limits = {
-        "speed_error": box.speed_error,
-        "effort_lag": box.effort_lag,
-        "speed_signal": box.speed_signal,
-        "integral": law.integral_limit,
-    }
-    for name, h in DIRECTIONS.items():
+    box, integral = subject.box, subject.law.integral_limit
+    for name, limit, h in (
+        ("speed_error", box.speed_error, (1, 0, 0)),
+        ("effort_lag", box.effort_lag, (0, 1, 0)),
+        ("speed_signal", box.speed_signal, (1, 0, -1)),
+        ("integral", integral, (0, 0, 1)),
+    ):
         peak = number(peaks, name, f"{where}.peaks")
-        inside = [[peak**2 * P[i][j] - h[i] * h[j] for j in range(3)] for i in range(3)]
-        if not 0 < peak <= limits[name] or not is_positive_definite(inside):
+        if not 0 < peak <= limit or not bounds_row(P, h, peak):
             yield f"the set is not inside its stated bound on {name}"
 
 
-def _cell_failure(loop: Loop, cell: Any, P: Rows, settling: Settling, where: str) -> str:
+def _cell_failure(subject: Subject, k: int, stated: Stated, P: Rows, settling: Settling) -> str:
     """Return what is not proved about one cell, or nothing."""
-    law, k = loop.law, loop.k
-    if numbers(cell, "wind", where, 2) != law.wind[k : k + 2]:
-        raise CertificateError(f"{where}.wind: must be the law's interval {k}")
-    if number(cell, "integral_rate", where) != law.nu[k]:
-        raise CertificateError(f"{where}.integral_rate: differs from the law's")
-    stated = {name: numbers(cell, name, where, 2) for name in RANGES}
-    sizes = {name: number(cell, name, where) for name in BOUNDS}
-    error, rate = number(cell, "wind_error", where), loop.moving.rate
-    alpha, decay = number(cell, "multiplier", where), number(cell, "decay_rate", where)
+    law, sizes = subject.law, stated.sizes
+    if stated.wind != law.wind[k : k + 2]:
+        raise CertificateError(f"{stated.where}.wind: must be the law's interval {k}")
+    if sizes["integral_rate"] != law.nu[k]:
+        raise CertificateError(f"{stated.where}.integral_rate: differs from the law's")
+    if sizes["wind_rate"] < 0:
+        return "a negative wind rate"
+    loop = Loop(subject, k, sizes["wind_rate"])
     try:
-        if wrong := loop.range_failure(stated):
+        if wrong := loop.range_failure(stated.ranges):
             return f"the loop's {wrong} leaves the stated range"
         if wrong := loop.size_failure(sizes):
             return f"the loop's {wrong} exceeds the stated bound"
@@ -138,13 +114,12 @@ def _cell_failure(loop: Loop, cell: Any, P: Rows, settling: Settling, where: str
         return str(reason)
     if limit := loop.limits_failure():
         return limit
-    if not 0 <= error <= loop.box.wind_share * law.wind[k]:
+    if not 0 <= sizes["wind_error"] <= subject.box.wind_share * law.wind[k]:
         return "the wind class is outside the enclosed one"
-    if alpha <= 0 or decay < 0:
+    if sizes["multiplier"] <= 0 or sizes["decay_rate"] < 0:
         return "multiplier or decay rate has the wrong sign"
-    corners = Corners(stated, sizes, law.nu[k], where)
-    if wrong := corners.failure(P, error, rate, alpha, decay):
+    corners = Corners(stated)
+    if wrong := corners.failure(P):
         return wrong
-    if corners.settles(settling.P, settling.decay_rate):
-        return ""
-    return "the common decay inequality fails at a corner"
+    fails = "the common decay inequality fails at a corner"
+    return "" if corners.settles(settling.P, settling.decay_rate) else fails

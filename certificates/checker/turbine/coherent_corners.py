@@ -5,106 +5,113 @@ Stated coefficients have seven decimals: they are integers over 10^7, corner mat
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
-from math import lcm
+from typing import Any
 
-from takagi.certificates.checker.kernel.definite import positive_definite_integers
+from takagi.certificates.checker.kernel import definite
+from takagi.certificates.checker.kernel.reader import number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["BOUNDS", "RANGES", "Corners"]
+__all__ = ["BOUNDS", "RANGES", "Corners", "Stated", "bounds_row"]
 
 UNIT = 10**7
 RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
-BOUNDS = (
-    "residual",
-    "wind_gain",
-    "inertia_gain",
-    "effectiveness_slope",
-    "reference_slope",
-    "lag_disturbance",
-)
+SLOPES = ("effectiveness_slope", "reference_slope")
+BOUNDS = ("residual", "wind_gain", "inertia_gain", *SLOPES, "lag_disturbance")
+CLASS = ("integral_rate", "wind_error", "wind_rate", "multiplier", "decay_rate")
 Integers = list[list[int]]
 
 
+@dataclass(frozen=True)
+class Stated:
+    """One wind cell as a claim states it: ranges of five coefficients, and single numbers."""
+
+    wind: list[Fraction]
+    ranges: dict[str, list[Fraction]]
+    sizes: dict[str, Fraction]
+    where: str
+
+    @classmethod
+    def read(cls, cell: Any, where: str) -> Stated:
+        """Return the cell."""
+        ranges = {name: numbers(cell, name, where, 2) for name in RANGES}
+        sizes = {name: number(cell, name, where) for name in (*BOUNDS, *CLASS)}
+        return cls(numbers(cell, "wind", where, 2), ranges, sizes, where)
+
+    @property
+    def drift(self) -> Fraction:
+        """Bound of |w_e| but for the schedule wind's rate: kappa (r + g wind_error)."""
+        size = self.sizes
+        return size["inertia_gain"] * (size["residual"] + size["wind_gain"] * size["wind_error"])
+
+
+def bounds_row(P: list[list[Fraction]], h: tuple[Fraction | int, ...], peak: Fraction) -> bool:
+    """Return whether |h xi| < peak wherever xi'P xi <= 1, for P > 0: peak^2 P > h'h."""
+    inside = [[peak**2 * P[i][j] - h[i] * h[j] for j in range(3)] for i in range(3)]
+    return definite.is_positive_definite(inside)
+
+
 class Corners:
-    """One cell's family: ranges of five coefficients, sizes of six more, and the integral rate."""
+    """The family of one cell: every corner of the ranges, in integers.
 
-    def __init__(
-        self,
-        stated: dict[str, list[Fraction]],
-        sizes: dict[str, Fraction],
-        nu: Fraction,
-        where: str,
-    ) -> None:
+    Raises
+    ------
+    CertificateError : a number with more than seven decimals.
+    """
+
+    def __init__(self, stated: Stated) -> None:
+        sizes, where = stated.sizes, stated.where
         self.ends = [
-            sorted({_scaled(v, f"{where}.{name}") for v in stated[name]}) for name in RANGES
+            sorted({_scaled(v, f"{where}.{name}") for v in ends})
+            for name, ends in stated.ranges.items()
         ]
-        self.sizes, self.where = sizes, where
-        self.nu = _scaled(nu, f"{where}.integral_rate")
+        self.nu, self.alpha, self.rho = (
+            _scaled(sizes[name], f"{where}.{name}")
+            for name in ("integral_rate", "multiplier", "decay_rate")
+        )
+        rate = sizes["wind_rate"]
+        self.residual = _up(sizes["inertia_gain"] * sizes["residual"])
+        # Bounds of |w_e| and |w_zeta|, rounded up.
+        self.w = _up(stated.drift) + _up(sizes["reference_slope"] * rate)
+        self.z = _up(sizes["lag_disturbance"])
+        # With T - (b'/b) v_s', both signs of v_s', in the place of T.
+        turning, lag = _up(sizes["effectiveness_slope"] * rate), self.ends[4]
+        self.moving_ends = [*self.ends[:4], sorted({lag[0] - turning, lag[-1] + turning})]
 
-    def failure(
-        self,
-        P: list[list[Fraction]],
-        error: Fraction,
-        rate: Fraction,
-        alpha: Fraction,
-        decay: Fraction,
-    ) -> str:
-        """Return the inequality that fails for P > 0 and the wind class (error, rate), or nothing.
-
-        Raises
-        ------
-        CertificateError : a number with more than seven decimals.
-        """
-        a = _scaled(alpha, f"{self.where}.multiplier")
-        rho = _scaled(decay, f"{self.where}.decay_rate")
+    def failure(self, P: list[list[Fraction]]) -> str:
+        """Return the inequality that fails for P > 0, or nothing."""
         if not self._equilibrium_inside(P):
             return "the equilibrium is not inside the set"
-        scale = lcm(*(entry.denominator for row in P for entry in row))
-        whole = [[int(entry * scale) for entry in row] for row in P]
-        w, z = self._disturbance(error, rate)
-        for corner in product(*self.ends):
-            H = _lyapunov(_matrix(corner, self.nu), whole)
-            if not positive_definite_integers(_shifted(H, whole, 2 * rho)):
-                return "the decay inequality fails at a corner"
-        for corner in product(*self._moving_ends(rate)):
-            base = _shifted(_lyapunov(_matrix(corner, self.nu), whole), whole, a)
-            for sign in (1, -1) if z else (1,):
-                d = (w * UNIT, corner[3] * w + sign * z * UNIT)
+        whole = definite.to_integers(P)
+        scale = int(whole[0][0] / P[0][0])
+        if not self._decays(whole, self.rho):
+            return "the decay inequality fails at a corner"
+        for corner in product(*self.moving_ends):
+            base = _shifted(_matrix(corner, self.nu), whole, self.alpha)
+            for sign in (1, -1) if self.z else (1,):
+                d = (self.w * UNIT, corner[3] * self.w + sign * self.z * UNIT)
                 Pd = [row[0] * d[0] + row[1] * d[1] for row in whole]
-                if not positive_definite_integers(_bordered(base, Pd, a * UNIT * scale)):
+                border = [-Pd[0], -Pd[1], -Pd[2], self.alpha * UNIT * scale]
+                if not definite.positive_definite_integers([*base, border]):
                     return "the invariance inequality fails at a corner"
         return ""
 
     def settles(self, R: list[list[Fraction]], decay: Fraction) -> bool:
         """Return whether -(A'R + RA + 2 decay R) > 0 at every corner, for R > 0."""
-        rho = _scaled(decay, "settling.decay_rate")
-        scale = lcm(*(entry.denominator for row in R for entry in row))
-        whole = [[int(entry * scale) for entry in row] for row in R]
-        for corner in product(*self.ends):
-            H = _lyapunov(_matrix(corner, self.nu), whole)
-            if not positive_definite_integers(_shifted(H, whole, 2 * rho)):
-                return False
-        return True
+        return self._decays(definite.to_integers(R), _scaled(decay, "settling.decay_rate"))
 
-    def _disturbance(self, error: Fraction, rate: Fraction) -> tuple[int, int]:
-        """Return bounds of |w_e| and |w_zeta| over 10^7, rounded up."""
-        size = self.sizes
-        w = _up(size["inertia_gain"] * (size["residual"] + size["wind_gain"] * error))
-        return w + _up(size["reference_slope"] * rate), _up(size["lag_disturbance"])
-
-    def _moving_ends(self, rate: Fraction) -> list[list[int]]:
-        """Return the ends with T - (b'/b) v_s', both signs of v_s', in the place of T."""
-        turning = _up(self.sizes["effectiveness_slope"] * rate)
-        lag = self.ends[4]
-        return [*self.ends[:4], sorted({lag[0] - turning, lag[-1] + turning})]
+    def _decays(self, P: Integers, rho: int) -> bool:
+        return all(
+            definite.positive_definite_integers(_shifted(_matrix(corner, self.nu), P, 2 * rho))
+            for corner in product(*self.ends)
+        )
 
     def _equilibrium_inside(self, P: list[list[Fraction]]) -> bool:
         """Return whether V < 1 where v is constant: e = zeta = 0 and |x| <= kappa r / Gamma."""
         low_gain = self.ends[1][0]
-        r = _up(self.sizes["inertia_gain"] * self.sizes["residual"])
-        return low_gain > 0 and P[2][2] * r * r < low_gain**2
+        return low_gain > 0 and P[2][2] * self.residual**2 < low_gain**2
 
 
 def _matrix(corner: tuple[int, ...], nu: int) -> tuple[tuple[int, ...], ...]:
@@ -117,20 +124,11 @@ def _matrix(corner: tuple[int, ...], nu: int) -> tuple[tuple[int, ...], ...]:
     )
 
 
-def _lyapunov(A: tuple[tuple[int, ...], ...], P: Integers) -> Integers:
-    """Return A'P + PA."""
+def _shifted(A: tuple[tuple[int, ...], ...], P: Integers, rate: int) -> Integers:
+    """Return -(A'P + PA + rate P), where A is over 10^14, rate over 10^7."""
     PA = [[sum(P[i][k] * A[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
-    return [[PA[i][j] + PA[j][i] for j in range(3)] for i in range(3)]
-
-
-def _shifted(H: Integers, P: Integers, rate: int) -> Integers:
-    """Return -(H + rate P), where H is over 10^14 times the scale of P and rate over 10^7."""
-    return [[-H[i][j] - rate * UNIT * P[i][j] for j in range(3)] for i in range(3)]
-
-
-def _bordered(base: Integers, Pd: list[int], corner: int) -> Integers:
-    """Return the lower half of [[base, -P d], [-d'P, corner]]."""
-    return [*base, [-Pd[0], -Pd[1], -Pd[2], corner]]
+    shift = rate * UNIT
+    return [[-(PA[i][j] + PA[j][i] + shift * P[i][j]) for j in range(3)] for i in range(3)]
 
 
 def _scaled(value: Fraction, where: str) -> int:

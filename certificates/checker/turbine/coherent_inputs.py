@@ -7,27 +7,12 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.spline import Spline
-from takagi.certificates.checker.kernel.reader import (
-    increasing,
-    matrix,
-    member,
-    number,
-    numbers,
-    text,
-)
+from takagi.certificates.checker.kernel.reader import increasing, matrix, member, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["Box", "Law", "Plant", "Settling", "Uncertainty"]
+__all__ = ["Box", "Law", "Plant", "Settling", "Subject", "Uncertainty"]
 
 MOST_WINDS = 2000
-POSITIVE = (
-    "gear_ratio",
-    "torque_constant",
-    "rotor_radius",
-    "pitch_time_constant",
-    "pitch_rate_limit",
-    "rated_rotor_speed",
-)
 
 
 @dataclass(frozen=True)
@@ -47,29 +32,25 @@ class Plant:
     @classmethod
     def read(cls, model: Any) -> Plant:
         """Return the plant; refuses another kind, and a constant that is not positive."""
-        if text(model, "kind", "model") != "turbine":
+        if member(model, "kind", "model") != "turbine":
             raise CertificateError("model.kind: a coherent loop needs a turbine")
-        positive = {name: number(model, name, "model") for name in POSITIVE}
-        gear = positive["gear_ratio"]
+        gear = _positive(model, "gear_ratio", "model")
         inertia = number(model, "rotor_inertia", "model")
         inertia += gear**2 * number(model, "generator_inertia", "model")
-        if inertia <= 0 or min(positive.values()) <= 0:
-            raise CertificateError("model: inertia, gear ratio and every constant must be positive")
+        if inertia <= 0:
+            raise CertificateError("model: rotor and generator need a positive inertia together")
         table, where = member(model, "torque_surface", "model"), "model.torque_surface"
+        x, y = (numbers(table, f"{axis}_knots", where) for axis in ("tip_speed_ratio", "pitch"))
         return cls(
-            torque_per_inertia=positive["torque_constant"] / inertia,
+            torque_per_inertia=_positive(model, "torque_constant", "model") / inertia,
             gear_per_inertia=gear / inertia,
-            radius=positive["rotor_radius"],
-            lag=positive["pitch_time_constant"],
-            rate_limit=positive["pitch_rate_limit"],
-            rated_speed=positive["rated_rotor_speed"],
+            radius=_positive(model, "rotor_radius", "model"),
+            lag=_positive(model, "pitch_time_constant", "model"),
+            rate_limit=_positive(model, "pitch_rate_limit", "model"),
+            rated_speed=_positive(model, "rated_rotor_speed", "model"),
             pitch_min=number(model, "pitch_min", "model"),
             pitch_max=number(model, "pitch_max", "model"),
-            surface=Spline(
-                numbers(table, "tip_speed_ratio_knots", where),
-                numbers(table, "pitch_knots", where),
-                matrix(table, "coefficients", where),
-            ),
+            surface=Spline(x, y, matrix(table, "coefficients", where)),
         )
 
 
@@ -120,26 +101,25 @@ class Law:
             inertia=numbers(gains, "inertia_feedforward", "gains", count - 1),
             inertia_limit=numbers(gains, "feedforward_limit", "gains", count - 1),
             lead=number(gains, "pitch_lead", "gains"),
-            overlap=number(gains, "overlap", "gains"),
-            rated_torque=number(gains, "rated_torque", "gains"),
-            effort_torque=number(gains, "effort_torque", "gains"),
+            overlap=_positive(gains, "overlap", "gains"),
+            rated_torque=_positive(gains, "rated_torque", "gains"),
+            effort_torque=_positive(gains, "effort_torque", "gains"),
             pitch_min=number(gains, "pitch_min", "gains"),
             pitch_max=number(gains, "pitch_max", "gains"),
-            integral_limit=number(gains, "integral_limit", "gains"),
+            integral_limit=_positive(gains, "integral_limit", "gains"),
         )
-        positive = [law.overlap, law.rated_torque, law.effort_torque, law.integral_limit, wind[0]]
-        if min(*positive, *law.speed, *law.effectiveness, *law.gamma, *law.nu) <= 0:
-            raise CertificateError(
-                "gains: winds, speeds, gains, effectiveness and limits must be positive"
-            )
+        if min(wind[0], *law.speed, *law.effectiveness, *law.gamma, *law.nu) <= 0:
+            raise CertificateError("gains: winds, speeds, gains, effectiveness must be positive")
         if min(law.lead, *law.inertia_limit) < 0:
             raise CertificateError("gains: pitch_lead and feedforward_limit must not be negative")
-        acts = law.lead > 0 or any(law.inertia)
-        if acts and number(gains, "wind_filter", "gains") <= 0:
-            raise CertificateError(
-                "gains.wind_filter: must be positive where the wind's rate is fed forward"
-            )
+        if law.lead > 0 or any(law.inertia):
+            # Without the filter the wind's rate, which is fed forward, is not known.
+            _positive(gains, "wind_filter", "gains")
         return law
+
+    def slope(self, column: list[Fraction], k: int) -> Fraction:
+        """Return the slope of a column over wind in interval k."""
+        return (column[k + 1] - column[k]) / (self.wind[k + 1] - self.wind[k])
 
 
 @dataclass(frozen=True)
@@ -195,11 +175,6 @@ class Uncertainty:
         """Nominal over true inertia: what every torque is multiplied by."""
         return 1 / self.inertia[1], 1 / self.inertia[0]
 
-    @property
-    def wrong_table(self) -> bool:
-        """Whether more than the table's power coefficient is covered."""
-        return self.power[0] < self.power[1]
-
 
 @dataclass(frozen=True)
 class Settling:
@@ -216,3 +191,28 @@ class Settling:
         if len(P) != 3 or len(P[0]) != 3 or rate < 0:
             raise CertificateError(f"{place}: P of 3 rows of 3 numbers, and a rate >= 0")
         return cls(P, rate)
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What one claim is about."""
+
+    plant: Plant
+    law: Law
+    box: Box
+    uncertainty: Uncertainty
+
+    @classmethod
+    def read(cls, claim: Any, model: Any, gains: Any, where: str) -> Subject:
+        """Return it; refuses a law that has other pitch limits than the plant."""
+        plant, law = Plant.read(model), Law.read(gains)
+        if (plant.pitch_min, plant.pitch_max) != (law.pitch_min, law.pitch_max):
+            raise CertificateError("gains: pitch limits differ from the model's")
+        return cls(plant, law, Box.read(claim, where), Uncertainty.read(claim, where))
+
+
+def _positive(owner: Any, key: str, where: str) -> Fraction:
+    value = number(owner, key, where)
+    if value <= 0:
+        raise CertificateError(f"{where}.{key}: must be positive")
+    return value

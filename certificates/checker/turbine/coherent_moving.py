@@ -15,20 +15,11 @@ All in rationals but for |N|, which is bracketed.
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import cached_property
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
-from takagi.certificates.checker.arithmetic.interval import (
-    ONE,
-    add,
-    div,
-    enclose,
-    magnitude,
-    mul,
-    point,
-    sub,
-)
-from takagi.certificates.checker.turbine.coherent_inputs import Box, Law, Plant
-from takagi.certificates.checker.turbine.coherent_residual import slope
+from takagi.certificates.checker.arithmetic.interval import ONE, Interval, enclose, point
+from takagi.certificates.checker.turbine.coherent_inputs import Subject
 
 __all__ = ["Moving"]
 
@@ -36,51 +27,69 @@ ZERO, FULL = Fraction(0), Fraction(1)
 
 
 class Moving:
-    """One cell at one wind rate: schedule winds from node k to node k + 1."""
+    """One cell at one wind rate, and the efforts q* + gamma (e - x) that its set can demand.
 
-    def __init__(
-        self,
-        plant: Plant,
-        law: Law,
-        box: Box,
-        kappa: tuple[Fraction, Fraction],
-        efforts: tuple[Fraction, Fraction],
-        k: int,
-        rate: Fraction,
-    ) -> None:
-        self.plant, self.law, self.box, self.kappa = plant, law, box, kappa
-        self.low, self.high = efforts
-        self.k, self.rate = k, rate
-        self.least_b = min(law.effectiveness[k : k + 2])
-        self.lead = law.lead / plant.lag
-        self.asked, self.turn = self._asked()
+    A column of the law is a line between the nodes k and k + 1.
+    """
 
-    def _slope(self, column: list[Fraction]) -> Fraction:
-        return slope(column, self.law.wind, self.k)
+    def __init__(self, subject: Subject, k: int, rate: Fraction) -> None:
+        self.plant, self.law, self.box = subject.plant, subject.law, subject.box
+        self.k, self.rate, self.kappa = k, rate, subject.uncertainty.kappa
+        self.wind, self.b = self.range(self.law.wind), self.range(self.law.effectiveness)
+        self.c, self.radius = point(self.plant.torque_per_inertia), point(self.plant.radius)
+        (least, most), steep = self.ends(self.law.effort), self.ends(self.law.gamma)[1]
+        self.low = least - steep * self.box.speed_signal
+        self.high = most + steep * self.box.speed_signal
+        self.least_b = self.ends(self.law.effectiveness)[0]
+        self.lead = self.law.lead / self.plant.lag
 
-    def _asked(self) -> tuple[Fraction, Fraction]:
-        """Return bounds of |N| and of |N / b|."""
-        law, eps = self.law, self.law.overlap
-        b = enclose(self.least_b, max(law.effectiveness[self.k : self.k + 2]))
+    def ends(self, column: list[Fraction]) -> list[Fraction]:
+        """Return a column's least and greatest value."""
+        return sorted(column[self.k : self.k + 2])
+
+    def range(self, column: list[Fraction]) -> Interval:
+        return enclose(*self.ends(column))
+
+    def slope(self, column: list[Fraction]) -> Fraction:
+        return self.law.slope(column, self.k)
+
+    def psi(self, low: Fraction, high: Fraction) -> Interval:
+        """Return the range of the ramp for efforts from low to high."""
+        return enclose(psi(low, self.law.overlap), psi(high, self.law.overlap))
+
+    def share(self, low: Fraction, high: Fraction) -> Interval:
+        """Return the range of the ramp's slope."""
+        return enclose(share(low, self.law.overlap), share(high, self.law.overlap))
+
+    def pitch(self, shed: Interval) -> Interval:
+        """Return beta_min + shed / b."""
+        return shed / self.b + point(self.law.pitch_min)
+
+    @cached_property
+    def asked(self) -> tuple[Fraction, Fraction]:
+        """Bounds of |N| and of |N / b|."""
+        law, low, high = self.law, self.low, self.high
         signal = enclose(-self.box.speed_signal, self.box.speed_signal)
-        moved = add(mul(signal, point(self._slope(law.gamma))), point(self._slope(law.effort)))
-        held = enclose(share(self.low, eps), share(self.high, eps))
-        shed = enclose(psi(self.low, eps), psi(self.high, eps))
-        relative = div(point(self._slope(law.effectiveness)), b)
-        N = sub(mul(held, moved), mul(shed, relative))
-        return Fraction(magnitude(N), ONE), Fraction(magnitude(div(N, b)), ONE)
+        moved = signal * point(self.slope(law.gamma)) + point(self.slope(law.effort))
+        relative = point(self.slope(law.effectiveness)) / self.b
+        N = self.share(low, high) * moved - self.psi(low, high) * relative
+        return Fraction(N.magnitude(), ONE), Fraction((N / self.b).magnitude(), ONE)
+
+    def led(self) -> Fraction:
+        """Return a bound of the pitch rate that the lead itself asks for."""
+        return self.lead * self.rate * self.asked[1]
 
     def lag_rates(self) -> tuple[Fraction, Fraction] | None:
         """Return the ends of h / tau, or None where the lead alone exceeds the pitch rate limit."""
         demanded = self.box.effort_lag / (self.least_b * self.plant.lag)
-        room = (self.plant.rate_limit - self.lead * self.rate * self.turn) / demanded
+        room = (self.plant.rate_limit - self.led()) / demanded
         if room <= 0:
             return None
         return min(FULL, room) / self.plant.lag, 1 / self.plant.lag
 
     def effectiveness_slope(self) -> Fraction:
         """Return |b' / b|."""
-        return abs(self._slope(self.law.effectiveness)) / self.least_b
+        return abs(self.slope(self.law.effectiveness)) / self.least_b
 
     def reference_slope(self) -> Fraction:
         """Return |omega*' - kappa m mu f|."""
@@ -90,11 +99,11 @@ class Moving:
             least = min(FULL, g / reach, psi(-self.high, self.law.overlap) / reach)
         m = self.law.effort_torque * self.plant.gear_per_inertia
         ends = (self.kappa[0] * least, self.kappa[1])
-        return max(abs(self._slope(self.law.speed) - m * f * part) for part in ends)
+        return max(abs(self.slope(self.law.speed) - m * f * part) for part in ends)
 
     def lag_disturbance(self) -> Fraction:
         """Return a bound of |w_zeta|."""
-        left = abs(1 - self.lead) * self.asked * self.rate
+        left = abs(1 - self.lead) * self.asked[0] * self.rate
         return max(left, self._cut()) if self.lead > 0 else left
 
     def _cut(self) -> Fraction:
@@ -103,7 +112,7 @@ class Moving:
         On the ramp psi = eps F^2, beyond it F = 1 and psi >= eps: below A F - c eps F^2 all along.
         """
         law, eps = self.law, self.law.overlap
-        A = abs(self._slope(law.effort)) + abs(self._slope(law.gamma)) * self.box.speed_signal
+        A = abs(self.slope(law.effort)) + abs(self.slope(law.gamma)) * self.box.speed_signal
         A *= self.rate
         c = 1 / self.plant.lag - self.rate * self.effectiveness_slope()
         least, most = share(self.low, eps), share(self.high, eps)
@@ -122,6 +131,5 @@ class Moving:
 
     def largest_pitch(self) -> Fraction:
         """Return the largest pitch that the law may ask for, before its limits."""
-        law = self.law
-        asked = law.pitch_min + psi(self.high, law.overlap) / self.least_b
-        return asked + law.lead * self.rate * self.turn
+        asked = self.law.pitch_min + psi(self.high, self.law.overlap) / self.least_b
+        return asked + self.plant.lag * self.led()

@@ -25,18 +25,14 @@ from takagi.certificates.checker.arithmetic.dual import Dual, chained
 from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
 from takagi.certificates.checker.arithmetic.interval import (
     ONE,
+    UNIT,
     ZERO,
     Interval,
-    add,
     enclose,
-    mul,
     point,
-    square,
-    sub,
 )
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant
-from takagi.certificates.checker.turbine.coherent_residual import slope
 from takagi.certificates.checker.turbine.rest_count import ANY_SIGN, Count, Piece, Span, count_zeros
 
 __all__ = ["CoherentRests", "coherent_rests"]
@@ -134,15 +130,15 @@ class _Rest:
             return None
         bounds, wind = self.plant.surface.bounds, _wind(winds)
         value, by_ratio = bounds(ratio, pitch.value), bounds(ratio, pitch.value, 1, 0)
-        cv, cvv = mul(self.c, wind.value), mul(self.c, square(wind.value))
-        by_wind = mul(cv, sub(add(value, value), mul(ratio, by_ratio)))
+        cv, cvv = self.c * wind.value, self.c * wind.value.square()
+        by_wind = cv * (value + value - ratio * by_ratio)
         demanded = self._torque(effort)
         if not pitch.slopes:
-            return Dual(sub(mul(cvv, value), demanded.value), ())
+            return Dual(cvv * value - demanded.value, ())
         rotor = chained(
-            mul(cvv, value),
-            (mul(mul(cv, point(self.plant.radius)), by_ratio), speed),
-            (mul(cvv, bounds(ratio, pitch.value, 0, 1)), pitch),
+            cvv * value,
+            (cv * point(self.plant.radius) * by_ratio, speed),
+            (cvv * bounds(ratio, pitch.value, 0, 1), pitch),
             (by_wind, wind),
         )
         return rotor - demanded
@@ -157,12 +153,12 @@ class _Rest:
             # No pitch leaves the table, also one at its limit where both end together; that the
             # end is rounded down by less than 10^-36 is far below what brackets are widened by.
             end = table.breaks_fixed[-1]
-            return Dual((min(pitch.value[0], end), min(pitch.value[1], end)), pitch.slopes)
+            return Dual(Interval(*(min(value, end) for value in pitch.value)), pitch.slopes)
         last = point(table.breaks[-1] - EDGE)[0]
         if pitch.value[0] > last:
             return None
         if pitch.value[1] > last:
-            return Dual((pitch.value[0], last), ())
+            return Dual(Interval(pitch.value.low, last), ())
         return pitch
 
     def _torque(self, effort: Dual) -> Dual:
@@ -185,18 +181,16 @@ class _Rest:
 
     def _column(self, column: list[Fraction], winds: Span) -> Dual:
         ends = [self._at(column, v) for v in winds]
-        pace = point(slope(column, self.law.wind, self.k))
+        pace = point(self.law.slope(column, self.k))
         return Dual(enclose(min(ends), max(ends)), (pace, ZERO))
 
     def _at(self, column: list[Fraction], wind: Fraction) -> Fraction:
-        return column[self.k] + slope(column, self.law.wind, self.k) * (
-            wind - self.law.wind[self.k]
-        )
+        return column[self.k] + self.law.slope(column, self.k) * (wind - self.law.wind[self.k])
 
 
 def _wind(winds: Span) -> Dual:
-    return Dual(enclose(*winds), ((ONE, ONE), ZERO))
+    return Dual(enclose(*winds), (UNIT, ZERO))
 
 
 def _parameter(span: Span) -> Dual:
-    return Dual(enclose(*span), (ZERO, (ONE, ONE)))
+    return Dual(enclose(*span), (ZERO, UNIT))

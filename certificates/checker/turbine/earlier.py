@@ -8,21 +8,11 @@ from takagi.certificates.checker.kernel.reader import integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Outcome, Verdict
 
-__all__ = ["earlier_claim", "earlier_loop"]
-
-
-def earlier_loop(
-    claim: Any, data: Any, found: list[Outcome], where: str
-) -> tuple[Any, Outcome | None]:
-    """Return the claim whose place in the file ``loop`` names, and its verdict if it is not PROVED.
-
-    Parameters and errors as for ``earlier_claim``.
-    """
-    return earlier_claim(claim, data, found, where, name="loop", kind="coherent-loop")
+__all__ = ["earlier_claim"]
 
 
 def earlier_claim(
-    claim: Any, data: Any, found: list[Outcome], where: str, *, name: str, kind: str
+    claim: Any, data: Any, found: list[Outcome], where: str, name: str, kind: str
 ) -> tuple[Any, Outcome | None]:
     """Return the claim whose place in the file a member names, and its verdict if it is not PROVED.
 

@@ -19,16 +19,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.arithmetic.interval import (
-    ONE,
-    Interval,
-    add,
-    magnitude,
-    mul,
-    point,
-    within,
-)
-from takagi.certificates.checker.kernel.reader import matrix, member, number, numbers
+from takagi.certificates.checker.arithmetic.interval import ONE, Interval, point
+from takagi.certificates.checker.kernel.reader import listed, matrix, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.turbine.coherent_inputs import Plant
@@ -71,9 +63,7 @@ class _Cell:
             raise CertificateError(f"{where}: increasing winds, two centres and a box are needed")
         if any(not law.pitch_min <= z[1] <= law.pitch_max for z in centre):
             raise CertificateError(f"{where}.centre: pitch outside its range")
-        stated = member(cell, "corners", where)
-        if not isinstance(stated, list) or not 0 < len(stated) <= MOST_CORNERS:
-            raise CertificateError(f"{where}.corners: 1 to {MOST_CORNERS} are needed")
+        stated = listed(cell, "corners", where, 1, MOST_CORNERS)
         corners = [
             tuple(_square(corner, name, f"{where}.corners[{k}]", n) for name in ("low", "high"))
             for k, corner in enumerate(stated)
@@ -111,9 +101,7 @@ def check_paper(claim: Any, model: Any, gains: Any, where: str) -> Claim:
         # Only then does the filter hold rated torque all the way from the rounded corner on.
         raise CertificateError("gains.coupling.top_torque: the rounded corner goes beyond it")
     winds = _spans(matrix(claim, "winds", where), f"{where}.winds")
-    cells = member(claim, "cells", where)
-    if not isinstance(cells, list) or len(cells) > MOST_CELLS:
-        raise CertificateError(f"{where}.cells: a list of at most {MOST_CELLS} is needed")
+    cells = listed(claim, "cells", where, 0, MOST_CELLS)
     proved, failures = [], []
     for k, stated in enumerate(cells):
         place = f"{where}.cells[{k}]"
@@ -134,9 +122,7 @@ def check_paper(claim: Any, model: Any, gains: Any, where: str) -> Claim:
 
 def _left_out(claim: Any, winds: list[Span], where: str) -> list[Span]:
     """Return the winds that the file names as not proved and does not claim."""
-    stated = member(claim, "unproved", where)
-    if not isinstance(stated, list) or len(stated) > MOST_CELLS:
-        raise CertificateError(f"{where}.unproved: a list of at most {MOST_CELLS} is needed")
+    stated = listed(claim, "unproved", where, 0, MOST_CELLS)
     rows = [numbers(gap, "wind", f"{where}.unproved[{k}]", 2) for k, gap in enumerate(stated)]
     spans = _spans(rows, f"{where}.unproved") if rows else []
     claimed = merged(winds)
@@ -156,7 +142,7 @@ def _failure(plant: Plant, law: PaperLaw, overlaps: Overlaps, cell: _Cell, where
         for torque_end, free in loop.choices():
             rates = loop.rates(torque_end, free)
             rows = [
-                [mul(slope, point(1 / r)) for slope in rate.slopes]
+                [slope * point(1 / r) for slope in rate.slopes]
                 for rate, r in zip(rates, cell.ends.widths, strict=True)
             ]
             if not any(_holds(rows, low, high) for low, high in cell.corners):
@@ -165,7 +151,7 @@ def _failure(plant: Plant, law: PaperLaw, overlaps: Overlaps, cell: _Cell, where
     except Refused as reason:
         return str(reason)
     for found, r, bound in zip(size, cell.ends.widths, cell.disturbance, strict=True):
-        if not within((0, found), Fraction(0), r * bound):
+        if not Interval(0, found).within(Fraction(0), r * bound):
             return "the field at the centre exceeds the stated bound"
     return contraction_failure(
         cell.P, cell.corners, cell.disturbance, cell.rate, cell.multiplier, where
@@ -174,7 +160,7 @@ def _failure(plant: Plant, law: PaperLaw, overlaps: Overlaps, cell: _Cell, where
 
 def _holds(rows: list[list[Interval]], low: Rows, high: Rows) -> bool:
     return all(
-        within(entry, least, most)
+        entry.within(least, most)
         for row, lows, highs in zip(rows, low, high, strict=True)
         for entry, least, most in zip(row, lows, highs, strict=True)
     )
@@ -189,7 +175,7 @@ def _disturbance(plant: Plant, law: PaperLaw, overlaps: Overlaps, ends: Ends) ->
     along = Loop(plant, law, overlaps, Ends((v1, v2), ends.states, zero), "line")
     half = point((v2 - v1) / 2)
     return [
-        add((magnitude(here.value),) * 2, mul((0, magnitude(line.slopes[0])), half))[1]
+        here.value.magnitude() + (Interval(0, line.slopes[0].magnitude()) * half).high
         for here, line in zip(at_middle.rates(), along.rates(), strict=True)
     ]
 
@@ -276,7 +262,7 @@ def _rest(plant: Plant, law: PaperLaw, overlaps: Overlaps, proved: list[_Cell]) 
     error = 0
     for cell in proved:
         loop = Loop(plant, law, overlaps, cell.ends, "none")
-        error = max(error, magnitude(loop.error.value))
+        error = max(error, loop.error.value.magnitude())
     share = 100 * Fraction(error, ONE) / plant.rated_speed
     words = f"there the speed is within {at_most(share, 3)} % of rated of its reference"
     far = [cell.ends.wind for cell in proved if not _near_trim_pitch(law, cell.ends)]

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.interval import (
-    ONE,
+    UNIT,
     ZERO,
     Interval,
     enclose,
@@ -54,7 +54,7 @@ class RestPlace(Loop):
             low, high = super()._ratio(region, True, False)
             if region is None or self.ends.wind[1] <= region.wind[-1]:
                 high = min(high, point(self.plant.surface.x.breaks[-1] - EDGE)[1])
-            parts.append((low, high))
+            parts.append(Interval(low, high))
         return hull(*parts)
 
     def gain(self, full: bool, kind: int) -> Dual:
@@ -83,7 +83,7 @@ class PaperBalance:
     def place(self, winds: Span, pitch: Dual) -> RestPlace:
         """Return the place at the reference speed with a pitch."""
         first, last = (self.reference(v) for v in winds)
-        wind = Dual(enclose(*winds), ((ONE, ONE), ZERO))
+        wind = Dual(enclose(*winds), (UNIT, ZERO))
         return RestPlace(self, winds, (first, last, Fraction(0)), self.speed(winds), pitch, wind)
 
     def reference(self, wind: Fraction) -> Fraction:

@@ -20,17 +20,12 @@ from itertools import product
 from takagi.certificates.checker.arithmetic.dual import Dual, chained, greater, lesser, still
 from takagi.certificates.checker.arithmetic.interval import (
     ONE,
+    UNIT,
     ZERO,
     Interval,
-    add,
-    div,
     enclose,
     hull,
-    magnitude,
-    mul,
     point,
-    square,
-    sub,
 )
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.coherent_inputs import Plant
@@ -38,7 +33,7 @@ from takagi.certificates.checker.turbine.paper_inputs import Overlaps, PaperLaw,
 
 __all__ = ["Ends", "Loop", "blended", "interpolated"]
 
-HALF: Interval = (ONE // 2, ONE // 2)
+HALF = Interval(ONE // 2, ONE // 2)
 
 
 @dataclass(frozen=True)
@@ -70,7 +65,7 @@ class Loop:
         self.plant, self.law, self.overlaps, self.ends = plant, law, overlaps, ends
         count = {"states": law.states, "line": 1, "none": 0}[seeds]
         v1, v2 = ends.wind
-        pace = (ONE, ONE) if seeds == "line" else ZERO
+        pace = UNIT if seeds == "line" else ZERO
         self.wind = Dual(enclose(v1, v2), (pace,) * count)
         self.state = []
         for i, (first, last, r) in enumerate(zip(*ends.states, ends.widths, strict=True)):
@@ -99,7 +94,7 @@ class Loop:
         torque, torque_rest = self._torque(torque_end)
         angle, angle_rest = self._angle(free)
         turning = (angle - self.pitch).by(point(1 / plant.lag))
-        if magnitude(turning.value) > point(plant.rate_limit)[0]:
+        if turning.value.magnitude() > point(plant.rate_limit)[0]:
             raise Refused("the set may demand more than the pitch rate limit")
         rates = [self.rotor - torque.by(point(plant.gear_per_inertia)), turning]
         if law.tracking_time is None:
@@ -132,13 +127,12 @@ class Loop:
         ratio, angle = self._ratio(None, True, False), self.pitch.value
         bounds = self.plant.surface.bounds
         value, by_ratio = bounds(ratio, angle), bounds(ratio, angle, 1, 0)
-        cv = mul(c, v)
-        cvv = mul(c, square(v))
-        by_wind = mul(cv, sub(add(value, value), mul(ratio, by_ratio)))
+        cv, cvv = c * v, c * v.square()
+        by_wind = cv * (value + value - ratio * by_ratio)
         return chained(
-            mul(cvv, value),
-            (mul(mul(cv, radius), by_ratio), self.speed),
-            (mul(cvv, bounds(ratio, angle, 0, 1)), self.pitch),
+            cvv * value,
+            (cv * radius * by_ratio, self.speed),
+            (cvv * bounds(ratio, angle, 0, 1), self.pitch),
             (by_wind, self.wind),
         )
 
@@ -172,22 +166,22 @@ class Loop:
         )
         ratio, bounds = self._ratio(region, True, True), self.plant.surface.bounds
         first, second = bounds(ratio, angle.value, 1, 0), bounds(ratio, angle.value, 2, 0)
-        cr = mul(c, radius)
-        crv = mul(cr, wind.value)
-        half = mul(HALF, mul(mul(cr, radius), second))
+        cr = c * radius
+        crv = cr * wind.value
+        half = HALF * (cr * radius * second)
         found = chained(
-            mul(crv, first),
+            crv * first,
             (half, trim),
             (half, self.speed),
-            (mul(crv, bounds(ratio, angle.value, 1, 1)), angle),
-            (mul(cr, sub(first, mul(ratio, second))), wind),
+            (crv * bounds(ratio, angle.value, 1, 1), angle),
+            (cr * (first - ratio * second), wind),
         )
         if not self.sharp:
             return found
-        cvv = mul(c, square(wind.value))
-        at_trim = mul(cvv, bounds(self._ratio(region, False, True), angle.value))
-        at_state = mul(cvv, bounds(self._ratio(region, True, False), angle.value))
-        return _quotient(found, sub(at_state, at_trim), sub(self.speed.value, trim.value))
+        cvv = c * wind.value.square()
+        at_trim = cvv * bounds(self._ratio(region, False, True), angle.value)
+        at_state = cvv * bounds(self._ratio(region, True, False), angle.value)
+        return _quotient(found, at_state - at_trim, self.speed.value - trim.value)
 
     def _pitch_premise(self, region: Region) -> Dual:
         c, radius = point(self.plant.torque_per_inertia), point(self.plant.radius)
@@ -199,19 +193,19 @@ class Loop:
         ratio = self._ratio(region, False, True)
         angle = hull(trim.value, self.pitch.value)
         first, mixed = bounds(ratio, angle, 0, 1), bounds(ratio, angle, 1, 1)
-        cv, cvv = mul(c, wind.value), mul(c, square(wind.value))
-        half = mul(HALF, mul(cvv, bounds(ratio, angle, 0, 2)))
+        cv, cvv = c * wind.value, c * wind.value.square()
+        half = HALF * (cvv * bounds(ratio, angle, 0, 2))
         found = chained(
-            mul(cvv, first),
+            cvv * first,
             (half, trim),
             (half, self.pitch),
-            (mul(mul(cv, radius), mixed), speed),
-            (mul(cv, sub(add(first, first), mul(ratio, mixed))), wind),
+            (cv * radius * mixed, speed),
+            (cv * (first + first - ratio * mixed), wind),
         )
         if not self.sharp:
             return found
-        rise = mul(cvv, sub(bounds(ratio, self.pitch.value), bounds(ratio, trim.value)))
-        return _quotient(found, rise, sub(self.pitch.value, trim.value))
+        rise = cvv * (bounds(ratio, self.pitch.value) - bounds(ratio, trim.value))
+        return _quotient(found, rise, self.pitch.value - trim.value)
 
     def _held_wind(self, lowest: Fraction, highest: Fraction) -> Dual:
         """Return the wind held to a range; exact, for cells end where ranges do."""
@@ -219,7 +213,7 @@ class Loop:
         held = [min(max(v, lowest), highest) for v in (low, high)]
         moving = low < highest and high > lowest
         still_too = low < lowest or high > highest or not moving
-        slope = (0 if still_too else ONE, ONE if moving else 0)
+        slope = Interval(0 if still_too else ONE, ONE if moving else 0)
         return self.wind.through(enclose(held[0], held[1]), slope)
 
     def _column(self, region: Region, column: list[Fraction]) -> Dual:
@@ -263,13 +257,10 @@ class Loop:
     def _torque(self, end: int | None) -> tuple[Dual, Dual]:
         u, slope = self.torque_command, self._torque_slope()
         if end is not None:
-            slope = (slope[end], slope[end])
+            slope = Interval(slope[end], slope[end])
         low, high = (self._passed(x) for x in u.value)
-        gap = sub(high, (u.value[1],) * 2)[0], sub(low, (u.value[0],) * 2)[1]
-        return (
-            u.through((low[0], high[1]), slope),
-            u.through(gap, (slope[0] - ONE, slope[1] - ONE)),
-        )
+        gap = Interval(high.low - u.value.high, low.high - u.value.low)
+        return u.through(Interval(low.low, high.high), slope), u.through(gap, slope - UNIT)
 
     def _passed(self, x: int) -> Interval:
         """Return a bracket of max(phi, 0) at x / 10^36."""
@@ -278,7 +269,7 @@ class Loop:
         if u >= limit + half:
             return point(limit)
         if u <= limit - half:
-            return (max(x, 0),) * 2
+            return Interval(max(x, 0), max(x, 0))
         return point(limit - (limit + half - u) ** 2 / (4 * half))
 
     def _torque_slope(self) -> Interval:
@@ -290,7 +281,7 @@ class Loop:
             for x in (low, high)
         )
         bracket = enclose(flattest, steepest)
-        return (0 if low < 0 else bracket[0], 0 if high <= 0 else min(bracket[1], ONE))
+        return Interval(0 if low < 0 else bracket.low, 0 if high <= 0 else min(bracket.high, ONE))
 
     # ------------------------------------------------------------------ pitch
     @cached_property
@@ -329,7 +320,7 @@ class Loop:
         blended = self.share * u
         bottom, top = point(self.law.pitch_min), point(self.law.pitch_max)
         value = lesser(greater(_bare(blended), Dual(bottom, ())), Dual(top, ())).value
-        rest = self.share.plus((-ONE, -ONE)) * u
+        rest = self.share.plus(-UNIT) * u
         limits = []
         if blended.value[0] < bottom[1]:
             limits.append(still(bottom, u) - u)
@@ -361,16 +352,16 @@ def _quotient(found: Dual, rise: Interval, step: Interval) -> Dual:
     """Return the average slope as a quotient, where the step is surely not zero."""
     if step[0] <= 0 <= step[1]:
         return found
-    sharp = div(rise, step)
-    value = max(sharp[0], found.value[0]), min(sharp[1], found.value[1])
-    if value[0] > value[1]:
+    sharp = rise / step
+    value = Interval(max(sharp.low, found.value.low), min(sharp.high, found.value.high))
+    if value.low > value.high:
         raise Refused("two brackets of one number do not meet")
     return Dual(value, found.slopes)
 
 
 def _weight(premise: Dual, bounds: tuple[Fraction, Fraction]) -> Dual:
     shifted = premise.plus(point(-bounds[0])).by(point(1 / (bounds[1] - bounds[0])))
-    return shifted.clamped(ZERO, (ONE, ONE))
+    return shifted.clamped(ZERO, UNIT)
 
 
 def blended(region: Region, kind: int, weights: list[Dual]) -> Dual:
@@ -394,10 +385,10 @@ def _corner_range(table: dict[tuple[int, ...], Fraction], weights: list[Interval
     for at in product(*weights):
         total = ZERO
         for corner, gain in table.items():
-            share: Interval = (ONE, ONE)
+            share = UNIT
             for up, w in zip(corner, at, strict=True):
-                share = mul(share, (w, w) if up else (ONE - w, ONE - w))
-            total = add(total, mul(point(gain), share))
+                share = share * (Interval(w, w) if up else Interval(ONE - w, ONE - w))
+            total = total + point(gain) * share
         found.append(total)
     return hull(*found)
 

@@ -5,7 +5,14 @@ from __future__ import annotations
 from fractions import Fraction
 
 from takagi.certificates.checker.arithmetic.dual import Dual, greater, still
-from takagi.certificates.checker.arithmetic.interval import ONE, ZERO, enclose, point
+from takagi.certificates.checker.arithmetic.interval import (
+    ONE,
+    UNIT,
+    ZERO,
+    Interval,
+    enclose,
+    point,
+)
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.paper_balance import PaperBalance, RestPlace
 from takagi.certificates.checker.turbine.rest_count import (
@@ -99,7 +106,7 @@ class OneIntegrator(PaperBalance):
 
     def _curve(self, winds: Span, span: Span) -> tuple[RestPlace, Dual, bool] | None:
         """Return the place on the curve, u, and whether all of it lies inside the table."""
-        parameter = Dual(enclose(*span), (ZERO, (ONE, ONE)))
+        parameter = Dual(enclose(*span), (ZERO, UNIT))
         share = self.share_of(self.speed(winds), self.reference_range(winds))
         pitch = greater(share * parameter, still(point(self.law.pitch_min), share))
         held = self._in_table(pitch)
@@ -110,7 +117,7 @@ class OneIntegrator(PaperBalance):
 
     def _factor(self, at: RestPlace, share: Dual) -> Dual:
         """Return u/s = (1 + f_1 k_p) k_I^b / k_I^c; refuses one that is not surely positive."""
-        factor = (share * at.gain(True, 1)).plus((ONE, ONE))
+        factor = (share * at.gain(True, 1)).plus(UNIT)
         ratio = at.gain(False, 2) / at.gain(True, 2)
         if min(factor.value[0], ratio.value[0]) <= 0:
             raise Refused("gains whose signs are not known")
@@ -126,7 +133,7 @@ class OneIntegrator(PaperBalance):
 
     def _held(self, winds: Span, span: Span) -> Dual | None:
         """Return the balance at rated torque, s = beta."""
-        at = self.place(winds, Dual(enclose(*span), (ZERO, (ONE, ONE))))
+        at = self.place(winds, Dual(enclose(*span), (ZERO, UNIT)))
         return at.rotor.plus(point(-self.law.rated_torque * self.plant.gear_per_inertia))
 
     def _in_table(self, pitch: Dual) -> Dual | None:
@@ -136,4 +143,4 @@ class OneIntegrator(PaperBalance):
             return None
         if pitch.value[1] <= limit:
             return pitch
-        return Dual((pitch.value[0], limit), (ZERO, ZERO))
+        return Dual(Interval(pitch.value.low, limit), (ZERO, ZERO))

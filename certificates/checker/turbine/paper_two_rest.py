@@ -8,16 +8,12 @@ from math import isqrt
 from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.interval import (
     ONE,
+    UNIT,
     ZERO,
     Interval,
-    add,
-    div,
     enclose,
     hull,
-    mul,
     point,
-    square,
-    sub,
 )
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.paper_balance import PaperBalance, RestPlace
@@ -33,7 +29,7 @@ __all__ = ["TwoIntegrators"]
 
 MOST_PARTS = 48
 PITCH_PIECES = 64
-STEEP: Interval = (0, ONE << 60)
+STEEP = Interval(0, ONE << 60)
 
 
 class TwoIntegrators(PaperBalance):
@@ -83,7 +79,7 @@ class TwoIntegrators(PaperBalance):
         return None
 
     def _rotor(self, winds: Span, span: Span) -> Dual:
-        return self.place(winds, Dual(enclose(*span), (ZERO, (ONE, ONE)))).rotor
+        return self.place(winds, Dual(enclose(*span), (ZERO, UNIT))).rotor
 
     def _still(self, winds: Span, ratio: Span) -> Dual:
         """Return c_Q at smallest pitch, s = lambda."""
@@ -94,11 +90,11 @@ class TwoIntegrators(PaperBalance):
     def _joined(self, winds: Span, span: Span) -> Dual | None:
         if span[1] <= 0:
             rotor = self.place(winds, Dual(point(self.law.pitch_min), (ZERO, ZERO))).rotor
-            torque = Dual(enclose(*span), (ZERO, (ONE, ONE))).plus(point(self.passing))
+            torque = Dual(enclose(*span), (ZERO, UNIT)).plus(point(self.passing))
             return rotor - torque.by(point(self.plant.gear_per_inertia))
         ends = [self.reference(v) for v in winds]
         middle, half = (span[0] + span[1]) / 2, (span[1] - span[0]) / 2
-        error = Dual(enclose(*span), (ZERO, (ONE, ONE)))
+        error = Dual(enclose(*span), (ZERO, UNIT))
         speed = self.speed(winds) + error
         speeds = (ends[0] + middle, ends[1] + middle, half)
         return self._overspeed(winds, speeds, speed, error, span)
@@ -129,7 +125,7 @@ class TwoIntegrators(PaperBalance):
         pitch = self._carried_pitch(winds, speeds, speed, error, (low, high))
         if pitch is None:
             return None
-        wind = Dual(enclose(*winds), ((ONE, ONE), ZERO))
+        wind = Dual(enclose(*winds), (UNIT, ZERO))
         sloped = pitch if pitch.slopes else Dual(pitch.value, (ZERO, ZERO))
         # The part of a range of tip-speed ratios beyond the table has no balance to speak of.
         at = RestPlace(self, winds, speeds, speed, sloped, wind)
@@ -148,7 +144,7 @@ class TwoIntegrators(PaperBalance):
             self.law.rated_torque - h * (1 - a) ** 2, self.law.rated_torque - h * (1 - b) ** 2
         )
         steepest = STEEP[1] if a == 0 else point((1 - a) / a)[1]
-        return left.through(value, (point((1 - b) / b)[0] if b else 0, steepest))
+        return left.through(value, Interval(point((1 - b) / b).low if b else 0, steepest))
 
     def _carried_pitch(
         self,
@@ -168,30 +164,30 @@ class TwoIntegrators(PaperBalance):
         pace = point(law.tracking_time or Fraction(0))
         share = self.share_of(speed, ends)
         if high == 1:
-            lever = Dual((point(low / (1 - low))[0], STEEP[1]), (ZERO, ZERO))
+            lever = Dual(Interval(point(low / (1 - low)).low, STEEP.high), (ZERO, ZERO))
         else:
             rest = enclose(1 - high, 1 - low)
             value = enclose(low / (1 - low), high / (1 - high))
-            lever = share.through(value, div((ONE, ONE), square(rest)))
+            lever = share.through(value, UNIT / rest.square())
         size = (lever * error).by(pace)
-        wind = Dual(enclose(*winds), ((ONE, ONE), ZERO, ZERO))
+        wind = Dual(enclose(*winds), (UNIT, ZERO, ZERO))
         moving = Dual(speed.value, (*speed.slopes, ZERO))
         gains = law.full.gains[2].values()
         held, wanted = self._held_to(enclose(-max(gains), -min(gains)), size.value)
         if held is None:
             return None
-        pitch = Dual(held, (ZERO, ZERO, (ONE, ONE)))
+        pitch = Dual(held, (ZERO, ZERO, UNIT))
         gain = -RestPlace(self, winds, speeds, moving, pitch, wind).gain(True, 2)
         held, wanted = self._held_to(gain.value, size.value, held)
         if held is None:
             return None
         if high == 1:  # Where f_1 nears 1 any pitch may be asked for, however small the error is.
-            return Dual((held[0], point(self.top)[1]), ())
-        steady = sub((ONE, ONE), mul(size.value, gain.slopes[2]))
+            return Dual(Interval(held.low, point(self.top).high), ())
+        steady = UNIT - size.value * gain.slopes[2]
         if wanted[1] > point(self.top)[0] or steady[0] <= 0:
             return Dual(held, ())
         slopes = tuple(
-            div(add(mul(m, gain.value), mul(size.value, g)), steady)
+            (m * gain.value + size.value * g) / steady
             for m, g in zip(size.slopes, gain.slopes[:2], strict=True)
         )
         if wanted[0] <= bottom[1]:
@@ -202,12 +198,13 @@ class TwoIntegrators(PaperBalance):
         self, gain: Interval, size: Interval, known: Interval | None = None
     ) -> tuple[Interval | None, Interval]:
         """Return the pitch that size times gain asks for within its range, and what it asks for."""
-        wanted, bottom = mul(size, gain), point(self.law.pitch_min)
+        wanted, bottom = size * gain, point(self.law.pitch_min)
         known = known or enclose(self.law.pitch_min, self.top)
         if wanted[0] > point(self.top)[1]:
             return None, wanted
         low = max(known[0], wanted[0])
-        return (low, max(low, min(known[1], max(wanted[1], bottom[1])))), wanted
+        high = max(low, min(known.high, max(wanted.high, bottom.high)))
+        return Interval(low, high), wanted
 
 
 def _root_below(x: Fraction) -> Fraction:

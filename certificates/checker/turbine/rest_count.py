@@ -19,7 +19,7 @@ from fractions import Fraction
 from heapq import heappop, heappush
 
 from takagi.certificates.checker.arithmetic.dual import Dual
-from takagi.certificates.checker.arithmetic.interval import Interval, add, mul, point
+from takagi.certificates.checker.arithmetic.interval import Interval, point
 from takagi.certificates.checker.kernel.refusal import Refused
 
 __all__ = ["ANY_SIGN", "Count", "Excess", "Piece", "Span", "count_zeros", "sign_over"]
@@ -190,7 +190,7 @@ def _sign(f: Excess, winds: Span, span: Span, found: Dual) -> int:
     value = middle.value
     for slope, width in zip(found.slopes, (v2 - v1, s2 - s1), strict=True):
         half = point(width / 2)[1]
-        value = add(value, mul(slope, (-half, half)))
+        value = value + slope * Interval(-half, half)
     return _bracket_sign(value)
 
 

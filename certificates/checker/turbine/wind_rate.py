@@ -27,13 +27,13 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
-from takagi.certificates.checker.kernel.reader import increasing, member, number, numbers
+from takagi.certificates.checker.kernel.reader import increasing, listed, member, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Found, Outcome, Verdict
 from takagi.certificates.checker.turbine.coherent_inputs import Law
-from takagi.certificates.checker.turbine.earlier import earlier_loop
+from takagi.certificates.checker.turbine.earlier import earlier_claim
 
-__all__ = ["Range", "check_wind_rate", "left_behind"]
+__all__ = ["Range", "check_wind_rate", "left_behind", "read_ranges"]
 
 MOST_RANGES, MOST_NODES = 20, 5000
 # What is not proved, with {} for the wind where.
@@ -56,23 +56,26 @@ class Range:
         increasing(wind, f"{where}.wind")
         if not 2 <= len(wind) <= MOST_NODES:
             raise CertificateError(f"{where}.wind: 2 to {MOST_NODES} winds are needed")
-        found = cls(
-            wind,
-            numbers(stated, "estimate_rate", where, len(wind)),
-            numbers(stated, "schedule_rate", where, len(wind)),
-            number(stated, "estimate_error", where),
-        )
-        if min(found.error, *found.estimate, *found.schedule) < 0:
+        names, error = ("estimate_rate", "schedule_rate"), number(stated, "estimate_error", where)
+        estimate, schedule = (numbers(stated, name, where, len(wind)) for name in names)
+        if min(error, *estimate, *schedule) < 0:
             raise CertificateError(f"{where}: rates and error must not be negative")
-        return found
+        return cls(wind, estimate, schedule, error)
 
-    def rate(self, at: Fraction) -> Fraction:
-        """Return r."""
-        return _line(self.wind, self.estimate, at)
+    def at(self, column: list[Fraction], wind: Fraction) -> Fraction:
+        """Return a column between the nodes, and that of the nearer end beyond them."""
+        if wind <= self.wind[0]:
+            return column[0]
+        if wind >= self.wind[-1]:
+            return column[-1]
+        i = bisect_right(self.wind, wind) - 1
+        share = (wind - self.wind[i]) / (self.wind[i + 1] - self.wind[i])
+        return column[i] + (column[i + 1] - column[i]) * share
 
-    def limit(self, at: Fraction) -> Fraction:
-        """Return phi."""
-        return _line(self.wind, self.schedule, at)
+    def largest(self, column: list[Fraction], low: Fraction, high: Fraction) -> Fraction:
+        """Return a column's largest value from low to high: at an end, or at a node between."""
+        inside = [value for s, value in zip(self.wind, column, strict=True) if low < s < high]
+        return max(self.at(column, low), self.at(column, high), *inside)
 
     def bend(self, low: Fraction, high: Fraction, wind_filter: Fraction) -> Fraction:
         """Return a bound of |v_s''| = |w' - v_s'| / tau_f [m/s^3] while v_s is from low to high.
@@ -83,11 +86,15 @@ class Range:
         low, high = max(low, self.wind[0]), min(high, self.wind[-1])
         if low > high:
             return Fraction(0)
-        fastest = _largest(self.wind, self.schedule, low, high)
+        fastest = self.largest(self.schedule, low, high)
         ahead = wind_filter * fastest
-        return (
-            fastest + _largest(self.wind, self.estimate, low - ahead, high + ahead)
-        ) / wind_filter
+        return (fastest + self.largest(self.estimate, low - ahead, high + ahead)) / wind_filter
+
+
+def read_ranges(claim: Any, where: str) -> list[Range]:
+    """Return the ranges of a claim ``wind-rate``."""
+    stated = listed(claim, "ranges", where, 1, MOST_RANGES)
+    return [Range.read(one, f"{where}.ranges[{i}]") for i, one in enumerate(stated)]
 
 
 def check_wind_rate(claim: Any, data: Any, found: list[Outcome], where: str) -> Found:
@@ -97,23 +104,16 @@ def check_wind_rate(claim: Any, data: Any, found: list[Outcome], where: str) -> 
     ------
     CertificateError : a part is missing or is not what it has to be.
     """
-    loop, unproved = earlier_loop(claim, data, found, where)
+    loop, unproved = earlier_claim(claim, data, found, where, "loop", "coherent-loop")
     gains = member(data, "gains", "certificate")
     law, filter_ = Law.read(gains), number(gains, "wind_filter", "gains")
-    stated = member(claim, "ranges", where)
-    if not isinstance(stated, list) or not 0 < len(stated) <= MOST_RANGES:
-        raise CertificateError(f"{where}.ranges: a list of 1 to {MOST_RANGES} is needed")
-    ranges = [Range.read(one, f"{where}.ranges[{i}]") for i, one in enumerate(stated)]
+    ranges = read_ranges(claim, where)
     said = {"ranges": ranges, "wind_filter": filter_}
-    if unproved:
+    if unproved or filter_ <= 0:
         return Found(Verdict.UNDECIDED, "wind_rate", said | {"unproved": unproved})
-    if filter_ <= 0:
-        return Found(Verdict.UNDECIDED, "wind_rate", said)
-    cells = _cells(loop, f"claims[{claim['loop']}]")
     failures = []
     for one in ranges:
-        reason = _outside_class(one, law, cells, filter_) or left_behind(one, filter_)
-        if reason:
+        if reason := _outside_class(one, law, loop["cells"], filter_) or left_behind(one, filter_):
             failures.append((one, *reason))
     if failures:
         return Found(Verdict.UNDECIDED, "wind_rate", said | {"failures": failures})
@@ -121,34 +121,19 @@ def check_wind_rate(claim: Any, data: Any, found: list[Outcome], where: str) -> 
     return Found(Verdict.PROVED, "wind_rate", said | proved)
 
 
-def _cells(loop: Any, where: str) -> list[tuple[list[Fraction], Fraction, Fraction]]:
-    """Return (winds, wind error, wind rate) of every cell of the loop's claim."""
-    return [
-        (
-            numbers(cell, "wind", f"{where}.cells[{k}]", 2),
-            number(cell, "wind_error", f"{where}.cells[{k}]"),
-            number(cell, "wind_rate", f"{where}.cells[{k}]"),
-        )
-        for k, cell in enumerate(member(loop, "cells", where))
-    ]
-
-
-def _outside_class(
-    one: Range,
-    law: Law,
-    cells: list[tuple[list[Fraction], Fraction, Fraction]],
-    filter_: Fraction,
-) -> Place | None:
+def _outside_class(one: Range, law: Law, cells: list[Any], filter_: Fraction) -> Place | None:
     """Return where phi leaves the loop's wind class, or nothing."""
     if not law.wind[0] <= one.wind[0] < one.wind[-1] <= law.wind[-1]:
         return "the range leaves the winds of the law", None
-    for (low, high), error, rate in cells:
+    # The claim about the loop is proved: it has one cell per interval of the law.
+    for (low, high), cell in zip(pairwise(law.wind), cells, strict=True):
         if high <= one.wind[0]:  # The cell's upper end belongs to the next one.
             continue
+        error, rate = (number(cell, f"wind_{name}", "cell") for name in ("error", "rate"))
         inside = [s for s in one.wind if low < s < high]
         ends = [s for s in (low, high) if one.wind[0] <= s <= one.wind[-1]]
         for s in (*inside, *ends):
-            phi = one.limit(s)
+            phi = one.at(one.schedule, s)
             if phi > rate:
                 return "the schedule wind may move faster than the loop bears at {}", s
             if one.error + filter_ * phi > error:
@@ -162,42 +147,21 @@ def left_behind(one: Range, filter_: Fraction) -> Place | None:
         slope = (one.schedule[i + 1] - one.schedule[i]) / (high - low)
         for sign in (1, -1):
             ahead = 1 + sign * filter_ * slope
-            for s in _bends(one, low, high, i, sign * filter_):
+            for s in _bends(one, i, sign * filter_):
                 phi = one.schedule[i] + slope * (s - low)
                 seen = s + sign * filter_ * phi
                 # The estimate stays in the range, so that it is no further ahead than its end.
-                if one.wind[0] <= seen <= one.wind[-1] and one.rate(seen) > phi * ahead:
+                if one.wind[0] <= seen <= one.wind[-1] and one.at(one.estimate, seen) > phi * ahead:
                     way = "rising" if sign > 0 else "falling"
                     return f"the rates do not fit at {{}} m/s with wind {way}", s
     return None
 
 
-def _bends(
-    one: Range, low: Fraction, high: Fraction, i: int, ahead: Fraction
-) -> Iterator[Fraction]:
+def _bends(one: Range, i: int, ahead: Fraction) -> Iterator[Fraction]:
     """Yield the winds s between which r(s + ahead phi(s)) is a line, on piece i of phi."""
+    low, high = one.wind[i : i + 2]
     first, last = low + ahead * one.schedule[i], high + ahead * one.schedule[i + 1]
-    yield low
-    yield high
+    yield from (low, high)
     for node in one.wind:
         if min(first, last) < node < max(first, last):
             yield low + (high - low) * (node - first) / (last - first)
-
-
-def _largest(
-    wind: list[Fraction], values: list[Fraction], low: Fraction, high: Fraction
-) -> Fraction:
-    """Return the largest value of the line from low to high: at an end, or at a node between."""
-    inside = [value for s, value in zip(wind, values, strict=True) if low < s < high]
-    return max(_line(wind, values, low), _line(wind, values, high), *inside)
-
-
-def _line(wind: list[Fraction], values: list[Fraction], at: Fraction) -> Fraction:
-    """Return the value between the nodes, and that of the nearer end beyond them."""
-    if at <= wind[0]:
-        return values[0]
-    if at >= wind[-1]:
-        return values[-1]
-    i = bisect_right(wind, at) - 1
-    share = (at - wind[i]) / (wind[i + 1] - wind[i])
-    return values[i] + (values[i + 1] - values[i]) * share

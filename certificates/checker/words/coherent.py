@@ -84,7 +84,11 @@ def _statement(
     least = {name: at_least(min(column), 3) for name, column in columns.items()}
     most = {name: at_least(max(column), 3) for name, column in columns.items()}
     wake = _wake(law, uncertainty)
-    power = f", c_P {_span(*uncertainty.power)} of the table's" if uncertainty.wrong_table else ""
+    power = (
+        f", c_P {_span(*uncertainty.power)} of the table's"
+        if min(uncertainty.power) < max(uncertainty.power)
+        else ""
+    )
     return (
         f"winds {_span(law.wind[0], law.wind[-1])} m/s in {len(cells)} cells, inertia "
         f"{_span(*uncertainty.inertia)} of nominal{power}, pitch effectiveness {wake}: the set is "

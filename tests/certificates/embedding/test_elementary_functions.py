@@ -157,9 +157,9 @@ def test_arithmetic_encloses(
     x, y = a1 + s * (a2 - a1), b1 + t * (b2 - b1)
     first, second = d.enclose(a1, a2), d.enclose(b1, b2)
 
-    for found, value in ((d.add(first, second), x + y), (d.mul(first, second), x * y)):
+    for found, value in ((first + second, x + y), (first * second, x * y)):
         low, high = ends(found)
         assert low <= value <= high
     if b1 > 0 or b2 < 0:
-        low, high = ends(d.div(first, second))
+        low, high = ends(first / second)
         assert low <= x / y <= high

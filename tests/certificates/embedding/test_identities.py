@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from takagi.certificates.checker.arithmetic.interval import Interval
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.derivative import derivative
 from takagi.certificates.checker.plant.evaluate import Evaluator
@@ -16,6 +17,11 @@ from takagi.certificates.checker.plant.graph import FUNCTIONS, Graph
 from takagi.certificates.checker.plant.identity import Algebra
 
 NAMES = ("x", "y", "u")
+
+
+def at_point(x: int) -> Interval:
+    """Return a number over 10^36 as the interval that it is."""
+    return Interval(x, x)
 
 
 class Texts:
@@ -159,7 +165,7 @@ def test_what_is_shown_is_so_at_a_point(left: str, right: str) -> None:
         shown = texts.algebra.equal(a, b)
     except Refused:
         return
-    box = {"x": (7 * 10**35, 7 * 10**35), "y": (-3 * 10**35, -3 * 10**35)}
+    box = {"x": at_point(7 * 10**35), "y": at_point(-3 * 10**35)}
     first, second = Evaluator(texts.graph, {}).values((a, b), box)
     if first is None or second is None:
         return
@@ -179,13 +185,14 @@ def test_the_derivative_is_that_of_differences(text: str) -> None:
     evaluator, step = Evaluator(texts.graph, {}), 10**24
 
     def at(node: int, x: int) -> float:
-        pair = evaluator.value(node, {"x": (x, x), "y": (-3 * 10**35, -3 * 10**35)})
+        pair = evaluator.value(node, {"x": at_point(x), "y": at_point(-3 * 10**35)})
         assert pair is not None
         return (pair[0] + pair[1]) / 2 / 10**36
 
     x = 7 * 10**35
     pairs = [
-        evaluator.value(root, {"x": (x + s, x + s), "y": (-3 * 10**35,) * 2}) for s in (-step, step)
+        evaluator.value(root, {"x": at_point(x + s), "y": at_point(-3 * 10**35)})
+        for s in (-step, step)
     ]
     if any(pair is None for pair in pairs):
         return
@@ -206,7 +213,7 @@ def test_every_function_has_its_slope(name: str, scale: str) -> None:
     slope = derivative(texts.graph, root, "x")
     evaluator, x, step = Evaluator(texts.graph, {}), 3 * 10**35, 10**24
 
-    low, middle, high = (evaluator.value(n, {"x": (at, at)})
+    low, middle, high = (evaluator.value(n, {"x": at_point(at)})
                          for n, at in ((root, x - step), (slope, x), (root, x + step)))  # fmt: skip
 
     assert low is not None and middle is not None and high is not None

@@ -7,14 +7,14 @@ from fractions import Fraction
 import pytest
 
 from takagi.certificates.checker.arithmetic.dual import Dual
-from takagi.certificates.checker.arithmetic.interval import ONE, ZERO, enclose, mul, square, sub
+from takagi.certificates.checker.arithmetic.interval import ONE, UNIT, ZERO, Interval, enclose
 from takagi.certificates.checker.turbine.rest_count import Count, Piece, Span, count_zeros
 
 
 def parabola(winds: Span, span: Span) -> Dual:
     """Return s^2 - v with its slopes."""
     v, s = enclose(*winds), enclose(*span)
-    return Dual(sub(square(s), v), ((-ONE, -ONE), mul((2 * ONE, 2 * ONE), s)))
+    return Dual(s.square() - v, (-UNIT, Interval(2 * ONE, 2 * ONE) * s))
 
 
 def counted(low: str, high: str, start: str = "-1", stop: str = "1") -> Count:
@@ -66,7 +66,7 @@ def test_where_the_family_is_not_defined_there_is_no_zero_and_no_sign() -> None:
     """A family that ends at s = 0 is not continued from one side to the other."""
 
     def right_alone(winds: Span, span: Span) -> Dual | None:
-        return None if span[1] <= 0 else Dual((ONE, ONE), (ZERO, ZERO))
+        return None if span[1] <= 0 else Dual(UNIT, (ZERO, ZERO))
 
     pieces = [Piece((Fraction(-1), Fraction(0))), Piece((Fraction(0), Fraction(1)))]
     found = count_zeros(right_alone, (Fraction(1), Fraction(2)), pieces, most_parts=8)

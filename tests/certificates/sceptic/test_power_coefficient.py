@@ -70,15 +70,17 @@ def test_the_residual_has_the_trim_torque_and_its_own_share(short: dict[str, Any
 
     from takagi.certificates.checker.arithmetic.interval import ONE
     from takagi.certificates.checker.kernel.reader import read_text
-    from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant
+    from takagi.certificates.checker.turbine.coherent_inputs import Subject
+    from takagi.certificates.checker.turbine.coherent_moving import Moving
     from takagi.certificates.checker.turbine.coherent_residual import residual
     from takagi.certificates.document import dumps
 
     read = read_text(dumps(short), "certificate")
-    plant, law = Plant.read(read["model"]), Law.read(read["gains"])
+    subject = Subject.read(read["claims"][0], read["model"], read["gains"], "claim")
+    plant, law = subject.plant, subject.law
     one, p = Fraction(1), Fraction(3, 100)
     for k in range(len(law.wind) - 1):
-        alone = residual(plant, law, k, (one, one))
+        alone = residual(Moving(subject, k, Fraction(0)), (one, one))
         asked = []
         for q in law.effort[k : k + 2]:
             reserve = max(-q, Fraction(0))
@@ -88,4 +90,6 @@ def test_the_residual_has_the_trim_torque_and_its_own_share(short: dict[str, Any
         needed = (1 + p) * Fraction(alone, ONE) + p * max(asked)
 
         for power in ((1 - p, one), (one, 1 + p), (1 - p, 1 + p / 2)):
-            assert abs(Fraction(residual(plant, law, k, power), ONE) - needed) < Fraction(1, 10**20)
+            assert abs(
+                Fraction(residual(Moving(subject, k, Fraction(0)), power), ONE) - needed
+            ) < Fraction(1, 10**20)

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker.arithmetic.dual import Dual
-from takagi.certificates.checker.arithmetic.interval import ONE, ZERO
+from takagi.certificates.checker.arithmetic.interval import ONE, UNIT, ZERO, Interval
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant
@@ -138,10 +138,10 @@ def test_a_sign_of_other_winds_is_no_change_of_sign() -> None:
 
     def left_by_some(_winds: Span, span: Span) -> Dual:
         if span[1] <= Fraction(1, 2):
-            return Dual((-ONE, -ONE), ())
+            return Dual(-UNIT, ())
         if span[0] >= 1:
-            return Dual((ONE, ONE), (ZERO, ZERO))
-        return Dual((-ONE, ONE), ())
+            return Dual(UNIT, (ZERO, ZERO))
+        return Dual(Interval(-ONE, ONE), ())
 
     half = Fraction(1, 2)
     ends = [(Fraction(0), half), (half, Fraction(1)), (Fraction(1), Fraction(2))]

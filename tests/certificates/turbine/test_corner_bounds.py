@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
 
-from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, Corners
+from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, Corners, Stated
 
 # A cell without a residual whose one free coefficient is the lag's rate T.  P was searched for:
 # it decreases along the loop for T from 0.5 to 1 1/s, and not for T = 1.5 1/s.
@@ -21,16 +22,19 @@ P = [
 ALPHA = Fraction("0.01")
 
 
-def corners(lag_rate: tuple[str, str], **sizes: str) -> Corners:
+def corners(lag_rate: tuple[str, str], **sizes: str) -> Stated:
     """Return the cell with a range of T [1/s] and the sizes that are not zero."""
     stated = {name: [Fraction(value)] * 2 for name, value in COEFFICIENTS.items()}
     stated["lag_rate"] = [Fraction(value) for value in lag_rate]
     bounds = {name: Fraction(sizes.get(name, "0")) for name in BOUNDS}
-    return Corners(stated, bounds, INTEGRAL_RATE, "cell")
+    bounds |= {"integral_rate": INTEGRAL_RATE, "multiplier": ALPHA, "decay_rate": Fraction(0)}
+    return Stated([Fraction(8), Fraction(9)], stated, bounds, "cell")
 
 
-def decided(found: Corners, error: Any = 0, rate: Any = 0) -> str:
-    return found.failure(P, Fraction(error), Fraction(rate), ALPHA, Fraction(0))
+def decided(cell: Stated, error: Any = 0, rate: Any = 0) -> str:
+    """Return what fails in a wind class."""
+    class_ = {"wind_error": Fraction(error), "wind_rate": Fraction(rate)}
+    return Corners(replace(cell, sizes=cell.sizes | class_)).failure(P)
 
 
 def least_eigenvalue(T: float) -> float:

@@ -15,13 +15,13 @@ import pytest
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES
-from takagi.certificates.checker.turbine.coherent_inputs import Box, Law, Plant, Uncertainty
+from takagi.certificates.checker.turbine.coherent_inputs import Subject
 from takagi.certificates.checker.turbine.coherent_loop import Loop
 
 # Two units of the last decimal, for two roundings of one.
 STEP = Fraction(2, 10**7)
 SHARES = (0, 8, 20, 30, 35, 38, 41, 44, 50, 65, 80, 99)
-Inputs = tuple[Plant, Law, Box, Uncertainty, list[Any]]
+Inputs = tuple[Subject, list[Any]]
 
 
 @pytest.fixture(scope="session")
@@ -29,39 +29,24 @@ def inputs(built: Any) -> Inputs:
     """Return what the checker reads of the whole certificate, and its cells."""
     read = read_text(json.dumps(built.document), "document")
     claim = read["claims"][0]
-    return (
-        Plant.read(read["model"]),
-        Law.read(read["gains"]),
-        Box.read(claim, "claim"),
-        Uncertainty.read(claim, "claim"),
-        claim["cells"],
-    )
+    return Subject.read(claim, read["model"], read["gains"], "claim"), claim["cells"]
 
 
 @pytest.mark.parametrize("share", SHARES)
 def test_what_a_cell_states_is_enclosed_and_no_more(inputs: Inputs, share: int) -> None:
     """From cut-in to cut-out, more closely around rated wind: every range and every size."""
-    plant, law, box, uncertainty, cells = inputs
+    subject, cells = inputs
     k = share * (len(cells) - 1) // 99
     cell = cells[k]
-    loop = Loop(plant, law, box, uncertainty, k, Fraction(cell["wind_rate"]))
+    loop = Loop(subject, k, Fraction(cell["wind_rate"]))
     ranges = {name: [Fraction(end) for end in cell[name]] for name in RANGES}
     sizes = {name: Fraction(cell[name]) for name in BOUNDS}
 
     assert loop.range_failure(ranges) == "" and loop.size_failure(sizes) == ""
     assert loop.limits_failure() == ""
 
-    found = dict(loop._rational_ranges())
-    for name, (down, up) in loop._enclosed_ranges().items():
-        found[name] = (Fraction(down, ONE), Fraction(up, ONE))
-    moving = loop.moving
-    largest = {name: Fraction(size, ONE) for name, size in loop._magnitudes()}
-    largest |= {
-        "inertia_gain": loop.kappa[1],
-        "effectiveness_slope": moving.effectiveness_slope(),
-        "reference_slope": moving.reference_slope(),
-        "lag_disturbance": moving.lag_disturbance(),
-    }
+    found = {name: [Fraction(end, ONE) for end in bracket] for name, bracket in loop.ranges()}
+    largest = dict(loop.sizes())
     assert found.keys() == set(RANGES)
     assert largest.keys() == set(BOUNDS)
     for name, (low, high) in found.items():
@@ -77,10 +62,10 @@ def test_what_a_cell_states_is_enclosed_and_no_more(inputs: Inputs, share: int) 
 @pytest.mark.parametrize("name", (*RANGES, *BOUNDS))
 def test_each_stated_number_is_compared(inputs: Inputs, name: str) -> None:
     """One that is too small by two units of the last decimal is named, at either end."""
-    plant, law, box, uncertainty, cells = inputs
+    subject, cells = inputs
     k = next(k for k, cell in enumerate(cells) if Fraction(cell["reference_slope"]) > 0)
     cell = cells[k]
-    loop = Loop(plant, law, box, uncertainty, k, Fraction(cell["wind_rate"]))
+    loop = Loop(subject, k, Fraction(cell["wind_rate"]))
     ranges = {one: [Fraction(end) for end in cell[one]] for one in RANGES}
     sizes = {one: Fraction(cell[one]) for one in BOUNDS}
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from takagi.certificates.checker.turbine.coherent_inputs import Law
 from takagi.certificates.checker.turbine.coherent_moving import Moving
 
 OVERLAP = Fraction(1)
@@ -25,10 +27,17 @@ def moving(efforts: tuple[str, str], effort: str, b: tuple[str, str], gamma: str
         overlap=OVERLAP,
         lead=Fraction(2),
     )
-    plant: Any = SimpleNamespace(lag=Fraction(2), rate_limit=Fraction(1), gear_per_inertia=1)
+    plant: Any = SimpleNamespace(
+        lag=Fraction(2), rate_limit=Fraction(1), gear_per_inertia=1, torque_per_inertia=1, radius=1
+    )
     box: Any = SimpleNamespace(speed_signal=Fraction(1), effort_lag=Fraction(1))
-    kappa = (Fraction(1), Fraction(1))
-    return Moving(plant, law, box, kappa, (low, high), 0, Fraction(1))
+    law.slope = partial(Law.slope, law)
+    subject: Any = SimpleNamespace(
+        plant=plant, law=law, box=box, uncertainty=SimpleNamespace(kappa=(Fraction(1),) * 2)
+    )
+    found = Moving(subject, 0, Fraction(1))
+    found.low, found.high = low, high
+    return found
 
 
 def largest(efforts: tuple[str, str], A: float, c: float) -> float:

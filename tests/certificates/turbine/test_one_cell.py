@@ -139,7 +139,7 @@ def test_parts_that_do_not_fit_are_refused(
 def test_a_cell_more_than_the_winds_is_refused(one: Document, said: Any) -> None:
     one["claims"][0]["cells"] *= 2
 
-    with pytest.raises(CertificateError, match="one per interval"):
+    with pytest.raises(CertificateError, match="a list of 1 to 1"):
         said(one)
 
 

@@ -9,19 +9,17 @@ from typing import Any
 
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.turbine.coherent_inputs import Box, Law, Plant, Uncertainty
+from takagi.certificates.checker.turbine.coherent_inputs import Subject
 from takagi.certificates.checker.turbine.coherent_loop import Loop
 
 
 def last_cell(document: dict[str, Any], rate: str, pitch_max: Fraction | None = None) -> Loop:
     """Return the loop in the last wind cell, at a rate of the wind [m/s^2] and a limit [rad]."""
     read = read_text(json.dumps(document), "document")
-    claim, law = read["claims"][0], Law.read(read["gains"])
+    subject = Subject.read(read["claims"][0], read["model"], read["gains"], "claim")
     if pitch_max is not None:
-        law = replace(law, pitch_max=pitch_max)
-    k = len(law.wind) - 2
-    plant, box = Plant.read(read["model"]), Box.read(claim, "claim")
-    return Loop(plant, law, box, Uncertainty.read(claim, "claim"), k, Fraction(rate))
+        subject = replace(subject, law=replace(subject.law, pitch_max=pitch_max))
+    return Loop(subject, len(subject.law.wind) - 2, Fraction(rate))
 
 
 def test_pitch_alone_beyond_the_limit_is_refused(short: Any) -> None:
@@ -30,11 +28,11 @@ def test_pitch_alone_beyond_the_limit_is_refused(short: Any) -> None:
     The set reaches pitch that is larger than any command by the effort that pitch still owes.
     """
     found = last_cell(short, "0")
-    reached, asked = Fraction(found.pitch[1], ONE), found.moving.largest_pitch()
+    reached, asked = Fraction(found.reached.high, ONE), found.largest_pitch()
     assert asked < reached
 
     between = last_cell(short, "0", (asked + reached) / 2)
-    assert between.moving.largest_pitch() < between.law.pitch_max
+    assert between.largest_pitch() < between.law.pitch_max
     assert "pitch beyond its limit" in between.limits_failure()
     assert last_cell(short, "0", reached).limits_failure() == ""
     hair = Fraction(1, ONE)
@@ -43,10 +41,10 @@ def test_pitch_alone_beyond_the_limit_is_refused(short: Any) -> None:
 
 def test_a_command_alone_beyond_the_limit_is_refused(short: Any) -> None:
     """The lead of a fast schedule commands more than the pitch ever reaches."""
-    reached = Fraction(last_cell(short, "0").pitch[1], ONE)
-    rate = next(r for r in range(100) if last_cell(short, str(r)).moving.largest_pitch() > reached)
+    reached = Fraction(last_cell(short, "0").reached.high, ONE)
+    rate = next(r for r in range(100) if last_cell(short, str(r)).largest_pitch() > reached)
 
     failed = last_cell(short, str(rate), reached)
     assert "pitch beyond its limit" in failed.limits_failure()
-    asked = failed.moving.largest_pitch()
+    asked = failed.largest_pitch()
     assert "pitch beyond" not in last_cell(short, str(rate), asked).limits_failure()

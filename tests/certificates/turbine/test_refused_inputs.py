@@ -243,14 +243,7 @@ def test_intervals_of_one_number_are_intervals() -> None:
     )
 
     assert found.inertia == exact(0.5, 0.5) and found.kappa == exact(2, 2)
-    assert not found.wrong_table and found.frozen_wake is False
-
-
-@pytest.mark.parametrize(("power", "wrong"), [([0.9, 1], True), ([1, 1.1], True), ([1, 1], False)])
-def test_a_wrong_table_is_one_that_is_wrong_on_either_side(power: list[float], wrong: bool) -> None:
-    stated = part("uncertainty", power_coefficient=power)
-
-    assert Uncertainty.read(stated, "claim").wrong_table is wrong
+    assert found.power == exact(1, 1) and found.frozen_wake is False
 
 
 def test_without_a_power_coefficient_it_is_the_tables() -> None:
@@ -258,7 +251,7 @@ def test_without_a_power_coefficient_it_is_the_tables() -> None:
 
     found = Uncertainty.read(as_read(CLAIM, uncertainty=stated), "claim")
 
-    assert found.power == exact(1, 1) and not found.wrong_table
+    assert found.power == exact(1, 1)
 
 
 @pytest.mark.parametrize(
