@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import HealthCheck, settings
 
 if TYPE_CHECKING:
+    from xdist.scheduler import LoadScopeScheduling
+
     from takagi.certificates.turbine_design import TurbineDesign
 
 # Before anything imports a linear-algebra library: many threads on few cores only add noise.
@@ -24,6 +26,16 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("takagi")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeScheduling | None:
+    """Where files are kept together, keep those together too that need the same dear thing."""
+    if config.getvalue("dist") != "loadfile":
+        return None
+    from tests.scheduler import SharedThings
+
+    return SharedThings(config, log)
 
 
 @pytest.fixture(scope="session")

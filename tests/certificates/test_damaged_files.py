@@ -92,6 +92,7 @@ def survivors(short: Document, reseal: Reseal, count: int, seed: int) -> list[st
     return [path for path in found if not any(f"'{name}'" in path for name in WEAKER)]
 
 
+@pytest.mark.slow
 def test_random_damage_is_refused_or_undecided(short: Document, reseal: Reseal) -> None:
     """Of 100 damaged certificates none is PROVED, but for harmless words and weaker claims."""
     assert survivors(short, reseal, 100, seed=2) == []

@@ -31,9 +31,8 @@ from takagi.models.law.paper import PaperLaw, PaperLawName, paper_law
 from takagi.models.law.paper_equilibrium import equilibrium
 from takagi.models.law.regional_schedule import RegionalSchedule, regional_schedule
 from takagi.models.turbine.aerodynamics import rotor_torque
-from takagi.models.turbine.full_load import full_load_model
 from takagi.models.turbine.loader import nrel5mw
-from takagi.models.turbine.partial_load import partial_load_model
+from tests.paper_models import regional_models
 
 TURBINE = nrel5mw()
 LAWS: tuple[PaperLawName, PaperLawName] = ("paper", "paper-two-integrators")
@@ -46,13 +45,13 @@ def schedules() -> tuple[RegionalSchedule, RegionalSchedule]:
     return (
         regional_schedule(
             TURBINE,
-            partial_load_model(TURBINE, tolerance="0.1"),
+            regional_models()[0],
             k_x=np.repeat([-75_500.0, -84_700.0], 2)[:, None],
             k_I=np.repeat([-9_900.0, -8_500.0], 2),
         ),
         regional_schedule(
             TURBINE,
-            full_load_model(TURBINE, tolerance="0.1"),
+            regional_models()[1],
             k_x=np.repeat([[-0.43, -0.52], [-0.32, -0.67], [-0.47, -0.55], [-0.41, -0.65]], 2, 0),
             k_I=np.repeat([-0.080, -0.079, -0.065, -0.083], 2),
         ),
@@ -100,6 +99,7 @@ def test_candidates_are_proved(name: PaperLawName) -> None:
     assert candidate(name).covered == list(WINDOWS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
 def test_motions_from_the_boundary_stay_and_settle(name: PaperLawName) -> None:
     """From V = 1 the real loop stays inside, and approaches its equilibrium at the stated rate."""
@@ -266,6 +266,7 @@ def _last_window(name: PaperLawName) -> dict[str, Any]:
     return whole
 
 
+@pytest.mark.slow
 def test_overlaps_move_the_ramp_with_its_placement() -> None:
     """Other overlaps keep the share of the ramp above rated speed."""
     law = make_law("paper-two-integrators")

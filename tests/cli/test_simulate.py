@@ -75,6 +75,7 @@ def test_dynamic_wake_changes_what_pitch_does(capsys: Capture) -> None:
     assert rows[0][2] != rows[1][2]
 
 
+@pytest.mark.slow
 def test_projects_and_papers_laws_run_with_the_observer(
     tmp_path: Path, capsys: Capture, asked: Mapping[str, Any]
 ) -> None:

@@ -90,6 +90,7 @@ def test_integrator_stops_at_fine_pitch_and_leaves_it() -> None:
     assert law().state_rate(fast, measurement)[1] == pytest.approx(125.0 - 122.9096, abs=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wind", range(12, 26))
 def test_full_load_settles_at_trim_and_published_pitch(wind: int) -> None:
     """From a step of 0.4 m/s: rated speed, rated torque, pitch within 0.7 deg of the table of

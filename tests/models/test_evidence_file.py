@@ -53,6 +53,7 @@ def expressions() -> st.SearchStrategy[sp.Expr]:
     return st.recursive(leaves, grown, max_leaves=5)
 
 
+@pytest.mark.slow
 @settings(max_examples=50, deadline=None, derandomize=True)
 @given(expressions())
 def test_what_is_written_replays_when_it_is_read(expression: sp.Expr) -> None:

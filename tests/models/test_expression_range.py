@@ -53,6 +53,7 @@ def expressions() -> st.SearchStrategy[sp.Expr]:
     return st.recursive(leaves, grown, max_leaves=6)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(expressions())
 def test_ranges_contain_every_sample_and_are_tight(expression: sp.Expr) -> None:
@@ -73,6 +74,7 @@ def test_ranges_contain_every_sample_and_are_tight(expression: sp.Expr) -> None:
     assert replay(found.evidence, expression, BOX) == found.outer
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(
     st.lists(

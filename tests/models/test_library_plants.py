@@ -257,6 +257,7 @@ def test_rules_of_wang_tanaka_and_griffin() -> None:
     assert model.B[:, 1, 0] == pytest.approx([-0.1765, -0.00524], abs=5e-5)
 
 
+@pytest.mark.slow
 def test_the_pendulum_needs_four_rules_when_premises_are_free() -> None:
     """The textbook's four premises give sixteen rules; two of one angle's functions give four."""
     assert len(sector_model(plant_of("cart_pole"), premises={}).rules) == 4

@@ -22,9 +22,8 @@ from takagi.models.law.paper import PaperLaw, PaperLawName, paper_law
 from takagi.models.law.paper_equilibrium import equilibrium
 from takagi.models.law.regional_schedule import regional_schedule
 from takagi.models.turbine.aerodynamics import rotor_torque
-from takagi.models.turbine.full_load import full_load_model
 from takagi.models.turbine.loader import nrel5mw
-from takagi.models.turbine.partial_load import partial_load_model
+from tests.paper_models import regional_models
 
 Floats = NDArray[np.float64]
 TURBINE = nrel5mw()
@@ -37,8 +36,7 @@ BOX = np.array([0.004, 0.006, 0.03, 0.03])
 @cache
 def make_law(name: PaperLawName, variant: str = "saturated") -> PaperLaw:
     """Return a law with gains of realistic size that differ between the corners of a and b."""
-    partial = partial_load_model(TURBINE, tolerance="0.1")
-    full = full_load_model(TURBINE, tolerance="0.1")
+    partial, full = regional_models()
     by_a = np.repeat([-1.0, 1.0], 2)
     by_ab = np.repeat([-1.0, -0.3, 0.4, 1.0], 2)
     return paper_law(

@@ -21,10 +21,9 @@ from takagi.models.law.paper_linearisation import local_gains, local_loop
 from takagi.models.law.ramps import Shape
 from takagi.models.law.regional_schedule import RegionalSchedule, regional_schedule
 from takagi.models.turbine.aerodynamics import rotor_torque
-from takagi.models.turbine.full_load import full_load_model
 from takagi.models.turbine.loader import nrel5mw
-from takagi.models.turbine.partial_load import partial_load_model
 from takagi.models.turbine.trim import trim
+from tests.paper_models import regional_models
 
 TURBINE = nrel5mw()
 RATED = TURBINE.rated_rotor_speed
@@ -40,8 +39,7 @@ integrals = st.floats(-12.0, 1.0)
 @cache
 def schedules(uniform: bool = False) -> tuple[RegionalSchedule, RegionalSchedule]:
     """Gains of the size that the regional designs have; ``uniform`` makes all rules alike."""
-    partial = partial_load_model(TURBINE, tolerance="0.1")
-    full = full_load_model(TURBINE, tolerance="0.1")
+    partial, full = regional_models()
     spread = np.zeros(4) if uniform else np.linspace(-1, 1, 4)
     k_b, i_b = -77e3 + 8e3 * spread, -8.9e3 - 500 * spread
     wide = np.zeros(8) if uniform else np.linspace(-1, 1, 8)

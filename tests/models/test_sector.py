@@ -129,6 +129,7 @@ def test_ranges_by_calculus(expression: sp.Expr, low: float, high: float) -> Non
     assert float(outer.upper) == pytest.approx(high, abs=1e-5 * (high - low))
 
 
+@pytest.mark.slow
 @settings(max_examples=60, derandomize=True, deadline=None)
 @given(st.floats(-1.5, 1.5), st.floats(-1, 1))
 def test_a_range_contains_every_value(x1: float, x2: float) -> None:

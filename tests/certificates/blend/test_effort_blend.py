@@ -272,6 +272,7 @@ NOTHING: list[Any] = [None, True, "", [], {}, [[]], 1, -1, "1/0", "x"]
 ODD: list[Any] = [True, "", [], {}, [[]], [1], [None, 1], -1, "1/0", "effort"]
 
 
+@pytest.mark.slow
 def test_damaged_blends_are_refused_without_a_traceback() -> None:
     """Each part of the blend put to strange values, in model and law alike."""
     for part in ("effort", "rate", "share", "overlap", "low", "high", "equations"):

@@ -47,6 +47,7 @@ def test_steps_half_as_long_change_nothing(campaign: Campaign) -> None:
     assert 0 < campaign.records.halving.max() < campaign.tolerance / 5
 
 
+@pytest.mark.slow
 def test_same_seed_same_runs(built: Any) -> None:
     """And another seed others."""
     first, same, other = (
@@ -82,6 +83,7 @@ def test_a_bound_made_too_small_is_found_exceeded(built: Any, bound: str, change
     assert bound in {b.bound for b in breaks_of(found)}
 
 
+@pytest.mark.slow
 def test_a_set_that_is_not_invariant_is_left(built: Any) -> None:
     """P with its coupling of speed and integral turned round: still an ellipsoid, not kept."""
 
@@ -101,6 +103,7 @@ def test_a_set_that_is_not_invariant_is_left(built: Any) -> None:
     assert found.broken[0].mean() > 0.1
 
 
+@pytest.mark.slow
 def test_beyond_the_class_the_set_is_left(built: Any) -> None:
     """Ten times the wind class breaks bounds; with the class itself nothing does (above)."""
     found = run_campaign(built.document, runs=200, duration=2.0, seed=3, beyond=beyond_of("10"))
@@ -112,6 +115,7 @@ def test_beyond_the_class_the_set_is_left(built: Any) -> None:
     assert 3 <= low < high <= 25
 
 
+@pytest.mark.slow
 def test_a_start_beyond_the_set_comes_back(built: Any) -> None:
     """V up to 4 in the certified winds: most runs are in the set a few seconds later."""
     found = run_campaign(

@@ -227,6 +227,7 @@ def test_a_smaller_class_bears_less_than_the_filter_may_do(document: Data, key: 
     assert why_alone(document, every(key, 0.9), WIND_RATE).startswith("the schedule wind is")
 
 
+@pytest.mark.slow
 def test_a_mutant_that_says_less_is_weaker_by_judgement(document: Data, tmp_path: Path) -> None:
     """A slower decay, on which no other claim rests."""
     changed = deepcopy(document)

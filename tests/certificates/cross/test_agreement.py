@@ -54,6 +54,7 @@ def campaign(whole: dict[str, Data], count: int, seed: int) -> tuple[dict[str, i
     return pairs, differ
 
 
+@pytest.mark.slow
 def test_damaged_certificates_are_seen_alike(whole: dict[str, Data]) -> None:
     """Of 200 damaged ones some are still true, some open, some refused: by both."""
     pairs, differ = campaign(whole, 200, seed=1)

@@ -69,6 +69,7 @@ def test_points_lie_in_brackets(
     assert above - below <= Fraction(1, 10**30) * max(Fraction(1), above * above)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "arb", "low", "high"), CASES)
 @given(shares=st.tuples(*[st.fractions(0, 1, max_denominator=10**6)] * 3))
 def test_intervals_contain_their_points(

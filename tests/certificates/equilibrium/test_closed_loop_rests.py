@@ -33,6 +33,7 @@ def coherent_rests(law: CoherentLaw, low: float, high: float) -> set[str]:
     return {cell.rests for cell in found.cells}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "placement", "wind"),
     [

@@ -57,6 +57,7 @@ def uniform(document: dict[str, Any], rate: float, error: float) -> dict[str, An
     return changed
 
 
+@pytest.mark.slow
 def test_a_measured_wind_may_move_at_two_metres_per_second_squared_in_full_load(
     built: Any, reseal: Any
 ) -> None:

@@ -29,9 +29,8 @@ from takagi.models.law.law import Measurement
 from takagi.models.law.ramps import Shape
 from takagi.models.law.regional_schedule import regional_schedule
 from takagi.models.turbine.aerodynamics import rotor_torque
-from takagi.models.turbine.full_load import full_load_model
 from takagi.models.turbine.loader import nrel5mw
-from takagi.models.turbine.partial_load import partial_load_model
+from tests.paper_models import regional_models
 
 Floats = NDArray[np.float64]
 TURBINE = nrel5mw()
@@ -48,13 +47,13 @@ def law_of(name: model.PaperLawName, shape: Shape) -> model.PaperLaw:
     """Return a law whose gains differ from corner to corner by much, so that a mix-up shows."""
     partial = regional_schedule(
         TURBINE,
-        partial_load_model(TURBINE, tolerance="0.1"),
+        regional_models()[0],
         k_x=np.repeat([-60_000.0, -95_000.0], 2)[:, None],
         k_I=np.repeat([-12_000.0, -6_000.0], 2),
     )
     full = regional_schedule(
         TURBINE,
-        full_load_model(TURBINE, tolerance="0.1"),
+        regional_models()[1],
         k_x=np.repeat([[-0.2, -0.3], [-0.4, -0.5], [-0.6, -0.2], [-0.1, -0.7]], 2, 0),
         k_I=np.repeat([-0.05, -0.09, -0.07, -0.12], 2),
     )

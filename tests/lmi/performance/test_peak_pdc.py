@@ -61,6 +61,7 @@ def test_the_loop_of_one_rule_has_the_peak_gain_of_its_design(sample_time: float
     assert 0.98 * gain_of(design) <= answer.gain <= gain_of(design) * (1 + 1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sample_time", [None, 0.1])
 def test_no_blend_of_the_loop_has_a_larger_bound(sample_time: float | None) -> None:
     """Frozen memberships are among what the bound covers, each with a P of its own."""
@@ -128,6 +129,7 @@ def test_input_limits_cost_and_may_be_too_tight() -> None:
     assert "gains keep the limits without disturbance" in no.answer.diagnosis
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sample_time", [1e-1, 1e-3])
 def test_fast_sampling_leads_to_the_continuous_design(sample_time: float) -> None:
     """The bound of three scattered rules tends to the continuous one as T tends to 0."""

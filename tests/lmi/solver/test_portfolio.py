@@ -316,6 +316,7 @@ def test_narrow_lmis_are_left_alone() -> None:
     assert guide(margin_program(common_lyapunov_condition(random_vertices(64, 6)))) is None
 
 
+@pytest.mark.slow
 def test_a_session_updates_what_was_filled() -> None:
     """The zeros stay where they were when the numbers change."""
     condition, session = slack_condition(), Session()

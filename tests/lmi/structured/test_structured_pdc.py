@@ -58,6 +58,7 @@ def best_cost(model: TSModel) -> float:
     return float(minimize_scalar(cost, bounds=(2.2, 8.0), method="bounded").fun)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [None, 0.1])
 def test_least_cost_of_position_feedback(step: float | None) -> None:
     model = spring(step)
@@ -124,6 +125,7 @@ def test_where_a_diagonal_q_fails() -> None:
     assert any(step.start == "slack matrix" for step in design.steps)
 
 
+@pytest.mark.slow
 def test_steps_never_lose_and_are_the_same_twice() -> None:
     first, second = (
         structured_pdc(spring(), [[1, 0]], objective="cost", Q=np.eye(2), R=np.eye(1))
@@ -168,6 +170,7 @@ def test_a_fixed_mode_of_the_structure_is_named() -> None:
     assert structured_pdc(model, [[True, False]], gain_bound=1.0).found
 
 
+@pytest.mark.slow
 def test_no_gains_of_the_structure_are_an_answer() -> None:
     """A double integrator under position feedback: s^2 + k never decays, but no mode is fixed."""
     model = TSModel(np.array([[[0.0, 1.0], [0.0, 0.0]]]), np.array([[0.0], [1.0]]))

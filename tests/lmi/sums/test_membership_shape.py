@@ -119,6 +119,7 @@ def test_rules_that_never_act_together_need_no_inequality() -> None:
         assert count <= relaxation_size(name, 4, active=bounds > 0).lmis
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(st.integers(0, 10_000))
 def test_few_rules_act_at_a_time(seed: int) -> None:

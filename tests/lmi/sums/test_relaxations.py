@@ -38,6 +38,7 @@ SQUARE = ("wang-tanaka-griffin", "tuan", "tanaka-wang", "kim-lee", "liu-zhang")
 NEAR = 2e-3
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(st.integers(0, 10_000), st.integers(2, 4), st.integers(1, 3))
 def test_no_relaxation_promises_too_much(seed: int, rules: int, size: int) -> None:
@@ -128,6 +129,7 @@ def test_multisets_are_numbered_in_their_order(values: int, degree: int) -> None
     np.testing.assert_array_equal(numbers_of(rows, values), np.arange(len(rows)))
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(st.integers(0, 10_000))
 def test_products_of_memberships_are_bounded_and_ordered(seed: int) -> None:

@@ -102,6 +102,7 @@ def random_model(seed: int) -> TSModel:
     return TSModel(A, rng.standard_normal((2, 1)) + 0.7 * rng.standard_normal((3, 2, 1)))
 
 
+@pytest.mark.slow
 @settings(derandomize=True, max_examples=20, deadline=None)
 @given(st.integers(0, 10_000))
 def test_a_richer_relaxation_never_loses_gains(seed: int) -> None:

@@ -123,6 +123,7 @@ def test_a_no_that_is_open_names_what_was_tried() -> None:
     assert rung_named(design.ladder, "any relaxation").status == "bound"
 
 
+@pytest.mark.slow
 @settings(derandomize=True, max_examples=12, deadline=None)
 @given(st.integers(0, 10_000), st.booleans())
 def test_auto_is_never_worse_than_a_rung(seed: int, premises: bool) -> None:
@@ -187,6 +188,7 @@ def test_the_bound_is_met_where_one_rule_decides() -> None:
     assert design.decay_rate == pytest.approx(9.0, rel=2e-4)
 
 
+@pytest.mark.slow
 def test_auto_takes_the_largest_rate() -> None:
     """Of decay rate "max" auto is within 0.1 % of the bound, or of the best rung."""
     best = relaxation_ladder(pendulum(), decay_rate="max", gain_bound=300.0).best

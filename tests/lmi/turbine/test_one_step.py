@@ -94,6 +94,7 @@ def theta_of(law: CoherentLaw) -> Floats:
     return np.concatenate([law.gains.proportional, law.gains.integral_rate])
 
 
+@pytest.mark.slow
 def test_joint_steps_reach_more_than_the_gains_they_start_from(design: OneStepDesign) -> None:
     """The mean wind error grows by more than the analysis blurs, and never falls on the way."""
     errors = [reached.wind_error for reached in design.history]
@@ -144,6 +145,7 @@ def test_gains_are_emitted_in_short_decimals(design: OneStepDesign) -> None:
     assert np.array_equal(np.round(gains.integral_rate, 6), gains.integral_rate)
 
 
+@pytest.mark.slow
 def test_decay_is_an_objective_of_its_own(near_rated: LoopFamily) -> None:
     """Weight on decay buys decay, and the wind class stays at or above the start's."""
     aim = Objective(wind_class=0.0, decay=1.0)

@@ -25,28 +25,18 @@ from takagi.models.errors import ModelError
 from takagi.models.law.regional_schedule import regional_schedule
 from takagi.models.ts_model import TSModel
 from takagi.models.turbine.aerodynamics import rotor_torque
-from takagi.models.turbine.full_load import full_load_model
 from takagi.models.turbine.loader import nrel5mw
-from takagi.models.turbine.partial_load import partial_load_model
 from takagi.models.turbine.trim import trim
+from tests.paper_models import regional_models
 
 TURBINE = nrel5mw()
 Floats = NDArray[np.float64]
 
 
 @cache
-def models() -> tuple[TSModel, TSModel]:
-    """Both regional models with coarse (still rigorous) bounds: faster to make."""
-    return (
-        partial_load_model(TURBINE, tolerance="0.1"),
-        full_load_model(TURBINE, tolerance="0.1"),
-    )
-
-
-@cache
 def design() -> RegionalGains:
     """The default requirements."""
-    partial, full = models()
+    partial, full = regional_models()
     return regional_gains(TURBINE, partial_model=partial, full_model=full)
 
 
@@ -67,6 +57,7 @@ def blends(count: int, rules: int) -> Floats:
     return np.vstack([np.eye(rules), np.random.default_rng(6).dirichlet(np.ones(rules), count)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", [0, 1])
 def test_every_blend_decays_at_the_rate_asked(which: int) -> None:
     """He(P (A - B K)) + 2 alpha P <= 0 for A and K blended by the same h: recomputed from P."""
@@ -236,7 +227,7 @@ def test_least_demand_agrees_with_cvxpy() -> None:
 
 def test_infeasible_names_region_winds_and_cures() -> None:
     """A rate that cannot be had: the answer says where, what binds, and a cure that works."""
-    _, full = models()
+    _, full = regional_models()
     asked = Requirement(decay_rate=0.15, speed_error=0.02, pitch_error=0.005)
     answer = region_gains(TURBINE, full, asked)
     found = re.search(r"lower the decay rate to ([\d.]+) 1/s", answer.diagnosis)
@@ -253,7 +244,7 @@ def test_infeasible_names_region_winds_and_cures() -> None:
 
 def test_misuse_is_explained() -> None:
     """A set outside the model's box and a rate of zero are misuse, not an infeasible design."""
-    partial, _ = models()
+    partial, _ = regional_models()
     with pytest.raises(ModelError, match="the model is exact up to"):
         region_gains(TURBINE, partial, Requirement(decay_rate=0.1, speed_error=0.2))
     with pytest.raises(ModelError, match="must exceed 0"):

@@ -185,6 +185,7 @@ def test_energy_of_a_sampled_motion() -> None:
         assert got <= gain**2 * put
 
 
+@pytest.mark.slow
 def test_units_do_not_matter() -> None:
     """Time, states, input and output in other units: the gain in its own, P of energy."""
     model = masses_and_spring()

@@ -44,6 +44,7 @@ def test_the_loop_lies_in_its_family(
     assert max(d for _, d in campaign(turbine, law, cells, drawn)) < ROUNDING
 
 
+@pytest.mark.slow
 def test_every_mean_value_lies_in_its_range(
     turbine: Turbine, law: CoherentLaw, cells: list[LoopCell]
 ) -> None:
@@ -82,6 +83,7 @@ def sampled(turbine: Turbine, law: CoherentLaw) -> list[tuple[Point, tuple[float
     return [(p, derivative(turbine, law, p)) for p in points(law, BOX, 3000, seed=4)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHRUNK)
 def test_a_family_without_one_term_is_left(
     name: str,
@@ -99,6 +101,7 @@ def test_a_family_without_one_term_is_left(
     assert max(distance(pinned[p.k], p, rates) for p, rates in sampled) > 100 * ROUNDING
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "smaller",
     [

@@ -42,6 +42,7 @@ def test_exact_values_agree_with_floats(x: Fraction, order: int) -> None:
     assert float(wavy().exact(x, order)) == pytest.approx(float(wavy()(float(x), order)), abs=1e-12)
 
 
+@pytest.mark.slow
 @given(
     st.fractions(-2, Fraction(7, 2), max_denominator=100),
     st.fractions(-2, Fraction(7, 2), max_denominator=100),

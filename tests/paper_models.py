@@ -1,0 +1,22 @@
+"""The two regional models of the NREL 5-MW turbine, made once for all tests of the paper's law."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from takagi.models import TSModel
+from takagi.models.turbine.full_load import full_load_model
+from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine.partial_load import partial_load_model
+
+__all__ = ["regional_models"]
+
+
+@cache
+def regional_models() -> tuple[TSModel, TSModel]:
+    """Return partial and full load with coarse (still rigorous) bounds: faster to make."""
+    turbine = nrel5mw()
+    return (
+        partial_load_model(turbine, tolerance="0.1"),
+        full_load_model(turbine, tolerance="0.1"),
+    )
