@@ -136,6 +136,7 @@ def test_a_proof_about_vertices_alone_is_no_proof_about_the_plant(
 # ------------------------------------------------------------------ simulate
 
 
+@pytest.mark.slow
 def test_a_motion_is_the_plant_s_own(cubic: Path, gains: Path, tmp_path: Path) -> None:
     """x' = -2 x + x^3 (gain 3) from 0.5 has the closed form x^2 = 2 / (1 + 7 e^(4 t))."""
     law = changed(gains, K=[[[3.0]]])

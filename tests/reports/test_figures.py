@@ -256,6 +256,7 @@ def test_a_range_that_is_not_known_stays_white() -> None:
     assert len(figure.axes[0].patches) == 8
 
 
+@pytest.mark.slow
 def test_pdf_carries_no_date_and_is_repeatable() -> None:
     """LaTeX input that changes on each build cannot be compared."""
     pages = figure_to_pdf(poles())

@@ -188,6 +188,8 @@ def laws_of(design: TurbineDesign) -> dict[str, Law]:
 
 
 LAWS = ("coherent", "fast filter", "no filter", "paper", "paper-two-integrators", "linear ramp")
+# They differ from the first and the fourth by a number or a curve.
+VARIANTS = ("fast filter", "no filter", "linear ramp")
 
 
 @pytest.fixture(scope="module")
@@ -195,7 +197,10 @@ def laws(turbine_design: TurbineDesign) -> Mapping[str, Law]:
     return laws_of(turbine_design)
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] * (name in VARIANTS)) for name in LAWS],
+)
 def test_a_turbine_s_law_sample_by_sample(
     name: str, laws: Mapping[str, Law], turbine_design: TurbineDesign, tmp_path: Path
 ) -> None:

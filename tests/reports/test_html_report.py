@@ -282,6 +282,7 @@ def test_the_page_names_what_the_verdict_assumes(turbine_design: TurbineDesign, 
     assert html.index(line) < html.index('id="left-out"')
 
 
+@pytest.mark.slow
 def test_same_design_same_section(turbine_design: TurbineDesign) -> None:
     """Sections of one design are the same text every time, figures included."""
     for make in (verdict_section, cells_section):

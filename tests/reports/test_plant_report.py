@@ -128,7 +128,10 @@ def test_gains_and_premises_are_printed_as_emitted() -> None:
         assert premise.evidence in cells
 
 
-@pytest.mark.parametrize("name", [SMALL, DISCRETE, ANALYSIS])
+@pytest.mark.parametrize(
+    "name",
+    [SMALL, *(pytest.param(name, marks=pytest.mark.slow) for name in (DISCRETE, ANALYSIS))],
+)
 def test_only_what_is_proved_is_called_so(name: str) -> None:
     """Without a proof the word is not on the page as a badge, and no ellipsoid is drawn."""
     proved, open_ = design_of(name), doubted(design_of(name))
@@ -142,6 +145,7 @@ def test_only_what_is_proved_is_called_so(name: str) -> None:
     assert proved_kinds(open_) == set()
 
 
+@pytest.mark.slow
 def test_the_words_about_the_plant_itself_need_the_embedding() -> None:
     """With the first claim proved the page speaks of the plant, without it of its model."""
     design = design_of(SMALL)

@@ -207,6 +207,7 @@ def test_a_vertex_that_is_not_stable_is_named() -> None:
     assert "vertex 2 of 2 is not stable" in answer.diagnosis
 
 
+@pytest.mark.slow
 def test_stable_vertices_without_a_common_function_are_a_reasoned_no() -> None:
     """Dayawansa and Martin (1999): no common P beyond a = 3 + sqrt(8), though both are stable."""
 

@@ -75,6 +75,7 @@ def test_no_blend_of_the_loop_has_a_larger_bound(sample_time: float | None) -> N
     assert all(gain is not None and gain <= gain_of(design) for gain in found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sample_time", "limit"), [(None, None), (None, 0.7), (0.1, 0.8)])
 def test_nothing_leaves_the_ellipsoid(sample_time: float | None, limit: float | None) -> None:
     """From rest, switched at random, under the worst w of its peak: V, |z| and |u| keep bounds."""

@@ -162,6 +162,7 @@ def test_static_output_feedback_of_ac15() -> None:
     assert design.loss == pytest.approx(design.value / design.unstructured - 1)
 
 
+@pytest.mark.slow
 def test_a_fixed_mode_of_the_structure_is_named() -> None:
     """Input 1 moves x1 alone and sees x2 alone, and the other way round: nothing moves 0.5."""
     model = TSModel(np.diag([0.5, -1.0])[None], np.array([[1.0], [0.0]]))

@@ -154,6 +154,7 @@ def test_decay_is_an_objective_of_its_own(near_rated: LoopFamily) -> None:
     assert found.after.wind_error >= 0.99 * found.before.wind_error
 
 
+@pytest.mark.slow
 def test_pitch_activity_is_an_objective(turbine: Turbine) -> None:
     """Weight on pitch buys calmer pitch, at no less wind class; the estimate is recomputed here."""
     family = family_between(turbine, 17.5, 18.6)
@@ -166,6 +167,7 @@ def test_pitch_activity_is_an_objective(turbine: Turbine) -> None:
     assert found.after.pitch_rate == pytest.approx(again, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_no_step_at_all_is_the_analysis_of_the_given_gains(
     near_rated: LoopFamily, given: OneStepDesign, design: OneStepDesign
 ) -> None:
