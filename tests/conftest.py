@@ -9,8 +9,6 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 if TYPE_CHECKING:
-    from xdist.scheduler import LoadScopeScheduling
-
     from takagi.certificates.turbine_design import TurbineDesign
 
 # Before anything imports a linear-algebra library: many threads on few cores only add noise.
@@ -29,13 +27,17 @@ settings.load_profile("takagi")
 
 
 @pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeScheduling | None:
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     """Where files are kept together, keep those together too that need the same dear thing."""
     if config.getvalue("dist") != "loadfile":
         return None
-    from tests.scheduler import SharedThings
+    from xdist.scheduler import LoadScopeScheduling
 
-    return SharedThings(config, log)
+    from tests.scheduler import group
+
+    scheduler = LoadScopeScheduling(config, log)
+    scheduler._split_scope = lambda nodeid: group(nodeid.split("::", 1)[0])
+    return scheduler
 
 
 @pytest.fixture(scope="session")

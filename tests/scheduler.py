@@ -10,7 +10,7 @@ import re
 from functools import cache
 from pathlib import Path
 
-from xdist.scheduler import LoadScopeScheduling
+__all__ = ["group"]
 
 ROOT = Path(__file__).parents[1]
 # What is shared -> how a file of tests asks for it: by a fixture's name, or by an import.
@@ -31,10 +31,3 @@ def group(path: str) -> str:
     """
     text = (ROOT / path).read_text(encoding="utf-8")
     return next((name for name, asks in SHARED.items() if asks.search(text)), path)
-
-
-class SharedThings(LoadScopeScheduling):
-    """One group of tests after another to whichever process is free; the largest first."""
-
-    def _split_scope(self, nodeid: str) -> str:
-        return group(nodeid.split("::", 1)[0])
