@@ -10,7 +10,7 @@ from takagi.certificates.cross_check.coherent_surface import Span, Surface
 from takagi.certificates.cross_check.effort_ramp import ramp, ramp_slope
 from takagi.certificates.cross_check.reading import Refusal, entry, rational, rationals
 
-__all__ = ["Cell", "Turbine"]
+__all__ = ["Cell", "Rotor", "Turbine"]
 
 CONSTANTS = (
     "torque_constant",
@@ -23,39 +23,23 @@ CONSTANTS = (
 ZERO, FULL = fmpq(0), fmpq(1)
 
 
-class Turbine:
-    """The plant, the law's tables, and the box and the uncertainty of a claim.
+class Rotor:
+    """The plant and the law's tables.
 
     ``c``, ``rated``, ``m`` : torque constant, rated torque on the low-speed side, and n_g E, each
     over the nominal inertia J.
     """
 
-    def __init__(self, claim: Any, model: Any, gains: Any) -> None:
+    def __init__(self, model: Any, gains: Any) -> None:
+        if entry(model, "kind") != "turbine":
+            raise Refusal("a turbine is needed")
         self._read_plant(model)
         self._read_law(gains)
         for name in ("pitch_min", "pitch_max"):
             if rational(gains, name) != rational(model, name):
                 raise Refusal(f"{name}: the law's is not the turbine's")
         self.pitch_min, self.pitch_max = (rational(gains, f"pitch_{end}") for end in ("min", "max"))
-        box = entry(claim, "box")
-        names = ("speed_error", "effort_lag", "speed_signal", "wind_share")
-        sides = [rational(box, name) for name in names]
-        self.speed_error, self.effort_lag, self.speed_signal, self.wind_share = sides
-        if min(sides) <= 0 or self.wind_share >= 1:
-            raise Refusal("box: sides must be positive, and wind_share below 1")
-        uncertainty = entry(claim, "uncertainty")
-        light, heavy = rationals(uncertainty, "inertia", 2)
-        if light <= 0 or heavy < light:
-            raise Refusal("inertia: 0 < low <= high is needed")
-        self.kappa = Span(1 / heavy, 1 / light)
-        self.frozen = entry(uncertainty, "frozen_wake")
-        if type(self.frozen) is not bool:
-            raise Refusal("frozen_wake: true or false is needed")
-        said = "power_coefficient" in uncertainty
-        worst, best = rationals(uncertainty, "power_coefficient", 2) if said else (FULL, FULL)
-        if worst <= 0 or worst > 1 or best < 1:
-            raise Refusal("power_coefficient: 0 < low <= 1 <= high is needed")
-        self.power = Span(worst, best)
+        self.integral_limit = rational(gains, "integral_limit")
 
     def _read_plant(self, model: Any) -> None:
         values = {name: rational(model, name) for name in CONSTANTS}
@@ -96,6 +80,32 @@ class Turbine:
         if fed and rational(gains, "wind_filter") <= 0:
             raise Refusal("wind_filter: what feeds a wind's rate forward needs a filter")
         self.m, self.rated = self.n_over_J * self.per_effort, self.n_over_J * self.torque
+
+
+class Turbine(Rotor):
+    """Plant and law, with the box and the uncertainty of a claim about the loop."""
+
+    def __init__(self, claim: Any, model: Any, gains: Any) -> None:
+        super().__init__(model, gains)
+        box = entry(claim, "box")
+        names = ("speed_error", "effort_lag", "speed_signal", "wind_share")
+        sides = [rational(box, name) for name in names]
+        self.speed_error, self.effort_lag, self.speed_signal, self.wind_share = sides
+        if min(sides) <= 0 or self.wind_share >= 1:
+            raise Refusal("box: sides must be positive, and wind_share below 1")
+        uncertainty = entry(claim, "uncertainty")
+        light, heavy = rationals(uncertainty, "inertia", 2)
+        if light <= 0 or heavy < light:
+            raise Refusal("inertia: 0 < low <= high is needed")
+        self.kappa = Span(1 / heavy, 1 / light)
+        self.frozen = entry(uncertainty, "frozen_wake")
+        if type(self.frozen) is not bool:
+            raise Refusal("frozen_wake: true or false is needed")
+        said = "power_coefficient" in uncertainty
+        worst, best = rationals(uncertainty, "power_coefficient", 2) if said else (FULL, FULL)
+        if worst <= 0 or worst > 1 or best < 1:
+            raise Refusal("power_coefficient: 0 < low <= 1 <= high is needed")
+        self.power = Span(worst, best)
 
     def cell(self, k: int) -> Cell:
         """Return what holds between winds k and k + 1."""

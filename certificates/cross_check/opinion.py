@@ -176,6 +176,10 @@ def obligations(
         from takagi.certificates.cross_check.coherent import coherent_loop
 
         return coherent_loop(claim, model, gains)
+    if kind == "equilibrium":
+        from takagi.certificates.cross_check.equilibrium import equilibrium
+
+        return equilibrium(claim, model, gains)
     return None
 
 

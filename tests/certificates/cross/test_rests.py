@@ -1,0 +1,207 @@
+"""Rests of the turbine's loop: the second checker's count, forged answers, and enclosures."""
+
+from __future__ import annotations
+
+import copy
+import random
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from flint import fmpq
+from scipy.interpolate import BSpline
+
+from takagi.certificates.cross_check import equilibrium as rests
+from takagi.certificates.cross_check import judge_document, rest_balance
+from takagi.certificates.cross_check.coherent_numbers import Rotor
+from takagi.certificates.cross_check.coherent_surface import Span
+from takagi.certificates.cross_check.reading import loads
+from takagi.certificates.cross_check.rest_balance import Balance, Looks
+from takagi.certificates.document import (
+    certificate_document,
+    coherent_law_data,
+    dumps,
+    turbine_data,
+)
+from takagi.certificates.paper import paper_law_data
+from takagi.certificates.two_checkers import cross_checked_document
+from tests.certificates.conftest import Built, resealed
+from tests.certificates.test_paper_certificate import TURBINE, make_law
+
+Data = dict[str, Any]
+# Below rated wind, where pitch takes over, in the stalled range and beyond it (docs/equilibria.md).
+CELLS = [
+    {"wind": [8.7006, 9.1632], "rests": "one"},
+    {"wind": [11.4509, 11.5509], "rests": "one"},
+    {"wind": [21.04, 21.06], "rests": "several"},
+    {"wind": [22.76, 23.0], "rests": "one"},
+]
+
+
+def claimed(model: Data, gains: Data, cells: list[Data]) -> Data:
+    claim = {"name": "rests", "kind": "equilibrium", "cells": cells}
+    return certificate_document(
+        model=model, gains=gains, claims=[copy.deepcopy(claim)], provenance={}
+    )
+
+
+@pytest.fixture
+def document(built: Built) -> Data:
+    """A claim about four cells of wind, true, of the two-step law."""
+    return claimed(turbine_data(TURBINE, []), coherent_law_data(built.law), CELLS)
+
+
+def of_interval(document: Data, wind: float) -> int:
+    return max(k for k, v in enumerate(document["gains"]["wind"]) if v <= wind)
+
+
+def test_both_count_the_same(document: Data) -> None:
+    (row,) = cross_checked_document(document).rows
+
+    assert (row.first, row.second, row.reason) == ("PROVED", "PROVED", "")
+
+
+def only(document: Data, number: int, **changed: Any) -> None:
+    """Leave one cell, changed: what is wrong is in it."""
+    document["claims"][0]["cells"] = [CELLS[number] | changed]
+
+
+def no_reserve(document: Data) -> None:
+    """Efforts at trim that the integrator cannot take back: no rest has e = 0."""
+    only(document, 1)
+    k = of_interval(document, 11.46)
+    for i in (k, k + 1):
+        document["gains"]["trim_effort"][i] += 1.0
+
+
+def weak_rotor(document: Data) -> None:
+    only(document, 1)
+    document["model"]["torque_constant"] *= 0.1
+
+
+def wide_limit(document: Data) -> None:
+    """An integrator limit at which the stalled rest is gone (docs/equilibria.md)."""
+    only(document, 2)
+    document["gains"]["integral_limit"] = 0.6
+
+
+FORGED: dict[str, Callable[[Data], None]] = {
+    "one for several": lambda d: only(d, 2, rests="one"),
+    "several for one": lambda d: only(d, 3, rests="several"),
+    "none for one": lambda d: only(d, 0, rests="none"),
+    "a continuum": lambda d: only(d, 1, rests="continuum"),
+    "the trim, which is not said of this law": lambda d: only(d, 1, rests="one at the trim"),
+    "one, in the stalled range": lambda d: only(d, 3, wind=[22.0, 22.01]),
+    "over a node": lambda d: only(d, 1, wind=[11.44, 11.46]),
+    "no reserve": no_reserve,
+    "a weak rotor": weak_rotor,
+    "a wide limit": wide_limit,
+}
+
+
+@pytest.mark.parametrize("name", FORGED)
+def test_a_forged_answer_is_proved_by_neither(name: str, document: Data) -> None:
+    """With hashes that fit; the second checker says so, and does not abstain."""
+    FORGED[name](document)
+    (row,) = cross_checked_document(resealed(document)).rows
+
+    assert (row.first, row.second) == ("UNDECIDED", "UNDECIDED"), row.reason
+
+
+MISSHAPEN: dict[str, Callable[[Data], None]] = {
+    "another answer": lambda d: only(d, 0, rests="two"),
+    "beyond cut-out": lambda d: only(d, 3, wind=[24.9, 25.1]),
+    "winds that fall": lambda d: only(d, 3, wind=[23.0, 22.9]),
+    "no cells": lambda d: d["claims"][0].update(cells=[]),
+    "other pitch limits": lambda d: d["gains"].update(pitch_max=1.0),
+    "no turbine": lambda d: d["model"].update(kind="plant of mine"),
+}
+
+
+@pytest.mark.parametrize("name", MISSHAPEN)
+def test_what_does_not_fit_is_refused_by_both(name: str, document: Data) -> None:
+    MISSHAPEN[name](document)
+    (row,) = cross_checked_document(resealed(document)).rows
+
+    assert (row.first, row.second) == ("REFUSED", "REFUSED")
+
+
+def test_rests_of_a_law_of_the_paper_are_left_open() -> None:
+    """Its gains go with averages of slopes, of which the second checker has no reading."""
+    cells = [{"wind": [8.0, 8.02], "rests": "one at the trim"}]
+    (one,) = judge_document(
+        claimed(turbine_data(TURBINE, []), paper_law_data(make_law("paper")), cells)
+    )
+
+    assert (one.verdict, one.reason) == ("NOT REPLAYED", "rests of a law of the paper")
+
+
+def test_a_cell_that_is_not_decided_is_left_open(
+    document: Data, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Too few halvings, or too few enclosures in all."""
+    only(document, 2)
+    for name, value in (("HALVED_WINDS", 0), ("MOST_LOOKS", 3)):
+        with monkeypatch.context() as patch:
+            patch.setattr(rest_balance if name == "MOST_LOOKS" else rests, name, value)
+            if name == "HALVED_WINDS":
+                patch.setattr(rests, "_changes", lambda *_: 0)
+            (one,) = judge_document(resealed(document))
+        assert one.verdict == "NOT REPLAYED"
+
+
+def fraction(value: float) -> fmpq:
+    return fmpq(*float(value).as_integer_ratio())
+
+
+@pytest.mark.parametrize("wind", [11.46, 21.05, 24.2])
+def test_enclosures_hold_the_balance_of_the_law(wind: float, document: Data) -> None:
+    """f by floats from the law's formula: no sign, rise or zero is enclosed wrongly.
+
+    Along the curves at a limit as well, whose slopes by wind and tip-speed ratio are in the mean
+    value form.
+    """
+    read = loads(dumps(document))
+    rotor, gains, model = Rotor(read["model"], read["gains"]), document["gains"], document["model"]
+    winds = (wind, wind + 0.05)
+    at = Balance(rotor, of_interval(document, wind), Span(*map(fraction, winds)), Looks())
+    table, eps, limit = model["torque_surface"], gains["overlap"], gains["integral_limit"]
+    J = model["rotor_inertia"] + model["gear_ratio"] ** 2 * model["generator_inertia"]
+    along = BSpline(np.array(table["tip_speed_ratio_knots"]), np.array(table["coefficients"]), 3)
+
+    def ramp(s: float) -> float:
+        return max(s, 0.0) if abs(s) > eps else (s + eps) ** 2 / (4 * eps)
+
+    def balance(v: float, error: float, x: float) -> float:
+        speed, q, gamma, b = (
+            float(np.interp(v, gains["wind"], gains[name]))
+            for name in ("rotor_speed", "trim_effort", "proportional", "effectiveness")
+        )
+        effort = q + gamma * (error - x)
+        pitch = gains["pitch_min"] + ramp(effort) / b
+        ratio = model["rotor_radius"] * (speed + error) / v
+        quotient = float(BSpline(np.array(table["pitch_knots"]), along(ratio), 3)(pitch))
+        torque = max(gains["rated_torque"] - gains["effort_torque"] * ramp(-effort), 0.0)
+        turning = float(model["torque_constant"]) * v**2 * quotient
+        return float((turning - model["gear_ratio"] * torque) / J)
+
+    rng, seen = random.Random(3), set()
+    for _ in range(40):
+        a, b = sorted(rng.uniform(-limit, limit) for _ in range(2))
+        look = at.inside(Span(fraction(a), fraction(b)))
+        v, (x, y) = rng.uniform(*winds), sorted(rng.uniform(a, b) for _ in range(2))
+        f, g = balance(v, 0.0, x), balance(v, 0.0, y)
+        assert look.sign * f >= 0 <= look.sign * g
+        assert not look.rises or f < g
+        seen |= {("inside", look.sign), ("rises", look.rises)}
+    for _ in range(40):
+        low = rng.uniform(2.0, 3.4)
+        high = low + rng.choice([0.003, 0.03, 0.3])
+        look = at.upper(Span(fraction(low), fraction(high)))
+        v, tip = rng.uniform(*winds), rng.uniform(low, high)
+        speed = float(np.interp(v, gains["wind"], gains["rotor_speed"]))
+        f = balance(v, tip * v / model["rotor_radius"] - speed, limit)
+        assert look.sign * f >= 0, (low, high, f)
+        seen |= {("upper", look.sign)}
+    assert {("inside", 1), ("inside", -1), ("rises", True), ("upper", 1)} <= seen
