@@ -35,7 +35,8 @@ from takagi.certificates.cross_check.rest_balance import Balance, Look, Looks, m
 
 __all__ = ["equilibrium"]
 
-ANSWERS = ("one", "one at the trim", "one off the trim", "none", "several", "continuum")
+OF_THE_PAPER = {"one at the trim", "one off the trim", "none", "continuum"}  # never of this law
+ANSWERS = {"one", "several"} | OF_THE_PAPER
 LAWS_OF_THE_PAPER = ("paper", "paper-two-integrators")
 # What may be found without a word against an answer.
 NOT_ONE = "not one"
@@ -56,7 +57,7 @@ def equilibrium(claim: Any, model: Any, gains: Any) -> Obligations:
         raise NotReplayed("rests of a law of the paper")
     rotor = Rotor(model, gains)
     cells = entry(claim, "cells")
-    if not isinstance(cells, list) or not 0 < len(cells) <= MOST_CELLS:
+    if not isinstance(cells, list) or len(cells) not in range(1, MOST_CELLS + 1):
         raise Refusal(f"cells: 1 to {MOST_CELLS} are needed")
     looks = Looks()
     for number, cell in enumerate(cells, start=1):
