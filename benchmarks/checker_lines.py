@@ -51,6 +51,8 @@ WHY = ROOT / "benchmarks" / "survivors.toml"
 SURVIVORS_PAGE = ROOT / "docs" / "broken-lines.md"
 # The share of a part's changes that is drawn; of the others it is all.
 SHARE = {"plant": 1 / 3}
+# Changes that are tried in one copy.
+TOGETHER = 10
 # Heavy, and not what is tested: imported before the processes part.
 PRELOADED = ("numpy", "scipy.linalg", "scipy.optimize", "sympy", "clarabel", "flint")
 
@@ -172,31 +174,36 @@ class Campaign:
         with _alone(self.journal.folder / "tests.lock"):
             self.tests = LineTests(self.tests.place, CHECKER)
             self.tests.update(warm)
-        for change in changes:
+        for first in range(0, len(changes), TOGETHER):
             if time.monotonic() > self.deadline:
                 return
-            self._note(change, *_timed(lambda change=change: self._tried(warm, change)))
+            self._together(warm, changes[first : first + TOGETHER])
 
-    def _tried(self, warm: WarmTests, change: Change) -> Outcome:
-        """Run the tests that may notice; one that fails with nothing broken too has not noticed."""
-        while True:
-            found = self._run(warm, change)
-            if not found.test or self._holds(warm, found.test):
-                return found
-            print(f"left out: {found.test} fails although nothing is broken", flush=True)
-            self.tests.leave_out(found.test)
+    def _together(self, warm: WarmTests, changes: Sequence[Change]) -> None:
+        """Try some changes in one copy, each with the tests of its line."""
+        seconds = self.tests.seconds
+        jobs = [(_compiled(c), self.tests.tests_of(c, self.budget)) for c in changes]
+        began = time.perf_counter()
+        for number, found in warm.outcomes(jobs, seconds):
+            change = changes[number]
+            if not found.test:
+                found = self._made_anew(warm, change, found.ran)
+            if found.test and not self._holds(warm, found.test):
+                print(f"left out: {found.test} fails although nothing is broken", flush=True)
+                self.tests.leave_out(found.test)
+                self._together(warm, [change])
+            else:
+                self._note(change, found, round(time.perf_counter() - began, 3))
+            began = time.perf_counter()
 
-    def _run(self, warm: WarmTests, change: Change) -> Outcome:
-        """Run the tests of the line, and then those whose shared fixtures ran it."""
-        code, seconds = _compiled(change), self.tests.seconds
-        chosen = self.tests.tests_of(change, self.budget)
-        found = warm.outcome(code, chosen, seconds) if chosen else Outcome("", "", 0)
+    def _made_anew(self, warm: WarmTests, change: Change, ran: int) -> Outcome:
+        """Run tests whose shared fixtures ran the line, with fixtures made by the broken code."""
         again = self.tests.fixtures_of(change)
-        if found.test or not again:
-            return found
         users = self.tests.users_of(again, warm, self.budget)
-        later = warm.outcome(code, users, seconds, again) if users else Outcome("", "", 0)
-        return Outcome(later.test, later.how, found.ran + later.ran)
+        if not users:
+            return Outcome("", "", ran)
+        found = warm.outcome(_compiled(change), users, self.tests.seconds, again)
+        return Outcome(found.test, found.how, ran + found.ran)
 
     def _holds(self, warm: WarmTests, test: str) -> bool:
         """Whether a test passes in a copy in which nothing is broken; asked once."""

@@ -69,8 +69,7 @@ class LineTests:
         for name in self.dear:
             stale = [one for one in stale if one not in warm.fixtures[name][1]]
             self.fixtures[name] = {"lines": {}}
-        for count, name in enumerate(stale, start=1):
-            run = warm.run_of(name)
+        for count, (name, run) in enumerate(warm.runs_of(stale), start=1):
             self.tests[name] = {
                 "sha": shas[name.partition("::")[0]],
                 "seconds": run.seconds,

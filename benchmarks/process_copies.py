@@ -100,14 +100,9 @@ def _end(child: int) -> None:
     os.waitpid(child, 0)
 
 
-def last(said: Iterator[dict[str, Any]]) -> dict[str, Any] | None:
-    found = None
-    for one in said:
-        found = one
-    return found if found and "passed" in found else None
-
-
 def copied(work: Callable[[], bool], seconds: float) -> bool:
     """Return what work says in a copy of this process; False where it ends or takes too long."""
-    said = last(copy(lambda say: say({"passed": work()}), seconds))
-    return bool(said and said["passed"])
+    found = False
+    for said in copy(lambda say: say({"passed": work()}), seconds):
+        found = bool(said.get("passed"))
+    return found

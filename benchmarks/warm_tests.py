@@ -21,8 +21,9 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from types import CodeType, FunctionType
+from types import CodeType, FrameType, FunctionType
 from typing import Any, Literal, NamedTuple
 
 import pytest
@@ -30,15 +31,16 @@ from _pytest.fixtures import FixtureDef, FixtureRequest
 from _pytest.runner import runtestprotocol
 from coverage import Coverage
 from hypothesis import Phase, settings
-from process_copies import copy, last, limit_memory, limit_seconds
+from process_copies import copy, limit_memory, limit_seconds
 
 # A test that takes this many times as long as before, and this much longer [s of the processor],
 # does not end; one that waits this long [s] neither.
-TIMES_SLOWER, SECONDS_SLOWER, SECONDS_SILENT = 4.0, 1.0, 200.0
-# Tests that take longer than this [s of the processor] are left out.
-LONGEST = 3.0
+TIMES_SLOWER, SECONDS_SLOWER, SECONDS_SILENT = 4.0, 0.7, 200.0
+# Of a test that takes longer than this [s of the processor] only the lines until then are noted,
+# and this is taken to be its time.
+LONGEST, TIME_OF_LONGER = 0.3, 1.5
 # And those whose shared fixtures do.
-LONGEST_FIXTURE = 30.0
+LONGEST_FIXTURE = 15.0
 # What making shared fixtures anew may take on top [s of the processor].
 SECONDS_FIXTURES = 60.0
 # Whose fixtures are not the project's.
@@ -121,27 +123,39 @@ class WarmTests:
 
     # -------------------------------------------------------------- lines of a test
 
-    def run_of(self, nodeid: str) -> Run:
-        """Return how a test runs in a copy of this process."""
+    def runs_of(self, names: Sequence[str]) -> Iterator[tuple[str, Run]]:
+        """Yield (test, how it runs); a copy runs tests until one fails or takes too long."""
+        left = list(names)
+        while left:
+            done = 0
+            for said in copy(partial(self._measured, left), SECONDS_SILENT):
+                if "passed" in said:
+                    lines = {path: set(found) for path, found in said["lines"].items()}
+                    yield left[done], Run(said["passed"], said["seconds"], lines)
+                    done += 1
+            if not done:
+                yield left[0], Run(False, TIME_OF_LONGER, {})
+                done = 1
+            left = left[done:]
 
-        def work() -> dict[str, Any]:
-            item = self.items[nodeid]
-            limit_seconds(LONGEST)
-            with traced(self.package) as lines:
+    def _measured(self, names: Sequence[str], say: Callable[[Any], None]) -> None:
+        for nodeid in names:
+            self._clear_caches("takagi.", "tests.")
+            passed, spent = False, TIME_OF_LONGER
+            limit_seconds(LONGEST + TIME_OF_LONGER)
+            with traced(self.package) as lines, _interrupted(LONGEST) as over:
                 began = time.process_time()
-                passed = self._run(item)
+                passed = self._run(self.items[nodeid])
                 spent = time.process_time() - began
-            return {
-                "passed": passed,
-                "seconds": spent,
-                "lines": {path: sorted(found) for path, found in lines.items()},
-            }
-
-        said = last(copy(lambda say: say(work()), 2 * SECONDS_SILENT))
-        if said is None:
-            return Run(False, LONGEST, {})
-        lines = {path: set(found) for path, found in said["lines"].items()}
-        return Run(said["passed"], said["seconds"], lines)
+            say(
+                {
+                    "passed": passed or bool(over),
+                    "seconds": TIME_OF_LONGER if over else spent,
+                    "lines": {path: sorted(found) for path, found in lines.items()},
+                }
+            )
+            if over or not passed:
+                return
 
     # -------------------------------------------------------------- broken code
 
@@ -187,6 +201,80 @@ class WarmTests:
         how = "fails" if "failed" in latest else "does not end"
         return Outcome(tests[current], how, current + 1)
 
+    def outcomes(
+        self, jobs: Sequence[tuple[CodeType, Sequence[str]]], seconds: dict[str, float]
+    ) -> Iterator[tuple[int, Outcome]]:
+        """Yield (number of the job, outcome) for broken codes with their tests, many in one copy.
+
+        What one change leaves behind could make a test of the next one fail.  So the copy runs
+        every test that has failed once more, with the code as it is: where one fails still, its
+        changes are tried again, each in a copy of its own.
+        """
+        left = list(range(len(jobs)))
+        while left:
+            failed: dict[int, int] = {}
+            sound: set[str] | None
+            job, test, sound = left[0], 0, None
+            for said in copy(partial(self._several, jobs, left, seconds), SECONDS_SILENT):
+                if "job" in said:
+                    job, test = said["job"], 0
+                test = said.get("starts", test)
+                if "survives" in said:
+                    left.remove(job)
+                    yield job, Outcome("", "", len(jobs[job][1]))
+                elif "failed" in said:
+                    failed[job] = said["failed"]
+                elif "sound" in said:
+                    sound = set(said["sound"])
+            if sound is None:
+                # Those that have failed before it are tried again, for they were not confirmed.
+                left.remove(job)
+                yield job, Outcome(jobs[job][1][test], "does not end", test + 1)
+                continue
+            for number, last_run in failed.items():
+                code, tests = jobs[number]
+                left.remove(number)
+                if tests[last_run] in sound:
+                    yield number, Outcome(tests[last_run], "fails", last_run + 1)
+                else:
+                    yield number, self.outcome(code, tests, seconds)
+
+    def _several(
+        self,
+        jobs: Sequence[tuple[CodeType, Sequence[str]]],
+        numbers: Sequence[int],
+        seconds: dict[str, float],
+        say: Callable[[Any], None],
+    ) -> None:
+        """Be the copy that tries some jobs: say which begins, how it ends, and what still fails."""
+        limit_memory()
+        gc.disable()
+        suspects: set[str] = set()
+        for job in list(numbers):
+            code, tests = jobs[job]
+            say({"job": job})
+            before = self._put(code)
+            self._clear_caches("takagi.", "tests.")
+            for number, nodeid in enumerate(tests):
+                say({"starts": number})
+                limit_seconds(TIMES_SLOWER * seconds.get(nodeid, 1.0) + SECONDS_SLOWER)
+                if not self._run(self.items[nodeid]):
+                    suspects.add(nodeid)
+                    say({"failed": number})
+                    break
+            else:
+                say({"survives": True})
+            for function, own in before:
+                function.__code__ = own
+        self._clear_caches("takagi.", "tests.")
+        sound: list[str] = []
+        say({"sound": sound})
+        for nodeid in sorted(suspects):
+            limit_seconds(TIMES_SLOWER * seconds.get(nodeid, 1.0) + SECONDS_SLOWER)
+            if self._run(self.items[nodeid]):
+                sound.append(nodeid)
+                say({"sound": sound})
+
     def _with_dependents(self, names: Iterable[str]) -> list[FixtureDef[Any]]:
         """Return shared fixtures, and those that are made of them."""
         found = {self.fixtures[name][0].argname: self.fixtures[name][0] for name in names}
@@ -200,12 +288,15 @@ class WarmTests:
                 return list(found.values())
             found |= more
 
-    def _put(self, code: CodeType) -> None:
-        """Give every live function the code that a module's own code has for it."""
+    def _put(self, code: CodeType) -> list[tuple[FunctionType, CodeType]]:
+        """Give every live function the code that a module's own code has for it; return the old."""
+        before = []
         for found in _codes(code):
             for function in self._functions.get(_place(found), ()):
                 if len(found.co_freevars) == len(function.__code__.co_freevars):
+                    before.append((function, function.__code__))
                     function.__code__ = found
+        return before
 
     def _clear_caches(self, *packages: str) -> None:
         """Forget what functions of these packages have remembered."""
@@ -226,8 +317,8 @@ def _shared(item: pytest.Item) -> Iterator[FixtureDef[Any]]:
                 yield definition
 
 
-class TooLong(Exception):
-    """A shared fixture takes longer than a campaign can bear."""
+class TooLong(BaseException):
+    """A test or a shared fixture takes longer than a campaign can bear; no test shall catch it."""
 
 
 @contextmanager
@@ -238,7 +329,11 @@ def _interrupted(seconds: float) -> Iterator[list[str]]:
     """
     over: list[str] = []
 
-    def end(number: int, frame: object) -> None:
+    def end(number: int, frame: FrameType | None) -> None:
+        if _within_coverage(frame):
+            # It may hold its lock: a moment later it does not.
+            signal.setitimer(signal.ITIMER_VIRTUAL, 0.001)
+            return
         over.append("too long")
         raise TooLong(f"{seconds} s")
 
@@ -252,6 +347,14 @@ def _interrupted(seconds: float) -> Iterator[list[str]]:
     finally:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         signal.signal(signal.SIGVTALRM, before)
+
+
+def _within_coverage(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_globals.get("__name__", "").startswith("coverage."):
+            return True
+        frame = frame.f_back
+    return False
 
 
 def _name(definition: FixtureDef[Any]) -> str:

@@ -178,8 +178,10 @@ def test_what_noticed_a_neighbour_is_tried_first(tmp_path: Path) -> None:
     assert known.tests_of(change, 0.01) == ["slow"]
 
 
-TOY = "def larger(a, b):\n    return a > b\n\n\n"
-TOY += "def endless(a):\n    while a > 0:\n        a = a - 1\n"
+TOY = "MEMORY = []\n\n\ndef larger(a, b):\n    return a > b\n\n\n"
+TOY += "def endless(a):\n    while a > 0:\n        a = a - 1\n\n\n"
+# Broken, it leaves something behind that makes its own test fail when it is right again.
+TOY += "def forgets(a):\n    MEMORY.append(a)\n    MEMORY.pop(0 - 1)\n    return len(MEMORY)\n"
 TOY_TESTS = """
 import functools
 import pytest
@@ -208,6 +210,9 @@ def test_known():
 def test_ends():
     toy.endless(3)
 
+def test_forgets():
+    assert toy.forgets(1) == 0
+
 def test_of_nothing():
     pass
 
@@ -231,7 +236,7 @@ def work(tests):
         Path("toy.py").read_text().replace(old, new), str(here / "toy.py"), "exec"
     )
     names = list(tests.items)
-    runs = {{name: tests.run_of(name) for name in names}}
+    runs = dict(tests.runs_of(names))
     passing = [name for name in names if runs[name].passed]
     found = {{
         "passing": passing,
@@ -244,6 +249,19 @@ def work(tests):
         "anew": tests.outcome(code("a > b", "a < b"), [passing[2]], {{}}, tests.fixtures),
         "remembered": tests.outcome(code("a > b", "a < b"), [passing[3]], {{}}, tests.fixtures),
         "endless": tests.outcome(code("a - 1", "a + 1"), [passing[4]], {{passing[4]: 0.0}}),
+        "together": sorted(
+            tests.outcomes(
+                [
+                    (code("a > b", "a < b"), passing[:5]),
+                    (code("a > b", "a >= b"), passing[:5]),
+                    (code("a - 1", "a + 1"), [passing[0], passing[4]]),
+                    (code("MEMORY.pop(0 - 1)", "MEMORY.append(0 - 1)"), passing),
+                    (code("MEMORY.pop(0 - 1)", "MEMORY.index(a + 1)"), passing),
+                    (code("0 - 1", "0 + 1"), passing[:3]),
+                ],
+                {{passing[4]: 0.0}},
+            )
+        ),
         "after": toy.larger(2, 1),
     }}
     Path("found.json").write_text(json.dumps(found))
@@ -268,19 +286,29 @@ def test_broken_code_is_noticed_in_a_copy(tmp_path: Path) -> None:
     assert ran.returncode == 0, ran.stderr
     found = json.loads((tmp_path / "found.json").read_text())
     names = [name.partition("::")[2][5:] for name in found["passing"]]
-    assert names[:6] == ["larger", "not_larger", "shared", "known", "ends", "of_nothing"]
-    assert names[6:] == ["test_again", "test_more"]
+    assert names[:6] == ["larger", "not_larger", "shared", "known", "ends", "forgets"]
+    assert names[6:] == ["of_nothing", "test_again", "test_more"]
     # What a shared fixture has run is not run by the test again.
-    assert list(found["lines"].values()) == [[2], [2], [], [2], [6, 7], [], [], []]
-    assert found["fixture"] == [[2]]
-    assert found["as it is"] == ["", "", 8]
+    assert list(found["lines"].values()) == [[5], [5], [], [5], [9, 10], [14, 15, 16], [], [], []]
+    assert found["fixture"] == [[5]]
+    assert found["as it is"] == ["", "", 9]
     assert found["turned"] == [found["passing"][0], "fails", 1]
-    assert found["equal"] == ["", "", 8]
+    assert found["equal"] == ["", "", 9]
     # A fixture made before the change shows nothing; made anew it does, and so does a memory.
     assert found["kept"] == ["", "", 1]
     assert found["anew"] == [found["passing"][2], "fails", 1]
     assert found["remembered"] == [found["passing"][3], "fails", 1]
     assert found["endless"] == [found["passing"][4], "does not end", 1]
+    # Many in one copy say the same, though one of them does not end and one leaves traces.
+    first, ends, forgets = (found["passing"][k] for k in (0, 4, 5))
+    assert found["together"] == [
+        [0, [first, "fails", 1]],
+        [1, ["", "", 5]],
+        [2, [ends, "does not end", 2]],
+        [3, [forgets, "fails", 6]],
+        [4, [forgets, "fails", 6]],
+        [5, ["", "", 3]],
+    ]
     assert found["after"] is True
 
 
