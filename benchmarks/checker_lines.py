@@ -63,6 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.chdir(ROOT)
     every = [change for module in modules() for change in changes_of(module)]
     drawn = sorted((c for c in every if is_drawn(c, asked.seed)), key=lambda c: lot(c, asked.seed))
+    idle, drawn = [c for c in drawn if c.is_of_size], [c for c in drawn if not c.is_of_size]
     index, count = (int(word) for word in asked.shard.split("/"))
     journal = Journal(asked.results, asked.folder, f"{index}-of-{count}")
     left = [
@@ -80,10 +81,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         campaign = Campaign(journal, asked)
         campaign.run(left[: asked.count])
     explained = Explained(WHY)
-    print(report(drawn, journal, explained))
+    print(report(drawn, idle, journal, explained))
     if not asked.print_only:
         journal.keep(every)
-        publish(drawn, every, journal, explained)
+        publish(drawn, idle, journal, explained)
     return 0
 
 
@@ -279,15 +280,19 @@ def _alone(place: Path) -> Iterator[None]:
 # ------------------------------------------------------------------ saying
 
 
-def report(drawn: Sequence[Change], journal: Journal, explained: Explained) -> str:
+def report(
+    drawn: Sequence[Change], idle: Sequence[Change], journal: Journal, explained: Explained
+) -> str:
     """Return the table of parts, and the survivors without a sentence."""
     rows, open_ = [], []
     for part in sorted({part_of(change.module) for change in drawn}):
         of_part = [change for change in drawn if part_of(change.module) == part]
-        rows.append(_row(f"{part}/", of_part, journal, explained))
+        left_out = sum(part_of(change.module) == part for change in idle)
+        rows.append(_row(f"{part}/", of_part, left_out, journal, explained))
         open_ += [c for c in survivors(of_part, journal) if not explained.why(c)]
-    rows.append(_row("all", drawn, journal, explained))
-    heads = ("part of the checker", "changes", "tried", "noticed", "share", "survivors explained")
+    rows.append(_row("all", drawn, len(idle), journal, explained))
+    heads = ("part of the checker", "changes", "left out", "tried", "noticed", "share")
+    heads += ("survivors explained",)
     lines = [f"{c.module.relative_to(ROOT)}:{c.line}: {c.owner}: {c.what}" for c in open_]
     return "\n".join([*lines, table(heads, rows)])
 
@@ -299,22 +304,22 @@ def survivors(changes: Sequence[Change], journal: Journal) -> list[Change]:
 
 
 def _row(
-    name: str, changes: Sequence[Change], journal: Journal, explained: Explained
+    name: str, changes: Sequence[Change], left_out: int, journal: Journal, explained: Explained
 ) -> tuple[str, ...]:
     marks = [journal.marks.get(change.key) for change in changes]
     noticed = marks.count(NOTICED)
     tried = noticed + marks.count(SURVIVES)
     said = sum(bool(explained.why(change)) for change in survivors(changes, journal))
     share = f"{100 * noticed / tried:.1f} %" if tried else "-"
-    counts = (str(len(changes)), str(tried), str(noticed), share, f"{said} of {tried - noticed}")
-    return name, *counts
+    counts = (str(len(changes)), str(left_out), str(tried), str(noticed))
+    return name, *counts, share, f"{said} of {tried - noticed}"
 
 
 def publish(
-    drawn: Sequence[Change], every: Sequence[Change], journal: Journal, explained: Explained
+    drawn: Sequence[Change], idle: Sequence[Change], journal: Journal, explained: Explained
 ) -> None:
     """Write the table of parts, and the list of survivors with the reason for each."""
-    parts = report(drawn, journal, explained).split("\n")
+    parts = report(drawn, idle, journal, explained).split("\n")
     text = "\n".join(line for line in parts if line.startswith("|"))
     PAGE.write_text(placed(PAGE.read_text(encoding="utf-8"), "checker lines", text), "utf-8")
     rows = [
@@ -323,7 +328,7 @@ def publish(
             f"`{change.what.replace('|', chr(92) + '|')}`",
             explained.why(change) or "not explained",
         )
-        for change in survivors(every, journal)
+        for change in survivors(drawn, journal)
     ]
     listed = table(("function", "change", "why it does no harm"), rows)
     old = SURVIVORS_PAGE.read_text(encoding="utf-8")

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import re
 from collections.abc import Callable, Iterator
 from copy import deepcopy
 from itertools import islice
@@ -35,6 +36,8 @@ OTHER: dict[type[ast.operator], type[ast.operator]] = {
     ast.RShift: ast.LShift,
     ast.Pow: ast.Mult,
 }
+# A size that is compared with its limit, and the same with or without its equality.
+OF_SIZE = re.compile(r"(<=?|>=?) ((?:\w+ (?:\*|\*\*) )?(?:MOST|LARGEST|LONGEST)\w*)(?! \*)\b")
 SWAPPED = {"min": "max", "max": "min", "all": "any", "any": "all", "at_least": "at_most"}
 SWAPPED |= {"at_most": "at_least", "exp_below": "exp_above", "exp_above": "exp_below"}
 SWAPPED |= {"is_positive_definite": "is_symmetric", "is_positive_semidefinite": "is_symmetric"}
@@ -73,6 +76,16 @@ class Change(NamedTuple):
     def inside(self) -> bool:
         """Whether the change is in a function's body, which can be put in its place later."""
         return bool(self.owner)
+
+    @property
+    def is_of_size(self) -> bool:
+        """Whether only the equality with a limit of size changes: one entry more or fewer."""
+        before, after = self.what.split("  ->  ")
+        found = OF_SIZE.search(before)
+        if not found:
+            return False
+        sign = found[1].rstrip("=") if found[1].endswith("=") else f"{found[1]}="
+        return f"{before[: found.start()]}{sign} {before[found.start(2) :]}" == after
 
 
 def module_name(module: Path) -> str:
