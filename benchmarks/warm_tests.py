@@ -210,6 +210,11 @@ class WarmTests:
         every test that has failed once more, with the code as it is: where one fails still, its
         changes are tried again, each in a copy of its own.
         """
+        for code, _ in jobs:
+            if not any(_place(found) in self._functions for found in _codes(code)):
+                raise RuntimeError(
+                    f"{code.co_filename} is not imported: nothing can be broken there"
+                )
         left = list(range(len(jobs)))
         while left:
             failed: dict[int, int] = {}
@@ -290,7 +295,7 @@ class WarmTests:
 
     def _put(self, code: CodeType) -> list[tuple[FunctionType, CodeType]]:
         """Give every live function the code that a module's own code has for it; return the old."""
-        before = []
+        before: list[tuple[FunctionType, CodeType]] = []
         for found in _codes(code):
             for function in self._functions.get(_place(found), ()):
                 if len(found.co_freevars) == len(function.__code__.co_freevars):

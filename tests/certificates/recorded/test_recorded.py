@@ -1,0 +1,32 @@
+"""The checker says of every recorded certificate what it has said: verdicts and numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.certificates.recorded.answers import answer_of, kinds, recorded
+
+TOGETHER = 16
+PARTS = [
+    (kind, first)
+    for kind in kinds()
+    for first in range(0, sum(1 for _ in recorded(kind)), TOGETHER)
+]
+
+
+@pytest.mark.parametrize(("kind", "first"), PARTS)
+def test_it_says_the_same(kind: str, first: int, tmp_path: Path) -> None:
+    """Honest and forged ones; ``answers`` tells how the answers are written anew."""
+    for number, (answer, written) in enumerate(list(recorded(kind))[first : first + TOGETHER]):
+        found = answer_of(written, tmp_path / "certificate.json")
+        assert found == answer, f"{kind}.jsonl, line {first + number + 1}"
+
+
+def test_both_answers_are_recorded_of_every_kind() -> None:
+    """What is proved alone, or refused alone, would notice half; ``document`` is read, no more."""
+    for kind in set(kinds()) - {"document"}:
+        first = {answer[0][0] for answer, _ in recorded(kind)}
+        assert "PROVED" in first or "DISPROVED" in first, kind
+        assert first & {"UNDECIDED", "refused"}, kind
