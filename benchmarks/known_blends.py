@@ -154,6 +154,34 @@ def on_pieces(rng: Random) -> list[Known]:
     return found
 
 
+def scheduled_on_pieces(rng: Random) -> list[Known]:
+    """Return P(h) on pieces of the weights: the right P at every rule, and P that change with h.
+
+    The weights may rest, so that a blend that does not fall by itself leaves no P(h) either.
+    """
+    step = STEP if rng.random() < 0.5 else None
+    modes, rate = drawn(rng, step)
+    A, B, K = modes.matrices()
+    P = times(transposed(modes.back), modes.back)
+    model, law = model_of(A, step, B=B), law_of(K, step)
+    truth, r, found = modes.holds(rate, step), len(A), []
+    for depth, size in ((0, 0), (3, 0), (3, 10), (4, 0)):
+        listed = [
+            {
+                "powers": [[int(i == j) for j in range(r)]],
+                "matrix": [[(1 + Fraction(size * i, 100)) * v for v in row] for row in P],
+            }
+            for i in range(r)
+        ]
+        evidence: dict[str, Any] = {"decay_rate": rate, "degrees": [1], "P": listed}
+        evidence |= {"polya": Fraction(int(rng.integers(0, 3)))}
+        if step is None:
+            evidence |= {"rates": [[Fraction(int(rng.integers(0, 3)), 10)] * r]}
+        claim = claim_of("fuzzy-decay", **evidence, halvings=tree(rng, r, depth))
+        found.append(Known(model, law, claim, truth, depth == 4))
+    return found
+
+
 def at_blends(rng: Random) -> list[Known]:
     """Return refutations by one blend, with the multiplier of a mode that may grow there."""
     step = STEP if rng.random() < 0.5 else None
@@ -187,5 +215,6 @@ RULES: dict[str, Callable[[Random], Problem]] = {
 }
 PIECES: dict[str, Callable[[Random], list[Known]]] = {
     "decay on pieces of the weights": on_pieces,
+    "functions of the weights on pieces": scheduled_on_pieces,
     "single blends against decay": at_blends,
 }

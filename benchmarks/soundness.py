@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import time
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
@@ -54,7 +53,7 @@ def main() -> int:
     shares = {name: asked.count // 3 // len(LOOPS) + 1 for name in LOOPS}
     shares |= {name: 2 * asked.count // 3 // len(DIRECT) + 1 for name in DIRECT}
     with ProcessPoolExecutor(asked.processes) as pool:
-        runs = {name: pool.submit(timed, name, n, asked.seed) for name, n in shares.items()}
+        runs = {name: pool.submit(counted, name, n, asked.seed) for name, n in shares.items()}
         seen = {name: run.result() for name, run in runs.items()}
     tables = {
         "soundness": searched_table({name: seen[name] for name in LOOPS}),
@@ -71,15 +70,13 @@ def main() -> int:
     return int(wrong > 0)
 
 
-def timed(name: str, count: int, seed: int) -> Counts:
+def counted(name: str, count: int, seed: int) -> Counts:
     """Return the counts of a family, drawn from the seed and the family's name."""
-    start = time.perf_counter()
     rng = np.random.default_rng([seed, *name.encode()])
     if name in LOOPS:
         counts = family_of_loops(LOOPS[name], rng, count)
     else:
         counts = family_of_claims(DIRECT[name], rng, count)
-    counts["seconds"] = round(time.perf_counter() - start)
     print(f"{name}: {dict(counts)}", flush=True)
     return counts
 
@@ -146,14 +143,10 @@ def thrown_table(seen: dict[str, Counts]) -> str:
 
 
 def _table(seen: dict[str, Counts], heads: tuple[str, ...], keys: tuple[str, ...]) -> str:
-    rows = [
-        (name, *(str(counts[key]) for key in (*keys, *FALSE)), f"{counts['seconds']} s")
-        for name, counts in seen.items()
-    ]
-    total = [str(sum(counts[key] for counts in seen.values())) for key in (*keys, *FALSE)]
-    spent = sum(counts["seconds"] for counts in seen.values())
-    rows.append(("all", *total, f"{spent} s"))
-    return table((*heads, *FALSE, "time"), rows)
+    columns = (*keys, *FALSE)
+    rows = [(name, *(str(counts[key]) for key in columns)) for name, counts in seen.items()]
+    total = [str(sum(counts[key] for counts in seen.values())) for key in columns]
+    return table((*heads, *FALSE), [*rows, ("all", *total)])
 
 
 if __name__ == "__main__":

@@ -6,7 +6,8 @@ r"""``fuzzy-decay``: V = x'P(w)x decays, with P a polynomial in weights w of one
 
 G(w) = A(w) - B(w) K(w).  A polynomial that is homogeneous in each simplex is positive on it when
 all its coefficients are, P_b for P(w) = sum_b multinomial_b w^b P_b included: the test here is of
-monomials after multiplying by (sum_c w_kc)^polya = 1.
+monomials after multiplying by (sum_c w_kc)^polya = 1.  With ``halvings`` it is made on each piece
+of the weights, w_kc = sum_j t_kj e_kjc with the weights e_kj at the corners of the piece.
 
 Polynomials are dictionaries {exponents: matrix}; an exponent is one flat tuple over all w_kc.
 """
@@ -24,6 +25,7 @@ from takagi.certificates.cross_check.decay import rate_of
 from takagi.certificates.cross_check.exact import blocks, scaled, transposed
 from takagi.certificates.cross_check.loop import Loop, Stack
 from takagi.certificates.cross_check.obligation import Definite, Fact, Obligations
+from takagi.certificates.cross_check.pieces import Ends, leaves
 from takagi.certificates.cross_check.reading import (
     Refusal,
     entry,
@@ -106,6 +108,20 @@ class Simplexes:
         for chosen in product(*parts):
             yield tuple(power for part in chosen for power in part)
 
+    def over(self, terms: Terms, ends: Ends) -> Terms:
+        """Return the polynomial in the t of the module, by multiplying out linear forms."""
+        found: Terms = {}
+        for a, X in terms.items():
+            whole = {self.none: fmpq(1)}
+            for block, rows in zip(self.blocks, ends, strict=True):
+                for c, i in enumerate(block):
+                    form = [(block[j], row[c]) for j, row in enumerate(rows) if row[c] != 0]
+                    for _ in range(a[i]):
+                        whole = _multiplied(whole, form)
+            for b, share in whole.items():
+                _put(found, b, scaled(share, X))
+        return found
+
     def positive(self, terms: Terms, label: str, size: int) -> Obligations:
         """Every coefficient is there, and definite."""
         degrees = self.degrees(terms)
@@ -120,6 +136,16 @@ def _put(found: Terms, a: Exponent, X: fmpq_mat) -> None:
     found[a] = found[a] + X if a in found else X
     if len(found) > MOST_TERMS:
         raise Refusal(f"more than {MOST_TERMS} coefficients")
+
+
+def _multiplied(whole: dict[Exponent, fmpq], form: list[tuple[int, fmpq]]) -> dict[Exponent, fmpq]:
+    """Return a polynomial of numbers times a linear form, a share for each variable."""
+    found: dict[Exponent, fmpq] = {}
+    for b, share in whole.items():
+        for i, slope in form:
+            place = (*b[:i], b[i] + 1, *b[i + 1 :])
+            found[place] = found.get(place, fmpq(0)) + share * slope
+    return found
 
 
 def _times(left: Terms, right: Terms) -> Terms:
@@ -141,26 +167,42 @@ def fuzzy_decay(claim: Any, loop: Loop) -> Obligations:
         raise Refusal(f"polya: 0 to {HIGHEST} is needed")
     yield Fact("the rate is not negative", a >= 0)
     P, coefficients = _function(claim, loop, where)
-    yield from where.positive(_more(where, P, polya), "P", loop.n)
     if loop.averages and loop.rules > 1 and any(where.degrees(P)):
         raise Refusal("P depends on weights that are averages over a segment")
     if len(loop.K) > 1 and not loop.together:
         raise Refusal("a law with weights of its own")
+    cut = _pieces(claim, loop, where)
+
+    def positive(terms: Terms, label: str, size: int) -> Obligations:
+        for k, ends in enumerate(cut, 1):
+            own = terms if ends is None else where.over(terms, ends)
+            said = label if ends is None else f"piece {k}, {label}"
+            yield from where.positive(_more(where, own, polya), said, size)
+
+    yield from positive(P, "P", loop.n)
     G = where.stack(loop.A)
     if loop.K:
         G = where.total(G, _each(_times(where.stack(loop.B), where.stack(loop.K)), -1))
     rate = rate_of(loop, a)
     if loop.step is not None:
         for k, Pb in enumerate(coefficients):
-            left = _jump(where, P, G, Pb, rate)
-            yield from where.positive(_more(where, left, polya), f"next sample {k + 1}", 2 * loop.n)
+            yield from positive(_jump(where, P, G, Pb, rate), f"next sample {k + 1}", 2 * loop.n)
         return
     PG = _times(P, G)
     still = where.total(PG, {b: transposed(X) for b, X in PG.items()}, _each(P, rate))
     for k, speeds in enumerate(_speeds(claim, where, P)):
         moved = _along(where, P, speeds, loop.n)
         left = _each(where.total(still, moved) if moved else still, -1)
-        yield from where.positive(_more(where, left, polya), f"corner {k + 1}", loop.n)
+        yield from positive(left, f"corner {k + 1}", loop.n)
+
+
+def _pieces(claim: Any, loop: Loop, where: Simplexes) -> list[Ends | None]:
+    """Return the corners of each piece; None for the whole."""
+    if "halvings" not in claim:
+        return [None]
+    if loop.corners is not None and set(where.sizes) != {2}:
+        raise Refusal("halvings: the rules leave out a combination of corners")
+    return list(leaves(claim, where.sizes))
 
 
 def _more(where: Simplexes, terms: Terms, polya: int) -> Terms:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.requests.decimals import DIGITS, rounded_down, short
 from takagi.certificates.requests.float_filter import cannot_decrease
 from takagi.certificates.requests.loop import Loop
@@ -20,7 +21,7 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     from takagi.lmi.answer import Answer
 
-__all__ = ["Decay", "common_function"]
+__all__ = ["Decay", "common_function", "faster_function"]
 
 Floats = NDArray[np.float64]
 LARGEST = 1e38
@@ -55,7 +56,14 @@ class Decay:
         # Numbers beyond are no part of a certificate.
         functions = [P for P in functions if np.abs(P).max() < LARGEST]
         if not functions or (self.decay_rate is None and (answer.decay_rate or 0.0) <= 0):
-            return no_common_decay(loop, self.decay_rate or 0.0, answer)
+            no = no_common_decay(loop, self.decay_rate or 0.0, answer)
+            if self.decay_rate is None or no.checked.verdict is Verdict.DISPROVED:
+                return no
+            other = faster_function(loop, self.decay_rate)
+            if other is None:
+                return no
+            attempt = first_proved(loop, _claims(loop, [other], rates), solver)
+            return replace(attempt, tried=(*no.tried, "P of the fastest rate", *attempt.tried))
         A = loop.A
 
         def cannot_hold(claim: Mapping[str, Any]) -> bool:
@@ -78,6 +86,16 @@ def common_function(loop: Loop, decay_rate: float | None = None) -> Answer:
     if decay_rate is None:
         return fast_decay(loop.A, sample_time=loop.sample_time)
     return common_lyapunov(loop.A, decay_rate=decay_rate, sample_time=loop.sample_time)
+
+
+def faster_function(loop: Loop, rate: float) -> Floats | None:
+    """Return the candidate P of the fastest rate [1/s] that is found, where it is beyond ``rate``.
+
+    Of gains far larger than what they act on, a margin at one rate is lost in rounding: no P is
+    said to be there.  The fastest rate is still found.
+    """
+    answer = common_function(loop)
+    return None if answer.P is None or not (answer.decay_rate or 0.0) > rate else answer.P
 
 
 def _of_one_blend(loop: Loop, rate: float) -> list[Floats]:

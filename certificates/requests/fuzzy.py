@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from takagi.certificates.requests.blend_points import grid
 from takagi.certificates.requests.decimals import DIGITS, rounded_down, rounded_up, short
+from takagi.certificates.requests.fuzzy_pieces import cut
 from takagi.certificates.requests.loop import Loop
 from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.errors import ModelError
@@ -22,6 +24,8 @@ __all__ = ["FuzzyDecay"]
 
 BACK_OFF = (1.0, 0.99, 0.9, 0.5, 0.0)
 POLYA = (0, 1, 2, 4, 7)
+# Blends in quarters, at most so many, and how often those at which P(h) failed join them.
+PARTS, MOST_POINTS, ROUNDS = 4, 81, 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,6 +54,8 @@ class FuzzyDecay:
     def attempt(self, loop: Loop) -> Attempt:
         """Return the claim ``fuzzy-decay``; the rate is backed off until it proves.
 
+        Where the coefficients of P(h) do not show it, pieces of the weights may.
+
         Without a candidate the claim is one with a common P that the checker leaves open.
 
         Raises
@@ -71,11 +77,53 @@ class FuzzyDecay:
             if answer.found:
                 break
         solver = str(answer.solver.get("status", ""))
-        if answer.family is None:
-            claim = self._claim(loop, None, 0.0, DIGITS[0], 0)
-            checked = loop.replay(claim)
-            return Attempt(claim, checked, (answer.diagnosis, "no P(h) was found"), solver)
+        tried: tuple[str, ...] = (answer.diagnosis, "no P(h) was found")
+        if answer.family is not None:
+            attempt = first_proved(loop, list(self._claims(loop, answer, polya)), solver)
+            if attempt.proved:
+                return attempt
+            tried = attempt.tried
+        attempt = self._on_pieces(loop, tried)
+        if attempt.proved or answer.family is None:
+            return attempt
         return first_proved(loop, list(self._claims(loop, answer, polya)), solver)
+
+    def _on_pieces(self, loop: Loop, tried: tuple[str, ...]) -> Attempt:
+        """Return the attempt with P(h) from single blends, on pieces of the weights.
+
+        Not where P may not depend on any weight: that is ``Decay``, which has pieces of its own.
+        """
+        from takagi.lmi.varying.single_blends import function_at_blends
+
+        idle = self._claim(loop, None, 0.0, DIGITS[0], 0)
+        solver = ""
+        points = grid(loop.family, PARTS, MOST_POINTS)
+        for _ in range(ROUNDS if points else 0):
+            answer = function_at_blends(
+                loop.model,
+                [[v / sum(row) for row in point for v in row] for point in points],
+                rate_bounds=self.rate_bounds,
+                degree=self.degree if isinstance(self.degree, int) else tuple(self.degree),
+                decay_rate=self.decay_rate,
+                gains=loop.gains,
+            )
+            solver = str(answer.solver.get("status", ""))
+            if answer.family is None or not any(answer.family.basis.degrees):
+                tried = (*tried, f"no P(h) at {len(points)} blends of the loop")
+                break
+            claim = self._claim(loop, answer.family, self.decay_rate, DIGITS[-1], 0)
+            found = cut(claim, loop.family)
+            words = f"P(h) from {len(points)} blends of the loop"
+            if found.halvings:
+                claim["halvings"] = found.halvings
+                words += f", on {found.halvings.count([])} pieces of the weights"
+                return Attempt(claim, loop.replay(claim), (*tried, words), solver)
+            tried = (*tried, words)
+            fresh = [point for point in dict.fromkeys(found.failed) if point not in points]
+            if not fresh:
+                break
+            points = [*points, *fresh]
+        return Attempt(idle, loop.replay(idle), tried, solver)
 
     def _claims(
         self, loop: Loop, answer: Answer, polya: int

@@ -18,7 +18,7 @@ from dataclasses import replace
 
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.requests.blend_points import grid
-from takagi.certificates.requests.decay import Decay, common_function
+from takagi.certificates.requests.decay import Decay, common_function, faster_function
 from takagi.certificates.requests.fuzzy import FuzzyDecay
 from takagi.certificates.requests.h2_norm import H2Norm
 from takagi.certificates.requests.input_limits import InputLimits
@@ -86,4 +86,6 @@ def attempted(request: Request, loop: Loop) -> Attempt:
 
 def _may_fall(loop: Loop) -> bool:
     """Return whether some V falls along all blends: without, no other claim is worth a solver."""
-    return common_function(loop, 0.0).status != "infeasible"
+    if common_function(loop, 0.0).status != "infeasible":
+        return True
+    return faster_function(loop, 0.0) is not None

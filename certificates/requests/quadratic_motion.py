@@ -6,6 +6,7 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
 __all__ = ["best_multiplier", "box_corners", "fall_rate", "held_level"]
 
@@ -50,10 +51,15 @@ def best_multiplier(A: Floats, W: Floats, P: Floats, *, discrete: bool) -> tuple
     rate = fall_rate(A, P, discrete=discrete)
     if rate <= 0:
         return np.inf, 0.0
-    return min(
-        (held_level(A, W, P, float(share * rate), discrete=discrete), float(share * rate))
-        for share in SHARES
-    )
+
+    def level(share: float) -> float:
+        return held_level(A, W, P, share * rate, discrete=discrete)
+
+    k = int(np.argmin([level(share) for share in SHARES]))
+    low, high = np.array([0.0, *SHARES, 1.0])[[k, k + 2]]
+    found = minimize_scalar(level, bounds=(low, high), method="bounded", options={"xatol": 1e-6})
+    share = min(float(SHARES[k]), float(found.x), key=level)
+    return level(share), share * rate
 
 
 def box_corners(E: Floats, bounds: Floats) -> Floats:

@@ -17,7 +17,9 @@ then must not depend on that weight.  Weights of a secant embedding are averages
 evaluate: there P must not depend on any.
 
 Evidence: ``decay_rate``, ``degrees`` of P in each simplex, ``P`` [{powers, matrix}] with its
-Bernstein coefficients, P(w) = sum_b multinomial_b w^b P_b, ``rates`` (continuous time), ``polya``.
+Bernstein coefficients, P(w) = sum_b multinomial_b w^b P_b, ``rates`` (continuous time), ``polya``,
+and ``halvings`` where the signs are those on pieces of the weights: w at the corners of each is put
+into the polynomials above.
 
 Source: Tanaka, Hori and Wang (2003), IEEE Trans. Systems, Man and Cybernetics B 33(4); Oliveira
 and Peres (2007), IEEE Trans. Automatic Control 52(7); Daafouz and Bernussou (2001), Systems and
@@ -38,11 +40,12 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.averages import refuse_averages
 from takagi.certificates.checker.kinds.decay import decrease_factor
+from takagi.certificates.checker.kinds.halvings import leaves
 from takagi.certificates.checker.kinds.simplex_polynomial import Exponent, Polynomial, exponents
 from takagi.certificates.checker.words.shown import at_least
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
-__all__ = ["check_fuzzy_decay"]
+__all__ = ["check_fuzzy_decay", "inequalities"]
 
 Speeds = tuple[tuple[Fraction, ...], ...]
 HIGHEST, MOST_CORNERS = 8, 4096
@@ -54,34 +57,12 @@ def check_fuzzy_decay(claim: Any, family: Family, where: str) -> Claim:
     alpha = number(claim, "decay_rate", where)
     if alpha < 0:
         return Claim(name, Verdict.UNDECIDED, "the decay rate is negative")
-    polya = _small(claim, "polya", where)
-    P, coefficients = _scheduled(claim, family, where)
-    if any(P.degrees):
-        refuse_averages(family, "function", where)
-    raise_by = [polya] * len(P.sizes)
-    _bounded(len(exponents(P.sizes, [d + polya for d in P.degrees])), family.order, where)
-    fault = P.raised(raise_by).failing()
-    if fault:
-        return Claim(name, Verdict.UNDECIDED, f"P is not shown to be positive: {fault}")
-    G, factor = _loop(family, where), decrease_factor(family, alpha)
-    degrees = [d + e + polya for d, e in zip(P.degrees, G.degrees, strict=True)]
-    terms = len(exponents(P.sizes, degrees))
-    if family.is_discrete:
-        _bounded(terms * len(coefficients), 2 * family.order, where)
-        conditions = [(_next(P, G, b, factor), "at the next sample") for b in coefficients]
-        moving = "however the weights move"
-    else:
-        rates = _rates(claim, P, where)
-        still = P @ G
-        fixed = still + still.T + P.scaled(factor)
-        corners = _corners(rates, where)
-        _bounded(terms * len(corners), family.order, where)
-        conditions = [(-(fixed + P.derivative(v)), "at a corner of the rates") for v in corners]
-        moving = "while the weights keep to their rates: " + _in_words(rates)
-    for condition, place in conditions:
-        fault = condition.raised(raise_by).failing()
-        if fault:
-            return Claim(name, Verdict.UNDECIDED, f"the inequality {place} fails at {fault}")
+    asked, moving = inequalities(claim, family, where)
+    for condition, words in asked:
+        for piece in leaves(claim, family, where, condition, Polynomial.halved):
+            fault = piece.failing()
+            if fault:
+                return Claim(name, Verdict.UNDECIDED, f"{words} {fault}")
     rate = f"decays as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"
     return Claim(
         name,
@@ -89,6 +70,39 @@ def check_fuzzy_decay(claim: Any, family: Family, where: str) -> Claim:
         f"V = x'P(h)x {rate}{undisturbed(family)} along {family.about}, {moving}"
         f"{while_valid(family)}",
     )
+
+
+def inequalities(
+    claim: Any, family: Family, where: str
+) -> tuple[list[tuple[Polynomial, str]], str]:
+    """Return what has to be positive, each with words for where it is not; and how weights move."""
+    polya = _small(claim, "polya", where)
+    P, coefficients = _scheduled(claim, family, where)
+    if any(P.degrees):
+        refuse_averages(family, "function", where)
+    cut = len(claim["halvings"]) if isinstance(claim.get("halvings"), list) else 1
+    raise_by = [polya] * len(P.sizes)
+    _bounded(cut * len(exponents(P.sizes, [d + polya for d in P.degrees])), family.order, where)
+    G = _loop(family, where)
+    factor = decrease_factor(family, number(claim, "decay_rate", where))
+    degrees = [d + e + polya for d, e in zip(P.degrees, G.degrees, strict=True)]
+    terms = cut * len(exponents(P.sizes, degrees))
+    asked = [(P, "P is not shown to be positive:")]
+    if family.is_discrete:
+        _bounded(terms * len(coefficients), 2 * family.order, where)
+        words = "the inequality at the next sample fails at"
+        asked += [(_next(P, G, b, factor), words) for b in coefficients]
+        moving = "however the weights move"
+    else:
+        rates = _rates(claim, P, where)
+        still = P @ G
+        fixed = still + still.T + P.scaled(factor)
+        corners = _corners(rates, where)
+        _bounded(terms * len(corners), family.order, where)
+        words = "the inequality at a corner of the rates fails at"
+        asked += [(-(fixed + P.derivative(v)), words) for v in corners]
+        moving = "while the weights keep to their rates: " + _in_words(rates)
+    return [(X.raised(raise_by), words) for X, words in asked], moving
 
 
 def _next(P: Polynomial, G: Polynomial, b: Matrix, factor: Fraction) -> Polynomial:

@@ -12,6 +12,7 @@ one premise that is halved.
 Evidence: ``halvings``, a tree in preorder: [premise, i, j] is a halving, whose first piece has the
 middle in the place of j, [] a piece to be shown.  Rules are the corners of premise 0 where weights
 are no products.  Left out: one piece.  The law has the model's weights, or one gain.
+``fuzzy-decay`` puts the weights of a piece into its polynomials.
 
 Proof and alternatives: docs/blends.md.  Source: the Bernstein form under subdivision, Leroy (2012),
 Reliable Computing 17, recalled.
@@ -19,16 +20,18 @@ Reliable Computing 17, recalled.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 from takagi.certificates.checker.kernel.family import Family, Stack, bounded
 from takagi.certificates.checker.kernel.matrices import mean
 from takagi.certificates.checker.kernel.reader import numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["halved", "pieces"]
+__all__ = ["halved", "leaves", "pieces"]
+
+Piece = TypeVar("Piece")
 
 
 def pieces(claim: Any, family: Family, where: str) -> Iterator[Family]:
@@ -38,8 +41,20 @@ def pieces(claim: Any, family: Family, where: str) -> Iterator[Family]:
     ------
     CertificateError : not a whole tree, weights that are not the law's, rules without all corners.
     """
+    return leaves(claim, family, where, family, halved)
+
+
+def leaves(
+    claim: Any, family: Family, where: str, whole: Piece, halve: Callable[..., Piece]
+) -> Iterator[Piece]:
+    """Yield ``whole`` on every piece; ``halve(piece, premise, kept, moved)`` is half of a piece.
+
+    Raises
+    ------
+    CertificateError : as ``pieces``.
+    """
     if "halvings" not in claim:
-        yield family
+        yield whole
         return
     listed, corners = claim["halvings"], family.corners
     if not family.shared_weights and len(family.K) > 1:
@@ -50,7 +65,7 @@ def pieces(claim: Any, family: Family, where: str) -> Iterator[Family]:
     if not isinstance(listed, list):
         raise CertificateError(f"{where}.halvings: a list is needed")
     bounded(len(listed) * len(family.groups()), family.order)
-    left = [family]
+    left = [whole]
     for entry in listed:
         if not left:
             raise CertificateError(f"{where}.halvings: more entries than pieces")
@@ -62,7 +77,7 @@ def pieces(claim: Any, family: Family, where: str) -> Iterator[Family]:
                          numbers({"halvings": entry}, "halvings", where, 3))  # fmt: skip
         if not 0 <= premise < premises or not 0 <= min(i, j) < max(i, j) < sides:
             raise CertificateError(f"{where}.halvings: a premise and two corners are needed")
-        left += [halved(piece, premise, j, i), halved(piece, premise, i, j)]
+        left += [halve(piece, premise, j, i), halve(piece, premise, i, j)]
     if left:
         raise CertificateError(f"{where}.halvings: {len(left)} pieces are left out")
 

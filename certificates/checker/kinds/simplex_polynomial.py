@@ -5,7 +5,7 @@ r"""Matrix polynomials in weights: homogeneous in each of several simplexes, by 
 with w_kc >= 0 and sum_c w_kc = 1.  Multiplying by sum_c w_kc = 1 raises a degree and changes
 nothing else.  No monomial is negative and at every w one is positive, so X(w) > 0 everywhere when
 X_a > 0 for every exponent a (and none is left out): the converse holds in the limit of high
-degrees.
+degrees, and in that of small pieces of the weights.
 
 Source: Polya's theorem, as in Scherer (2005), Math. Programming 107, recalled.
 """
@@ -127,6 +127,22 @@ class Polynomial:
                         slopes[place] = slopes[place] + part if place in slopes else part
             total = total + Polynomial(self.sizes, lower, slopes)
         return total
+
+    def halved(self, k: int, kept: int, moved: int) -> Polynomial:
+        """Return X on half of simplex k, where ``moved`` is the middle of the two corners.
+
+        w_kept = t_kept + t_moved / 2 and w_moved = t_moved / 2, multiplied out.
+        """
+        found: dict[Exponent, Matrix] = {}
+        for a, X in self.terms.items():
+            p, q = a[k][kept], a[k][moved]
+            for j in range(p + 1):
+                row = list(a[k])
+                row[kept], row[moved] = p - j, q + j
+                place = (*a[:k], tuple(row), *a[k + 1 :])
+                part = Fraction(comb(p, j), 2 ** (q + j)) * X
+                found[place] = (found[place] + part).reduced() if place in found else part
+        return Polynomial(self.sizes, self.degrees, found)
 
     def failing(self) -> str:
         """Return the first term that is not positive definite, in words; empty when all are."""

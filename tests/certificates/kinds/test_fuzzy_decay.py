@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
+from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.document import certificate_document
 from takagi.certificates.requests import Decay, FuzzyDecay
 from takagi.models import Premise, TSModel
 from tests.certificates.kinds.claims import law_data, model_data, said_of
@@ -147,3 +149,119 @@ def test_a_sampled_pair_needs_two_functions() -> None:
     model = TSModel(pair, sample_time=1.0)
 
     assert certify(model, claims=[FuzzyDecay()]).verdict is Verdict.PROVED
+
+
+HALF: list[list[int]] = [[0, 0, 1], [], []]
+QUARTERS: list[list[int]] = [[0, 0, 1], *HALF, *HALF]
+
+
+def opposed(s: float) -> tuple[Data, Data]:
+    """Return one state with G(h) = -1 + s h_1 h_2: every blend falls exactly where s < 4."""
+    return model_data([[[-1]], [[2 * s - 1]]], B=[[[1]], [[2]]]), law_data([[[0]], [[s]]])
+
+
+def both(model: Data, gains: Data | None, claim: Data) -> str:
+    """Return the verdict of both checkers, which is one."""
+    document = certificate_document(model=model, gains=gains, claims=[claim], provenance={})
+    first = said_of(model, gains, claim).verdict.name
+    assert judge_document(document)[0].verdict == first
+    return first
+
+
+@pytest.mark.parametrize(
+    ("s", "polya", "halvings", "verdict"),
+    [
+        (2.999, 1, None, "PROVED"),
+        (3.001, 1, None, "UNDECIDED"),
+        (3.9, 8, None, "UNDECIDED"),
+        (3.9, 0, HALF, "PROVED"),
+        (3.999, 0, HALF, "PROVED"),
+        (3.999, 0, QUARTERS, "PROVED"),
+        (4.0, 0, QUARTERS, "UNDECIDED"),
+        (4.001, 8, QUARTERS, "UNDECIDED"),
+    ],
+)
+def test_pieces_reach_the_limit_where_degrees_do_not(
+    s: float, polya: int, halvings: Any, verdict: str
+) -> None:
+    """P = 1 as h_1 + h_2: (h_1 + h_2)^3 less s h_1 h_2 (h_1 + h_2) has no negative term to s = 3.
+
+    In the halves of the weights it is a square beyond: h_1 h_2 is 1/4 at most, in the middle.
+    """
+    more = {} if halvings is None else {"halvings": halvings}
+
+    assert both(*opposed(s), scalar(1, 1, polya=polya, **more)) == verdict
+
+
+def test_rates_on_pieces_have_the_same_limit() -> None:
+    """x' = -x, P = h1 + 2 h2: |h2'| < 2 on any pieces, for P and V' are of degree 1 there too."""
+    model = model_data([[[-1]], [[-1]]])
+
+    for rate, verdict in ((1.999999, "PROVED"), (2, "UNDECIDED")):
+        claim = scalar(1, 2, rates=[[rate, rate]], halvings=QUARTERS)
+        assert both(model, None, claim) == verdict
+
+
+def test_jumps_between_pieces_count() -> None:
+    """x+ = a x, P1 = 1, P2 = 4: the next weights are any, not those of the piece: a < 1/2."""
+    claim = scalar(1, 4, halvings=QUARTERS)
+    del claim["rates"]
+
+    for a, verdict in ((0.499999, "PROVED"), (0.5, "UNDECIDED")):
+        assert both(model_data([[[a]], [[a]]], sample_time=1), None, claim) == verdict
+
+
+@pytest.mark.parametrize(
+    "halvings", [[], "x", None, [[0, 0, 1]], [[], []], [[0, 0, 2], [], []], [[1, 0, 1], [], []]]
+)
+def test_a_tree_that_is_none_is_refused(halvings: Any) -> None:
+    """By both checkers."""
+    model, gains = opposed(1.5)
+    claim = scalar(1, 1, halvings=halvings)
+    document = certificate_document(model=model, gains=gains, claims=[claim], provenance={})
+
+    with pytest.raises(CertificateError):
+        said_of(model, gains, claim)
+    with pytest.raises(Refusal):
+        judge_document(document)
+
+
+def test_a_function_that_needs_pieces_is_found() -> None:
+    """Blends of Tanaka, Ohtake and Wang (2007), a = 10, b = 1.9, |dh/dt| <= 1; no degree shows it.
+
+    The gains are those of ``fuzzy_pdc(model, rate_bounds=1.0, relaxation="liu-zhang")``, rounded.
+    """
+    model = TSModel(
+        [[[3.6, -1.6], [6.2, -4.3]], [[-10.0, -1.6], [6.2, -4.3]]],
+        [[[-0.45], [-3.0]], [[-1.9], [-3.0]]],
+    )
+    K = [[[27.637, -8.683]], [[-14.7, 0.257]]]
+    found = certify(model, K, claims=[FuzzyDecay(rate_bounds=1.0)])
+    claim = found.document["claims"][0]
+
+    assert found.verdict is Verdict.PROVED
+    assert (claim["kind"], claim["degrees"], claim["rates"]) == ("fuzzy-decay", [1], [[1, 1]])
+    assert claim["halvings"].count([]) > 1
+    assert judge_document(found.document)[0].verdict == "PROVED"
+    assert certify(model, K, claims=[FuzzyDecay(rate_bounds=50.0)]).verdict is Verdict.UNDECIDED
+
+
+def test_premises_have_their_own_pieces() -> None:
+    """``opposed`` by each of two premises, s = 3.9: both ranges are halved."""
+    premises = [Premise("a", 0, 1), Premise("b", 0, 1)]
+    corners = [(0, 0), (0, 1), (1, 0), (1, 1)]
+    a, b, k = (-1.0, 6.8), (1.0, 2.0), (0.0, 3.9)
+    model = TSModel(
+        [np.diag([a[p], a[q]]) for p, q in corners],
+        [np.diag([b[p], b[q]]) for p, q in corners],
+        premises=premises,
+    )
+    gains = [np.diag([k[p], k[q]]) for p, q in corners]
+
+    found = certify(model, gains, claims=[FuzzyDecay(rate_bounds=0.01)])
+    claim = found.document["claims"][0]
+
+    assert found.verdict is Verdict.PROVED
+    assert claim["kind"] == "fuzzy-decay"
+    assert {entry[0] for entry in claim["halvings"] if entry} == {0, 1}
+    assert judge_document(found.document)[0].verdict == "PROVED"

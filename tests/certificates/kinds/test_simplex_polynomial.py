@@ -98,3 +98,21 @@ def test_every_exponent_has_to_be_positive() -> None:
     minus = Polynomial((2,), (2,), {((2, 0),): one, ((1, 1),): -one, ((0, 2),): one})
     assert minus.failing()
     assert not minus.raised([4]).failing()
+
+
+@settings(max_examples=40)
+@given(cases(), st.data())
+def test_half_of_the_weights_has_the_same_values(
+    case: tuple[Polynomial, Polynomial, Weights, Weights], data: st.DataObject
+) -> None:
+    """X on the half at t is X at w_kept = t_kept + t_moved / 2, w_moved = t_moved / 2."""
+    X, _, t, _ = case
+    k = data.draw(st.sampled_from([k for k, row in enumerate(t) if len(row) > 1]))
+    kept, moved = data.draw(st.permutations(range(len(t[k]))))[:2]
+    w = [list(row) for row in t]
+    w[k][kept], w[k][moved] = t[k][kept] + t[k][moved] / 2, t[k][moved] / 2
+
+    half = X.halved(k, kept, moved)
+
+    assert half.degrees == X.degrees
+    assert same(at(half, t), at(X, w))

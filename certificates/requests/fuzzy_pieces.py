@@ -1,0 +1,93 @@
+"""Seeks P(h) at single blends, and the pieces of the weights on which it is shown.
+
+Of a double sum the coefficients may have the wrong sign at every degree of Polya's that is worth
+posing, though P(h) serves every blend.  So P(h) is sought at blends that the loop takes, and the
+weights are halved until all coefficients have their sign on each piece.  A corner of a piece at
+which P(h) fails is one more blend to seek it at.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from itertools import combinations
+from typing import Any
+
+from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kinds.fuzzy_decay import inequalities
+from takagi.certificates.checker.kinds.simplex_polynomial import Polynomial
+from takagi.certificates.requests.blend_points import (
+    Corners,
+    Point,
+    corners_of,
+    halved_corners,
+    point_at,
+)
+
+__all__ = ["Cut", "cut"]
+
+MOST_PIECES = 400
+
+
+class Cut:
+    """``halvings`` : the tree; empty where none was found.  ``failed`` : blends that P(h) fails."""
+
+    def __init__(self) -> None:
+        self.halvings: list[list[int]] = []
+        self.failed: list[Point] = []
+
+
+def cut(claim: dict[str, Any], family: Family) -> Cut:
+    """Return the pieces on which a claim ``fuzzy-decay`` is shown, the longest edges cut first."""
+    found = Cut()
+    try:
+        asked, _ = inequalities(read_text(json.dumps(claim), "claim"), family, "claim")
+    except CertificateError:
+        return found
+    tree: list[list[int]] = []
+    left = [([X for X, _ in asked], corners_of(family))]
+    while left and len(tree) < MOST_PIECES:
+        conditions, places = left.pop()
+        open_ = [X for X in conditions if X.failing()]
+        if not open_:
+            tree.append([])
+            continue
+        found.failed += [point_at(family, places, rule) for rule in _failing_rules(open_, family)]
+        if found.failed:
+            return found
+        premise, i, j = _longest(places)
+        tree.append([premise, i, j])
+        for kept, moved in ((j, i), (i, j)):
+            # What is positive on the piece is so on its halves.
+            half = [X.halved(premise, kept, moved) for X in open_]
+            left.append((half, halved_corners(places, premise, kept, moved)))
+    if not left:
+        found.halvings = tree
+    return found
+
+
+def _failing_rules(conditions: list[Polynomial], family: Family) -> Iterator[int]:
+    """Yield the corners of a piece, as rules, at which an inequality fails by itself."""
+    corners = family.corners or tuple((i,) for i in range(family.rules))
+    for rule, corner in enumerate(corners):
+        for X in conditions:
+            place = tuple(
+                tuple(degree * (c == at) for c in range(size))
+                for size, degree, at in zip(X.sizes, X.degrees, corner, strict=True)
+            )
+            if place not in X.terms or not X.terms[place].is_positive_definite:
+                yield rule
+                break
+
+
+def _longest(places: Corners) -> tuple[int, int, int]:
+    """Return the premise and the two corners that are furthest apart."""
+    edges = [
+        (sum((a - b) ** 2 for a, b in zip(rows[i], rows[j], strict=True)), -premise, -i, -j)
+        for premise, rows in enumerate(places)
+        for i, j in combinations(range(len(rows)), 2)
+    ]
+    _, premise, i, j = max(edges)
+    return -premise, -i, -j

@@ -1,0 +1,244 @@
+"""What each relaxation and each condition designs is PROVED, by both checkers, near its own limit.
+
+A row is a plant, a design of it and what is asked of the loop: a decay rate, or the bound that the
+design found and a thousandth.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from takagi.certificates import Verdict, certify
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.cross_check import judge_document
+from takagi.certificates.document import certificate_document
+from takagi.certificates.requests import Decay, FuzzyDecay, H2Norm, L2Gain, Peak, Poles
+from takagi.lmi import (
+    Region,
+    fuzzy_pdc,
+    h2_pdc,
+    hinf_pdc,
+    lqr_pdc,
+    pdc,
+    peak_pdc,
+    structured_pdc,
+)
+from takagi.models import TSModel
+from tests.lmi.fuzzy.test_fuzzy_pdc import guerra_vermeiren, tanaka_ohtake
+from tests.lmi.performance import disturbed
+from tests.lmi.structured.test_structured_pdc import two_rules as two_springs
+from tests.lmi.sums.test_product_premises import model_of_two_premises
+from tests.lmi.synthesis.test_ladder import three_rules
+
+pytestmark = pytest.mark.numeric
+
+LADDER = Path(__file__).resolve().parents[2] / "docs" / "figures" / "kim-lee-ladder.csv"
+MORE = 1.001
+NAMED = ("common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "kim-lee", "liu-zhang")
+
+
+class Row(NamedTuple):
+    """A loop and what is asked of it."""
+
+    model: TSModel
+    gains: NDArray[np.float64]
+    asked: Any
+
+
+Made = Callable[[], Row]
+
+
+def frontier() -> dict[str, float]:
+    """Return the largest b of each relaxation on the three rules of Kim and Lee (2000), a = 2."""
+    with LADDER.open(encoding="utf-8", newline="") as file:
+        rows = {row["relaxation"]: float(row["largest_b"]) for row in csv.DictReader(file)}
+    return {name: b for name, b in rows.items() if name != "any relaxation"}
+
+
+def inside(name: str, share: float = 0.01) -> TSModel:
+    """Return the three rules so far inside the frontier of a relaxation."""
+    b = frontier()[name]
+    return three_rules(b - share * abs(b))
+
+
+def by_relaxation(name: str) -> Row:
+    model = inside(name)
+    return Row(model, pdc(model, relaxation=name).require()[0], Decay(0.0))
+
+
+def by_cost(name: str) -> Row:
+    """The least quadratic cost, one per cent inside."""
+    model = inside(name)
+    return Row(model, lqr_pdc(model, np.eye(2), np.eye(1), relaxation=name).require()[0], Decay(0))
+
+
+def by_products(name: str) -> Row:
+    """One per cent below the largest decay rate, over two premises."""
+    model = model_of_two_premises(4, 0.4)
+    found = pdc(model, relaxation=name, decay_rate="max", gain_bound=10.0)
+    rate = found.answer.decay_rate
+    assert rate is not None and rate > 0
+    return Row(model, found.require()[0], Decay(0.99 * rate))
+
+
+def by_norm(design: Any, request: Any, model: TSModel, name: str) -> Row:
+    """The bound of the design, and a thousandth."""
+    found = design(model, relaxation=name)
+    return Row(model, found.require()[0], request(MORE * found.answer.gain))
+
+
+def by_sums_of_functions(limit: float, rate: float, **how: Any) -> Row:
+    """Tanaka, Ohtake and Wang (2007), a = 10: one per cent of b inside its limit."""
+    model = tanaka_ohtake(0.99 * limit)
+    gains = fuzzy_pdc(model, rate_bounds=rate, **how).gains
+    assert gains is not None
+    return Row(model, gains, FuzzyDecay(rate_bounds=rate))
+
+
+def by_sampled_functions(limit: float, name: str) -> Row:
+    """Guerra and Vermeiren (2004): one per cent of beta inside its limit."""
+    model = guerra_vermeiren(0.99 * limit)
+    gains = fuzzy_pdc(model, relaxation=name).gains
+    assert gains is not None
+    return Row(model, gains, FuzzyDecay())
+
+
+def by_functions_of_a_premise() -> Row:
+    model = tanaka_ohtake(1.5, premise=True)
+    gains = fuzzy_pdc(model, rate_bounds={"z": 2.0}, relaxation="product").gains
+    assert gains is not None
+    return Row(model, gains, FuzzyDecay(rate_bounds={"z": 2.0}))
+
+
+def by_region(name: str) -> Row:
+    """Poles to the left of -0.05 1/s and damped by 0.2, half inside the frontier."""
+    region = Region.half_plane(0.05) & Region.sector(np.arccos(0.2))
+    model = inside(name, 0.5)
+    return Row(model, pdc(model, region=region, relaxation=name).require()[0], Poles(region))
+
+
+def by_structure(**how: Any) -> Row:
+    """Feedback of one state alone; the decay rate of the search, less one per cent."""
+    model = two_springs()
+    found = structured_pdc(model, [[1, 0]], **how)
+    rate = 0.99 * found.value if found.value and "gain_bound" in how else 0.0
+    return Row(model, found.require()[0], Decay(rate))
+
+
+def by_structured_norm() -> Row:
+    """One gain for both rules."""
+    model = disturbed.two_rules()
+    found = structured_pdc(model, objective="hinf", shared=[0, 0])
+    return Row(model, found.require()[0], L2Gain(MORE * found.value))
+
+
+CHEAP: dict[str, Made] = {f"ladder, {name}": partial(by_relaxation, name) for name in frontier()}
+CHEAP |= {
+    "product, products": partial(by_products, "product-1"),
+    "h2, liu-zhang": partial(by_norm, h2_pdc, H2Norm, disturbed.three_rules(), "liu-zhang"),
+    "hinf, kim-lee": partial(by_norm, hinf_pdc, L2Gain, disturbed.two_rules(), "kim-lee"),
+    "peak, common-gain": partial(by_norm, peak_pdc, Peak, disturbed.two_rules(), "common-gain"),
+    "fuzzy, liu-zhang": partial(by_sums_of_functions, 1.9209, 1.0, relaxation="liu-zhang"),
+    "fuzzy, sampled, liu-zhang": partial(by_sampled_functions, 1.7617, "liu-zhang"),
+    "fuzzy, a premise": by_functions_of_a_premise,
+}
+DEAR: dict[str, Made] = {
+    f"{kind}, {name}, {'sampled' if step else 'continuous'}": partial(
+        by_norm, design, request, disturbed.three_rules(step), name
+    )
+    for kind, design, request in (
+        ("hinf", hinf_pdc, L2Gain),
+        ("h2", h2_pdc, H2Norm),
+        ("peak", peak_pdc, Peak),
+    )
+    for name in (*NAMED, "polya-2")
+    for step in (None, 0.1)
+}
+DEAR |= {f"products, {name}": partial(by_products, name) for name in ("product", "product-2")}
+DEAR |= {"products, liu-zhang": partial(by_products, "product-liu-zhang")}
+DEAR |= {f"cost, {name}": partial(by_cost, name) for name in ("tanaka-wang", "tuan", "kim-lee")}
+DEAR |= {f"region, {name}": partial(by_region, name) for name in ("kim-lee", "liu-zhang")}
+DEAR |= {
+    f"fuzzy, |dh/dt| <= {rate}, {rates}": partial(by_sums_of_functions, limit, rate, rates=rates)
+    for rates, rate, limit in (
+        ("corners", 1.0, 1.606),
+        ("slack", 1.0, 1.550),
+        ("corners", 0.1, 3.080),
+        ("corners", 0.0, 5.206),
+    )
+}
+DEAR |= {
+    f"fuzzy, sampled, {name}": partial(by_sampled_functions, limit, name)
+    for name, limit in (
+        ("wang-tanaka-griffin", 1.3935),
+        ("tuan", 1.7086),
+        ("kim-lee", 1.7485),
+        ("polya-2", 1.6256),
+    )
+}
+DEAR |= {
+    "structure, a gain bound": partial(by_structure, gain_bound=10.0),
+    "structure, shared gains": partial(by_structure, gain_bound=10.0, shared=[7, 7]),
+    "structure, cost": partial(by_structure, objective="cost", Q=np.eye(2), R=np.eye(1)),
+    "structure, energy gain": by_structured_norm,
+}
+
+
+@pytest.mark.parametrize("name", CHEAP)
+def test_a_design_is_proved(name: str) -> None:
+    proved(CHEAP[name]())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", DEAR)
+def test_every_design_is_proved(name: str) -> None:
+    proved(DEAR[name]())
+
+
+def proved(row: Row) -> None:
+    found = certify(row.model, gains=row.gains, claims=[row.asked])
+
+    assert found.verdict is Verdict.PROVED, found.tried[-3:]
+    assert [said.verdict for said in judge_document(found.document)] == ["PROVED"]
+
+
+@pytest.mark.parametrize("name", ["kim-lee", "polya-16"])
+def test_the_pieces_are_what_shows_it(name: str) -> None:
+    """The pairs of rules do not: without the halvings both checkers leave it open."""
+    row = by_relaxation(name)
+    document = certify(row.model, gains=row.gains, claims=[row.asked]).document
+    (claim,) = document["claims"]
+    assert claim["halvings"]
+
+    whole = certificate_document(
+        model=document["model"],
+        gains=document["gains"],
+        claims=[{key: value for key, value in claim.items() if key != "halvings"}],
+        provenance={},
+    )
+
+    assert judge_document(whole)[0].verdict == "UNDECIDED"
+    assert check_document(whole).verdict is Verdict.UNDECIDED
+
+
+def test_gains_far_larger_than_what_they_act_on() -> None:
+    """1e5 beside entries of 1: V falls by the design's own P, so that "none" would be false.
+
+    At one rate the margin is lost beside the gains; the P of the fastest rate is found.
+    """
+    model = disturbed.three_rules()
+    gains, P = hinf_pdc(model, relaxation="tanaka-wang").require()
+    for h in disturbed.blends(3, 50):
+        G, _, _ = disturbed.loop(model, gains, h)
+        assert np.linalg.eigvalsh(P @ G + G.T @ P).max() < 0
+    assert np.abs(gains).max() > 1e4
+
+    assert certify(model, gains, decay_rate=0.0).verdict is Verdict.PROVED
