@@ -29,7 +29,8 @@ MOST_TOLD, MOST_COUNTED = 3, 1000
 LARGEST_EXACT, LARGEST_TABLE = 2**53, 16_000_000
 # Sections of a plant file that ``plant_file`` compares by meaning, variables by these keys.
 BY_NAME = ("states", "inputs", "disturbances", "scheduling", "parameters")
-VARIABLE_KEYS = ("range", "rest", "value")
+VARIABLE_KEYS = ("unit", "range", "rest", "value")
+NUMBERS = ("value", "values", "range", "rest", "overlap", "rate")
 FORMULAS = ("equations", "mass", "outputs")
 EFFORT_KEYS = ("unit", "range", "rest", "overlap", "rate")
 ACTUATOR_KEYS = ("input", "direction", "effectiveness", "error")
@@ -79,9 +80,26 @@ def content_differences(content: dict[str, Any], recorded: Any) -> list[Differen
 
 def beside_the_claims(one: Difference, content: dict[str, Any], model: Any, gains: Any) -> bool:
     """Return whether a difference is one that no comparison by meaning decides."""
+    if (one.first, one.second) in ((None, "-"), ("-", None)):
+        return False  # What a unit is where none is written.
+    if one.path[-1:] == ("unit",) and not _numbers_differ(
+        _owner(content, one.path), _owner(model.get("model_file"), one.path)
+    ):
+        # Beside the same numbers it may be another dimension, such as s for m.
+        return True
     if model.get("kind") == "turbine":
         return not _of_a_turbine(one.path, model, gains)
-    return not _of_a_plant(one, content, model)
+    return not _of_a_plant(one)
+
+
+def _owner(content: Any, path: tuple[str | int, ...]) -> dict[str, Any]:
+    for key in path[:-1]:
+        content = content.get(key) if isinstance(content, dict) else None
+    return content if isinstance(content, dict) else {}
+
+
+def _numbers_differ(one: dict[str, Any], other: dict[str, Any]) -> bool:
+    return any(one.get(key) != other.get(key) for key in NUMBERS)
 
 
 def told(path: Path, found: Sequence[Difference], reason: str = "") -> str:
@@ -125,23 +143,17 @@ def _of_a_turbine(path: tuple[str | int, ...], model: Any, gains: Any) -> bool:
     return wake and path[:2] in {("frozen_wake", column) for column in WAKE_COLUMNS}
 
 
-def _of_a_plant(one: Difference, content: dict[str, Any], model: Any) -> bool:
+def _of_a_plant(one: Difference) -> bool:
     match one.path:
         case ("sample_time",):
             return True
         case ("inputs", str(), "rest"):
             # It may rest elsewhere, where it holds the states.
             return False
-        case (str(section), str(name), "unit") if section in BY_NAME:
-            # With no number in it, a unit has no meaning that could be compared.
-            entry = content[section].get(name, {})
-            return "range" in entry or "value" in entry or entry.get("rest", "0") != "0"
         case (str(section), str(), str(key), *_) if section in BY_NAME:
             return key in VARIABLE_KEYS
         case (str(section), str(), *_) if section in FORMULAS:
             return one.path[-1] != "unit" and one.first is not None and one.second is not None
-        case ("tables", str(name), str(key), *_):
-            return key != "file" and name in (model.get("tables") or {})
         case ("blending", "effort", str(key), *_):
             return key in EFFORT_KEYS
         case ("blending", "low" | "high", str(key)):

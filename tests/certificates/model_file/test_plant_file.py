@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -17,18 +16,18 @@ from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.document import content_of, dumps
 from takagi.certificates.kept_model import law_for
 from takagi.certificates.plant_design import PlantDesign, design_plant
+from takagi.certificates.plant_embedding import plant_and_claim
 from takagi.cli.main import main
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.loader import load_plant, plant_files
 from takagi.models.sector.model import sector_model
-from takagi.models.turbine.loader import load_turbine, model_files
 from takagi.reports.baseline.changes import changes
 from takagi.reports.gain_file import dump_gains
 from takagi.reports.plant_gain_file import plant_gain_file
+from tests.certificates.model_file.rewrites import Rewrite, replaced, reversed_sections
 
 Capture = pytest.CaptureFixture[str]
 Document = dict[str, Any]
-Rewrite = Callable[[str], str]
 NAME = "plant.toml"
 PLANT = """# A cart on a hard spring that rubs.
 format = 1
@@ -58,7 +57,6 @@ v = "(F - k*x - rub(v)*v)/m"
 decay_rate = 0.5
 """
 TABLE = "# speed, friction\n-2, 0.4\n-1, 0.2\n0, 0.1\n1, 0.2\n2, 0.5\n"
-TURBINE = model_files("nrel5mw")[0]
 
 
 @pytest.fixture(scope="module")
@@ -87,19 +85,6 @@ def written(cart: tuple[Path, Document], tmp_path: Path) -> Callable[[Rewrite], 
     return write
 
 
-def replaced(old: str, new: str) -> Rewrite:
-    def rewrite(text: str) -> str:
-        assert old in text
-        return text.replace(old, new, 1)
-
-    return rewrite
-
-
-def reversed_sections(text: str) -> str:
-    head, *sections = text.split("\n[")
-    return "\n[".join([head, *(part.rstrip("\n") + "\n" for part in reversed(sections))])
-
-
 SAME: dict[str, Rewrite] = {
     "nothing": lambda text: text,
     "a comment": lambda text: text + "# another comment\n",
@@ -121,6 +106,23 @@ SAME: dict[str, Rewrite] = {
     "a description": replaced("place", "way"),
     "the same equation": replaced("(F - k*x - rub(v)*v)/m", "(-k*x + F - rub(v)*v)/m"),
 }  # fmt: skip
+
+
+# Behind a blend with premises of its own; with outputs; in discrete time; with a mass.
+BUILT_IN = ("boost_throttle", "quarter_car", "truck_trailer", "tora")
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_layout_of_a_built_in_plant(name: str, tmp_path: Path) -> None:
+    """Sections in reverse, CRLF, byte order mark, another name: the same plant."""
+    (file,) = plant_files(name)
+    data = plant_and_claim(sector_model(load_plant(name), rest="solve inputs"))[0]
+    assert data is not None
+    document = {"model": data | content_of([file]), "claims": [{"kind": "effort-blend"}]}
+    text = "\ufeff# mine\n" + reversed_sections(file.read_text(encoding="utf-8"))
+    (tmp_path / "mine.txt").write_bytes(text.replace("\n", "\r\n").encode())
+
+    compare_model(read_text(json.dumps(document), "document"), tmp_path / "mine.txt")
 
 
 @pytest.mark.parametrize("what", SAME)
@@ -147,6 +149,8 @@ def test_other_names_of_files_change_nothing(
 OTHER: dict[str, tuple[Rewrite, str]] = {
     "a parameter": (replaced("1.1,", "1.2,"), "parameters.m.value is 1.2 there, 1.1 in"),
     "its last digit": (replaced("1.1,", "1.100001,"), "m.value is 1.100001 there, 1.1 in"),
+    "another dimension": (replaced('"N/m"', '"N s/m"'), "parameters.k.unit is N s/m there, N/m"),
+    "of a state": (replaced('"m", range', '"s", range'), "states.x.unit is s there, m in"),
     "its unit": (replaced('"kg"', '"g"'), "parameters.m.unit is g there, kg in"),
     "a range": (replaced("0.5]", "0.6]"), r"states.x.range[1] is 0.6 there, 0.5 in"),
     "an equation": (
@@ -265,127 +269,6 @@ def test_compare_tells_what_only_the_file_says(cart: tuple[Path, Document]) -> N
     assert (one.part, one.place, one.new) == ("model file", "units", "unchecked")
 
 
-# ------------------------------------------------------------------ turbines
-
-
-@pytest.fixture
-def rotor(short: Document) -> Document:
-    """The short certificate of the 5-MW turbine, as it is made from its file."""
-    short["model"] |= content_of(model_files("nrel5mw"))
-    return read_text(json.dumps(short), "certificate")
-
-
-@pytest.fixture
-def turbine(tmp_path: Path) -> Callable[[Rewrite], Path]:
-    def write(rewrite: Rewrite) -> Path:
-        for file in model_files("nrel5mw"):
-            (tmp_path / file.name).write_bytes(file.read_bytes())
-        path = tmp_path / TURBINE.name
-        path.write_bytes(rewrite(TURBINE.read_text(encoding="utf-8")).encode())
-        return path
-
-    return write
-
-
-def all_of(*rewrites: Rewrite) -> Rewrite:
-    def rewrite(text: str) -> str:
-        for one in rewrites:
-            text = one(text)
-        return text
-
-    return rewrite
-
-
-# The table's 936 entries take a second: cases share a file where all of its differences are told.
-TURBINES: dict[str, tuple[Rewrite, tuple[str, ...]]] = {
-    "layout": (
-        all_of(
-            reversed_sections,
-            replaced("63.0,", "63.00,"),
-            replaced("12.1, unit", "121e-1, unit"),
-            replaced("OpenFAST 5-MW deck", "a deck"),
-            lambda text: "\ufeff# mine\n" + text.replace("\n", "\r\n"),
-        ),
-        (),
-    ),
-    "radius": (replaced("63.0,", "63.1,"), ("rotor.radius.value is 63.1 there, 63 in",)),
-    "unit": (replaced('unit = "rpm"', 'unit = "furlong"'), ("unit is furlong there, rpm in",)),
-    "rate": (replaced("15000.0", "14000.0"), ("rate_limit.value is 14000 there, 15000 in",)),
-    "wake": (replaced("-28.24", "-28.25"), ("sensitivity.values[0] is -28.25 there, -28.24 in",)),
-    "no rotor": (replaced("[rotor]", "[other]"), ("rotor.radius is missing",)),
-    "beside the loop": (
-        all_of(
-            replaced("value = 90.0", "value = 91.0"),
-            replaced("4.3675e5", "4.4e5"),
-            replaced("25.0, unit", "26.0, unit"),
-        ),
-        (
-            "rotor.hub_height.value is 91 there, 90 in",
-            "tower.mass.value is 440000 there, 436750 in",
-            "operation.cut_out.value is 26 there, 25 in",
-        ),
-    ),
-    "beside the law": (
-        all_of(
-            replaced("43093.55", "50000"),
-            replaced("0.01882681", "0.02"),
-            replaced("nrel5mw_ct.csv", "nrel5mw_cp.csv"),
-        ),
-        (
-            "generator.rated_torque.value is 50000 there, 43093.55 in",
-            "baseline.proportional_gain.value is 0.02 there, 0.01882681 in",
-            "coefficients.thrust is numbers with SHA-256",
-        ),
-    ),
-}
-
-
-@pytest.mark.parametrize("what", TURBINES)
-def test_a_turbine_file_by_content(
-    what: str, rotor: Document, turbine: Callable[[Rewrite], Path]
-) -> None:
-    rewrite, words = TURBINES[what]
-    path = turbine(rewrite)
-
-    if not words:
-        assert compare_model(rotor, path.rename(path.with_name("mine.txt"))) == ""
-        return
-    with pytest.raises(OtherModel) as refused:
-        compare_model(rotor, path)
-    assert all(word in str(refused.value) for word in words)
-
-
-def test_other_entries_of_a_turbines_tables(
-    rotor: Document, turbine: Callable[[Rewrite], Path]
-) -> None:
-    """Power by entry, thrust, of which no claim speaks, by all of its numbers."""
-    for name, words in (("cp", "c_P at tip-speed ratio 2"), ("ct", "coefficients.thrust")):
-        path = turbine(lambda text: text)
-        table = path.with_name(f"nrel5mw_{name}.csv")
-        lines = table.read_text(encoding="utf-8").splitlines()
-        k = next(k for k, line in enumerate(lines) if line.startswith("2"))
-        first, _, rest = lines[k].split(",", 2)
-        table.write_text("\n".join([*lines[:k], f"{first},0.09,{rest}", *lines[k + 1 :]]))
-        with pytest.raises(OtherModel, match=words):
-            compare_model(rotor, path)
-
-
-def test_certificates_from_before_are_read(
-    short: Document, turbine: Callable[[Rewrite], Path]
-) -> None:
-    """They hold the hashes of bytes alone: only what the claims are about is compared, and told."""
-    short["model"]["files_sha256"] = {
-        file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in model_files("nrel5mw")
-    }
-    read = read_text(json.dumps(short), "certificate")
-
-    assert compare_model(read, TURBINE) == ""
-    assert EARLIER in compare_model(read, turbine(lambda text: text + "# mine\n"))
-    assert EARLIER in compare_model(read, turbine(replaced("4.3675e5", "4.4e5")))
-    with pytest.raises(OtherModel, match=r"rotor_radius is 63.1 there, 63 in the certificate"):
-        compare_model(read, turbine(replaced("63.0,", "63.1,")))
-
-
 @pytest.mark.parametrize("copy", [1, "x", [], {}, {"states": []}, {"states": {"x": 1}}])
 def test_a_damaged_copy_is_refused(copy: Any, cart: tuple[Path, Document]) -> None:
     """Whatever stands in the certificate in the place of the file's content."""
@@ -414,10 +297,3 @@ def test_what_counts_as_content(tmp_path: Path) -> None:
         "s": {"t": True, "big": "0xab54a98ceb1f0ad2", "when": "2026-01-01"},
         **{"equations": {"source": "x"}, "coefficients": {}},
     }
-
-
-def test_a_model_with_a_mark_of_byte_order_is_loaded(
-    turbine: Callable[[Rewrite], Path],
-) -> None:
-    """As editors of some systems write it."""
-    assert load_turbine(turbine(lambda text: "\ufeff" + text)).name == "NREL 5-MW"

@@ -1,0 +1,137 @@
+"""`check --model` compares what a turbine file and its tables say."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from takagi.certificates.checker.files.companions import EARLIER, compare_model
+from takagi.certificates.checker.files.model_content import OtherModel
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.document import content_of
+from takagi.models.turbine.loader import load_turbine, model_files
+from tests.certificates.model_file.rewrites import Rewrite, all_of, replaced, reversed_sections
+
+Document = dict[str, Any]
+TURBINE = model_files("nrel5mw")[0]
+
+
+@pytest.fixture
+def rotor(short: Document) -> Document:
+    """The short certificate of the 5-MW turbine, as it is made from its file."""
+    short["model"] |= content_of(model_files("nrel5mw"))
+    return read_text(json.dumps(short), "certificate")
+
+
+@pytest.fixture
+def turbine(tmp_path: Path) -> Callable[[Rewrite], Path]:
+    def write(rewrite: Rewrite) -> Path:
+        for file in model_files("nrel5mw"):
+            (tmp_path / file.name).write_bytes(file.read_bytes())
+        path = tmp_path / TURBINE.name
+        path.write_bytes(rewrite(TURBINE.read_text(encoding="utf-8")).encode())
+        return path
+
+    return write
+
+
+# The table's 936 entries take a second: cases share a file where all of its differences are told.
+TURBINES: dict[str, tuple[Rewrite, tuple[str, ...]]] = {
+    "layout": (
+        all_of(
+            reversed_sections,
+            replaced("63.0,", "63.00,"),
+            replaced("12.1, unit", "121e-1, unit"),
+            replaced("OpenFAST 5-MW deck", "a deck"),
+            lambda text: "\ufeff# mine\n" + text.replace("\n", "\r\n"),
+        ),
+        (),
+    ),
+    "radius": (replaced("63.0,", "63.1,"), ("rotor.radius.value is 63.1 there, 63 in",)),
+    "unit": (replaced('unit = "rpm"', 'unit = "furlong"'), ("unit is furlong there, rpm in",)),
+    "rate": (replaced("15000.0", "14000.0"), ("rate_limit.value is 14000 there, 15000 in",)),
+    "wake": (replaced("-28.24", "-28.25"), ("sensitivity.values[0] is -28.25 there, -28.24 in",)),
+    "no rotor": (replaced("[rotor]", "[other]"), ("rotor.radius is missing",)),
+    "beside the loop": (
+        all_of(
+            replaced("value = 90.0", "value = 91.0"),
+            replaced('radius = { value = 63.0, unit = "m"', 'radius = { value = 63.0, unit = "s"'),
+            replaced("4.3675e5", "4.4e5"),
+        ),
+        (
+            "rotor.hub_height.value is 91 there, 90 in",
+            "tower.mass.value is 440000 there, 436750 in",
+            "rotor.radius.unit is s there, m in",
+        ),
+    ),
+    "beside the law": (
+        all_of(
+            replaced("43093.55", "50000"),
+            replaced("0.01882681", "0.02"),
+            replaced("nrel5mw_ct.csv", "nrel5mw_cp.csv"),
+        ),
+        (
+            "generator.rated_torque.value is 50000 there, 43093.55 in",
+            "baseline.proportional_gain.value is 0.02 there, 0.01882681 in",
+            "coefficients.thrust is numbers with SHA-256",
+        ),
+    ),
+}
+
+
+@pytest.mark.parametrize("what", TURBINES)
+def test_a_turbine_file_by_content(
+    what: str, rotor: Document, turbine: Callable[[Rewrite], Path]
+) -> None:
+    rewrite, words = TURBINES[what]
+    path = turbine(rewrite)
+
+    if not words:
+        assert compare_model(rotor, path.rename(path.with_name("mine.txt"))) == ""
+        return
+    with pytest.raises(OtherModel) as refused:
+        compare_model(rotor, path)
+    assert all(word in str(refused.value) for word in words)
+
+
+def test_other_entries_of_a_turbines_tables(
+    rotor: Document, turbine: Callable[[Rewrite], Path]
+) -> None:
+    """Power by entry, thrust, of which no claim speaks, by all of its numbers."""
+    for name, words in (("cp", "c_P at tip-speed ratio 2"), ("ct", "coefficients.thrust")):
+        path = turbine(lambda text: text)
+        table = path.with_name(f"nrel5mw_{name}.csv")
+        lines = table.read_text(encoding="utf-8").splitlines()
+        k = next(k for k, line in enumerate(lines) if line.startswith("2"))
+        first, _, rest = lines[k].split(",", 2)
+        table.write_text("\n".join([*lines[:k], f"{first},0.09,{rest}", *lines[k + 1 :]]))
+        with pytest.raises(OtherModel, match=words):
+            compare_model(rotor, path)
+
+
+def test_certificates_from_before_are_read(
+    short: Document, turbine: Callable[[Rewrite], Path]
+) -> None:
+    """They hold the hashes of bytes alone: only what the claims are about is compared, and told."""
+    short["model"]["files_sha256"] = {
+        file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in model_files("nrel5mw")
+    }
+    read = read_text(json.dumps(short), "certificate")
+
+    assert compare_model(read, TURBINE) == ""
+    assert EARLIER in compare_model(read, turbine(lambda text: text + "# mine\n"))
+    assert EARLIER in compare_model(read, turbine(replaced("4.3675e5", "4.4e5")))
+    with pytest.raises(OtherModel, match=r"rotor_radius is 63.1 there, 63 in the certificate"):
+        compare_model(read, turbine(replaced("63.0,", "63.1,")))
+
+
+def test_a_model_with_a_mark_of_byte_order_is_loaded(
+    turbine: Callable[[Rewrite], Path],
+) -> None:
+    """As editors of some systems write it."""
+    assert load_turbine(turbine(lambda text: "\ufeff" + text)).name == "NREL 5-MW"
