@@ -12,7 +12,7 @@ import hashlib
 import re
 from collections.abc import Callable, Iterator
 from copy import deepcopy
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -55,6 +55,7 @@ class Change(NamedTuple):
     line, last : the statement's lines; of a compound one, those of its head.
     first : the owner's first line.
     what : before and after.
+    of_size : whether only the count changes that is compared with a limit of size.
     """
 
     module: Path
@@ -66,6 +67,7 @@ class Change(NamedTuple):
     last: int
     first: int
     what: str
+    of_size: bool = False
 
     @property
     def key(self) -> str:
@@ -79,7 +81,12 @@ class Change(NamedTuple):
 
     @property
     def is_of_size(self) -> bool:
-        """Whether only the equality with a limit of size changes: one entry more or fewer."""
+        """Whether only a limit of size moves: its equality, or how is counted what it bounds.
+
+        A limit that is turned, or left out, is none of these.
+        """
+        if self.of_size:
+            return True
         before, after = self.what.split("  ->  ")
         found = OF_SIZE.search(before)
         if not found:
@@ -97,7 +104,7 @@ def changes_of(module: Path) -> list[Change]:
     """Return every change that is known for a module, in order."""
     text = module.read_text(encoding="utf-8")
     tree = ast.parse(text)
-    owners, spans = _owners(tree), _spans(tree)
+    owners, spans, counted_sizes = _owners(tree), _spans(tree), _of_size(tree)
     digests = {name: _digest(node) for name, node in dict(owners.values()).items()}
     counted: dict[str, int] = {}
     found = []
@@ -111,7 +118,8 @@ def changes_of(module: Path) -> list[Change]:
         line, last = spans.get(id(node), (getattr(node, "lineno", 1),) * 2)
         digest, first = (digests[owner], holder.lineno) if owner else (_digest(tree), 1)
         said = f"{before}  ->  {after}"
-        found.append(Change(module, owner, digest, k, at, line, last, first, said))
+        of_size = id(node) in counted_sizes
+        found.append(Change(module, owner, digest, k, at, line, last, first, said, of_size))
     return found
 
 
@@ -175,6 +183,20 @@ def _spans(tree: ast.Module) -> dict[int, tuple[int, int]]:
                 last = max(statement.lineno, body[0].lineno - 1)
             # Inner statements come later in the walk, and take their nodes over.
             found.update((id(n), (statement.lineno, last)) for n in ast.walk(statement))
+    return found
+
+
+def _of_size(tree: ast.Module) -> set[int]:
+    """Return the nodes that only count what a limit of size bounds."""
+    found: set[int] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Compare):
+            for one, limit in pairwise((node.left, *node.comparators)):
+                if OF_SIZE.search(f"< {ast.unparse(limit)}"):
+                    found.update(id(n) for part in (one, limit) for n in ast.walk(part))
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            if node.func.id.strip("_") == "bounded":
+                found.update(id(n) for part in node.args for n in ast.walk(part))
     return found
 
 
