@@ -3,8 +3,8 @@
 ``<kind>.jsonl`` holds a line for each: the answer, and the file as text.  The files are those that
 the tests of this folder's neighbours give to the checker, honest and forged, one or a few for every
 answer that differs in more than its numbers.  An answer is the verdict of the file and of every
-claim, with all words of its sentence that hold a digit; or a refusal with such words.  Other words
-may change.
+claim: what is proved or disproved in full, with what it assumes; of the rest, and of a refusal, the
+words that hold a digit.
 
 ``python -m tests.certificates.recorded.answers`` writes the answers of today.  A line that differs
 then is a change of what a certificate is worth: read it before it is committed.
@@ -18,7 +18,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from takagi.certificates import CertificateError, check
+from takagi.certificates import CertificateError, Verdict, check
+from takagi.certificates.checker.kernel.result import Claim
 
 FOLDER = Path(__file__).parent
 Answer = list[list[str]]
@@ -43,8 +44,13 @@ def answer_of(written: str, path: Path) -> Answer:
         found = check(path)
     except CertificateError as error:
         return [["refused", *_with_digits(str(error).replace(str(path), ""))]]
-    claims = [[one.verdict.name, *_with_digits(f"{one.name} {one.text}")] for one in found.claims]
-    return [[found.verdict.name], *claims]
+    return [[found.verdict.name], *(_said(claim) for claim in found.claims)]
+
+
+def _said(claim: Claim) -> list[str]:
+    if claim.verdict is Verdict.UNDECIDED:
+        return [claim.verdict.name, *_with_digits(f"{claim.name} {claim.text}")]
+    return [claim.verdict.name, claim.name, claim.text, *claim.assumes]
 
 
 def _with_digits(sentence: str) -> list[str]:
