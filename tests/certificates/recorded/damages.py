@@ -1,8 +1,8 @@
 """Certificates that are proved, with one entry changed and hashes that fit, and the answers to it.
 
 ``damaged/<kind>.jsonl`` holds a certificate in its first line, and after it a line for each change:
-the place of an entry, what stands there then, and the answer.  An entry becomes zero, its negative, a
-little more, a little less, a word in the place of a number, or it is left out.
+the place of an entry, what stands there then, and the answer.  An entry becomes zero, its
+negative, a little more, a little less, a word in the place of a number, or it is left out.
 
 ``python -m tests.certificates.recorded.damages`` writes the answers of today, as ``answers`` does.
 """
