@@ -181,7 +181,8 @@ def _peaks(P: Floats) -> dict[str, float]:
 
 def _cell(candidate: CoherentCandidate, k: int) -> dict[str, Any]:
     cell = candidate.cells[k]
-    ranges = ("wind", "stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
+    nodes = ("wind", "effectiveness_limit")
+    ranges = (*nodes, "stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
     sizes = (
         "residual",
         "wind_gain",

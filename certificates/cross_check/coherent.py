@@ -66,6 +66,8 @@ def coherent_loop(claim: Any, model: Any, gains: Any) -> Obligations:
         same = rationals(cell, "wind", 2) == winds[k : k + 2]
         if not same or rational(cell, "integral_rate") != rates[k]:
             raise Refusal(f"cell {k + 1}: wind or integral rate is not the law's")
+        if rationals(cell, "effectiveness_limit", 2) != sorted(turbine.limit[k : k + 2]):
+            raise Refusal(f"cell {k + 1}: effectiveness_limit is not the gains'")
         error = rational(cell, "wind_error")
         yield Fact(f"cell {k + 1}: wind error", 0 <= error <= share * winds[k])
         yield from _cell(cell, P, R, common, f"cell {k + 1}")

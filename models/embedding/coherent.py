@@ -158,6 +158,7 @@ class CellLoop:
             share_gain=(law.share(law.demand) * law.gamma).outward(EMITTED_DIGITS),
             lag_rate=moving.lag_rate(still).outward(EMITTED_DIGITS),
             integral_rate=Interval(law.nu, law.nu),
+            effectiveness_limit=hull(law.ends["limit"]),
             residual=_stated(Interval.of(self.residual)).upper,
             wind_gain=_stated(Interval.of(torque.wind_slope(pitch).magnitude)).upper,
             inertia_gain=_up(self._kappa.upper),

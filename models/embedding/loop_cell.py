@@ -65,6 +65,7 @@ class LoopCell:
     wind : schedule winds [m/s];  wind_rate : |v_s'| [m/s^2] that is enclosed.
     stiffness : a [1/s];  loop_gain : Gamma [1/s];  lag_gain : S [-];  share_gain : Phi [1/s].
     lag_rate : T [1/s];  integral_rate : nu [1/s], a point.
+    effectiveness_limit : b of the frozen wake [rad/s^2 per rad], by the law's table.
     residual : |r| [rad/s^2];  wind_gain : |d| [rad/s per m];  inertia_gain : largest kappa [-].
     effectiveness_slope : |b'/b| [1/m].
     reference_slope : |omega*' - kappa m mu f| [rad/s per m/s], what the torque's feed-forward
@@ -82,6 +83,7 @@ class LoopCell:
     share_gain: Interval
     lag_rate: Interval
     integral_rate: Interval
+    effectiveness_limit: Interval
     residual: Fraction
     wind_gain: Fraction
     inertia_gain: Fraction

@@ -58,7 +58,7 @@ def decided(cell: dict[str, Any], P: Any, error: float, rate: float, alpha: floa
         sizes[name] = Fraction(str(round(value, 6)))
     sizes["integral_rate"] = Fraction(str(cell["integral_rate"]))
     matrix = [[Fraction(str(entry)) for entry in row] for row in P]
-    return Corners(Stated([], exact, sizes, "cell")).failure(matrix)
+    return Corners(Stated(exact, sizes, "cell")).failure(matrix)
 
 
 @pytest.mark.parametrize(("binding", "coupling"), [(0, 0.0), (1, -500.0)])

@@ -214,6 +214,12 @@ def false_claims() -> dict[str, Callable[[Document], None]]:
     def column(factor: float) -> Callable[[Any], Any]:
         return lambda values: [factor * value for value in values]
 
+    def stronger_wake(document: Document) -> None:
+        """Change gains and claim alike, which have to agree on it."""
+        wakes = [document["gains"], *document["claims"][0]["cells"]]
+        for one in wakes:
+            one["effectiveness_limit"] = column(1.3)(one["effectiveness_limit"])
+
     def torque(rows: Any) -> Any:
         return [[1.02 * entry for entry in row] for row in rows]
 
@@ -247,7 +253,7 @@ def false_claims() -> dict[str, Callable[[Document], None]]:
         "negative rate": claim("cells", 1, "wind_rate", to=lambda e: -e),
         "lighter rotor": claim("uncertainty", "inertia", to=lambda i: [0.8, 1.1]),
         "heavier rotor": claim("uncertainty", "inertia", to=lambda i: [0.9, 1.3]),
-        "stronger frozen wake": at("gains", "effectiveness_limit", to=column(1.3)),
+        "stronger frozen wake": stronger_wake,
         "higher gain": at("gains", "proportional", to=column(1.1)),
         "lower gain": at("gains", "proportional", to=column(0.9)),
         "other trim": at("gains", "trim_effort", to=lambda q: [e + 1e-3 for e in q]),
@@ -302,6 +308,8 @@ def test_one_coefficient_under_the_loop_is_noticed(
     [
         ("gains", "wind", 2),
         ("gains", "integral_rate", 2),
+        ("gains", "effectiveness_limit", 2),
+        ("claims", 0, "cells", 3, "effectiveness_limit", 0),
         ("gains", "pitch_max"),
         ("model", "pitch_min"),
         ("claims", 0, "cells", 3, "integral_rate"),

@@ -27,6 +27,7 @@ def cell(
         share_gain=Interval.of(*share_gain),
         lag_rate=Interval.of("5"),
         integral_rate=Interval.of(integral_rate),
+        effectiveness_limit=Interval.of("0.1"),
         residual=none,
         wind_gain=none,
         inertia_gain=Fraction(1),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from copy import deepcopy
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,10 @@ from takagi.certificates.checker.files.turbine_file import compare_turbine
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.coherent import DEFAULT_UNCERTAINTY
+from takagi.certificates.cross_check import judge_document
+from takagi.certificates.cross_check.reading import Refusal
 from takagi.certificates.given_law import certify_law
 from takagi.models.errors import ModelError
 from takagi.models.library import data_folder
@@ -53,28 +57,72 @@ def test_without_the_frozen_wake_the_table_does_not_count(
         certify_law(built.turbine, built.law)
 
 
-def limited(document: dict[str, Any], share: float) -> dict[str, Any]:
+def limited(document: dict[str, Any], share: float, *, claim: bool = True) -> dict[str, Any]:
+    """Return a forger's certificate: another wake in the gains, and in the claim where asked."""
     changed = deepcopy(document)
-    limits = changed["gains"]["effectiveness_limit"]
-    changed["gains"]["effectiveness_limit"] = [round(share * one, 6) for one in limits]
+    limits = [round(share * one, 6) for one in changed["gains"]["effectiveness_limit"]]
+    changed["gains"]["effectiveness_limit"] = limits
+    if claim:
+        for cell, ends in zip(changed["claims"][0]["cells"], pairwise(limits), strict=True):
+            cell["effectiveness_limit"] = sorted(ends)
     return resealed(changed)
 
 
-def test_the_verdict_says_how_much_wake_is_in(short: dict[str, Any]) -> None:
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.999, 1.5])
+def test_gains_with_another_wake_than_the_claim_are_refused(
+    short: dict[str, Any], share: float
+) -> None:
+    """A table in the gains that is not the one the claim was proved for, by both checkers."""
+    forged = limited(short, share, claim=False)
+
+    with pytest.raises(CertificateError, match=r"effectiveness_limit: differs from the gains'"):
+        check_document(forged)
+    with pytest.raises(Refusal, match="effectiveness_limit is not the gains'"):
+        judge_document(forged)
+
+
+def test_a_claim_without_its_wake_is_refused(short: dict[str, Any]) -> None:
+    """As certificates were written before: which wake was meant, they do not say."""
+    for cell in short["claims"][0]["cells"]:
+        del cell["effectiveness_limit"]
+
+    with pytest.raises(CertificateError, match="'effectiveness_limit' is missing"):
+        check_document(resealed(short))
+    with pytest.raises(Refusal, match="'effectiveness_limit' is missing"):
+        judge_document(resealed(short))
+
+
+def test_a_small_wake_is_not_called_the_frozen_one(short: dict[str, Any]) -> None:
+    """Gains and claim forged alike prove what they say: the verdict's line has the number."""
+    forged = check_document(limited(short, 0.1)).claims[0]
+    own = check_document(short).claims[0]
+
+    assert forged.verdict is Verdict.PROVED
+    assert "frozen wake included" not in forged.name
+    least = 0.1 * min(short["gains"]["effectiveness_limit"])
+    told = [float(one.name.split("pitch effectiveness up to ")[1].split(" to ")[0])
+            for one in (forged, own)]  # fmt: skip
+    assert least - 1e-3 < told[0] <= least and told[1] > 9 * told[0]
+    assert "the turbine's frozen wake only if its model file says so" in forged.text
+
+
+@pytest.mark.parametrize("share", [1.0, 0.0])
+def test_the_verdict_says_how_much_wake_is_in(short: dict[str, Any], share: float) -> None:
     """With the table at zero nothing is called a frozen wake, whatever the claim says of it."""
-    own, none = (check_document(limited(short, share)).claims[0] for share in (1.0, 0.0))
+    found = check_document(limited(short, share)).claims[0]
+
+    if share == 0:
+        assert found.name.endswith("equilibrium wake")
+        assert "is no frozen wake's" in found.text
+        return
     least = min(short["gains"]["effectiveness_limit"])
-
-    assert own.name.endswith("frozen wake included")
-    assert "pitch effectiveness equilibrium to frozen wake, of at least 0." in own.text
-    shown = float(own.text.split("of at least ")[1].split(" to ")[0])
+    shown = float(found.text.split("claim's bound of at least ")[1].split(" to ")[0])
     assert least - 1e-2 < shown <= least
-    assert none.name.endswith("equilibrium wake")
-    assert "equilibrium to frozen wake" not in none.text
 
 
-def test_the_turbine_file_refuses_another_table(short: dict[str, Any]) -> None:
-    """``check --model``: zeroed, it is not the file's frozen wake."""
-    read = read_text(json.dumps(limited(short, 0.0)), "document")
+@pytest.mark.parametrize("share", [0.0, 0.1])
+def test_the_turbine_file_refuses_another_table(short: dict[str, Any], share: float) -> None:
+    """``check --model``: it is not the file's frozen wake."""
+    read = read_text(json.dumps(limited(short, share)), "document")
     with pytest.raises(CertificateError, match="frozen wake's pitch effectiveness at"):
         compare_turbine(read["model"], read["gains"], data_folder() / "nrel5mw.toml")

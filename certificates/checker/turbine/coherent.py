@@ -10,7 +10,9 @@ disturbance lie in the hull of the corners of
 
 with T - (b'/b) v_s' in the place of T while v_s moves.  Its eleven coefficients are enclosed here
 from the tables of the law and the plant's surface (``coherent_loop``, ``coherent_moving``), and
-compared with those the certificate states.  Then, exactly, at every corner
+compared with those the certificate states.  A cell also states what it was proved for: its winds,
+and how far pitch effectiveness may reach (``effectiveness_limit``, the frozen wake's).  Then,
+exactly, at every corner
 
     -[[A'P + PA + alpha P, P d], [d'P, -alpha]] > 0    so  {V <= 1} is invariant, V = xi' P xi,
     -(A'P + PA + 2 rho P) > 0     so  V(xi - xi*) decays as exp(-2 rho t), v = v_s constant,
@@ -83,12 +85,11 @@ def check_coherent(claim: Any, model: Any, gains: Any, where: str) -> Found:
 def _set_failures(P: Rows, claim: Any, subject: Subject, where: str) -> Iterator[str]:
     """Check that {V <= 1} lies inside the stated peaks of h xi, and those inside the box."""
     peaks = member(claim, "peaks", where)
-    box, integral = subject.box, subject.law.integral_limit
     for name, limit, h in (
-        ("speed_error", box.speed_error, (1, 0, 0)),
-        ("effort_lag", box.effort_lag, (0, 1, 0)),
-        ("speed_signal", box.speed_signal, (1, 0, -1)),
-        ("integral", integral, (0, 0, 1)),
+        ("speed_error", subject.box.speed_error, (1, 0, 0)),
+        ("effort_lag", subject.box.effort_lag, (0, 1, 0)),
+        ("speed_signal", subject.box.speed_signal, (1, 0, -1)),
+        ("integral", subject.law.integral_limit, (0, 0, 1)),
     ):
         peak = number(peaks, name, f"{where}.peaks")
         if not 0 < peak <= limit or not bounds_row(P, h, peak):
@@ -98,10 +99,12 @@ def _set_failures(P: Rows, claim: Any, subject: Subject, where: str) -> Iterator
 def _cell_failure(subject: Subject, k: int, stated: Stated, P: Rows, settling: Settling) -> str:
     """Return what is not proved about one cell, or nothing."""
     law, sizes = subject.law, stated.sizes
-    if stated.wind != law.wind[k : k + 2]:
+    if stated.ranges["wind"] != law.wind[k : k + 2]:
         raise CertificateError(f"{stated.where}.wind: must be the law's interval {k}")
     if sizes["integral_rate"] != law.nu[k]:
         raise CertificateError(f"{stated.where}.integral_rate: differs from the law's")
+    if stated.ranges["effectiveness_limit"] != sorted(law.limit[k : k + 2]):
+        raise CertificateError(f"{stated.where}.effectiveness_limit: differs from the gains'")
     if sizes["wind_rate"] < 0:
         return "a negative wind rate"
     loop = Loop(subject, k, sizes["wind_rate"])

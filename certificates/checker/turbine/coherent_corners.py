@@ -20,15 +20,17 @@ UNIT = 10**7
 RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
 SLOPES = ("effectiveness_slope", "reference_slope")
 BOUNDS = ("residual", "wind_gain", "inertia_gain", *SLOPES, "lag_disturbance")
+NODES = ("wind", "effectiveness_limit")
 CLASS = ("integral_rate", "wind_error", "wind_rate", "multiplier", "decay_rate")
 Integers = list[list[int]]
 
 
 @dataclass(frozen=True)
 class Stated:
-    """One wind cell as a claim states it: ranges of five coefficients, and single numbers."""
+    """One wind cell as a claim states it: ranges of its winds, of the wake's pitch effectiveness
+    and of five coefficients, and single numbers.
+    """
 
-    wind: list[Fraction]
     ranges: dict[str, list[Fraction]]
     sizes: dict[str, Fraction]
     where: str
@@ -36,9 +38,9 @@ class Stated:
     @classmethod
     def read(cls, cell: Any, where: str) -> Stated:
         """Return the cell."""
-        ranges = {name: numbers(cell, name, where, 2) for name in RANGES}
+        ranges = {name: numbers(cell, name, where, 2) for name in (*NODES, *RANGES)}
         sizes = {name: number(cell, name, where) for name in (*BOUNDS, *CLASS)}
-        return cls(numbers(cell, "wind", where, 2), ranges, sizes, where)
+        return cls(ranges, sizes, where)
 
     @property
     def drift(self) -> Fraction:
@@ -64,8 +66,7 @@ class Corners:
     def __init__(self, stated: Stated) -> None:
         sizes, where = stated.sizes, stated.where
         self.ends = [
-            sorted({_scaled(v, f"{where}.{name}") for v in ends})
-            for name, ends in stated.ranges.items()
+            sorted({_scaled(v, f"{where}.{name}") for v in stated.ranges[name]}) for name in RANGES
         ]
         self.nu, self.alpha, self.rho = (
             _scaled(sizes[name], f"{where}.{name}")

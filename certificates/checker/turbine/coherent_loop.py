@@ -25,7 +25,6 @@ class Loop(Moving):
 
     def __init__(self, subject: Subject, k: int, rate: Fraction) -> None:
         super().__init__(subject, k, rate)
-        self.frozen, self.power = subject.uncertainty.frozen_wake, subject.uncertainty.power
         # b (beta - beta_min) = psi(U) - zeta, and pitch never goes below its lower limit.
         lag, eps = self.box.effort_lag, self.law.overlap
         owed = max(psi(self.low, eps) - lag, Fraction(0))
@@ -57,7 +56,7 @@ class Loop(Moving):
         yield "share_gain", enclose(low, high)
         # A lead beyond the rate limit is refused by limits_failure; here it leaves no secant.
         yield "lag_rate", enclose(*self.lag_rates() or (-1 / self.plant.lag, 1 / self.plant.lag))
-        kappa, power = enclose(*self.kappa), enclose(*self.power)
+        kappa, power = enclose(*self.uncertainty.kappa), enclose(*self.uncertainty.power)
         ratio = self._tip_speed(self.box.speed_error, Fraction(0))
         steep = self.plant.surface.bounds(ratio, self.reached, 1, 0) * self.wind
         yield "stiffness", kappa * power * (steep * (self.c * self.radius))
@@ -67,12 +66,12 @@ class Loop(Moving):
 
     def sizes(self) -> Iterator[tuple[str, Fraction]]:
         """Yield the coefficients that enter by their size."""
-        yield "inertia_gain", self.kappa[1]
+        yield "inertia_gain", self.uncertainty.kappa[1]
         yield "effectiveness_slope", self.effectiveness_slope()
         yield "reference_slope", self.reference_slope()
         yield "lag_disturbance", self.lag_disturbance()
-        yield "residual", Fraction(residual(self, self.power), ONE)
-        yield "wind_gain", Fraction((enclose(*self.power) * self._wind_gain()).magnitude(), ONE)
+        yield "residual", Fraction(residual(self, self.uncertainty.power), ONE)
+        yield "wind_gain", Fraction(self._wind_gain().magnitude(), ONE)
 
     def _tip_speed(self, speed_error: Fraction, wind_error: Fraction) -> Interval:
         """Return the range of R (omega* + e) / (v_s + dv): monotone in each, so at corners."""
@@ -85,19 +84,20 @@ class Loop(Moving):
         return enclose(min(corners), max(corners))
 
     def _wind_gain(self) -> Interval:
-        """Return dT_r/dv / J = c v (2 c_Q - lambda c_Q,lambda)."""
+        """Return s dT_r/dv / J, dT_r/dv = J c v (2 c_Q - lambda c_Q,lambda)."""
         low, high = self.ends(self.law.wind)
         error, bounds = self.box.wind_share * low, self.plant.surface.bounds
         ratio = self._tip_speed(self.box.speed_error, error)
         value = bounds(ratio, self.reached)
         inner = value + value - ratio * bounds(ratio, self.reached, 1, 0)
-        return inner * enclose(low - error, high + error) * self.c
+        wind = enclose(low - error, high + error)
+        return enclose(*self.uncertainty.power) * (inner * wind * self.c)
 
     def _sigma(self, ratio: Interval, pitch: Interval) -> Interval:
         """Return -s dT_r/dbeta / (J b), up to the frozen wake's where that is asked."""
         steep = self.plant.surface.bounds(ratio, pitch, 0, 1) * self.wind.square() * self.c
-        sigma = enclose(*self.power) * (-steep / self.b)
-        if not self.frozen:
+        sigma = enclose(*self.uncertainty.power) * (-steep / self.b)
+        if not self.uncertainty.frozen_wake:
             return sigma
         return Interval(sigma.low, max(sigma.high, (self.range(self.law.limit) / self.b).high))
 

@@ -34,7 +34,7 @@ class Moving:
 
     def __init__(self, subject: Subject, k: int, rate: Fraction) -> None:
         self.plant, self.law, self.box = subject.plant, subject.law, subject.box
-        self.k, self.rate, self.kappa = k, rate, subject.uncertainty.kappa
+        self.k, self.rate, self.uncertainty = k, rate, subject.uncertainty
         self.wind, self.b = self.range(self.law.wind), self.range(self.law.effectiveness)
         self.c, self.radius = point(self.plant.torque_per_inertia), point(self.plant.radius)
         (least, most), steep = self.ends(self.law.effort), self.ends(self.law.gamma)[1]
@@ -98,7 +98,7 @@ class Moving:
         if reach > 0:
             least = min(FULL, g / reach, psi(-self.high, self.law.overlap) / reach)
         m = self.law.effort_torque * self.plant.gear_per_inertia
-        ends = (self.kappa[0] * least, self.kappa[1])
+        ends = (self.uncertainty.kappa[0] * least, self.uncertainty.kappa[1])
         return max(abs(self.slope(self.law.speed) - m * f * part) for part in ends)
 
     def lag_disturbance(self) -> Fraction:

@@ -32,8 +32,10 @@ def said(
     failures : what is not proved, with the wind cell or None for all.
     plant, settling : given where the claim is proved.
     """
-    # From what is checked: the file's own name proves nothing.
-    wake = "frozen wake included" if _pushed(law, uncertainty) else "equilibrium wake"
+    # From what is checked: the file's own name proves nothing, nor that the wake is a turbine's.
+    wake = "equilibrium wake"
+    if _pushed(law, uncertainty):
+        wake = f"pitch effectiveness up to {_reach(law)}"
     name = f"coherent loop, {_span(law.wind[0], law.wind[-1])} m/s, {wake}"
     if plant is None or settling is None:
         return name, why or _listed(failures, law, len(claim["cells"]))
@@ -49,11 +51,19 @@ def _wake(law: Law, uncertainty: Uncertainty) -> str:
     """Return up to where pitch may act by the file's numbers: its words prove nothing."""
     if not uncertainty.frozen_wake:
         return "equilibrium wake"
-    lowest, highest = (at_least(of(law.limit), 3) for of in (min, max))
-    held = f"of at least {lowest} to {highest} rad/s^2 per rad (by wind)"
+    held = f"of at least {_reach(law)} (by wind)"
     if _pushed(law, uncertainty):
-        return f"equilibrium to frozen wake, {held}"
+        return (
+            f"from the equilibrium wake's to the claim's bound {held}, the turbine's frozen wake "
+            "only if its model file says so"
+        )
     return f"equilibrium wake, for the stated limit {held} is no frozen wake's"
+
+
+def _reach(law: Law) -> str:
+    """Return the bound of pitch effectiveness, rounded to the side that claims less."""
+    lowest, highest = (at_least(of(law.limit), 3) for of in (min, max))
+    return f"{lowest} to {highest} rad/s^2 per rad"
 
 
 def _listed(failures: Sequence[tuple[int | None, str]], law: Law, cells: int) -> str:

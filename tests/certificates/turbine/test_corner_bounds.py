@@ -28,7 +28,7 @@ def corners(lag_rate: tuple[str, str], **sizes: str) -> Stated:
     stated["lag_rate"] = [Fraction(value) for value in lag_rate]
     bounds = {name: Fraction(sizes.get(name, "0")) for name in BOUNDS}
     bounds |= {"integral_rate": INTEGRAL_RATE, "multiplier": ALPHA, "decay_rate": Fraction(0)}
-    return Stated([Fraction(8), Fraction(9)], stated, bounds, "cell")
+    return Stated(stated, bounds, "cell")
 
 
 def decided(cell: Stated, error: Any = 0, rate: Any = 0) -> str:
