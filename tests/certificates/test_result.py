@@ -6,7 +6,8 @@ from itertools import product
 
 import pytest
 
-from takagi.certificates.checker import Verdict
+from takagi.certificates.checker import CertificateError, Verdict
+from takagi.certificates.checker.kernel.claim_kinds import OWN_READING, RESTING, replay
 from takagi.certificates.checker.kernel.result import Checked, Claim
 
 PROVED, DISPROVED, UNDECIDED = Verdict.PROVED, Verdict.DISPROVED, Verdict.UNDECIDED
@@ -30,3 +31,15 @@ def test_two_claims(verdicts: tuple[Verdict, Verdict]) -> None:
 
 def test_no_claim_is_not_proved() -> None:
     assert Checked.of([], []).verdict is UNDECIDED
+
+
+def test_no_claim_goes_without_what_it_assumes() -> None:
+    """A claim whose kind is not told would be shown as if it assumed nothing."""
+    with pytest.raises(ValueError, match="shorter"):
+        Checked.of([Claim("a", PROVED, "text")] * 2, [], kinds=["coherent-loop"])
+
+
+@pytest.mark.parametrize("kind", [*OWN_READING, *RESTING])
+def test_a_claim_that_reads_the_file_needs_one(kind: str) -> None:
+    with pytest.raises(CertificateError, match="is not one that this checker replays"):
+        replay({"kind": kind, "name": "a"}, None, None, [], "claim 1")

@@ -59,7 +59,7 @@ def replay(
 
     Parameters
     ----------
-    data : the whole file; a claim of ``KINDS`` needs none of it.
+    data : the whole file; a claim of ``KINDS`` needs none of it, and no other goes without.
     family : the loop that model and gains make; needed for claims of ``KINDS``.
     found : the verdicts on the claims before this one.
 
@@ -68,9 +68,9 @@ def replay(
     CertificateError : a kind that is not known, or a claim that is malformed.
     """
     kind = claim["kind"]
-    if kind in RESTING:
+    if kind in RESTING and data is not None:
         place, given = RESTING[kind], [data, found]
-    elif kind in OWN_READING:
+    elif kind in OWN_READING and data is not None:
         place, given = OWN_READING[kind], [data["model"], data.get("gains")]
     elif kind in KINDS and family is not None:
         place, given = KINDS[kind], [family]

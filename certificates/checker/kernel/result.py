@@ -99,6 +99,6 @@ class Checked:
         from takagi.certificates.checker.words.assumed import assumed
 
         claims = [in_words(one) for one in found]
-        for place, kind in enumerate(kinds):
-            claims[place] = replace(claims[place], assumes=assumed(kind))
+        if kinds:
+            claims = [replace(a, assumes=assumed(k)) for a, k in zip(claims, kinds, strict=True)]
         return cls(overall, claims, notes)

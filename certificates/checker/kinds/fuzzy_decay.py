@@ -80,7 +80,8 @@ def inequalities(
     P, coefficients = _scheduled(claim, family, where)
     if any(P.degrees):
         refuse_averages(family, "function", where)
-    cut = len(claim["halvings"]) if isinstance(claim.get("halvings"), list) else 1
+    # No pieces is refused later; the work before that is bounded as for one.
+    cut = max(1, len(claim["halvings"])) if isinstance(claim.get("halvings"), list) else 1
     raise_by = [polya] * len(P.sizes)
     _bounded(cut * len(exponents(P.sizes, [d + polya for d in P.degrees])), family.order, where)
     G = _loop(family, where)
