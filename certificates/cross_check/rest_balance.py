@@ -95,7 +95,7 @@ class Balance:
         return self._at_limit(ratio, -self.rotor.integral_limit)
 
     def _at_limit(self, ratio: Span, x: fmpq) -> Look:
-        rotor, winds = self.rotor, self.winds
+        winds = self.winds
         signal, efforts = self._limited(winds, ratio, x)
         at = self._state(winds, ratio, efforts)
         if at is None:
@@ -107,14 +107,19 @@ class Balance:
         central = self._state(v, tip, self._limited(v, tip, x)[1])
         if central is None or not central.whole:
             return Look()
+        by_wind, by_ratio = self.slopes(at, winds, signal)
+        return Look(_sign(central.f + by_ratio * (ratio - tip) + by_wind * (winds - v)))
+
+    def slopes(self, at: _State, winds: Span, signal: Span) -> tuple[Span, Span]:
+        """Return df/dv and df/dlambda at a limit; ``signal`` is e - x."""
+        rotor, ratio = self.rotor, at.ratio
         demand, gamma = at.demand(), self._over(rotor.proportional, winds)
         by_ratio = at.push * at.slope(1, 0) - gamma * winds.times(1 / rotor.radius) * demand
         turn = ratio.times(1 / rotor.radius) - self._slope(rotor.speed)
         moved = self._slope(rotor.effort) + self._slope(rotor.proportional) * signal
         by_wind = winds.times(2 * rotor.c) * at.quotient - (moved + gamma * turn) * demand
         by_wind += at.pitching * at.shed * self._slope(rotor.effectiveness) / at.b
-        f = central.f + by_ratio * (ratio - tip) + by_wind * (winds - v)
-        return Look(_sign(f))
+        return by_wind, by_ratio
 
     def _limited(self, winds: Span, ratio: Span, x: fmpq) -> tuple[Span, Span]:
         """Return e - x and U; e = lambda v / R - omega* is a line in v and in lambda."""

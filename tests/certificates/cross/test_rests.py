@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import random
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from takagi.certificates.cross_check import judge_document, rest_balance
 from takagi.certificates.cross_check.coherent_numbers import Rotor
 from takagi.certificates.cross_check.coherent_surface import Span
 from takagi.certificates.cross_check.reading import loads
-from takagi.certificates.cross_check.rest_balance import Balance, Looks
+from takagi.certificates.cross_check.rest_balance import Balance, Look, Looks
 from takagi.certificates.document import (
     certificate_document,
     coherent_law_data,
@@ -155,18 +156,10 @@ def fraction(value: float) -> fmpq:
     return fmpq(*float(value).as_integer_ratio())
 
 
-@pytest.mark.parametrize("wind", [11.46, 21.05, 24.2])
-def test_enclosures_hold_the_balance_of_the_law(wind: float, document: Data) -> None:
-    """f by floats from the law's formula: no sign, rise or zero is enclosed wrongly.
-
-    Along the curves at a limit as well, whose slopes by wind and tip-speed ratio are in the mean
-    value form.
-    """
-    read = loads(dumps(document))
-    rotor, gains, model = Rotor(read["model"], read["gains"]), document["gains"], document["model"]
-    winds = (wind, wind + 0.05)
-    at = Balance(rotor, of_interval(document, wind), Span(*map(fraction, winds)), Looks())
-    table, eps, limit = model["torque_surface"], gains["overlap"], gains["integral_limit"]
+def law_s_balance(document: Data) -> Callable[[float, float, float], float]:
+    """Return f of wind, speed error and integral, by floats from the law's formula."""
+    gains, model = document["gains"], document["model"]
+    table, eps = model["torque_surface"], gains["overlap"]
     J = model["rotor_inertia"] + model["gear_ratio"] ** 2 * model["generator_inertia"]
     along = BSpline(np.array(table["tip_speed_ratio_knots"]), np.array(table["coefficients"]), 3)
 
@@ -186,6 +179,21 @@ def test_enclosures_hold_the_balance_of_the_law(wind: float, document: Data) -> 
         turning = float(model["torque_constant"]) * v**2 * quotient
         return float((turning - model["gear_ratio"] * torque) / J)
 
+    return balance
+
+
+@pytest.mark.parametrize("wind", [11.46, 21.05, 24.2])
+def test_enclosures_hold_the_balance_of_the_law(wind: float, document: Data) -> None:
+    """f by floats from the law's formula: no sign, rise or zero is enclosed wrongly.
+
+    Along the curves at a limit as well, whose slopes by wind and tip-speed ratio are in the mean
+    value form.
+    """
+    read = loads(dumps(document))
+    rotor, gains, model = Rotor(read["model"], read["gains"]), document["gains"], document["model"]
+    winds = (wind, wind + 0.05)
+    at = Balance(rotor, of_interval(document, wind), Span(*map(fraction, winds)), Looks())
+    limit, balance = gains["integral_limit"], law_s_balance(document)
     rng, seen = random.Random(3), set()
     for _ in range(40):
         a, b = sorted(rng.uniform(-limit, limit) for _ in range(2))
@@ -205,3 +213,70 @@ def test_enclosures_hold_the_balance_of_the_law(wind: float, document: Data) -> 
         assert look.sign * f >= 0, (low, high, f)
         seen |= {("upper", look.sign)}
     assert {("inside", 1), ("inside", -1), ("rises", True), ("upper", 1)} <= seen
+
+
+@pytest.mark.parametrize(("wind", "ratio", "x"), [(21.3, 2.3, 0.1), (12.4, 7.5, -0.1), (9, 8, 0)])
+def test_slopes_along_a_limit_are_those_of_the_balance(
+    wind: float, ratio: float, x: float, document: Data
+) -> None:
+    """By wind and by tip-speed ratio, against difference quotients: with torque, pitch and both."""
+    read, gains, h = loads(dumps(document)), document["gains"], 1e-5
+    v, tip = (Span(fraction(value), fraction(value)) for value in (wind, ratio))
+    rotor, k = Rotor(read["model"], read["gains"]), of_interval(document, wind)
+    at = Balance(rotor, k, Span(rotor.wind[k], rotor.wind[k + 1]), Looks())
+    signal, efforts = at._limited(v, tip, fraction(x))
+    state = at._state(v, tip, efforts)
+    assert state is not None
+    balance, radius = law_s_balance(document), document["model"]["rotor_radius"]
+
+    def f(v: float, tip: float) -> float:
+        speed = float(np.interp(v, gains["wind"], gains["rotor_speed"]))
+        return balance(v, tip * v / radius - speed, x)
+
+    by_wind, by_ratio = at.slopes(state, v, signal)
+
+    for span, rise in (
+        (by_wind, f(wind + h, ratio) - f(wind - h, ratio)),
+        (by_ratio, f(wind, ratio + h) - f(wind, ratio - h)),
+    ):
+        found = [float(end.p) / float(end.q) for end in (span.low, span.high)]
+        assert found == pytest.approx([rise / (2 * h)] * 2, rel=1e-5, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("zero", "found"), [(0.3, (1, True)), (-0.3, (1, True)), (2.0, (0, False)), (-2.0, (0, False))]
+)
+def test_a_curve_that_rises_has_one_zero_with_every_wake_or_none_without(
+    zero: float, found: tuple[int, bool]
+) -> None:
+    """A wake is 0 at x = 0, so that a zero between the ends stays; where there is none, it may add.
+
+    Without a wake there is none then, which is a word against "one".
+    """
+
+    def curve(x: Span) -> Look:
+        return Look((x.low > fraction(zero)) - (x.high < fraction(zero)), rises=True)
+
+    halves = [Span(fmpq(-1), fmpq(0)), Span(fmpq(0), fmpq(1))]
+    assert rests._rising_zeros(curve, [(part, curve(part)) for part in halves]) == found
+
+
+def test_one_change_of_sign_is_not_several() -> None:
+    """Where the balance has a sign but its slope is not known, one change says nothing."""
+
+    def at(upper: int) -> Any:
+        def inside(x: Span) -> Look:
+            return Look((x.low > 0) - (x.high < 0))
+
+        def above(ratio: Span) -> Look:
+            return Look(upper if ratio.high <= 3 else 1 if ratio.low >= 4 else 0)
+
+        table = SimpleNamespace(x=SimpleNamespace(breaks=[fmpq(2), fmpq(9)]))
+        rotor = SimpleNamespace(integral_limit=fmpq(1), surface=table)
+        ends = Span(fmpq(5), fmpq(6))
+        return SimpleNamespace(
+            rotor=rotor, trim_ratio=ends, inside=inside, upper=above, lower=lambda _: Look(-1)
+        )
+
+    assert rests._rests(at(upper=1)) is None
+    assert rests._rests(at(upper=-1)) == "several"
