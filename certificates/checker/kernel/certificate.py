@@ -28,13 +28,13 @@ def check(
     Parameters
     ----------
     gains : a gain file; its law and all that it says beside must be the certificate's.
-    model : the model's data file; its SHA-256 must be the one recorded.
+    model : the model's data file; what it says must be what the certificate was made for.
 
     Raises
     ------
-    CertificateError : the file is unreadable, damaged, of another version, or not about the given
-        model.
-    OtherGains : it is not about the given gain file.
+    CertificateError : a file is unreadable, damaged, or of another version.
+    OtherGains : the certificate is not about the given gain file.
+    OtherModel : nor about the given model; the first field that differs is named.
     """
     data = reader.read_json(Path(path))
     _require_whole(data, str(path))
