@@ -128,7 +128,7 @@ def digest(value: Any) -> str:
 def member(owner: Any, key: str, where: str) -> Any:
     """Return owner[key]; refuses with the place when it is missing."""
     if not isinstance(owner, dict) or key not in owner:
-        raise CertificateError(f"{where}: {key!r} is missing")
+        raise CertificateError(f"{where}: {key!r} is missing; `takagi certify` writes one anew")
     return owner[key]
 
 
