@@ -30,6 +30,7 @@ LARGE = 1e5
 
 # The task's condition in the given coordinates.
 Pose: TypeAlias = Callable[[PerformanceTask, PerformanceUnits], Condition]
+Known: TypeAlias = tuple[PerformanceUnits, Condition, Outcome]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -60,14 +61,25 @@ class _Solved:
         return self.units.quadratic(self.outcome.values["Q"][0])
 
 
-def designed(task: PerformanceTask, pose: Pose, meaning: Meaning) -> Design:
+def designed(
+    task: PerformanceTask, pose: Pose, meaning: Meaning, known: Known | None = None
+) -> Design:
     """Return the gains with the least objective, or why there are none.
+
+    Parameters
+    ----------
+    known : what needs no program, coordinates with the condition and its outcome in them; None
+        where there is no such answer.
 
     Posed where the cost of a regulator at the mean vertex is |x|^2, and counted from its gains: as
     a rule one solve there is all.  Where it does not lead to the least objective, plain
     compensation says whether there are gains at all; then posed where its function is |x|^2, and
     in the plant's own coordinates.
     """
+    if known is not None:
+        done = _design(task, _Solved(*known), meaning)
+        if done.found:
+            return done
     plain: Design | None = None
     tries: tuple[Try, ...] = ()
     for P, feedback in _guesses(task):

@@ -11,6 +11,7 @@ from takagi.lmi.answer import Design
 from takagi.lmi.performance.design import Meaning, designed
 from takagi.lmi.performance.disturbed_plant import Disturbed, Performance
 from takagi.lmi.performance.output_variance_sums import h2_pdc_condition
+from takagi.lmi.performance.regulated import regulated
 from takagi.lmi.performance.task import PerformanceTask, task_of
 from takagi.lmi.performance.units import PerformanceUnits
 from takagi.lmi.solver.time_limit import limited
@@ -81,7 +82,8 @@ def h2_pdc(
         raise ModelError(why)
     # The objective is nu, the square.
     task = replace(task, tolerance=2 * task.tolerance, noise=True)
-    return designed(task, _posed, Meaning(gain=_deviation, size=_cost))
+    known = regulated(task, _posed)
+    return designed(task, _posed, Meaning(gain=_deviation, size=_cost), known)
 
 
 def _posed(task: PerformanceTask, units: PerformanceUnits) -> Condition:
