@@ -64,7 +64,9 @@ class Peak:
         idle = _claim(evidence, one, 1.0, 1.0, self.disturbance_norm or 1.0, self.gain or 1.0)
         if answer.P is None:
             return first_proved(loop, [(answer.diagnosis or "no bound was found", idle)], solver)
-        claims = self._claims(loop, evidence, path, answer.P)
+        rate, step = answer.decay_rate or 0.0, loop.sample_time
+        multiplier = 2.0 * rate if step is None else -float(np.expm1(-2.0 * rate * step))
+        claims = self._claims(loop, evidence, path, answer.P, multiplier)
         return first_proved(loop, or_else(claims, ("no set fits the model's box", idle)), solver)
 
     def _claims(
@@ -73,12 +75,14 @@ class Peak:
         evidence: dict[str, Any],
         path: tuple[Floats, Floats, Floats, Floats],
         P: Floats,
+        multiplier: float,
     ) -> Iterator[tuple[str, dict[str, Any]]]:
         A, B, C, D = path
+        discrete = loop.sample_time is not None
         for more in BACK_OFF:
             for digits in DIGITS:
                 rounded = short(P, digits)
-                held, s = best_multiplier(A, B, rounded, discrete=loop.sample_time is not None)
+                held, s = best_multiplier(A, B, rounded, discrete=discrete, known=multiplier)
                 if not np.isfinite(held):
                     continue
                 size = self.disturbance_norm or _fitting(loop, evidence, rounded, held)

@@ -13,16 +13,23 @@ __all__ = ["best_multiplier", "box_corners", "fall_rate", "held_level"]
 Floats = NDArray[np.float64]
 # Multipliers that are tried, as shares of the rate at which V falls without disturbance.
 SHARES = np.linspace(0.02, 0.98, 97)
+# How finely the best share is looked for between two of them, and what stands for no level at all.
+FINE, LARGEST = 1e-7, 1e300
 
 
 def fall_rate(A: Floats, P: Floats, *, discrete: bool) -> float:
     """Return the largest s with F_k >= s P for every blend: V' <= -s V, V(x+) - V <= -s V.
 
+    -inf where P is not positive definite in floats, as rounded to too few digits.
+
     Parameters
     ----------
     A : (N, n, n).
     """
-    inverse = np.linalg.inv(np.linalg.cholesky(P))
+    try:
+        inverse = np.linalg.inv(np.linalg.cholesky(P))
+    except np.linalg.LinAlgError:
+        return -np.inf
     return float(np.linalg.eigvalsh(inverse @ _fall(A, P, discrete) @ inverse.T)[:, 0].min())
 
 
@@ -46,8 +53,16 @@ def held_level(A: Floats, W: Floats, P: Floats, multiplier: float, *, discrete: 
     return float(np.linalg.eigvalsh(total)[..., -1].max()) / multiplier
 
 
-def best_multiplier(A: Floats, W: Floats, P: Floats, *, discrete: bool) -> tuple[float, float]:
-    """Return (c, s): the least level that the disturbances hold V to, and its multiplier."""
+def best_multiplier(
+    A: Floats, W: Floats, P: Floats, *, discrete: bool, known: float = 0.0
+) -> tuple[float, float]:
+    """Return (c, s): the least level that the disturbances hold V to, and its multiplier.
+
+    Parameters
+    ----------
+    known : the multiplier that P was looked for with, where there is one: the least level is there
+        as a rule, often hard at the rate of fall.
+    """
     rate = fall_rate(A, P, discrete=discrete)
     if rate <= 0:
         return np.inf, 0.0
@@ -55,11 +70,20 @@ def best_multiplier(A: Floats, W: Floats, P: Floats, *, discrete: bool) -> tuple
     def level(share: float) -> float:
         return held_level(A, W, P, share * rate, discrete=discrete)
 
-    k = int(np.argmin([level(share) for share in SHARES]))
-    low, high = np.array([0.0, *SHARES, 1.0])[[k, k + 2]]
-    found = minimize_scalar(level, bounds=(low, high), method="bounded", options={"xatol": 1e-6})
-    share = min(float(SHARES[k]), float(found.x), key=level)
-    return level(share), share * rate
+    shares = np.append(SHARES, [known / rate] if 0 < known < rate else [])
+    found = min((level(float(share)), float(share)) for share in shares)
+    if np.isfinite(found[0]):
+        # Between the neighbours on the grid, where the level is flat at its least.
+        around = np.sort(np.append(SHARES, [0.0, 1.0]))
+        low, high = around[around < found[1]].max(), around[around > found[1]].min()
+        better = minimize_scalar(
+            lambda share: min(level(float(share)), LARGEST),
+            bounds=(float(low), float(high)),
+            method="bounded",
+            options={"xatol": FINE},
+        )
+        found = min(found, (level(float(better.x)), float(better.x)))
+    return found[0], found[1] * rate
 
 
 def box_corners(E: Floats, bounds: Floats) -> Floats:

@@ -144,6 +144,7 @@ def h2_norm(
     *,
     sample_time: float | None = None,
     scales: ArrayLike | None = None,
+    tolerance: float = 5e-7,
     time_limit: float | None = None,
 ) -> Answer:
     """Return the least sqrt(nu), and its P, with mean |y|^2 <= nu for unit white noise w.
@@ -157,6 +158,7 @@ def h2_norm(
     model, B, C, D : the disturbance's path, as for ``hinf_norm``.
     sample_time : T in s of x+ = A x + B w, where arrays are given; a model knows its own.
     scales : (n,) engineering range of each state; None balances the vertices.
+    tolerance : how far above the least sqrt(nu) the answer may be, relative: P has a margin then.
     time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
         it is "unknown" and says so.  None for none.
 
@@ -180,7 +182,15 @@ def h2_norm(
     path = channel_of(model, B, C, D, sample_time=sample_time)
     why = infinite_variance(path.D, path.sample_time)
     return least_gain(
-        path, scales, _posed, _shown, noise=True, infinite=why, guess=guessed_of_variance
+        path,
+        scales,
+        _posed,
+        _shown,
+        noise=True,
+        infinite=why,
+        guess=guessed_of_variance,
+        # The objective is nu, the square.
+        tolerance=2 * tolerance,
     )
 
 

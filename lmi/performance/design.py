@@ -82,12 +82,15 @@ def designed(
             return done
     plain: Design | None = None
     tries: tuple[Try, ...] = ()
-    for P, feedback in _guesses(task):
-        if P is None:
+    for number, (P, feedback) in enumerate(_guesses(task)):
+        # Whether there are gains at all is known sooner than that no objective is the least.
+        if plain is None and (number or P is None):
             plain = task.plain()
             tries += plain.answer.tries
             if plain.P is None:
                 return _with_tries(plain, tries)
+        if P is None:
+            assert plain is not None and plain.P is not None  # just asked for
             P = plain.P
         found = _solved(task, *_posed(task, pose, P, feedback))
         tries += found.outcome.tries

@@ -1,0 +1,213 @@
+"""The H2 design of one rule by the Riccati equation: optima, bounds and proofs without a program.
+
+Source of NN3 and ROC10: F. Leibfritz (2004), COMPleib, release 1.1; nothing is weighed on the input
+there, so the least norm is approached by ever larger gains.  What clarabel finds for the Gramian's
+program, posed in cvxpy in the units of the data, is 0.86611 and 0.26729.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
+
+from takagi.certificates import certify
+from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.requests.h2_norm import H2Norm
+from takagi.lmi import h2_pdc
+from takagi.lmi.answer import Design
+from takagi.lmi.performance import design, regulated
+from takagi.lmi.performance.disturbed_plant import plant_of
+from takagi.lmi.performance.gramian_bound import least_variance
+from takagi.lmi.performance.units import guessed_regulator
+from takagi.lmi.solver.stages import optimise
+from takagi.models import TSModel
+from tests.lmi.compleib import SYSTEMS
+from tests.lmi.performance.disturbed import two_rules
+
+pytestmark = pytest.mark.numeric
+
+NN3 = TSModel(
+    [
+        [
+            [0.5, 1.0, 1.5, 1.0],
+            [-1.0, 3.0, 2.1, 2.0],
+            [1.0, -1.0, -0.6, 1.0],
+            [-2.0, 2.0, -1.0, 1.0],
+        ]
+    ],
+    [[0.0], [0.0], [0.0], [1.0]],
+    E=[[0.0], [0.0], [1.0], [0.0]],
+)
+NN3_OUTPUT = ([[1.0, 0.0, 0.0, 0.0]],)
+ROC10 = TSModel(
+    [
+        [
+            [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
+            [48.9844, 0.0, -48.9844, 0.0, 0.0, 0.0],
+            [0.0, 0.0, 0.0, 0.18494, 0.0, 0.0],
+            [0.0, 0.0, 0.0, -50.0, 0.0, 0.0],
+            [0.0, 0.0, -0.5, 0.0, 0.0, 0.0],
+            [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        ]
+    ],
+    [[0.0, 0.0], [0.0, 0.0], [0.0, 50.0], [0.0, 0.0], [0.0, 0.0], [1.0, 0.0]],
+    E=[[0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.5], [0.0, 0.0]],
+)
+ROC10_OUTPUT = ([[0.0, 0.0, 0.0, 0.0036988, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 1.0, 0.0]],)
+
+
+@pytest.fixture
+def without_programs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No program is solved: whoever asks for one fails."""
+
+    def never(*args: object, **options: object) -> object:
+        raise AssertionError("a program was posed to a solver")
+
+    monkeypatch.setattr(design, "optimise", never)
+    monkeypatch.setattr(regulated, "least_variance", never)
+
+
+def gain_of(found: Design) -> float:
+    """Return the design's own bound."""
+    assert found.gain is not None
+    return found.gain
+
+
+def norm_of(model: TSModel, output: Any, K: Any) -> float:
+    """Return the H2 norm by the controllability Gramian, which nothing here uses."""
+    C, D = (np.asarray(part, dtype=float) for part in (*output, [[0.0] * K.shape[0]])[:2])
+    A = model.A[0] - model.B[0] @ K
+    E = np.asarray(model.E, dtype=float).reshape(len(A), -1)
+    W = solve_continuous_lyapunov(A, -E @ E.T)
+    Z = C - D @ K
+    return float(np.sqrt(np.trace(Z @ W @ Z.T)))
+
+
+@pytest.mark.parametrize("name", sorted(SYSTEMS))
+@pytest.mark.usefixtures("without_programs")
+def test_one_rule_needs_no_program(name: str) -> None:
+    """Gains within a ten-thousandth of the least norm, and a bound that is as near."""
+    system = SYSTEMS[name]()
+    model, output = TSModel([system.A], [system.B], E=[system.B1]), (system.C1, system.D12)
+    found = h2_pdc(model, performance=output)
+
+    assert found.gain == pytest.approx(system.h2, rel=1.1e-4)
+    assert [one.solver for one in found.answer.tries] == ["regulator"]
+    true = norm_of(model, output, found.require()[0][0])
+    assert true <= gain_of(found)
+    assert true == pytest.approx(system.h2, rel=1e-6)
+
+
+@pytest.mark.usefixtures("without_programs")
+def test_a_chain_of_thirty_states_is_done_at_once() -> None:
+    """Fifteen masses in a row, pushed at both ends: the cost by the Riccati equation alone."""
+    masses = 15
+    stiff = 2 * np.eye(masses) - np.eye(masses, k=1) - np.eye(masses, k=-1)
+    zero, one = np.zeros((masses, masses)), np.eye(masses)
+    A = np.block([[zero, one], [-stiff, -0.01 * one]])
+    B = np.zeros((2 * masses, 2))
+    B[masses, 0] = B[-1, 1] = 1.0
+    E = np.zeros((2 * masses, 1))
+    E[masses + 7] = 1.0
+    C, D = np.vstack([np.eye(2 * masses), np.zeros((2, 2 * masses))]), np.zeros((2 * masses + 2, 2))
+    D[-2:] = np.eye(2)
+    P = solve_continuous_are(A, B, C.T @ C, np.eye(2))
+
+    found = h2_pdc(TSModel([A], [B], E=[E]), performance=(C, D))
+
+    assert found.gain == pytest.approx(float(np.sqrt(E.T @ P @ E)[0, 0]), rel=1.1e-4)
+
+
+@pytest.mark.parametrize(
+    ("model", "output", "least"), [(NN3, NN3_OUTPUT, 0.86603), (ROC10, ROC10_OUTPUT, 0.26728)]
+)
+def test_a_least_norm_that_is_approached_only_is_found_and_proved(
+    model: TSModel, output: Any, least: float
+) -> None:
+    """Within a thousandth of the infimum, which the other program bounds; the gains are proved."""
+    found = h2_pdc(model, performance=output)
+    gains, _ = found.require()
+    gain = gain_of(found)
+
+    assert least * (1 - 1e-5) <= gain <= least * (1 + 1e-3)
+    assert norm_of(model, output, gains[0]) <= gain
+    proof = certify(model, gains, claims=[H2Norm(output=output)])
+    assert proof.verdict is Verdict.PROVED
+    assert proof.document["claims"][-1]["norm"] <= 1.001 * gain
+
+
+@pytest.mark.usefixtures("without_programs")
+def test_a_least_norm_of_zero_is_an_answer() -> None:
+    """x1' = x1 + x2 + u with x2 measured: u = -2 x1 - x2 keeps x1 at rest, and z = x1."""
+    model = TSModel([[[1.0, 1.0], [0.0, -1.0]]], [[[1.0], [0.0]]], E=[[[0.0], [1.0]]])
+    found = h2_pdc(model, performance=([[1.0, 0.0]],))
+
+    assert found.status == "candidate"
+    assert 0 < gain_of(found) < 3e-5
+    assert norm_of(model, ([[1.0, 0.0]],), found.require()[0][0]) <= gain_of(found)
+
+
+@pytest.mark.parametrize("name", ["AC17", "HE1", "NN4"])
+def test_the_other_program_bounds_the_norm_from_below(name: str) -> None:
+    """Its bound is the Riccati equation's cost, to a hundred-thousandth, and never above it."""
+    system = SYSTEMS[name]()
+    model = TSModel([system.A], [system.B], E=[system.B1])
+    plant = plant_of(model, (system.C1, system.D12))
+
+    bound = np.sqrt(least_variance(plant, np.inf))
+
+    assert bound <= system.h2 * (1 + 1e-9)
+    assert bound == pytest.approx(system.h2, rel=1e-5)
+
+
+@pytest.mark.parametrize("factor", [0.9, 1.1])
+def test_gains_that_are_not_the_least_are_not_called_so(
+    monkeypatch: pytest.MonkeyPatch, factor: float
+) -> None:
+    """Other gains than the regulator's leave their multipliers without a bound: asked elsewhere."""
+
+    def spoiled(*args: Any) -> Any:
+        found = guessed_regulator(*args)
+        return None if found is None else found._replace(gains=factor * found.gains)
+
+    asked = []
+
+    def counted(*args: Any, **options: Any) -> Any:
+        asked.append(args)
+        return optimise(*args, **options)
+
+    monkeypatch.setattr(regulated, "guessed_regulator", spoiled)
+    monkeypatch.setattr(design, "optimise", counted)
+    system = SYSTEMS["AC17"]()
+    model = TSModel([system.A], [system.B], E=[system.B1])
+    found = h2_pdc(model, performance=(system.C1, system.D12))
+
+    assert asked
+    assert found.gain == pytest.approx(system.h2, rel=2e-4)
+
+
+def test_other_tasks_are_left_to_programs() -> None:
+    """Several rules, discrete time, a gain bound, a decay rate: another optimum, or none known."""
+    system = SYSTEMS["NN2"]()
+    one = TSModel([system.A], [system.B], E=[system.B1])
+    sampled = euler(one)
+    output = (system.C1, system.D12)
+
+    for model, options in (
+        (two_rules(), {}),
+        (sampled, {"performance": output}),
+        (one, {"performance": output, "gain_bound": 10.0}),
+        (one, {"performance": output, "decay_rate": 0.1}),
+    ):
+        found = h2_pdc(model, **options)
+        assert found.found
+        assert found.answer.tries[0].solver != "regulator"
+
+
+def euler(model: TSModel) -> TSModel:
+    """Return Euler's model of a tenth of a second."""
+    A = np.eye(model.A.shape[1]) + 0.1 * model.A
+    return TSModel(A, 0.1 * model.B, E=0.1 * model.E, sample_time=0.1)
