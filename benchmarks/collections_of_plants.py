@@ -93,8 +93,9 @@ def judged(plant: dict[str, Floats], mine: Found, others: list[Found]) -> str:
     true = [one.true for one in (mine, *others) if np.isfinite(one.true)]
     best = min(true, default=np.inf)
     size = float(np.linalg.norm(plant["C1"], 2) * np.linalg.norm(plant["B1"], 2))
-    if best <= NOTHING * size and not np.isfinite(mine.claimed):
-        return "the least norm is zero"
+    if best <= NOTHING * size:
+        shown = "shown" if mine.claimed <= NOTHING * size else mine.words
+        return f"the least norm is zero: {shown}"
     good = abs(mine.claimed / best - 1) <= NEAR
     there = any(abs(one.claimed / best - 1) <= NEAR for one in others)
     if good:

@@ -25,6 +25,8 @@ __all__ = ["Peak"]
 Floats = NDArray[np.float64]
 BACK_OFF = (1e-5, 1e-4, 1e-3, 1e-2, 0.1)
 DIGITS = (6, 9, 12)
+# What fewer digits of P may cost the bound, relative.
+SHORT = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,6 +82,7 @@ class Peak:
         A, B, C, D = path
         discrete = loop.sample_time is not None
         for more in BACK_OFF:
+            found = []
             for digits in DIGITS:
                 rounded = short(P, digits)
                 held, s = best_multiplier(A, B, rounded, discrete=discrete, known=multiplier)
@@ -93,7 +96,10 @@ class Peak:
                 gain = self.gain or rounded_up(least * (1 + more))
                 claim = _claim(evidence, rounded, level, s, size, gain)
                 words = f"peak gain {gain:.6g} for |w| <= {size:.6g}, P to {digits} digits"
-                yield words, claim | ({"share": share} if share else {})
+                found.append((least, words, claim | ({"share": share} if share else {})))
+            # Short numbers are preferred where they cost the bound next to nothing.
+            enough = min((one[0] for one in found), default=0.0) * (1 + max(more, SHORT))
+            yield from ((words, claim) for least, words, claim in found if least <= enough)
 
 
 def least_peak(C: Floats, D: Floats, ellipsoid: Floats) -> tuple[float, float]:
