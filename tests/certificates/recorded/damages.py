@@ -2,7 +2,8 @@
 
 ``damaged/<kind>.jsonl`` holds a certificate in its first line, and after it a line for each change:
 the place of an entry, what stands there then, and the answer.  An entry becomes zero, its
-negative, a little more, a little less, a word in the place of a number, or it is left out.
+negative, a little more, a little less, a word in the place of a number, or it is left out; an
+equation loses a sign.
 
 ``python -m tests.certificates.recorded.damages`` writes the answers of today, as ``answers`` does.
 """
@@ -66,6 +67,9 @@ def changes(value: Any) -> Iterator[Any]:
         yield from ("word", LEFT_OUT)
     elif isinstance(value, str):
         yield from ("word", LEFT_OUT)
+        for old, new in (("+", "-"), ("-", "+"), ("*", "/"), ("^", "*"), ("(", "(1 + ")):
+            if old in value:
+                yield value.replace(old, new, 1)
     else:
         yield from ([], LEFT_OUT, 0)
 
