@@ -1,0 +1,113 @@
+"""Every function of the checker on both sides of where its formula changes, to a few units.
+
+The truth is sympy's, to a hundred digits; a bracket that holds it and is 10^-35 wide leaves no room
+for a term, a sign or a rounding that is wrong.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+import sympy
+
+from takagi.certificates.checker.arithmetic.elementary import function_of
+from takagi.certificates.checker.arithmetic.interval import ONE, Interval, point
+from takagi.certificates.checker.arithmetic.powers import root
+from takagi.certificates.checker.kernel.refusal import Refused
+
+SMALL = Fraction(1, 10**20)
+# In absolute units of 10^-36, and as a share of the value.
+UNITS, SHARE = 4, Fraction(1, 10**34)
+POINTS = [-SMALL, SMALL, *(Fraction(p, 10) for p in (-7, -3, 0, 3, 5, 7))]
+BEYOND = [Fraction(p, 10) for p in (10, 13, 16, 20, 33, 48, 63, 95)]
+EVERYWHERE = [*POINTS, *BEYOND, *(-p for p in BEYOND)]
+DOMAINS: dict[str, list[Fraction]] = {
+    **dict.fromkeys(("sin", "cos", "tan", "atan", "exp", "sinh", "cosh", "tanh"), EVERYWHERE),
+    **dict.fromkeys(("asinh", "erf"), EVERYWHERE),
+    **dict.fromkeys(("asin", "acos"), [*POINTS, Fraction(1), Fraction(-1), 1 - SMALL]),
+    "atanh": [*POINTS, Fraction(99, 100), Fraction(-99, 100)],
+    "log": [SMALL, *(p for p in EVERYWHERE if p > SMALL), Fraction(10**9)],
+    "acosh": [Fraction(1), 1 + SMALL, *BEYOND[1:]],
+}
+# Where the formula changes: far angles, tanh that is 1, erf that is 1, large exponents.
+DOMAINS["sin"] = DOMAINS["cos"] = [*EVERYWHERE, Fraction(9999), Fraction(-9999)]
+DOMAINS["tanh"] = [*EVERYWHERE, Fraction(400), Fraction(-400)]
+DOMAINS["erf"] = [*EVERYWHERE, Fraction(101, 10), Fraction(-101, 10)]
+DOMAINS["exp"] = DOMAINS["sinh"] = DOMAINS["cosh"] = [*EVERYWHERE, Fraction(60), Fraction(-60)]
+
+
+def units(value: sympy.Expr) -> Fraction:
+    """Return a number in units of 10^-36, exact to a hundred digits."""
+    number = sympy.Rational(sympy.N(value, 100))
+    return Fraction(int(number.p), int(number.q)) * ONE
+
+
+def assert_tight(found: Interval, truth: Fraction, what: str) -> None:
+    assert found[0] <= truth <= found[1], what
+    assert found[1] - found[0] <= UNITS + SHARE * abs(truth), what
+
+
+@pytest.mark.parametrize("name", DOMAINS)
+def test_a_function_at_points(name: str) -> None:
+    for p in DOMAINS[name]:
+        truth = units(getattr(sympy, name)(sympy.Rational(p.numerator, p.denominator)))
+        assert_tight(function_of(name)(point(p)), truth, f"{name}({p})")
+
+
+@pytest.mark.parametrize("name", DOMAINS)
+def test_a_range_is_that_of_its_ends_and_extremes(name: str) -> None:
+    """Of intervals between neighbouring points: 1 or -1 inside counts for sin, cos and cosh."""
+    places = sorted(DOMAINS[name])
+    for low, high in zip(places, places[1:], strict=False):
+        if name == "tan":
+            continue
+        ends = [
+            units(getattr(sympy, name)(sympy.Rational(p.numerator, p.denominator)))
+            for p in (low, high)
+        ]
+        if name in ("sin", "cos"):
+            quarter = sympy.pi / 2
+            first = 0 if name == "cos" else 1
+            for k in range(-10, 10):
+                at = units(quarter * (2 * k + first))
+                if low * ONE <= at <= high * ONE:
+                    ends.append(Fraction(-ONE if k % 2 else ONE))
+            if high - low > 100:
+                ends += [Fraction(ONE), Fraction(-ONE)]
+        if name == "cosh" and low <= 0 <= high:
+            ends.append(Fraction(ONE))
+        bracket = Interval(point(low)[0], point(high)[1])
+        found = function_of(name)(bracket)
+        slack = UNITS + SHARE * max(map(abs, ends))
+        assert min(ends) - slack <= found[0] <= min(ends), (name, low, high)
+        assert max(ends) <= found[1] <= max(ends) + slack, (name, low, high)
+
+
+@pytest.mark.parametrize("q", [2, 3, 5])
+def test_a_root(q: int) -> None:
+    """The greatest whole number below it, and the next one unless it is exact."""
+    for p in (Fraction(0), SMALL, Fraction(1, ONE), Fraction(2), Fraction(27), Fraction(10**9)):
+        low, high = root(point(p), q)
+        assert low**q <= p * ONE**q <= high**q
+        assert high - low <= 1
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [
+        ("log", -1, 1),
+        ("log", 0, 1),
+        ("asin", -2, 0),
+        ("acos", 0, 2),
+        ("acosh", 0, 2),
+        ("atanh", -1, 0),
+        ("atanh", 0, 1),
+        ("tan", 1, 2),
+        ("tan", -1, 2),
+        ("tan", 0, 3),
+    ],
+)
+def test_what_has_no_value_is_refused(name: str, low: int, high: int) -> None:
+    with pytest.raises(Refused):
+        function_of(name)(Interval(low * ONE, high * ONE))
