@@ -54,6 +54,8 @@ VARIANTS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 CLOSER: Mapping[str, Any] = MappingProxyType(
     {"tol_feas": 1e-10, "tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10}
 )
+# How the status of a solver that broke down begins.
+FAILED = "failed"
 # Programs of different shape that a session keeps a solver for.
 KEPT = 4
 
@@ -95,11 +97,18 @@ class Session:
             if kept.fits(program):
                 A = program.A if kept.zeros is None else kept.zeros.filled(program.A)
                 kept.solver.update(q=program.q, A=A.data, b=program.b)
-                return _run(kept.solver, "clarabel", started)
+                return self._run(kept, started)
         zeros = guide(program)
-        solver = _clarabel(_filled(program, zeros), {})
-        self._kept = [_Kept(program, zeros, solver), *self._kept][:KEPT]
-        return _run(solver, "clarabel", started)
+        new = _Kept(program, zeros, _clarabel(_filled(program, zeros), {}))
+        self._kept = [new, *self._kept][:KEPT]
+        return self._run(new, started)
+
+    def _run(self, kept: _Kept, started: float) -> Raw:
+        """Solve, and forget a solver that broke down."""
+        raw = _run(kept.solver, "clarabel", started)
+        if raw.status.startswith(FAILED):
+            self._kept = [one for one in self._kept if one is not kept]
+        return raw
 
 
 def attempts(program: ConeProgram, session: Session | None = None) -> Iterator[Raw]:
@@ -203,7 +212,14 @@ def _clarabel(program: ConeProgram, options: Mapping[str, Any]) -> Any:
 
 
 def _run(solver: Any, name: str, started: float) -> Raw:
-    solution = solver.solve()
+    try:
+        solution = solver.solve()
+    except BaseException as error:
+        # A panic of clarabel's own code is no Exception, and no reason not to ask the next solver.
+        if type(error).__name__ != "PanicException":
+            raise
+        nothing = np.zeros(0)
+        return Raw(name, f"{FAILED}: {error}", nothing, nothing, 0, time.perf_counter() - started)
     if "MaxTime" in str(solution.status):
         stopped()
     return Raw(
