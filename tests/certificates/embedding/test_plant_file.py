@@ -93,7 +93,7 @@ def test_another_way_of_writing_is_the_same_plant(cart: Path) -> None:
         ('x = "v"', 'x = "2*v"', "equations.x"),
         ("2*x", "3*x", "outputs.place"),
         ("place =", "put =", "outputs are"),
-        ("format = 1", "format = 1\nsample_time = 1", "another sample_time"),
+        ("format = 1", "format = 1\nsample_time = 1", "sample_time is 1 there"),
         ("[outputs]", '[mass]\nv = { v = "m" }\n[outputs]', "mass matrix"),
         ("[outputs]", "[disturbances]\nw = {}\n[outputs]", "disturbances are 'w'"),
         ("k = { value = 3", "q = { value = 3", "parameters are"),

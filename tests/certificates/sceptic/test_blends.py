@@ -113,5 +113,5 @@ def test_a_file_with_an_error_that_the_certificate_leaves_out_is_told_apart(tmp_
 
     path.write_text(ROOM, encoding="utf-8")
 
-    with pytest.raises(CertificateError, match=r"another blending\.high\.error"):
+    with pytest.raises(CertificateError, match=r"blending\.high\.error is 0\.2 there"):
         compare_plant(model, path)
