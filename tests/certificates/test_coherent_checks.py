@@ -196,6 +196,7 @@ def test_a_law_without_a_filter_does_not_know_its_winds_rate(short: Any) -> None
     assert Law.read(as_read({"gains": silent})["gains"]).lead == 0
 
 
+@pytest.mark.slow
 def test_checker_and_embedding_agree_on_a_moving_schedule(built: Any) -> None:
     """Two derivations of the same bounds, at the class's rates and at others."""
     turbine, law, candidate = built.turbine, built.law, built.candidate

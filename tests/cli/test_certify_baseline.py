@@ -150,6 +150,7 @@ def test_compare_refuses_two_kinds(tmp_path: Path, cubic: Path, capsys: Capture)
     assert main(["compare", str(gains), str(tmp_path / "none.json")]) == 2
 
 
+@pytest.mark.slow
 def test_a_turbine_is_compared_wind_by_wind(
     finished: TurbineDesign, tmp_path: Path, capsys: Capture
 ) -> None:

@@ -36,6 +36,7 @@ def test_table_stands_on_standard_output(capsys: Capture) -> None:
     assert max(map(len, shown.out.splitlines())) <= 100
 
 
+@pytest.mark.slow
 def test_same_seed_same_files_another_seed_others(tmp_path: Path, capsys: Capture) -> None:
     """Byte by byte, figures included."""
     for name in ("a", "b"):

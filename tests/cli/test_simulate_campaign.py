@@ -63,6 +63,7 @@ def test_no_violation_is_status_0_and_leaves_all_files(
     assert (found["verdict"], found["inside"]["violations"]) == ("PROVED", 0)
 
 
+@pytest.mark.slow
 def test_beyond_says_what_breaks_first(certificate: Path, tmp_path: Path, capsys: Capture) -> None:
     """Status 0, for nothing is promised there; figures of what broke; JSON names the files."""
     more = ("--beyond", "8", "--beyond", "start=4", "--out", str(tmp_path), "--json")

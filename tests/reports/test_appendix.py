@@ -218,6 +218,7 @@ def test_the_published_law_has_an_appendix_without_the_theorem(
     assert escape(HOSTILE) in body and HOSTILE not in body
 
 
+@pytest.mark.slow
 @given(st.text())
 def test_escaped_words_hold_no_command_of_their_own(words: str) -> None:
     """Whatever the words, LaTeX reads no character of theirs as its own, and they are ASCII."""
@@ -266,6 +267,7 @@ def test_the_verb_writes_the_same_files_for_the_same_design(
         assert (tmp_path / name).read_bytes() == expected, name
 
 
+@pytest.mark.slow
 def test_the_verb_speaks_json_and_fails_an_open_certificate(
     design: TurbineDesign,
     tmp_path: Path,

@@ -51,6 +51,7 @@ def test_gains_and_claims_are_in_the_body_as_emitted() -> None:
     assert text.count(r"\textbf{PROVED} -- ") == len(design.checked.claims)
 
 
+@pytest.mark.slow
 def test_an_open_certificate_is_not_called_proved() -> None:
     """The word does not occur."""
     text = body(hostile(design_of("duffing")))

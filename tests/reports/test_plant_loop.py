@@ -157,7 +157,9 @@ def test_curves_know_what_a_premise_depends_on() -> None:
     assert curves["swing"].value[5, 9] == pytest.approx(rate[5] * np.sin(2 * angle[9]))
 
 
-@pytest.mark.parametrize("name", [PENDULUM, "tora", DISCRETE, "quarter_car"])
+@pytest.mark.parametrize(
+    "name", [PENDULUM, pytest.param("tora", marks=pytest.mark.slow), DISCRETE, "quarter_car"]
+)
 def test_memberships_are_those_of_the_model(name: str) -> None:
     """At random states of the box, and beyond it, where premises stay at their ends."""
     loop = plant_loop(design_of(name))

@@ -230,6 +230,7 @@ def test_the_data_beside_the_figures_are_what_they_show() -> None:
         assert np.all(table[first, heads.index("V/level [-]")] < 1)
 
 
+@pytest.mark.slow
 def test_the_same_design_gives_the_same_bytes() -> None:
     """Reports can be compared."""
     again = plant_report_files(design_of(DISCRETE), timings=False)

@@ -102,6 +102,7 @@ def test_the_grammar_is_the_usual_one(text: str, value: float) -> None:
     assert graph.value(read_expression(text, graph, Scope({}), "here")) == value
 
 
+@pytest.mark.slow
 def test_work_is_bounded() -> None:
     """Identities and ranges that would take for ever end as not proved."""
     product = "*".join(f"(1 + x + sin({k}*x) + exp({k}*x))" for k in range(1, 26))

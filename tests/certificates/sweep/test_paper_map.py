@@ -33,6 +33,7 @@ def never(*_: Any) -> None:
     """Nothing is to be told."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
 def test_a_point_is_the_direct_certification(name: PaperLawName) -> None:
     """Each window's decay rate and set are those of a certificate made and checked by hand."""
