@@ -1,6 +1,6 @@
 # Everything starts here, on a machine that has Python >= 3.11 and make:
 #   make design    the NREL 5-MW controller, its certificate and report, in build/nrel5mw
-#   make test      all tests, except those marked slow or tex
+#   make test      all tests, except those marked slow, tex or coq
 # The virtual environment is made and filled on the way; a second run finds it ready.
 
 PYTHON ?= python3

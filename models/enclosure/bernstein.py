@@ -30,6 +30,7 @@ from takagi.models.enclosure.blossom import (
     axis_of,
     pieces,
     times,
+    times_columns,
 )
 from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
@@ -136,12 +137,7 @@ def _patches(spline: ExactSpline, x: Interval, y: Interval, dx: int, dy: int) ->
         across = times(x_map.rows, strip)
         for y_span, y_map in columns:
             local = [row[y_span - DEGREE : y_span + 1] for row in across]
-            rows = tuple(
-                tuple(
-                    sum(a * b for a, b in zip(row, weights, strict=True)) for weights in y_map.rows
-                )
-                for row in local
-            )
+            rows = times_columns(local, y_map.rows)
             found.append(Patch(rows, x_map.denominator * y_map.denominator * spline.scale))
     return found
 

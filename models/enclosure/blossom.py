@@ -9,14 +9,18 @@ Source: Ramshaw (1989), "Blossoms are polar forms", Computer Aided Geometric Des
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
+from operator import mul
 
 from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
 
-__all__ = ["DEGREE", "MAX_ORDER", "Axis", "AxisMap", "Rows", "axis_of", "pieces", "times"]
+__all__ = ["DEGREE", "MAX_ORDER", "Axis", "AxisMap", "Rows", "axis_of", "pieces"]
+__all__ += ["times", "times_columns"]
 
 Rows = tuple[tuple[int, ...], ...]
 DEGREE = 3
@@ -37,6 +41,7 @@ class Axis:
 
     knots: tuple[Fraction, ...]
     spans: tuple[int, ...]
+    starts: tuple[Fraction, ...]  # where each span begins
     maps: dict[tuple[int, int], AxisMap]
 
     @property
@@ -56,7 +61,9 @@ def pieces(axis: Axis, where: Interval, order: int) -> list[tuple[int, AxisMap]]
             f"[{float(axis.lower):.9g}, {float(axis.upper):.9g}]; shrink the box"
         )
     found = []
-    for span in axis.spans:
+    # Only spans that the interval meets; one that ends where it begins is met in a point.
+    first = max(0, bisect_left(axis.starts, where.lower) - 1)
+    for span in axis.spans[first : bisect_right(axis.starts, where.upper)]:
         start, end = axis.knots[span], axis.knots[span + 1]
         low, high = max(start, where.lower), min(end, where.upper)
         if low < high or (low == high and where.width == 0):
@@ -100,11 +107,14 @@ def _restricted(whole: AxisMap, s: Fraction, t: Fraction) -> AxisMap:
 
 def times(left: Rows, right: Rows) -> Rows:
     """Return the product of two integer matrices."""
-    columns = list(zip(*right, strict=True))
-    return tuple(
-        tuple(sum(a * b for a, b in zip(row, column, strict=True)) for column in columns)
-        for row in left
-    )
+    return times_columns(left, tuple(zip(*right, strict=True)))
+
+
+def times_columns(left: Sequence[Sequence[int]], columns: Rows) -> Rows:
+    """Return the product of two integer matrices, the second given by its columns."""
+    if any(len(row) != len(column) for row in left for column in columns):
+        raise ValueError("matrices that do not fit were given to a product")
+    return tuple(tuple(sum(map(mul, row, column)) for column in columns) for row in left)
 
 
 def axis_of(knots: tuple[Fraction, ...]) -> Axis:
@@ -115,7 +125,7 @@ def axis_of(knots: tuple[Fraction, ...]) -> Axis:
         for span in spans
         for order in range(MAX_ORDER + 1)
     }
-    return Axis(knots, spans, maps)
+    return Axis(knots, spans, tuple(knots[span] for span in spans), maps)
 
 
 def _span_map(knots: tuple[Fraction, ...], span: int, order: int) -> AxisMap:

@@ -65,7 +65,8 @@ class Interval:
                     f"{name} end {value!r} is a {type(value).__name__}; an Interval has rational "
                     "ends: build it with Interval.of(lower, upper), which reads decimals"
                 )
-            object.__setattr__(self, name, Fraction(value))
+            if not isinstance(value, Fraction):
+                object.__setattr__(self, name, Fraction(value))
         if self.lower > self.upper:
             raise ModelError(
                 f"lower end {float(self.lower):.9g} exceeds upper end {float(self.upper):.9g}; "
