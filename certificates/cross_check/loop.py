@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import Any
 
 from flint import fmpq, fmpq_mat
@@ -265,6 +266,13 @@ def _said(value: Any) -> tuple[bool, str]:
     return isinstance(value, Written), repr(value if value is None else str(value))
 
 
+def _sum_to_one(premises: list[Any], corners: tuple[tuple[int, ...], ...]) -> None:
+    """Refuse products of a law's own weights of which a corner is left out: they sum to less."""
+    sides = [range(1 if rational(p, "lower") == rational(p, "upper") else 2) for p in premises]
+    if sorted(corners) != list(product(*sides)):
+        raise Refusal(f"rules: the corners of the gains' {len(sides)} premises, each once")
+
+
 def close(loop: Loop, gains: Any) -> Loop:
     """Return the loop with u = -sum_j g_j K_j x.
 
@@ -282,7 +290,10 @@ def close(loop: Loop, gains: Any) -> Loop:
     if inputs and loop.inputs and inputs != loop.inputs:
         raise Refusal("gains: their inputs are not the model's")
     corners = _corners(gains, len(K) if len(K) > 1 else loop.rules) or loop.corners
-    same = same_weights(gains.get("premises"), corners) == loop.premises
+    own = gains.get("premises")
+    same = same_weights(own, corners) == loop.premises
+    if own and corners and len(K) > 1 and not same:
+        _sum_to_one(own, corners)
     same = same and not loop.averages and len(K) in (1, loop.rules)
     if len(K) > 1 and any(name in loop.inputs for name in loop.seen_by):
         same = False  # Its weights would follow from the command that they are needed for.

@@ -70,6 +70,23 @@ def test_many_damaged_certificates_are_seen_alike(whole: dict[str, Data], reduce
     assert campaign(whole, 300 if reduced else 5_000, seed=2)[1] == []
 
 
+@pytest.mark.parametrize("lower", ["text", "upper"])
+def test_a_law_s_own_weights_sum_to_one(whole: dict[str, Data], lower: str) -> None:
+    """A premise that is no number, or a constant beside rules for two ends: refused by both."""
+    refused = 0
+    for document in whole.values():
+        gains = document["gains"]
+        if not gains or not gains.get("premises") or len(gains["K"]) < 2:
+            continue
+        changed = deepcopy(document)
+        premise = changed["gains"]["premises"][0]
+        premise["lower"] = premise["upper"] if lower == "upper" else "1"
+        found = cross_checked_document(resealed(changed))
+        assert found.agrees, found.text
+        refused += {"REFUSED"} == {row.first for row in found.rows} & {r.second for r in found.rows}
+    assert refused > 3
+
+
 def test_turbine_is_decided_twice(short: Data) -> None:
     """The matrices of the coherent loop, and that its ranges enclose the turbine."""
     found = cross_checked_document(short)
