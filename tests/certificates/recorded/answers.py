@@ -2,27 +2,28 @@
 
 ``<kind>.jsonl`` holds a line for each: the answer, and the file as text.  The files are those that
 the tests of this folder's neighbours give to the checker, honest and forged, one or a few for every
-answer that differs in more than its numbers.  An answer is the verdict of the file and of every
-claim: what is proved or disproved in full, with what it assumes; of the rest, and of a refusal, the
-words that hold a digit.
+answer that differs in more than its numbers.  An answer is the verdict of the file, and verdict,
+name, sentence and assumptions of every claim; or the words of a refusal.
 
 ``python -m tests.certificates.recorded.answers`` writes the answers of today.  A line that differs
-then is a change of what a certificate is worth: read it before it is committed.
+then is a change of what a certificate is worth, or of what is said of it: read it before it is
+committed.
 """
 
 from __future__ import annotations
 
 import json
-import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from takagi.certificates import CertificateError, Verdict, check
-from takagi.certificates.checker.kernel.result import Claim
+from takagi.certificates import CertificateError, check
+from takagi.certificates.checker.kernel.result import Checked
 
 FOLDER = Path(__file__).parent
 Answer = list[list[str]]
+# What json or the decoder says behind these words differs between versions of Python.
+CUT = ("not JSON:", "not UTF-8:")
 
 
 def kinds() -> list[str]:
@@ -40,21 +41,21 @@ def recorded(kind: str) -> Iterator[tuple[Answer, str]]:
 def answer_of(written: str, path: Path) -> Answer:
     """Return the answer to a certificate with this text, in a file that is made for it."""
     path.write_text(written, encoding="utf-8")
+    return said(lambda: check(path), str(path))
+
+
+def said(work: Callable[[], Checked], path: str) -> Answer:
+    """Return what a check answers; the file's place is left out."""
     try:
-        found = check(path)
+        found = work()
     except CertificateError as error:
-        return [["refused", *_with_digits(str(error).replace(str(path), ""))]]
-    return [[found.verdict.name], *(_said(claim) for claim in found.claims)]
-
-
-def _said(claim: Claim) -> list[str]:
-    if claim.verdict is Verdict.UNDECIDED:
-        return [claim.verdict.name, *_with_digits(f"{claim.name} {claim.text}")]
-    return [claim.verdict.name, claim.name, claim.text, *claim.assumes]
-
-
-def _with_digits(sentence: str) -> list[str]:
-    return [word.strip(".,;:()'\"") for word in re.findall(r"\S*\d\S*", sentence)]
+        words = str(error).replace(path, "FILE")
+        for cut in CUT:
+            head, mark, _ = words.partition(cut)
+            words = head + mark
+        return [["refused", words]]
+    claims = ([c.verdict.name, c.name, c.text, *c.assumes] for c in found.claims)
+    return [[found.verdict.name], *claims]
 
 
 def main() -> None:

@@ -1,9 +1,9 @@
 """Certificates that are proved, with one entry changed and hashes that fit, and the answers to it.
 
-``damaged/<kind>.jsonl`` holds a certificate in its first line, and after it a line for each change:
-the place of an entry, what stands there then, and the answer.  An entry becomes zero, its
-negative, a little more, a little less, a word in the place of a number, or it is left out; an
-equation loses a sign.
+``damaged/<kind>.jsonl`` holds a certificate in its first line, in the second the answers, and after
+them a line for each change: the place of an entry, what stands there then, and which answer it
+gets.  An entry becomes zero, its negative, a little more, a little less, a word in the place of a
+number, or it is left out; an equation loses a sign.
 
 ``python -m tests.certificates.recorded.damages`` writes the answers of today, as ``answers`` does.
 """
@@ -12,13 +12,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from copy import deepcopy
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
+from takagi.certificates.checker.kernel import certificate
 from takagi.certificates.checker.kernel.reader import digest, read_text
-from tests.certificates.recorded.answers import FOLDER, Answer, answer_of
+from tests.certificates.recorded.answers import FOLDER, Answer, said
 
 DAMAGED = FOLDER / "damaged"
 # In the place of a value: the entry is left out.
@@ -33,29 +31,47 @@ def names() -> list[str]:
 
 
 def damages(name: str) -> tuple[dict[str, Any], list[Damage]]:
-    """Return the certificate, and each change of it with its answer."""
-    first, *lines = (DAMAGED / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()
-    found: list[Damage] = [
-        (place, value, answer) for place, value, answer in map(json.loads, lines)
-    ]
-    return json.loads(first), found
+    """Return the certificate as its reader has it, and each change of it with its answer."""
+    first, second, *lines = (DAMAGED / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()
+    answers = json.loads(second)
+    found: list[Damage] = [(place, new, answers[k]) for place, new, k in map(json.loads, lines)]
+    return read_text(first, "certificate"), found
 
 
-def damaged(document: dict[str, Any], place: Place, value: Any) -> str:
-    """Return the certificate as text with this value there, and hashes that fit."""
-    document = deepcopy(document)
-    holder: Any = document
+def answer_to(document: dict[str, Any], place: Place, value: Any) -> Answer:
+    """Return the answer to the certificate with this value there, and hashes that fit.
+
+    Parameters
+    ----------
+    document : as its reader has it; it is not changed.
+    """
+    data = _damaged(document, place, value)
+    return said(lambda: _checked(data), "FILE")
+
+
+def _checked(data: dict[str, Any]) -> Any:
+    certificate._require_whole(data, "FILE")
+    return certificate._replayed(data, "FILE", [])
+
+
+def _damaged(document: dict[str, Any], place: Place, value: Any) -> dict[str, Any]:
+    """Return a copy of what stands above the place, and all else as it is."""
+    whole = {**document}
+    holder: Any = whole
     for step in place[:-1]:
+        inner = holder[step]
+        holder[step] = {**inner} if isinstance(inner, dict) else [*inner]
         holder = holder[step]
     if value == LEFT_OUT:
         del holder[place[-1]]
     else:
-        holder[place[-1]] = value
-    hashes = document["provenance"]["sha256"]
-    read = read_text(json.dumps(document), "certificate")
-    for part in hashes:
-        hashes[part] = digest(read.get(part))
-    return json.dumps(document)
+        # Numbers are read as those of a file are.
+        holder[place[-1]] = read_text(json.dumps({"": value}), "value")[""]
+    if place[0] in ("model", "gains", "claims"):
+        given = whole["provenance"]
+        hashes = {**given["sha256"], str(place[0]): digest(whole.get(str(place[0])))}
+        whole["provenance"] = {**given, "sha256": hashes}
+    return whole
 
 
 def changes(value: Any) -> Iterator[Any]:
@@ -76,15 +92,18 @@ def changes(value: Any) -> Iterator[Any]:
 
 def main() -> None:
     """Write the answers of today."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "certificate.json"
-        for name in names():
-            document, listed = damages(name)
-            lines = [json.dumps(document)]
-            for place, value, _ in listed:
-                answer = answer_of(damaged(document, place, value), path)
-                lines.append(json.dumps([place, value, answer]))
-            (DAMAGED / f"{name}.jsonl").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    for name in names():
+        path = DAMAGED / f"{name}.jsonl"
+        first = path.read_text(encoding="utf-8").splitlines()[0]
+        document, listed = damages(name)
+        answers: list[Answer] = []
+        lines = []
+        for place, value, _ in listed:
+            answer = answer_to(document, place, value)
+            if answer not in answers:
+                answers.append(answer)
+            lines.append(json.dumps([place, value, answers.index(answer)]))
+        path.write_text("\n".join([first, json.dumps(answers), *lines]) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
