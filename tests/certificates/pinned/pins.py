@@ -25,7 +25,7 @@ from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from tests.certificates.pinned import shapes
+from tests.certificates.pinned import loops, shapes, texts
 
 FOLDER = Path(__file__).parent
 CHECKER = "takagi.certificates.checker"
@@ -95,6 +95,8 @@ class _Room:
 
 _NAMES: dict[str, Any] = {
     **{name: getattr(shapes, name) for name in shapes.__all__},
+    **{name: getattr(texts, name) for name in texts.__all__},
+    **{name: getattr(loops, name) for name in loops.__all__},
     **{room: _Room(room) for room in ("arithmetic", "kernel", "kinds", "plant", "words")},
     "Dual": Dual,
     "F": Fraction,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from types import SimpleNamespace as parts
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.dual import Dual
@@ -11,13 +12,18 @@ from takagi.certificates.checker.arithmetic.interval import Interval, enclose
 from takagi.certificates.checker.arithmetic.spline import Spline
 from takagi.certificates.checker.kernel.reader import Number, digest
 
-__all__ = ["dual", "fine", "hashed", "num", "span", "surface"]
+__all__ = ["dual", "fine", "fractions", "hashed", "num", "parts", "span", "surface"]
 
 
 def fine(value: str) -> int:
     """Return a number over 10^48, rounded down."""
     exact = Fraction(value)
     return exact.numerator * FINE // exact.denominator
+
+
+def fractions(written: str) -> list[Fraction]:
+    """Return the numbers of a text."""
+    return [Fraction(word) for word in written.split()]
 
 
 def span(low: str, high: str | None = None) -> Interval:
@@ -36,10 +42,9 @@ def surface(kind: str = "wavy") -> Spline:
     ``wavy`` : cells of three widths, and coefficients without symmetry; ``thirds`` : knots that
     are no decimals; ``steep`` : coefficients that leave the size that is bounded.
     """
-    third = Fraction(1, 3)
-    inner = {"wavy": ["0.5", "1.75"], "thirds": [third, 2 * third], "steep": ["0.001"]}[kind]
-    x = [Fraction(k) for k in (0, 0, 0, 0, *inner, 3, 3, 3, 3)]
-    y = [Fraction(k) for k in (-1, -1, -1, -1, "0.25", 1, 1, 1, 1)]
+    inner = {"wavy": "0.5 1.75", "thirds": "1/3 2/3", "steep": "0.001"}[kind]
+    x = fractions(f"0 0 0 0 {inner} 3 3 3 3")
+    y = fractions("-1 -1 -1 -1 0.25 1 1 1 1")
     size = 900 if kind == "steep" else 1
     rows = [
         [size * (Fraction((7 * i * i + 3 * j * i + 5 * j) % 11, 7) - (i == j)) for j in range(5)]
@@ -56,7 +61,7 @@ def num(written: str) -> Number:
 def hashed(document: dict[str, Any], **others: str | None) -> dict[str, Any]:
     """Return a certificate with the hashes of its parts, but for those named: None is none."""
     parts = [p for p in ("model", "gains", "claims", "controller") if p in document]
-    hashes = {part: digest(document[part]) for part in parts}
+    hashes: dict[str, str] = {part: digest(document[part]) for part in parts}
     for part, value in others.items():
         if value is None:
             del hashes[part]
