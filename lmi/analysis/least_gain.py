@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.channel import Channel, Units, near_least
-from takagi.lmi.analysis.quadratic import common_lyapunov, slow_vertex
+from takagi.lmi.analysis.quadratic import common_lyapunov
+from takagi.lmi.analysis.slow_modes import slow_vertex
 from takagi.lmi.answer import Answer, Floats, Try
 from takagi.lmi.solver.balance import state_units
 from takagi.lmi.solver.diagnosis import binding_items

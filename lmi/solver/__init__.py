@@ -5,6 +5,7 @@ program       the cone program, and what a solver returns
 solve         the solvers that are tried, one after another; sdpa_solver, cvxpy_solvers are others
 choice, incidence, elimination    which is first, and explicit zeros that make clarabel quicker
 duality       bounds on the optimum from multipliers
+judging       a solver's numbers, checked; contradiction, multiplier_equalities: what a no rests on
 stages, outcome    decide (largest margin), optimise, improve, re-centre
 parameter_sweep    one condition at many parameter values, assembled once
 item_rounds, vertex_rounds    many items: few are given to the solver, all are looked at

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from takagi.lmi.solver.assemble import pack, unpack
 from takagi.lmi.solver.program import ConeProgram, Raw
 
-__all__ = ["least_objective_bound", "margin_bound"]
+__all__ = ["in_dual_cone", "least_objective_bound", "margin_bound"]
 
 Floats = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ def margin_bound(program: ConeProgram, raw: Raw) -> tuple[float, Floats]:
     """
     if not _usable(program, raw):
         return np.inf, np.zeros(0)
-    z = _in_dual_cone(program, raw.z)
+    z = in_dual_cone(program, raw.z)
     residual = program.A.T @ z + program.q
     # Normalised multipliers leave no residual in t.
     scale = 1.0 + residual[-1]
@@ -56,7 +56,7 @@ def least_objective_bound(program: ConeProgram, raw: Raw) -> float:
     """
     if not _usable(program, raw):
         return -np.inf
-    z = _in_dual_cone(program, raw.z)
+    z = in_dual_cone(program, raw.z)
     residual = program.A.T @ z + program.q
     return float(-program.b @ z - np.abs(residual) @ _size(raw))
 
@@ -70,7 +70,7 @@ def _size(raw: Raw) -> Floats:
     return ALLOWED * np.maximum(1.0, np.abs(raw.y))
 
 
-def _in_dual_cone(program: ConeProgram, given: Floats) -> Floats:
+def in_dual_cone(program: ConeProgram, given: Floats) -> Floats:
     """Return the nearest multipliers that are nonnegative and semidefinite."""
     z = given.copy()
     z[: program.linear] = np.maximum(z[: program.linear], 0.0)

@@ -38,8 +38,8 @@ class Outcome:
     Attributes
     ----------
     status : "candidate" when every LMI holds, the strict ones with a margin, and the objective, if
-        one is minimised, is near the least; "infeasible" when the multipliers leave no room for a
-        margin; "unknown" otherwise.
+        one is minimised, is near the least; "infeasible" when multipliers leave no unknowns of
+        whatever size (``judging``); "unknown" otherwise.
     values : unknown name -> (count, rows, cols).
     margin : as ``evaluate.margin`` recomputes it from ``values``.
     bound : no values have a larger t, to solver accuracy; inf when unknown.

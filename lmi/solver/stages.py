@@ -21,10 +21,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.answer import Status, Try
+from takagi.lmi.answer import Try
 from takagi.lmi.evaluate import SMALLEST_MARGIN, holds, margin
 from takagi.lmi.solver.assemble import Assembled, assemble, pack
-from takagi.lmi.solver.duality import least_objective_bound, margin_bound
+from takagi.lmi.solver.duality import least_objective_bound
+from takagi.lmi.solver.judging import exactly_judged, judged, says_no, values_of
 from takagi.lmi.solver.outcome import (
     Outcome,
     better,
@@ -52,10 +53,8 @@ __all__ = ["SMALLEST_MARGIN", "Outcome", "decide", "improve", "optimise"]
 
 Floats = NDArray[np.float64]
 
-# What the solver's tolerances can tell from zero.
-SMALLEST_BOUND = 1e-7
-# Where no LMI is strict, a least share of all of them that leaves no room for their tolerances.
-MISSED = 1e-5
+# Solvers that are asked where none of their multipliers shows a no, though the bound says one.
+DOUBTFUL = 3
 # Looseness of the second stage, in units of ``slack``, until it leaves a margin.
 LOOSENESS = (1.0, 30.0, 1e3)
 # What it may take of what is promised; the rest is for the accuracy of the first stage's bound.
@@ -81,6 +80,10 @@ def decide(
     Always solvable when every unknown is bounded, so a failure is the solver's, not the
     condition's.  The condition is feasible with margin exactly when the largest t is positive.
 
+    "infeasible" only where multipliers leave no unknowns of whatever size (``contradiction``), or
+    exact ones were found (``exact_no``): a bound on the margin below what solvers can tell from
+    zero is none, for a margin may be as small where the numbers differ in size.
+
     Parameters
     ----------
     rows : scalar unknown -> its upper bound.
@@ -100,12 +103,17 @@ def decide(
     program = cone_program(data, -t, tuple(limits))
     best: Outcome | None = None
     tries: list[Try] = []
+    doubtful = 0
     for raw in _few(attempts(program, session), most):
-        found = _judge(data, program, raw)
+        found = judged(data, program, raw)
         tries.append(_try(raw, found.margin))
+        if found.status == "unknown" and says_no(data, found):
+            doubtful += 1
+            if doubtful == 1 and most > 1:
+                found = exactly_judged(data.condition, found)
         if best is None or (found.status != "unknown") or found.margin > best.margin:
             best = found
-        if best.status != "unknown":
+        if best.status != "unknown" or doubtful >= DOUBTFUL:
             break
     assert best is not None  # attempts yields at least one
     return replace(best, tries=tuple(tries))
@@ -130,7 +138,7 @@ def improve(
     tries = list(start.tries)
     before = objective_at(data.condition, start.values)
     for raw in _few(attempts(program, session)):
-        values = _values(data, raw)
+        values = values_of(data, raw)
         held = margin(data.condition, values) if values else -np.inf
         tries.append(_try(raw, held))
         if held < 0.5 * keep * start.margin:
@@ -187,7 +195,7 @@ def optimise(
     best: Outcome | None = None
     plain: Outcome | None = None
     for raw in _few(_attempts(program, session), RESCALED + quick() if most is None else most):
-        values = _values(data, raw)
+        values = values_of(data, raw)
         held = margin(data.condition, values) if values else -np.inf
         tries.append(_try(raw, held))
         if values and "nfeasible" not in raw.status:
@@ -241,7 +249,7 @@ def _inside(data: Assembled, program: ConeProgram, inside: float, slack: float) 
     The multipliers bound the objective without a margin too: the two programs differ in b alone.
     """
     raw = next(attempts(cone_program(data, data.objective, (), margin=inside)))
-    values = _values(data, raw)
+    values = values_of(data, raw)
     held = margin(data.condition, values) if values else -np.inf
     found = Outcome("unknown", values, held, np.inf, {}, (_try(raw, held),))
     if held < 0.5 * inside:
@@ -278,7 +286,7 @@ def _centred(
     if highest > least and not room:
         limits = [min(limit, highest) for limit in limits]
     for program, centred in _nearby(data, raw, list(dict.fromkeys(limits)), cap, session):
-        found = _judge(data, program, centred)
+        found = judged(data, program, centred)
         tries.append(_try(centred, found.margin))
         if best is None or found.margin > best.margin:
             best = found
@@ -286,7 +294,7 @@ def _centred(
             break
     assert best is not None  # there is a looseness
     if best.status != "candidate" and holds(data.condition, held):
-        best = Outcome("candidate", _values(data, raw), held, np.inf, {}, ())
+        best = Outcome("candidate", values_of(data, raw), held, np.inf, {}, ())
     objective = objective_at(data.condition, best.values)
     return replace(best, tries=tuple(tries), objective=objective)
 
@@ -330,26 +338,6 @@ def _all_weighed(data: Assembled) -> Assembled:
         size = max(sizes, default=0.0) or 1.0
         columns.append(np.tile(pack(size * np.eye(cone.size)), cone.items))
     return replace(data, margin_column=np.concatenate(columns))
-
-
-def _judge(data: Assembled, program: ConeProgram, raw: Raw) -> Outcome:
-    """Check the solver's numbers from scratch; its status is not read."""
-    values = _values(data, raw)
-    held = margin(data.condition, values) if values else -np.inf
-    bound, packed = margin_bound(program, raw)
-    multipliers = data.multipliers(packed) if len(packed) else {}
-    status: Status = "unknown"
-    if holds(data.condition, held):
-        status = "candidate"
-    elif bound < (SMALLEST_BOUND if any(lmi.strict for lmi in data.condition.lmis) else -MISSED):
-        status = "infeasible"
-    return Outcome(status, values, held, bound, multipliers, ())
-
-
-def _values(data: Assembled, raw: Raw) -> dict[str, Floats]:
-    """Return the unknowns, or nothing where there are no finite numbers for all of them."""
-    usable = len(raw.y) >= len(data.objective) and bool(np.all(np.isfinite(raw.y)))
-    return data.values(raw.y) if usable else {}
 
 
 def _try(raw: Raw, held: float) -> Try:

@@ -32,7 +32,7 @@ CHUNK = 20_000
 
 
 def decide_by_rounds(
-    A: Floats, alpha: float, pose: Callable[..., Condition]
+    A: Floats, alpha: float, pose: Callable[..., Condition], *, most: int = 99
 ) -> tuple[Condition, Outcome]:
     """Return the last condition posed and its outcome, whose margin is over all vertices.
 
@@ -43,16 +43,17 @@ def decide_by_rounds(
     ----------
     A : (N, n, n).
     pose : builder called as pose(vertices, decay_rate=, weight=).
+    most : as for ``decide``, for each round.
     """
     weight = _weight(A)
     if len(A) <= ALL_AT_ONCE:
         condition = pose(A, decay_rate=alpha, weight=weight)
-        return condition, decide(condition)
+        return condition, decide(condition, most=most)
     chosen = first_vertices(A)
     tries: list[Try] = []
     for _ in range(ROUNDS):
         condition = _labelled(pose(A[chosen], decay_rate=alpha, weight=weight), chosen, len(A))
-        outcome = decide(condition)
+        outcome = decide(condition, most=most)
         tries += outcome.tries
         if outcome.status != "candidate":
             return condition, replace(outcome, tries=tuple(tries))

