@@ -1,0 +1,49 @@
+"""What the pinned numbers are of: a turbine, laws and claims of one wind cell each, as recorded.
+
+``inputs.json`` holds the 5-MW turbine, the laws ``coherent``, ``paper`` and
+``paper-two-integrators``, and claims about them, as ``takagi design`` made them once: for the
+coherent law three cells, below rated wind, at it and above it.  They are inputs; that newer
+designs have other numbers changes nothing here.
+"""
+
+from __future__ import annotations
+
+import json
+from copy import deepcopy
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from takagi.certificates.checker.kernel.reader import digest, read_text
+
+INPUTS = Path(__file__).with_name("inputs.json")
+CELLS = ("torque", "rated", "pitch")
+Document = dict[str, Any]
+
+
+@cache
+def _inputs() -> Document:
+    found: Document = json.loads(INPUTS.read_text(encoding="utf-8"))
+    return found
+
+
+def document(name: str, *kinds: str) -> Document:
+    """Return a recorded certificate with its claims of these kinds, or all; its own to change."""
+    inputs = _inputs()
+    found = deepcopy(inputs["certificates"][name])
+    claims = [claim for claim in found["claims"] if not kinds or claim["kind"] in kinds]
+    return sealed({"model": deepcopy(inputs["turbine"]), "gains": found["gains"], "claims": claims})
+
+
+def sealed(parts: Document) -> Document:
+    """Return a certificate with the hashes of its parts."""
+    whole = {"format": "takagi-certificate", "version": 1, **parts}
+    read = read_text(json.dumps(whole), "certificate")
+    hashes = {part: digest(read.get(part)) for part in ("model", "gains", "claims")}
+    return whole | {"provenance": {"sha256": hashes}}
+
+
+def as_read(data: Document) -> Document:
+    """Return a certificate as the checker reads it, its numbers as they are written."""
+    found: Document = read_text(json.dumps(data), "certificate")
+    return found

@@ -1,0 +1,51 @@
+"""The pinned numbers of the turbine's checker: what they are, and what they were.
+
+``numbers.json`` holds a text for each named quantity, in groups.  A text is the exact value where
+that is short, and else its beginning and a hash of the exact value.
+
+``python -m tests.certificates.pinned.numbers`` writes the numbers of today.  A text that differs
+then is a change of what a certificate is worth: read it before it is committed.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+from tests.certificates.pinned import (
+    claim_numbers,
+    coherent_numbers,
+    paper_numbers,
+    rest_numbers,
+)
+from tests.certificates.pinned.values import Named, text
+
+NUMBERS = Path(__file__).with_name("numbers.json")
+GROUPS: dict[str, Callable[[], Named]] = {
+    **coherent_numbers.groups(),
+    **paper_numbers.groups(),
+    **rest_numbers.groups(),
+    **claim_numbers.groups(),
+}
+
+
+def found(group: str) -> dict[str, str]:
+    """Return the numbers of a group as they are today."""
+    return {name: text(value) for name, value in GROUPS[group]()}
+
+
+def recorded() -> dict[str, dict[str, str]]:
+    """Return the numbers of every group as they were."""
+    read: dict[str, dict[str, str]] = json.loads(NUMBERS.read_text(encoding="utf-8"))
+    return read
+
+
+def main() -> None:
+    """Write the numbers of today."""
+    whole = {group: found(group) for group in GROUPS}
+    NUMBERS.write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
