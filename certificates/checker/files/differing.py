@@ -56,5 +56,14 @@ def in_words(value: Any) -> str:
         return "nothing"
     if isinstance(value, list) and len(value) > 3:
         return f"{len(value)} entries"
-    text = ascii(value)[1:-1] if isinstance(value, str) else ascii(canonical(value))[1:-1]
+    text = ascii(value if isinstance(value, str) else canonical(_plain(value)))[1:-1]
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+
+
+def _plain(value: Any) -> Any:
+    """Return a value of a TOML file without its decimals, dates and times: these as text."""
+    if isinstance(value, dict):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_plain(entry) for entry in value]
+    return value if value is None or isinstance(value, (str, int)) else Number(str(value))

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.files.differing import in_words
 from takagi.certificates.checker.files.model_content import OtherModel
+from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable
 
@@ -160,7 +161,7 @@ class FileBlend:
         for key in ("low", "high"):
             theirs, ours, where = self.file[key], self.model[key], f"blending.{key}"
             for name in ("input", "direction"):
-                if str(theirs.get(name)) != str(ours.get(name)):
+                if not _alike(theirs.get(name), ours.get(name)):
                     raise self.error(
                         f"{where}.{name} is {in_words(theirs.get(name))} there, "
                         f"{in_words(ours.get(name))} in the certificate"
@@ -198,6 +199,13 @@ class FileBlend:
 
 def _object(given: Any) -> dict[str, Any]:
     return given if isinstance(given, dict) else {}
+
+
+def _alike(theirs: Any, ours: Any) -> bool:
+    """Return whether a value is the certificate's: numbers by value, 1.0 is 1."""
+    if isinstance(theirs, int | Decimal) and isinstance(ours, Number):
+        return not isinstance(theirs, bool) and Decimal(theirs) == Decimal(ours)
+    return str(theirs) == str(ours)
 
 
 def _per_second(unit: str) -> str:

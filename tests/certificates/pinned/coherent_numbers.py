@@ -125,7 +125,16 @@ def of_moving(cell: str) -> Named:
 
 
 def of_variants(cell: str) -> Named:
-    names = ("light", "no wake", "power", "small box", "falling", "low pitch", "slow drive")
+    names = (
+        "light",
+        "no wake",
+        "power",
+        "small box",
+        "falling",
+        "low pitch",
+        "slow drive",
+        "long lead",
+    )
     for name, about, rate in variants(cell):
         if name in (names[1:] if cell == "rated" else names[:5]):
             at = Loop(about, 0, rate)

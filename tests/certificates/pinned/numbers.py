@@ -16,6 +16,7 @@ from pathlib import Path
 from tests.certificates.pinned import (
     claim_numbers,
     coherent_numbers,
+    file_answers,
     paper_numbers,
     rest_numbers,
 )
@@ -27,6 +28,7 @@ GROUPS: dict[str, Callable[[], Named]] = {
     **paper_numbers.groups(),
     **rest_numbers.groups(),
     **claim_numbers.groups(),
+    **file_answers.groups(),
 }
 
 

@@ -9,8 +9,9 @@ from functools import cache
 from itertools import product
 from typing import Any
 
-from takagi.certificates.checker.arithmetic.interval import ONE
-from takagi.certificates.checker.turbine import paper
+from takagi.certificates.checker.arithmetic.dual import Dual
+from takagi.certificates.checker.arithmetic.interval import ONE, UNIT, enclose
+from takagi.certificates.checker.turbine import paper, paper_loop
 from takagi.certificates.checker.turbine.coherent_inputs import Plant
 from takagi.certificates.checker.turbine.paper_inputs import PaperLaw, Region
 from takagi.certificates.checker.turbine.paper_loop import Ends, Loop, interpolated
@@ -109,7 +110,7 @@ def of_pieces(name: str) -> Named:
     for v1, v2 in ((4, 5), (3, 4), (F(7, 2), F(9, 2)), (5, 10), (10, 11), (9, 12), (2, 30), (6, 6)):
         held = Loop(
             plant(), law, law.overlaps,
-            Ends((F(v1), F(v2)), ends.states, ends.widths), "states" if v1 != v2 else "none",
+            Ends((F(v1), F(v2)), ends.states, ends.widths), "line" if v1 != v2 else "none",
         )  # fmt: skip
         region = replace(law.partial, wind=nodes, speed=[F(1), F(11, 10), F(6, 5), F(1)])
         yield f"held wind {v1} {v2}", held._held_wind(F(4), F(10))
@@ -124,6 +125,89 @@ def of_pieces(name: str) -> Named:
             )
 
 
+def of_ramps(name: str) -> Named:
+    """Yield share, torque and pitch for efforts and speeds on each side of each corner."""
+    law = law_of(name)
+    ends, over = dict(boxes(law))["corner"], law.overlaps
+    steps = (F(-1), F(0), F(1, 4), F(1, 2), F(1), F(2))
+    for a, b in product(steps, steps):
+        if a > b:
+            continue
+        at = Loop(plant(), law, over, ends, "states")
+        slopes = at.speed.slopes
+        at.speed = Dual(enclose(over.start + a * over.width, over.start + b * over.width), slopes)
+        yield f"share {a} {b}", at.share
+        half = over.torque / 2
+        low, high = (law.rated_torque + (2 * s - 1) * half for s in (a, b))
+        for what, u in (("corner", enclose(low, high)), ("zero", enclose(a * half, b * half))):
+            at.__dict__["torque_command"] = Dual(u, slopes)
+            yield f"torque slope at the {what} {a} {b}", at._torque_slope()
+            yield f"torque at the {what} {a} {b}", [at._torque(end) for end in (None, 0, 1)]
+        at.__dict__["share"] = Dual(UNIT, slopes)
+        for what, limit in (("bottom", law.pitch_min), ("top", law.pitch_max)):
+            at.__dict__["pitch_command"] = Dual(enclose(limit + a, limit + b), slopes)
+            yield f"pitch cases at the {what} {a} {b}", at._pitch_cases()
+            for free in (None, True, False):
+                yield f"pitch at the {what} {a} {b} {free}", said(at._angle, free)
+
+
+def of_quotients() -> Named:
+    """Yield averages that are quotients, and gains between corners."""
+    found = Dual(enclose(F(1), F(2)), (UNIT,))
+    for rise, step in product(((1, 2), (3, 4), (-1, 1)), ((1, 2), (-2, -1), (-1, 1), (0, 1))):
+        rises, steps = enclose(*map(F, rise)), enclose(*map(F, step))
+        yield f"quotient {rise} {step}", said(paper_loop._quotient, found, rises, steps)
+    bounds = F(1, 2), F(3, 2)
+    for low, high in ((0, 1), (1, 1), (1, 2), (0, 2), (-1, 0), (2, 3)):
+        premise = Dual(enclose(F(low), F(high)), (UNIT,))
+        yield f"weight {low} {high}", paper_loop._weight(premise, bounds)
+
+
+def _read_law(gains: Any) -> Any:
+    found = said(PaperLaw.read, as_read({"gains": gains})["gains"])
+    return found if isinstance(found, str) else found.overlaps
+
+
+def of_law_reading() -> Named:
+    """Yield which laws are read, and as what."""
+    for name in LAWS:
+        yield name, PaperLaw.read(read(name)["gains"])
+    for name in LAWS:
+        own = document(name)["gains"]
+        for key, value in own.items():
+            for other in (-1, 0) if isinstance(value, (int, float)) else ("word",):
+                yield f"{name}: {key} is {other}", _read_law({**own, key: other})
+        for key, other in (
+            ("variant", "other"), ("speed_ramp_shape", "linear"), ("speed_ramp_shape", "other"),
+            ("torque_overlap", 0), ("torque_overlap", 2 * own["rated_torque"]),
+            ("torque_overlap", 2 * own["rated_torque"] - 1), ("speed_overlap", 0),
+            ("speed_overlap", -1),
+        ):  # fmt: skip
+            coupling = {**own["coupling"], key: other}
+            yield f"{name}: {key} {other}", _read_law({**own, "coupling": coupling})
+        yield f"{name}: winds", _read_law({**own, "cut_out": own["cut_in"]})
+
+
+def of_region_reading() -> Named:
+    """Yield which tables and gains of a region are read."""
+    for region, key, value in (
+        ("partial", "k_pitch", [0, 0, 1, 1]), ("partial", "k_pitch", [1, 1, 1, 1]),
+        ("partial", "k_pitch", [1, 1, 0, 0]), ("partial", "k_speed", [1, 2, 3, 3]),
+        ("partial", "k_integral", [0, 0, -1, -1]), ("partial", "k_integral", [-1, -1, 1, 1]),
+        ("partial", "rules", [[0, 0], [0, 1], [1, 1], [1, 0]]), ("partial", "wind", [4]),
+        ("partial", "wind", [0, 4]), ("partial", "wind", [5, 4]), ("partial", "pitch", [1]),
+        ("full", "premises", {"a": [0, 0], "b": [0, 1], "d": [0, 1]}),
+        ("full", "premises", {"a": [0, 1], "b": [1, 0], "d": [0, 1]}),
+        ("full", "premises", {"a": [0, 1], "b": [0, 1]}),
+    ):  # fmt: skip
+        own = document("paper")["gains"]
+        own[region][key] = value
+        if key == "wind":
+            count = len(value)
+            own[region] |= {name: own[region][name][:count] for name in ("rotor_speed", "pitch")}
+        yield f"{region}.{key} {value}", _read_law(own)
+
+
 # ------------------------------------------------------------------ the claim
 
 
@@ -132,11 +216,11 @@ def cells(name: str) -> list[paper._Cell]:
     return [paper._Cell.read(cell, law, f"cells[{k}]") for k, cell in enumerate(claim["cells"])]
 
 
-def of_claim(name: str) -> Named:
+def of_claim(name: str, part: int) -> Named:
     """Yield what is said of each recorded cell, and of it with one number changed."""
     data = read(name)
     law, turbine = PaperLaw.read(data["gains"]), Plant.read(data["model"])
-    for k, cell in enumerate(cells(name)):
+    for k, cell in list(enumerate(cells(name)))[part::3]:
         yield f"field at the centre, {k}", paper._disturbance(turbine, law, law.overlaps, cell.ends)
 
         def failure(cell: paper._Cell) -> Any:
@@ -176,8 +260,10 @@ def of_words() -> Named:
         uneven = [(low, low + F(k + 1, 32)) for k, low in enumerate(starts)]
         yield f"uneven {name}", paper._shown(uneven)
     many = [(F(k), F(k) + F(1, 3 + k)) for k in range(1, 60)]
+    even = [(low, low + F(1, 4)) for low, _ in many]
     for count in (2, 3, 4, 5, 39, 40, 41, 59):
         yield f"{count} spans", paper._shown(many[:count])
+        yield f"{count} even spans", paper._shown(even[:count])
     law = PaperLaw.read(read("paper")["gains"])
     for count in (1, 3, 4, 5, 6):
         yield f"name of {count}", paper._name(law, law.overlaps, many[:count])
@@ -206,6 +292,39 @@ def of_statement(name: str) -> Named:
         yield f"left out, {what}", paper._left_out({"unproved": unproved}, winds, "here")
 
 
+def of_whole() -> Named:
+    """Yield what is said of a claim with few cells, and of one that is refused at once."""
+    own = document("paper")
+    claim, gains = own["claims"][0], own["gains"]
+    claim["cells"], claim["winds"] = claim["cells"][4:5], [claim["cells"][4]["wind"]]
+    least, top = gains["pitch_min"], gains["coupling"]["top_torque"]
+    half = gains["coupling"]["torque_overlap"] / 2
+
+    def answer(**changes: Any) -> Any:
+        parts = {"claim": claim, "model": own["model"], "gains": gains, **changes}
+        data = as_read(parts)
+        found = said(paper.check_paper, data["claim"], data["model"], data["gains"], "here")
+        return found if isinstance(found, str) else (found.verdict.name, found.name, found.text)
+
+    yield "as recorded", answer()
+    no_cell = {**claim, "cells": []}
+    low = claim["winds"][0][0]
+    yield "no cells", answer(claim=no_cell)
+    yield "wider winds", answer(claim={**claim, "winds": [[low - 1, low + 1]]})
+    yield "narrow winds", answer(claim={**claim, "winds": [[low, low + 0.001]]})
+    fast = {**claim["cells"][0], "decay_rate": 9}
+    yield "a cell fails", answer(claim={**claim, "cells": [fast]})
+    beside = {**claim, "cells": [claim["cells"][0], fast]}
+    yield "a second cell fails", answer(claim=beside)
+    yield "unproved", answer(claim={**no_cell, "unproved": [{"wind": [4, 5]}]})
+    yield "other overlaps", answer(claim={**no_cell, "torque_overlap": 1999})
+    for change in ({"pitch_min": least - 0.1}, {"pitch_max": 1.0}):
+        yield f"gains {change}", answer(gains={**gains, **change})
+    for torque in (top - half, top - half + 0.5):
+        changed = {**gains, "rated_torque": torque}
+        yield f"rated torque {torque}", answer(gains=changed, claim=no_cell)
+
+
 def of_cell_reading() -> Named:
     """Yield which cells are read: sizes, signs, and a centre at the limits of pitch."""
     claim, law = read("paper")["claims"][0], PaperLaw.read(read("paper")["gains"])
@@ -230,7 +349,7 @@ def of_cell_reading() -> Named:
     for name in ("decay_rate", "multiplier"):
         for value in (0, -1, 1):
             yield f"{name} is {value}", answer(**{name: _number(F(value))})
-    for name, winds in (("equal", (5, 5)), ("falling", (6, 5)), ("zero", (0, 5))):
+    for name, winds in (("equal", (5, 5)), ("falling", (6, 5)), ("zero", (0, 5)), ("low", (1, 5))):
         yield f"winds {name}", answer(wind=[_number(F(v)) for v in winds])
     P = own["P"]
     yield "P not symmetric", answer(P=[[P[0][0], _number(F(9)), P[0][2]], *P[1:]])
@@ -253,14 +372,23 @@ def _number(value: Fraction) -> Any:
 
 def groups() -> dict[str, Any]:
     """Return the groups of numbers by name."""
-    found: dict[str, Any] = {"paper words": of_words, "paper cells read": of_cell_reading}
+    found: dict[str, Any] = {
+        "paper words": of_words,
+        "paper cells read": of_cell_reading,
+        "paper laws read": of_law_reading,
+        "paper regions read": of_region_reading,
+        "paper claim": of_whole,
+        "averages": of_quotients,
+    }
     for law in LAWS:
         for seeds, part in product(SEEDS, range(3)):
             found[f"{law}, {seeds}, {part}"] = lambda law=law, seeds=seeds, part=part: of_boxes(
                 law, seeds, part
             )
         for name, numbers in (
-            ("pieces", of_pieces), ("claim", of_claim), ("statement", of_statement),
+            ("pieces", of_pieces), ("ramps", of_ramps), ("statement", of_statement),
         ):  # fmt: skip
             found[f"{law}, {name}"] = lambda law=law, numbers=numbers: numbers(law)
+        for part in range(3):
+            found[f"{law}, claim, {part}"] = lambda law=law, part=part: of_claim(law, part)
     return found
