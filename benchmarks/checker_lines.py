@@ -1,7 +1,7 @@
 """Breaks the checker's own lines, one at a time, and counts which the tests notice.
 
     python benchmarks/checker_lines.py [--only TEXT ...] [--seconds S] [--shard I/N] [--budget S]
-                                       [--survivors] [--tests PATH ...] [--print-only]
+                                       [--longest S] [--survivors] [--tests PATH ...] [--print-only]
 
 Every change (``line_changes``) is put in the place of the function in a copy of a warm process,
 and the tests that run that line (``line_tests``) are run until one fails.  The changes come in an
@@ -24,6 +24,7 @@ import time
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from pathlib import Path
@@ -37,7 +38,7 @@ from line_journal import NOTICED, SURVIVES, Entry, Explained, Journal  # noqa: E
 from line_tests import LineTests  # noqa: E402
 from measure import PAGE, placed, table  # noqa: E402
 from process_copies import copied
-from warm_tests import Outcome, WarmTests, with_tests  # noqa: E402
+from warm_tests import LONGEST, Outcome, WarmTests, with_tests  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
 CHECKER = ROOT / "certificates" / "checker"
@@ -96,6 +97,7 @@ def _asked(arguments: Sequence[str] | None) -> argparse.Namespace:
     reader.add_argument("--count", type=int, help="changes to try at most")
     reader.add_argument("--shard", default="0/1", help="I/N: every N-th change, from the I-th")
     reader.add_argument("--budget", type=float, default=3.0, help="seconds of tests for a change")
+    reader.add_argument("--longest", type=float, default=LONGEST, help="of a test, to note lines")
     reader.add_argument("--survivors", action="store_true", help="try survivors once more")
     reader.add_argument("--tests", nargs="+", default=TESTS, help="files or folders of tests")
     reader.add_argument("--folder", type=Path, default=FOLDER, help="of the journal")
@@ -134,6 +136,7 @@ class Campaign:
 
     def __init__(self, journal: Journal, asked: argparse.Namespace) -> None:
         self.journal, self.budget, self.paths = journal, asked.budget, asked.tests
+        self.longest: float = asked.longest
         self.deadline = time.monotonic() + asked.seconds
         self.tests = LineTests(journal.folder / "tests.json", CHECKER)
         self.sound: dict[str, bool] = {}
@@ -163,7 +166,8 @@ class Campaign:
         try:
             place = self.journal.folder / f"tmp-{self.journal.own.stem}"
             paths = [*self.paths, *(f"--ignore={path}" for path in LEFT_OUT)]
-            with_tests(paths, CHECKER, place, lambda tests: self._warm(tests, changes))
+            work = partial(self._warm, changes=changes)
+            with_tests(paths, CHECKER, place, work, self.longest)
             status = 0
         except BaseException:
             traceback.print_exc()
@@ -171,7 +175,7 @@ class Campaign:
             sys.stdout.flush()
             os._exit(status)
 
-    def _warm(self, warm: WarmTests, changes: Sequence[Change]) -> None:
+    def _warm(self, warm: WarmTests, *, changes: Sequence[Change]) -> None:
         # What the checker imports only when it meets a kind of claim must be there to be broken.
         for module in modules():
             importlib.import_module(_imported_name(module))

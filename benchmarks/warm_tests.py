@@ -36,8 +36,8 @@ from process_copies import copy, limit_memory, limit_seconds
 # A test that takes this many times as long as before, and this much longer [s of the processor],
 # does not end; one that waits this long [s] neither.
 TIMES_SLOWER, SECONDS_SLOWER, SECONDS_SILENT = 4.0, 0.7, 200.0
-# Of a test that takes longer than this [s of the processor] only the lines until then are noted,
-# and this is taken to be its time.
+# Of a test that takes longer than this [s of the processor], or than is asked for, only the lines
+# until then are noted, and this is taken to be its time.
 LONGEST, TIME_OF_LONGER = 0.3, 1.5
 # And those whose shared fixtures do.
 LONGEST_FIXTURE = 15.0
@@ -67,8 +67,8 @@ class Outcome(NamedTuple):
 class WarmTests:
     """The collected tests of a pytest session and its shared fixtures."""
 
-    def __init__(self, session: pytest.Session, package: Path) -> None:
-        self.package = package
+    def __init__(self, session: pytest.Session, package: Path, longest: float) -> None:
+        self.package, self.longest = package, longest
         self.items = {item.nodeid: item for item in session.items}
         self.fixtures: dict[str, tuple[FixtureDef[Any], set[str]]] = {}
         for nodeid, item in self.items.items():
@@ -142,8 +142,8 @@ class WarmTests:
         for nodeid in names:
             self._clear_caches("takagi.", "tests.")
             passed, spent = False, TIME_OF_LONGER
-            limit_seconds(LONGEST + TIME_OF_LONGER)
-            with traced(self.package) as lines, _interrupted(LONGEST) as over:
+            limit_seconds(self.longest + TIME_OF_LONGER)
+            with traced(self.package) as lines, _interrupted(self.longest) as over:
                 began = time.process_time()
                 passed = self._run(self.items[nodeid])
                 spent = time.process_time() - began
@@ -446,9 +446,19 @@ def _short_report(item: pytest.Item, call: pytest.CallInfo[None]) -> pytest.Test
 
 
 def with_tests(
-    paths: Sequence[str], package: Path, place: Path, work: Callable[[WarmTests], None]
+    paths: Sequence[str],
+    package: Path,
+    place: Path,
+    work: Callable[[WarmTests], None],
+    longest: float = LONGEST,
 ) -> None:
-    """Collect tests with pytest, and call ``work`` with them; files of the run go to ``place``."""
+    """Collect tests with pytest, and call ``work`` with them.
+
+    Parameters
+    ----------
+    place : of the files of the run.
+    longest : of a test that takes longer [s of the processor] only the lines until then are noted.
+    """
     shutil.rmtree(place, ignore_errors=True)
     place.parent.mkdir(parents=True, exist_ok=True)
 
@@ -472,7 +482,7 @@ def with_tests(
                 raise RuntimeError(f"{session.testsfailed} files of tests cannot be collected")
             hidden, sys.stdout = sys.stdout, shown
             try:
-                work(WarmTests(session, package))
+                work(WarmTests(session, package, longest))
             finally:
                 sys.stdout = hidden
             return True

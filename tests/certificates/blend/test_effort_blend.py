@@ -236,11 +236,30 @@ def test_another_file_is_told_apart(change: str, tmp_path: Path) -> None:
         compare_plant(model, tmp_path / "room.toml")
 
 
+def test_a_direction_is_compared_by_value(tmp_path: Path) -> None:
+    """-1.0 is -1, as for every number of a file."""
+    import json
+
+    from takagi.certificates.checker.files.plant_file import compare_plant
+    from takagi.certificates.checker.kernel.reader import read_text
+    from tests.models.blending.plants import ROOM
+
+    model = read_text(json.dumps(design().document["model"]), "model")
+    path = tmp_path / "room.toml"
+    path.write_text(ROOM.replace("direction = -1,", "direction = -1.0,"), encoding="utf-8")
+
+    assert compare_plant(model, path) == ""
+
+
 STRANGE = (
     "error = 0.1 -> error = 'a lot'",
     "rate = 20 -> rate = 'fast'",
     "overlap = 0.5 -> overlap = [1]",
     "direction = -1 -> direction = 'down'",
+    "direction = -1 -> direction = -1.5",
+    "direction = -1 -> direction = nan",
+    "direction = -1 -> direction = [-1.5]",
+    "direction = -1 -> direction = 2026-01-01",
     "heating = { range = [0, 3] } -> heating = 3",
     "heating = { range = [0, 3] } -> heating = { range = 3 }",
     'input = "cooling" -> input = 3',

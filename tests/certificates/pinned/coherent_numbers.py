@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -144,6 +144,22 @@ def of_variants(cell: str) -> Named:
             yield f"{name}: pieces", list(at._pieces())
 
 
+def of_middle_cell() -> Named:
+    """Yield the numbers of a cell that has neighbours with other tables."""
+    about, rate = subject("rated"), stated("rated").sizes["wind_rate"]
+    law = about.law
+    low, high = law.wind
+    nodes = ("speed", "effort", "effectiveness", "limit", "gamma")
+    columns = {name: [F(7, 8) * getattr(law, name)[0], *getattr(law, name),
+                      F(9, 8) * getattr(law, name)[1]] for name in nodes}  # fmt: skip
+    cells = {name: [F(1, 9), *getattr(law, name), F(1, 7)] for name in ("nu", "inertia_limit")}
+    columns |= cells | {"inertia": [F(1, 8), F(1, 30), F(1, 6)]}
+    cells = {"wind": [low - F(1, 8), low, high, high + F(1, 8)]}
+    at = Loop(other(about, "law", **columns, **cells), 1, rate)
+    yield from moving(at)
+    yield from loop(at)
+
+
 def of_residual(cell: str) -> Named:
     """Yield the jets that bound how far the tables leave the trim."""
     at = Moving(subject(cell), 0, F(0))
@@ -204,6 +220,57 @@ def of_corners(cell: str) -> Named:
     yield "settles", [at.settles(settling.P, rate) for rate in (settling.decay_rate, *rates)]
 
 
+SIZES = ("decay_rate", "multiplier", "residual", "wind_error", "wind_gain", "inertia_gain")
+SIZES += ("lag_disturbance", "wind_rate", "reference_slope", "effectiveness_slope")
+
+
+def of_thresholds(cell: str, part: int) -> Named:
+    """Yield about the largest number of each kind that the corner inequalities bear, over 10^7."""
+    about, claim = stated(cell), read(cell)["claims"][0]
+    P = matrix(claim, "P", "claim")
+    for name in SIZES[part::5]:
+
+        def holds(k: int, name: str = name) -> bool:
+            sizes = {**about.sizes, name: F(k, 10**7)}
+            return not Corners(replace(about, sizes=sizes)).failure(P)
+
+        yield name, _largest(holds, int(about.sizes[name] * 10**7))
+    for name in coherent_corners.RANGES[part::5]:
+        for end, sign in ((0, -1), (1, 1)):
+
+            def inside(k: int, name: str = name, end: int = end, sign: int = sign) -> bool:
+                ends = [*about.ranges[name]]
+                ends[end] += sign * F(k, 10**7)
+                return not Corners(replace(about, ranges={**about.ranges, name: ends})).failure(P)
+
+            yield f"{name} {end}", _largest(inside, 0)
+    at, settling = Corners(about), Settling.read(claim, "claim")
+    if part == 0:
+        yield "settles", _largest(lambda k: at.settles(settling.P, F(k, 10**7)), 0)
+    if part == 1:
+        yield "P", _largest(lambda k: not at.failure(_times(P, F(k, 10**7))), 10**7)
+    if part == 2:
+        yield "P, least", _largest(lambda k: not at.failure(_times(P, F(10**7, k + 1))), 10**7)
+
+
+def _times(P: list[list[Fraction]], share: Fraction) -> list[list[Fraction]]:
+    return [[share * entry for entry in row] for row in P]
+
+
+def _largest(holds: Callable[[int], bool], start: int) -> int:
+    """Return about the last number from a start on for which something holds; -1 for none."""
+    if not holds(start):
+        return -1
+    step = 256
+    while holds(start + step) and step < 10**9:
+        step *= 8
+    low, high = start, start + step
+    while high - low > max(1, low // 512):
+        middle = (low + high) // 2
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low
+
+
 def of_rounding() -> Named:
     for value in (F(0), F(1, 3), F(-1, 3), F(2, 10**7), F(-2, 10**7), F(1, 10**8), F(-1, 10**8)):
         yield f"up {value}", coherent_corners._up(value)
@@ -260,7 +327,14 @@ def of_set() -> Named:
 
 def groups() -> dict[str, Any]:
     """Return the groups of numbers by name."""
-    found: dict[str, Any] = {"ramp bends": of_bends, "rounding": of_rounding, "set": of_set}
+    found: dict[str, Any] = {
+        "ramp bends": of_bends,
+        "rounding": of_rounding,
+        "set": of_set,
+        "middle cell": of_middle_cell,
+    }
+    for cell, part in product(("rated",), range(5)):
+        found[f"thresholds, {cell}, {part}"] = lambda c=cell, p=part: of_thresholds(c, p)
     for cell in CELLS:
         for name, numbers in (
             ("cell", in_cell),

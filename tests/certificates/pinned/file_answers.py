@@ -19,7 +19,12 @@ from typing import Any
 
 from takagi.certificates.checker.controller.content import file_content
 from takagi.certificates.checker.controller.numbers import exact, short
-from takagi.certificates.checker.files import differing, model_content, turbine_file
+from takagi.certificates.checker.files import (
+    differing,
+    file_blend,
+    model_content,
+    turbine_file,
+)
 from takagi.certificates.checker.files.companions import compare_model, unconnected
 from takagi.certificates.checker.files.gain_file import compare_gains, expected_file
 from takagi.certificates.checker.files.plant_units import in_si
@@ -75,7 +80,7 @@ ENTRY = re.compile(r"(?m)^\w+ = .*\n|, \w+ = (?:\[[^\]]*\]|\{[^}]*\}|[^,}\]]+)(?
 def rewrites(text: str) -> Iterator[tuple[str, str]]:
     """Yield the text with a number larger or of another kind, another word, or an entry less."""
     for pattern, others in (
-        (NUMBER, lambda found: [str(round(float(found) * 1.01 + 0.001, 6)), '"word"', "true"]),
+        (NUMBER, lambda found: [str(round(float(found) * 1.01 + 0.001, 6)), '"word"']),
         (TEXT, lambda found: ['"word"', "1"]),
         (ENTRY, lambda found: [""]),
     ):
@@ -113,6 +118,7 @@ REPLACED: dict[str, tuple[tuple[str, str], ...]] = {
         ('v = { v = "m', 'v = { x = 0, v = "m'),
         ('v = { v = "m', 'v = { x = "l", v = "m'),
         ('[mass]\nv = { v = "m + m*x^2/l^2" }\n', ""),
+        ('[mass]\nv = { v = "m + m*x^2/l^2" }\n', '[mass]\nx = { x = 1 }\n'),
         ("2*x", "x + x"),
         ("[outputs]", "[outputs]\nmore = { expression = \"x\" }"),
         (', range = [-1, 1.0]', ""),
@@ -144,6 +150,9 @@ REPLACED: dict[str, tuple[tuple[str, str], ...]] = {
         ("kind = \"plant\"", "kind = \"turbine\""),
         ("format = 1", "format = 1\nsample_time = 1"),
         ("format = 1", "format = 2"),
+        ("format = 1", "format = 1\nstates = 1\n[more]"),
+        ("format = 1", "format = 1\noutputs = [1]\n[more]"),
+        ("format = 1", "format = 1\ntables = 1\n[more]"),
         ("format = 1", "format = 1\nday = 2026-01-01"),
         ("format = 1", "format = 1\nbig = 123456789012345678901234567890"),
         ("format = 1", "# mine\r\nformat = 1"),
@@ -361,6 +370,37 @@ def of_tables() -> Named:
                 )
 
 
+def of_coefficient_tables() -> Named:
+    """Yield the answers to other rows of a turbine's coefficient table."""
+    data, texts = certificate("turbine"), texts_of("turbine")
+    own = texts["cp.csv"]
+    rows = own.splitlines()
+    for name, text in (
+        ("a longer row", own.replace(rows[2], f"{rows[2]},1")),
+        ("a shorter row", own.replace(rows[3], rows[3].rpartition(",")[0])),
+        ("no row", rows[0]),
+        ("no angles", "tsr\n5.0\n"),
+        ("empty lines", own.replace("\n", "\n\n")),
+        ("a comment", own.replace(rows[2], f"# mine\n{rows[2]}")),
+        ("a word", own.replace("5.0,", "five,")),
+        ("no number", own.replace("5.0,", "nan,")),
+        ("beyond the angles", own.replace("20.0", "21.0")),
+        ("beyond the ratios", own.replace("12.0,", "13.0,")),
+        ("before the ratios", own.replace("2.0,", "1.0,", 1)),
+        ("within 1e-9", own.replace(rows[3], _moved(rows[3], 5e-10))),
+        ("beyond 1e-9", own.replace(rows[3], _moved(rows[3], 5e-9))),
+        ("below 1e-9", own.replace(rows[3], _moved(rows[3], -5e-9))),
+    ):
+        yield name, answer(data, texts | {"cp.csv": text})
+    for unit in ("-", "m/s", "m/(s s)", "K", "kW/K", "rad"):
+        yield f"per second {unit}", file_blend._per_second(unit)
+
+
+def _moved(row: str, by: float) -> str:
+    first, _, last = row.rpartition(",")
+    return f"{first},{float(last) + by:.12f}"
+
+
 def of_units() -> Named:
     """Yield figures in SI, and units that are none."""
     for unit in (
@@ -387,9 +427,12 @@ def of_figures() -> Named:
         yield f"figure {value}", said(turbine_file._si, value, "kN m", "here")
     for unit in turbine_file.FACTORS:
         yield f"unit {unit}", turbine_file._si(F(7), unit, "here")
-    breaks = [F(1), F(2)]
+    breaks = [F(1), F(3, 2), F(2)]
     for off in (F(0), F(1, 10**12), F(-1, 10**12), F(2, 10**12), F(-2, 10**12), F(1, 4)):
-        yield f"held {off}", [turbine_file._held(end + off, breaks) for end in breaks]
+        yield (
+            f"held {off}",
+            [turbine_file._held(end + off, breaks) for end in (breaks[0], breaks[-1])],
+        )
     for stated, there in ((1, 1), (10**12 + 1, 10**12), (10**12 + 2, 10**12), (-1, 1), (0, 0)):
         found = said(turbine_file._same, F(stated), F(there), "it", Path("file"))
         yield f"same {stated} {there}", found
@@ -559,19 +602,30 @@ def of_gain_files(name: str) -> Named:
             yield f"{key} {number}", json.dumps(entry, ensure_ascii=True)
 
 
+def told_of(about: Document, content: Any) -> Any:
+    """Return what is said of a gain file with this content."""
+    text = content if isinstance(content, str) else json.dumps(content)
+    return answer(about, {"gains.json": text}, compare_gains)
+
+
+def of_gain_members(name: str) -> Named:
+    """Yield what is said of a gain file without one of its members, or with another."""
+    data = dict(documents())[name]
+    own = json.loads(json.dumps(expected_file(data)))
+    for key in own:
+        yield f"without {key}", told_of(data, {k: v for k, v in own.items() if k != key})
+        yield f"{key} is 1", told_of(data, {**own, key: 1})
+
+
 def of_gain_changes(name: str) -> Named:
-    """Yield what is said of a gain file that differs."""
+    """Yield what is said of a gain file that differs, or of another certificate."""
     data = dict(documents())[name]
     own = json.loads(json.dumps(expected_file(data)))
 
     def told(content: Any, about: Document = data) -> Any:
-        text = content if isinstance(content, str) else json.dumps(content)
-        return answer(about, {"gains.json": text}, compare_gains)
+        return told_of(about, content)
 
     yield "itself", told(own)
-    for key in own:
-        yield f"without {key}", told({k: v for k, v in own.items() if k != key})
-        yield f"{key} is 1", told({**own, key: 1})
     yield "law alone", told({"law": own["law"]})
     yield "more", told({**own, "remark": "x", "note\n": 1})
     yield "much", told({**own, **{f"k{k}": k for k in range(1200)}})
@@ -641,7 +695,7 @@ def of_programs() -> Named:
 def groups() -> dict[str, Any]:
     """Return the groups of answers by name."""
     found: dict[str, Any] = {
-        "tables": of_tables, "units": of_units, "figures": of_figures,
+        "tables": of_tables, "coefficient tables": of_coefficient_tables, "units": of_units, "figures": of_figures,
         "differences": of_differences, "beside the claims": of_owners, "sizes": of_sizes,
         "companions": of_companions, "programs": of_programs,
     }  # fmt: skip
@@ -656,6 +710,8 @@ def groups() -> dict[str, Any]:
         if name == "factor":
             continue
         for file, text in texts_of(name).items():
+            if file == "pull.csv":
+                continue
             step = -(-sum(1 for _ in rewrites(text)) // TOGETHER)
             for first in range(step):
                 found[f"{name}, {file}, {first}"] = lambda n=name, file=file, f=first, s=step: (
@@ -663,6 +719,8 @@ def groups() -> dict[str, Any]:
                 )
     for name, _ in documents():
         found[f"gain file, {name}"] = lambda name=name: of_gain_files(name)
-    for name in ("step", "room", "torque", "paper"):
+    for name in ("step", "torque"):
         found[f"gain file of {name} changed"] = lambda name=name: of_gain_changes(name)
+    for name in ("step", "room"):
+        found[f"members of {name}"] = lambda name=name: of_gain_members(name)
     return found

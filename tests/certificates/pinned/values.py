@@ -11,8 +11,8 @@ from typing import Any
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 
-# Numbers whose text is longer are told by their beginning and a hash; words stand whole.
-LONGEST, LONGEST_WORDS = 44, 1000
+# What is longer is told by its beginning and a hash.
+LONGEST, LONGEST_WORDS = 44, 200
 Named = Iterator[tuple[str, Any]]
 
 
@@ -21,7 +21,8 @@ def text(value: Any) -> str:
     exact = _exact(value)
     if len(exact) <= (LONGEST_WORDS if isinstance(value, str) else LONGEST):
         return exact
-    return f"{_near(value)[:LONGEST]} #{hashlib.sha256(exact.encode()).hexdigest()[:12]}"
+    shown = _near(value)[: LONGEST_WORDS if isinstance(value, str) else LONGEST]
+    return f"{shown} #{hashlib.sha256(exact.encode()).hexdigest()[:12]}"
 
 
 def said(work: Callable[..., Any], *given: Any, **named: Any) -> Any:
