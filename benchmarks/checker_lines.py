@@ -1,7 +1,8 @@
 """Breaks the checker's own lines, one at a time, and counts which the tests notice.
 
     python benchmarks/checker_lines.py [--only TEXT ...] [--seconds S] [--shard I/N] [--budget S]
-                                       [--longest S] [--survivors] [--tests PATH ...] [--print-only]
+                                       [--longest S] [--marks EXPR] [--survivors]
+                                       [--tests PATH ...] [--print-only]
 
 Every change (``line_changes``) is put in the place of the function in a copy of a warm process,
 and the tests that run that line (``line_tests``) are run until one fails.  The changes come in an
@@ -38,7 +39,7 @@ from line_journal import NOTICED, SURVIVES, Entry, Explained, Journal  # noqa: E
 from line_tests import LineTests  # noqa: E402
 from measure import PAGE, placed, table  # noqa: E402
 from process_copies import copied
-from warm_tests import LONGEST, Outcome, WarmTests, with_tests  # noqa: E402
+from warm_tests import LONGEST, MARKS, Outcome, WarmTests, with_tests  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
 CHECKER = ROOT / "certificates" / "checker"
@@ -98,6 +99,7 @@ def _asked(arguments: Sequence[str] | None) -> argparse.Namespace:
     reader.add_argument("--shard", default="0/1", help="I/N: every N-th change, from the I-th")
     reader.add_argument("--budget", type=float, default=3.0, help="seconds of tests for a change")
     reader.add_argument("--longest", type=float, default=LONGEST, help="of a test, to note lines")
+    reader.add_argument("--marks", default=MARKS, help="of tests, as pytest has it")
     reader.add_argument("--survivors", action="store_true", help="try survivors once more")
     reader.add_argument("--tests", nargs="+", default=TESTS, help="files or folders of tests")
     reader.add_argument("--folder", type=Path, default=FOLDER, help="of the journal")
@@ -137,6 +139,7 @@ class Campaign:
     def __init__(self, journal: Journal, asked: argparse.Namespace) -> None:
         self.journal, self.budget, self.paths = journal, asked.budget, asked.tests
         self.longest: float = asked.longest
+        self.marks: str = asked.marks
         self.deadline = time.monotonic() + asked.seconds
         self.tests = LineTests(journal.folder / "tests.json", CHECKER)
         self.sound: dict[str, bool] = {}
@@ -167,7 +170,7 @@ class Campaign:
             place = self.journal.folder / f"tmp-{self.journal.own.stem}"
             paths = [*self.paths, *(f"--ignore={path}" for path in LEFT_OUT)]
             work = partial(self._warm, changes=changes)
-            with_tests(paths, CHECKER, place, work, self.longest)
+            with_tests(paths, CHECKER, place, work, self.longest, self.marks)
             status = 0
         except BaseException:
             traceback.print_exc()

@@ -43,6 +43,8 @@ LONGEST, TIME_OF_LONGER = 0.3, 1.5
 LONGEST_FIXTURE = 15.0
 # What making shared fixtures anew may take on top [s of the processor].
 SECONDS_FIXTURES = 60.0
+# Which tests are collected.
+MARKS = "not slow and not tex and not coq"
 # Whose fixtures are not the project's.
 PLUGINS = ("_pytest", "pytest", "hypothesis", "xdist")
 Lines = dict[str, set[int]]
@@ -451,6 +453,7 @@ def with_tests(
     place: Path,
     work: Callable[[WarmTests], None],
     longest: float = LONGEST,
+    marks: str = MARKS,
 ) -> None:
     """Collect tests with pytest, and call ``work`` with them.
 
@@ -458,6 +461,7 @@ def with_tests(
     ----------
     place : of the files of the run.
     longest : of a test that takes longer [s of the processor] only the lines until then are noted.
+    marks : which tests, as pytest has it.
     """
     shutil.rmtree(place, ignore_errors=True)
     place.parent.mkdir(parents=True, exist_ok=True)
@@ -490,7 +494,7 @@ def with_tests(
     options = ["-q", "-s", "-p", "no:cacheprovider", "-p", "no:xdist", f"--basetemp={place}"]
     # An assertion that fails shall only fail: to explain it takes longer than most tests do.
     options += ["--assert=plain", "-o", "tmp_path_retention_policy=none"]
-    options += ["-m", "not slow and not tex and not coq"]
+    options += ["-m", marks]
     # pytest's own words are of no use here; what ``work`` prints is.
     shown, words = sys.stdout, io.StringIO()
     sys.stdout = words

@@ -34,10 +34,10 @@ from takagi.certificates.checker.turbine.paper_one_rest import OneIntegrator
 from takagi.certificates.checker.turbine.paper_rest import PaperRests, bends, paper_rests
 from takagi.certificates.checker.turbine.paper_two_rest import TwoIntegrators
 from takagi.certificates.checker.turbine.rest_count import Count, Piece, Span
-from tests.certificates.pinned.coherent_numbers import read as coherent_read
-from tests.certificates.pinned.inputs import CELLS, as_read
-from tests.certificates.pinned.paper_numbers import LAWS, read
-from tests.certificates.pinned.values import Named, said
+from tests.certificates.pinned.turbine.coherent_numbers import read as coherent_read
+from tests.certificates.pinned.turbine.inputs import CELLS, as_read
+from tests.certificates.pinned.turbine.paper_numbers import LAWS, read
+from tests.certificates.pinned.turbine.values import Named, said
 
 F = Fraction
 # Where the ramp in speed begins [rad/s]: so that pitch acts alone, and so that it hardly acts.

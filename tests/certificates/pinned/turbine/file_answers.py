@@ -32,8 +32,8 @@ from takagi.certificates.checker.files.table_file import compare_table
 from takagi.certificates.checker.files.toml_file import read_toml
 from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.plant.table import read_table
-from tests.certificates.pinned.inputs import CELLS, Document, as_read, document
-from tests.certificates.pinned.values import Named, said
+from tests.certificates.pinned.turbine.inputs import CELLS, Document, as_read, document
+from tests.certificates.pinned.turbine.values import Named, said
 
 FILES = Path(__file__).with_name("files.json")
 PLANTS, TURBINES = ("cart", "step", "room"), ("turbine", "factor")
@@ -695,7 +695,8 @@ def of_programs() -> Named:
 def groups() -> dict[str, Any]:
     """Return the groups of answers by name."""
     found: dict[str, Any] = {
-        "tables": of_tables, "coefficient tables": of_coefficient_tables, "units": of_units, "figures": of_figures,
+        "tables": of_tables, "coefficient tables": of_coefficient_tables,
+        "units": of_units, "figures": of_figures,
         "differences": of_differences, "beside the claims": of_owners, "sizes": of_sizes,
         "companions": of_companions, "programs": of_programs,
     }  # fmt: skip

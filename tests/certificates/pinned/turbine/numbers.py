@@ -3,8 +3,8 @@
 ``numbers.json`` holds a text for each named quantity, in groups.  A text is the exact value where
 that is short, and else its beginning and a hash of the exact value.
 
-``python -m tests.certificates.pinned.numbers`` writes the numbers of today.  A text that differs
-then is a change of what a certificate is worth: read it before it is committed.
+``python -m tests.certificates.pinned.turbine.numbers`` writes the numbers of today.  A text that
+differs then is a change of what a certificate is worth: read it before it is committed.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.certificates.pinned import (
+from tests.certificates.pinned.turbine import (
     claim_numbers,
     coherent_numbers,
     file_answers,
     paper_numbers,
     rest_numbers,
 )
-from tests.certificates.pinned.values import Named, text
+from tests.certificates.pinned.turbine.values import Named, text
 
 NUMBERS = Path(__file__).with_name("numbers.json")
 GROUPS: dict[str, Callable[[], Named]] = {

@@ -17,8 +17,8 @@ from takagi.certificates.checker.turbine.coherent_corners import Corners, Stated
 from takagi.certificates.checker.turbine.coherent_inputs import Settling, Subject
 from takagi.certificates.checker.turbine.coherent_loop import Loop
 from takagi.certificates.checker.turbine.coherent_moving import Moving
-from tests.certificates.pinned.inputs import CELLS, Document, as_read, document
-from tests.certificates.pinned.values import Named, said
+from tests.certificates.pinned.turbine.inputs import CELLS, Document, as_read, document
+from tests.certificates.pinned.turbine.values import Named, said
 
 F = Fraction
 

@@ -22,9 +22,9 @@ from takagi.certificates.checker.turbine import (
 from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant, Subject
 from takagi.certificates.checker.turbine.spans import gaps, merged
 from takagi.certificates.checker.turbine.wind_rate import Range
-from tests.certificates.pinned.coherent_numbers import read, subject
-from tests.certificates.pinned.inputs import CELLS, Document, document, sealed
-from tests.certificates.pinned.values import Named, said
+from tests.certificates.pinned.turbine.coherent_numbers import read, subject
+from tests.certificates.pinned.turbine.inputs import CELLS, Document, document, sealed
+from tests.certificates.pinned.turbine.values import Named, said
 
 F = Fraction
 Path_ = tuple[str | int, ...]

@@ -15,8 +15,8 @@ from takagi.certificates.checker.turbine import paper, paper_loop
 from takagi.certificates.checker.turbine.coherent_inputs import Plant
 from takagi.certificates.checker.turbine.paper_inputs import PaperLaw, Region
 from takagi.certificates.checker.turbine.paper_loop import Ends, Loop, interpolated
-from tests.certificates.pinned.inputs import Document, as_read, document
-from tests.certificates.pinned.values import Named, said
+from tests.certificates.pinned.turbine.inputs import Document, as_read, document
+from tests.certificates.pinned.turbine.values import Named, said
 
 F = Fraction
 LAWS = ("paper", "paper-two-integrators")
