@@ -16,19 +16,44 @@ from pathlib import Path
 from tests.certificates.pinned.turbine import (
     claim_numbers,
     coherent_numbers,
-    file_answers,
+    content_answers,
+    corner_numbers,
+    gain_file_answers,
+    model_file_answers,
+    paper_claims,
     paper_numbers,
-    rest_numbers,
+    rest_claims,
+    rest_counts,
+    rests_of_coherent,
+    rests_of_one_integrator,
+    rests_of_paper,
+    rests_of_two_integrators,
+    table_answers,
+    wind_rate_numbers,
 )
 from tests.certificates.pinned.turbine.values import Named, text
 
 NUMBERS = Path(__file__).with_name("numbers.json")
+PARTS = (
+    claim_numbers,
+    coherent_numbers,
+    content_answers,
+    corner_numbers,
+    gain_file_answers,
+    model_file_answers,
+    paper_claims,
+    paper_numbers,
+    rest_claims,
+    rest_counts,
+    rests_of_coherent,
+    rests_of_one_integrator,
+    rests_of_paper,
+    rests_of_two_integrators,
+    table_answers,
+    wind_rate_numbers,
+)
 GROUPS: dict[str, Callable[[], Named]] = {
-    **coherent_numbers.groups(),
-    **paper_numbers.groups(),
-    **rest_numbers.groups(),
-    **claim_numbers.groups(),
-    **file_answers.groups(),
+    name: numbers for part in PARTS for name, numbers in part.groups().items()
 }
 
 

@@ -1,0 +1,156 @@
+"""What a model's file says, where two contents differ, and files that are none."""
+
+from __future__ import annotations
+
+import json
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+from takagi.certificates.checker.files import (
+    differing,
+    model_content,
+)
+from takagi.certificates.checker.files.companions import unconnected
+from takagi.certificates.checker.files.toml_file import read_toml
+from takagi.certificates.checker.kernel.reader import Number
+from tests.certificates.pinned.turbine.inputs import as_read
+from tests.certificates.pinned.turbine.recorded_files import (
+    PLANTS,
+    TURBINES,
+    answer,
+    certificate,
+    texts_of,
+)
+from tests.certificates.pinned.turbine.values import Named, said
+
+
+def of_differences() -> Named:
+    """Yield which parts of two values differ, and how values are told."""
+    one = as_read({"a": [1, 2.0, {"b": "x"}], "c": True, "d": None, "e": {"f": 1e1}})
+    for name, other in (
+        ("same", {"a": [1.0, 2, {"b": "x"}], "c": True, "d": None, "e": {"f": 10}}),
+        ("number", {"a": [1, 2.5, {"b": "x"}], "c": True, "d": None, "e": {"f": 10}}),
+        ("text", {"a": [1, 2, {"b": "y"}], "c": False, "d": 0, "e": {"f": "10"}}),
+        ("length", {"a": [1, 2], "c": 1, "d": {}, "e": []}),
+        ("keys", {"e": {"g": 1}, "h": [1], "d\u00e9 \n": 1}),
+        ("none", {}),
+    ):
+        read = as_read(other)
+        found = [*differing.differing(one, read), *differing.differing(read, one)]
+        yield name, [(d.place, differing.in_words(d.first), differing.in_words(d.second))
+                     for d in found]  # fmt: skip
+    for value in (
+        *(None, "text", "\u00e9\n", True, Number("1.50"), {}, {"a": Number("1")}),
+        *([], [Number("1")] * 3, [Number("1")] * 4, "x" * 60, "x" * 61, {"k": "y" * 99}),
+    ):
+        yield f"told {value!r:.30}", differing.in_words(value)
+
+
+def of_contents(name: str) -> Named:
+    """Yield what a model's file says, part by part."""
+    texts = texts_of(name)
+    more = "day = 2026-01-01\nbig = 9007199254740993\nmost = 9007199254740992\nx = 1e2\n"
+    content = answer({}, {k: more * (k.endswith("toml")) + t for k, t in texts.items()},
+                     lambda _, path: model_content.model_content(path))  # fmt: skip
+    for key, part in content.items():
+        yield key, json.dumps(part)
+
+
+def of_owners() -> Named:
+    """Yield which differences are beside the claims."""
+    content = {"a": {"unit": "m", "value": "1"}, "b": {"unit": "m", "range": ["1"]}}
+    model = {"kind": "plant", "model_file": {"a": {"unit": "s", "value": "1"}, "b": {"unit": "s"}}}
+    values = ((None, "-"), ("-", None), ("1", "2"), (None, "2"), ("1", None))
+    for path in (
+        ("sample_time",), ("a", "unit"), ("b", "unit"), ("inputs", "u", "rest"),
+        ("states", "x", "rest"), ("states", "x", "range", 0), ("states", "x", "more"),
+        ("parameters", "k", "value"), ("parameters", "k"), ("equations", "x"),
+        ("equations", "x", "unit"), ("mass", "x", "x"), ("outputs", "y", "unit"),
+        ("outputs", "y", "expression"), ("blending", "effort", "rate"), ("blending", "effort", "x"),
+        ("blending", "low", "error"), ("blending", "low", "x"), ("blending", "mid", "error"),
+        ("design", "rate"), ("name",), ("rotor", "radius", "value"), ("rotor", "mass", "value"),
+        ("generator", "torque_rate_limit", "value"), ("generator", "inertia"),
+        ("frozen_wake", "wind", "values"), ("frozen_wake", "pitch", "values"),
+    ):  # fmt: skip
+        for kind, more, gains in (
+            ("plant", {}, {}), ("turbine", {}, {}), ("turbine", {}, {"effectiveness_limit": 1}),
+            ("turbine", {"torque_rate_limit": 1}, None),
+        ):  # fmt: skip
+            told = [
+                model_content.beside_the_claims(
+                    differing.Difference(path, *pair), content, model | more | {"kind": kind}, gains
+                )
+                for pair in values
+            ]
+            yield f"{path} {kind} {sorted(more)} {gains}", told
+    for name in (
+        *("a.csv", "a/b.csv", "../a", "/a", "", ".", "a\\b", "c:d", "a\nb", 1, None, "a/../b"),
+    ):
+        yield f"inside {name!r}", said(_inside, name)
+    for cell in ("1", " 2.50", "word", "", "1e3", "nan"):
+        yield f"cell {cell!r}", model_content._cell(cell)
+
+
+def _inside(name: Any) -> str:
+    return model_content.inside_folder(Path("/nowhere/model.toml"), name).as_posix()
+
+
+def of_sizes() -> Named:
+    """Yield how files are read that are no TOML, or too large."""
+    for name, text in (
+        ("deep", "a = " + "[" * 2000 + "]" * 2000),
+        ("no TOML", "a = "),
+        ("64 parts", ".".join(["a"] * 64) + " = 1"),
+        ("65 parts", ".".join(["a"] * 65) + " = 1"),
+        ("large", "#" * 4_000_000),
+        ("larger", "#" * 4_000_001),
+        ("BOM", "\ufeffa = 1.5"),
+        ("number", "a = 1e9999999"),
+    ):
+        found = answer({}, {"file.toml": text}, lambda _, p: read_toml(p, Decimal, what="file"))
+        yield name, str(found)[:200]
+    yield "no file", said(read_toml, Path("/nowhere/at/all"), Decimal, what="file")
+    yield "a folder", said(read_toml, Path("/"), Decimal, what="file")
+
+
+def of_companions() -> Named:
+    """Yield what is said of other kinds of models, and of certificates of earlier versions."""
+    data, texts = certificate("cart"), texts_of("cart")
+    for name, model in (
+        ("no kind", {}),
+        ("hashes", {"files_sha256": {"cart.toml": "0"}}),
+        ("other files", {"files_sha256": {"a": "0", "b": "0", "c": "0", "d": "0"}}),
+        ("no hashes", {"files_sha256": 1}),
+        ("a text", "model"),
+    ):
+        yield name, answer({**data, "model": model}, texts)
+    yield "no model", answer({"claims": []}, texts)
+    earlier = {**data, "model": {k: v for k, v in data["model"].items() if k != "model_file"}}
+    yield "earlier", answer(earlier, texts)
+    for owner in ("provenance", "model"):
+        import hashlib
+
+        digest = hashlib.sha256(texts["cart.toml"].encode()).hexdigest()
+        own = {**earlier[owner], "files_sha256": {"cart.toml": digest}}
+        yield f"earlier, with its hash in {owner}", answer({**earlier, owner: own}, texts)
+        own = {"files_sha256": {"cart.toml": digest}}
+        if owner == "model":
+            yield "by its hash", answer({**data, "model": own}, texts)
+    room = certificate("room")
+    yield "no blend claim", answer({**room, "claims": room["claims"][:1]}, texts_of("room"))
+    for kinds in (("decay",), ("quadratic-decay", "decay", "no-common-quadratic"), ()):
+        yield f"unconnected {kinds}", unconnected({"claims": [{"kind": k} for k in kinds]})
+
+
+def groups() -> dict[str, Any]:
+    """Return the groups of answers by name."""
+    found: dict[str, Any] = {
+        "differences": of_differences,
+        "beside the claims": of_owners,
+        "sizes": of_sizes,
+        "companions": of_companions,
+    }
+    for name in (*PLANTS, *TURBINES):
+        found[f"content of {name}"] = lambda name=name: of_contents(name)
+    return found

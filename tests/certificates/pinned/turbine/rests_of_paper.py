@@ -1,0 +1,172 @@
+"""Where a law of the paper may rest: what both have in common, and what is made of counts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+from itertools import product
+from typing import Any
+from unittest.mock import patch
+
+from takagi.certificates.checker.arithmetic.dual import Dual
+from takagi.certificates.checker.arithmetic.interval import (
+    UNIT,
+    ZERO,
+    enclose,
+)
+from takagi.certificates.checker.turbine.coherent_inputs import Plant
+from takagi.certificates.checker.turbine.paper_inputs import PaperLaw
+from takagi.certificates.checker.turbine.paper_one_rest import OneIntegrator
+from takagi.certificates.checker.turbine.paper_rest import bends, paper_rests
+from takagi.certificates.checker.turbine.paper_two_rest import TwoIntegrators
+from takagi.certificates.checker.turbine.rest_count import Count
+from tests.certificates.pinned.turbine.paper_numbers import LAWS, read
+from tests.certificates.pinned.turbine.values import Named, said
+
+F = Fraction
+
+
+# Where the ramp in speed begins [rad/s]: so that pitch acts alone, and so that it hardly acts.
+FULL, LATE = F(115, 100), F(127, 100)
+
+
+SPAN = F(0), F(1)
+
+
+@cache
+def paper_turbine() -> Plant:
+    return Plant.read(read("paper")["model"])
+
+
+def paper_law(name: str, start: Fraction | None = None) -> PaperLaw:
+    """Return the recorded law, its ramp in speed begun elsewhere."""
+    law = PaperLaw.read(read(name)["gains"])
+    if start is None:
+        return law
+    return replace(law, overlaps=replace(law.overlaps, start=start))
+
+
+WINDS = {
+    "slow": (F(6), F(301, 50)),
+    "below": (F(109, 10), F(1093, 100)),
+    "rated": (F(113, 10), F(1131, 100)),
+    "above": (F(117, 10), F(1171, 100)),
+    "fast": (F(20), F(1001, 50)),
+}
+
+
+def of_balance(name: str) -> Named:
+    """Yield reference, coupling factor and places, which both laws share."""
+    kind = OneIntegrator if name == "paper" else TwoIntegrators
+    for smooth in (True, False):
+        rest = kind(paper_turbine(), replace(paper_law(name), smooth=smooth))
+        over = rest.law.overlaps
+        for k in range(-1, 6):
+            yield f"{smooth}: share {k}", rest.share(over.start + F(k, 4) * over.width)
+        for a, b in product(range(-1, 6), range(-1, 6)):
+            if a <= b:
+                span = over.start + F(a, 4) * over.width, over.start + F(b, 4) * over.width
+                speed = Dual(enclose(*span), (UNIT, ZERO))
+                yield f"{smooth}: share of {a} {b}", rest.share_of(speed, span)
+    yield "ends", (rest.top, rest.longest, rest.shortest, rest.passing)
+    for wind in (F(1), F(2), F(3), F(4), F(5), F(6), F(8), F(11), F(12), F(20)):
+        yield f"reference {wind}", rest.reference(wind)
+    for where, winds in WINDS.items():
+        yield f"{where}: range", rest.reference_range(winds)
+        yield f"{where}: speed", (rest.speed(winds), rest.speed((winds[0],) * 2))
+        for pitch in ((F(0), F(1, 100)), (F(1, 5), F(2, 5))):
+            at = rest.place(winds, Dual(enclose(*pitch), (ZERO, UNIT)))
+            yield f"{where}: rotor at {pitch[0]}", said(getattr, at, "rotor")
+            gains = [said(at.gain, f, k) for f in (0, 1) for k in range(3)]
+            yield f"{where}: gains at {pitch[0]}", gains
+            u = Dual(enclose(F(40000), F(44000)), (ZERO, UNIT))
+            yield f"{where}: passed at {pitch[0]}", at.passed(u)
+    yield "bends", bends(rest.plant, rest.law)
+
+
+def of_refusals() -> Named:
+    """Yield what is refused of winds, limits and tables."""
+    for name in LAWS:
+        law, plant = paper_law(name), paper_turbine()
+        end = plant.surface.y.breaks[-1]
+        bend = sorted(bends(plant, law))[1]
+        for what, own, winds in (
+            ("before cut-in", law, (law.cut_in - 1, law.cut_in)),
+            ("after cut-out", law, (law.cut_out, law.cut_out + 1)),
+            ("turned", law, (F(9), F(8))),
+            ("a point", law, (F(9), F(9))),
+            ("negative pitch", replace(law, pitch_min=F(-1, 9)), WINDS["slow"]),
+            ("pitch within the table", replace(law, pitch_max=end / 2), WINDS["slow"]),
+            ("over all bends", law, (law.cut_in, law.cut_out)),
+            ("over a bend", law, (bend - F(1, 100), bend + F(1, 100))),
+        ):
+            yield f"{name}: {what}", said(paper_rests, plant, own, winds)
+
+
+def of_paper_answers() -> Named:
+    """Yield what is made of the counts of both laws, and of a coupling factor that reaches 1."""
+    plant = paper_turbine()
+    one, two = Count(1, 1, 1, -1, ()), Count(2, 2, 1, -1, ())
+    for count, trim in product((one, two), (True, None)):
+        with (
+            patch.object(OneIntegrator, "count", lambda *_, c=count: c),
+            patch.object(OneIntegrator, "at_trim", lambda *_, t=trim: t),
+        ):
+            name = f"one integrator, {count.least} {trim}"
+            yield name, said(paper_rests, plant, paper_law("paper"), WINDS["slow"])
+    bend = sorted(bends(plant, paper_law("paper")))[1]
+    for shares, sign in product((0, F(1, 2), 1), (-1, 0, 1)):
+        for other in (shares, F(1, 3)):
+            calls = [shares, other]
+            with (
+                patch.object(TwoIntegrators, "share", lambda *_, c=calls: c.pop(0)),
+                patch.object(TwoIntegrators, "count", lambda *_: one),
+                patch.object(TwoIntegrators, "passes", lambda *_, s=sign: s),
+                patch.object(TwoIntegrators, "continuum", lambda *_, s=sign: SPAN if s else None),
+            ):  # fmt: skip
+                winds = (bend - F(1, 100), bend)
+                found = said(paper_rests, plant, paper_law("paper-two-integrators"), winds)
+            yield f"two integrators, {shares} {other} {sign}", found
+    law = paper_law("paper")
+    with patch.object(OneIntegrator, "count", lambda *_: two):
+        for low, high in ((bend - 1, bend), (bend, bend + 1), (law.cut_in, law.cut_in + 1),
+                          (law.cut_out - 1, law.cut_out)):  # fmt: skip
+            yield (
+                f"up to a bend {float(low - bend):.3g}",
+                said(paper_rests, plant, law, (low, high)),
+            )
+        end = plant.surface.y.breaks[-1]
+        for pitch in (end, end + F(1, 10**9)):
+            own = replace(law, pitch_max=pitch)
+            yield f"pitch to the end {pitch > end}", said(paper_rests, plant, own, WINDS["slow"])
+        own = replace(law, pitch_min=F(0))
+        yield "pitch from zero", said(paper_rests, plant, own, WINDS["slow"])
+
+
+# Where the ramp in speed begins, None for its own start, and winds.
+Case = tuple[Fraction | None, str]
+
+
+def ramps(
+    named: dict[str, tuple[Callable[[Fraction | None, str], Named], Sequence[Case]]],
+) -> dict[str, Any]:
+    """Return groups of numbers for ramps in speed that begin at one place or another."""
+    found: dict[str, Any] = {}
+    for what, (numbers, cases) in named.items():
+        for start, where in cases:
+            tag = f"{where}, ramp from {'its start' if start is None else float(start)}"
+            found[f"{what}, {tag}"] = lambda n=numbers, s=start, w=where: n(s, w)
+    return found
+
+
+def groups() -> dict[str, Any]:
+    """Return the groups of numbers by name."""
+    found: dict[str, Any] = {
+        "rests refused, paper": of_refusals,
+        "paper answers": of_paper_answers,
+    }
+    for name in LAWS:
+        found[f"balance, {name}"] = lambda name=name: of_balance(name)
+    return found
