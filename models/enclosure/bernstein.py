@@ -18,7 +18,7 @@ coefficients); Ramshaw (1989), "Blossoms are polar forms" (conversion and restri
 from __future__ import annotations
 
 import heapq
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import count
 
@@ -26,6 +26,7 @@ from takagi.models.enclosure.blossom import (
     DEGREE,
     MAX_ORDER,
     Axis,
+    AxisMap,
     Rows,
     axis_of,
     pieces,
@@ -48,6 +49,10 @@ class ExactSpline:
     y: Axis
     coefficients: Rows
     scale: int
+    # Hulls of whole cells: (span in x, span in y, order in x, order in y) -> hull.
+    hulls: dict[tuple[int, int, int, int], Interval] = field(
+        default_factory=dict, repr=False, compare=False
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,13 +110,12 @@ def exact_bounds(
     for order in (dx, dy):
         if order not in range(MAX_ORDER + 1):
             raise ModelError(f"derivative order {order} was given; 0, 1 or 2 is needed")
-    patches = _patches(spline, x, y, dx, dy)
-    hulls = [patch.hull() for patch in patches]
-    outer = Interval(min(h.lower for h in hulls), max(h.upper for h in hulls))
     if tolerance is None:
-        return outer
+        hulls = _hulls(spline, x, y, dx, dy)
+        return Interval(min(h.lower for h in hulls), max(h.upper for h in hulls))
     if tolerance <= 0:
         raise ModelError(f"tolerance {tolerance} was given; a number > 0 is needed, or None")
+    patches = _patches(spline, x, y, dx, dy)
     corners = [patch.corners() for patch in patches]
     inner = max(c.upper for c in corners) - min(c.lower for c in corners)
     allowance = tolerance * inner
@@ -128,18 +132,42 @@ def exact_value(
     return point.lower
 
 
-def _patches(spline: ExactSpline, x: Interval, y: Interval, dx: int, dy: int) -> list[Patch]:
-    """Return the restriction to the rectangle, one patch per cell that it meets."""
+def _hulls(spline: ExactSpline, x: Interval, y: Interval, dx: int, dy: int) -> list[Interval]:
+    """Return the hull of each patch; those of whole cells are made once."""
     columns = pieces(spline.y, y, dy)
     found = []
     for x_span, x_map in pieces(spline.x, x, dx):
-        strip = spline.coefficients[x_span - DEGREE : x_span + 1]
-        across = times(x_map.rows, strip)
+        whole_x = x_map is spline.x.maps[x_span, dx]
         for y_span, y_map in columns:
-            local = [row[y_span - DEGREE : y_span + 1] for row in across]
-            rows = times_columns(local, y_map.rows)
-            found.append(Patch(rows, x_map.denominator * y_map.denominator * spline.scale))
+            key = (x_span, y_span, dx, dy)
+            if not whole_x or y_map is not spline.y.maps[y_span, dy]:
+                found.append(_patch(spline, x_span, x_map, y_span, y_map).hull())
+                continue
+            if key not in spline.hulls:
+                spline.hulls[key] = _patch(spline, x_span, x_map, y_span, y_map).hull()
+            found.append(spline.hulls[key])
     return found
+
+
+def _patches(spline: ExactSpline, x: Interval, y: Interval, dx: int, dy: int) -> list[Patch]:
+    """Return the restriction to the rectangle, one patch per cell that it meets."""
+    return [
+        _patch(spline, x_span, x_map, y_span, y_map)
+        for x_span, x_map in pieces(spline.x, x, dx)
+        for y_span, y_map in pieces(spline.y, y, dy)
+    ]
+
+
+def _patch(
+    spline: ExactSpline, x_span: int, x_map: AxisMap, y_span: int, y_map: AxisMap
+) -> Patch:
+    """Return the Bernstein coefficients b = X C Y' of one cell, or of the mapped part of it."""
+    local = [
+        row[y_span - DEGREE : y_span + 1]
+        for row in spline.coefficients[x_span - DEGREE : x_span + 1]
+    ]
+    rows = times_columns(times(x_map.rows, tuple(local)), y_map.rows)
+    return Patch(rows, x_map.denominator * y_map.denominator * spline.scale)
 
 
 def _refined_lower(patches: list[Patch], allowance: Fraction) -> Fraction:

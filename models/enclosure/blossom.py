@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from math import lcm
 from operator import mul
@@ -43,6 +43,11 @@ class Axis:
     spans: tuple[int, ...]
     starts: tuple[Fraction, ...]  # where each span begins
     maps: dict[tuple[int, int], AxisMap]
+    # The interval that was asked for last with each order, and its parts: the derivatives of a
+    # surface over one rectangle ask for the same ones.
+    latest: dict[int, tuple[Interval, list[tuple[int, AxisMap]]]] = field(
+        default_factory=dict, repr=False, compare=False
+    )
 
     @property
     def lower(self) -> Fraction:
@@ -55,6 +60,14 @@ class Axis:
 
 def pieces(axis: Axis, where: Interval, order: int) -> list[tuple[int, AxisMap]]:
     """Return (span, map) for the parts of ``where`` in each knot span."""
+    asked, found = axis.latest.get(order, (None, []))
+    if asked is not where:
+        found = _parts(axis, where, order)
+        axis.latest[order] = where, found
+    return found
+
+
+def _parts(axis: Axis, where: Interval, order: int) -> list[tuple[int, AxisMap]]:
     if where.lower < axis.lower or where.upper > axis.upper:
         raise ModelError(
             f"{where} leaves the spline's range "
@@ -112,7 +125,7 @@ def times(left: Rows, right: Rows) -> Rows:
 
 def times_columns(left: Sequence[Sequence[int]], columns: Rows) -> Rows:
     """Return the product of two integer matrices, the second given by its columns."""
-    if any(len(row) != len(column) for row in left for column in columns):
+    if len({*map(len, left), *map(len, columns)}) > 1:
         raise ValueError("matrices that do not fit were given to a product")
     return tuple(tuple(sum(map(mul, row, column)) for column in columns) for row in left)
 

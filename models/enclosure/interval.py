@@ -25,7 +25,8 @@ def exact(value: Number) -> Fraction:
     ------
     ModelError : the value is not a finite number.
     """
-    if isinstance(value, Fraction):
+    # The type itself first: asking an abstract class for its instances takes longer than the rest.
+    if type(value) is Fraction or isinstance(value, Fraction):
         return value
     try:
         if isinstance(value, int):
@@ -58,6 +59,18 @@ class Interval:
         return cls(first, first if upper is None else exact(upper))
 
     def __post_init__(self) -> None:
+        a, b = self.lower, self.upper
+        if type(a) is not Fraction or type(b) is not Fraction:
+            self._read_ends()
+            a, b = self.lower, self.upper
+        if a.numerator * b.denominator > b.numerator * a.denominator:
+            raise ModelError(
+                f"lower end {float(self.lower):.9g} exceeds upper end {float(self.upper):.9g}; "
+                "give the smaller one first"
+            )
+
+    def _read_ends(self) -> None:
+        """Take whole numbers as fractions; refuse all else."""
         for name in ("lower", "upper"):
             value = getattr(self, name)
             if not isinstance(value, (Fraction, int)):
@@ -67,11 +80,6 @@ class Interval:
                 )
             if not isinstance(value, Fraction):
                 object.__setattr__(self, name, Fraction(value))
-        if self.lower > self.upper:
-            raise ModelError(
-                f"lower end {float(self.lower):.9g} exceeds upper end {float(self.upper):.9g}; "
-                "give the smaller one first"
-            )
 
     @property
     def width(self) -> Fraction:
@@ -106,8 +114,17 @@ class Interval:
 
     def __mul__(self, other: Interval | Fraction | int) -> Interval:
         o = _as_interval(other)
-        corners = [a * b for a in (self.lower, self.upper) for b in (o.lower, o.upper)]
-        return Interval(min(corners), max(corners))
+        (a, b), (c, d) = (self.lower, self.upper), (o.lower, o.upper)
+        # Where an operand has one sign, two of the four products are the ends.
+        if a.numerator >= 0:
+            return Interval((b if c.numerator < 0 else a) * c, (a if d.numerator < 0 else b) * d)
+        if b.numerator <= 0:
+            return Interval((b if d.numerator < 0 else a) * d, (a if c.numerator < 0 else b) * c)
+        if c.numerator >= 0:
+            return Interval(a * d, b * d)
+        if d.numerator <= 0:
+            return Interval(b * c, a * c)
+        return Interval(min(a * d, b * c), max(a * c, b * d))
 
     __rmul__ = __mul__
 

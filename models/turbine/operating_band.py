@@ -13,6 +13,7 @@ whole region: the rectangle contains both signs of dT_r/dbeta, the tube does not
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TypeAlias
@@ -188,7 +189,7 @@ class _Curve:
         )
 
     def _index(self, piece: Interval) -> int:
-        return max(i for i, v in enumerate(self.wind[:-1]) if v <= piece.lower)
+        return bisect_right(self.wind, piece.lower, hi=len(self.wind) - 1) - 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)

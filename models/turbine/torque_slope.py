@@ -15,6 +15,7 @@ exact arithmetic; the turbine's figures are read as the decimals they print as, 
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import lru_cache
 from typing import Literal, TypeAlias
 
 from takagi.models.enclosure.interval import Interval, exact
@@ -96,6 +97,13 @@ def _arguments(
         rounded.lower if pitch.lower < low else max(rounded.lower, low),
         rounded.upper if pitch.upper > high else min(rounded.upper, high),
     )
+    return ratio, angle, _scale(turbine)
+
+
+@lru_cache(maxsize=8)
+def _scale(turbine: Turbine) -> Interval:
+    """Return S = rho pi R^3 / (2 J)."""
+    radius = exact(turbine.rotor_radius)
     at_rotor = exact(turbine.gear_ratio) ** 2 * exact(turbine.generator_inertia)
     inertia = exact(turbine.rotor_inertia) + at_rotor
-    return ratio, angle, PI * (exact(turbine.air_density) * radius**3 / (2 * inertia))
+    return PI * (exact(turbine.air_density) * radius**3 / (2 * inertia))
