@@ -7,6 +7,8 @@ PYTHON ?= python3
 OUT ?= build/nrel5mw
 VENV := .venv
 BIN := $(VENV)/bin
+# What is compiled once is read by every process after it, the tests above all.
+unexport PYTHONDONTWRITEBYTECODE
 MEASURED := measure lmi_layer lmi_growth kim_lee_ladder enclosures certificates
 
 .DEFAULT_GOAL := help

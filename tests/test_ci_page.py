@@ -69,6 +69,7 @@ def inside(repository: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return repository
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_page_pass(inside: Path) -> None:
     """Three lines, three times status 0, and the reports are there to be read."""
     (inside / "base.json").write_bytes((inside / "build" / "certificate.json").read_bytes())

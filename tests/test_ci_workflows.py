@@ -140,6 +140,7 @@ def on_github(place: Path, folder: Path) -> tuple[dict[str, int], str]:
     return found, summary.read_text("utf-8") if summary.exists() else ""
 
 
+@pytest.mark.slow
 def test_an_unchanged_branch_passes(base: Path, tmp_path: Path) -> None:
     place = changed(base, tmp_path, nothing)
 
@@ -150,6 +151,7 @@ def test_an_unchanged_branch_passes(base: Path, tmp_path: Path) -> None:
     assert "PROVED" in summary and "nothing got worse" in summary
 
 
+@pytest.mark.slow
 def test_a_branch_that_brings_its_own_baseline_fails(base: Path, tmp_path: Path) -> None:
     """Its certificate is PROVED and its files fit; but the target branch had a better loop."""
     place = changed(base, tmp_path, worse)
@@ -161,6 +163,7 @@ def test_a_branch_that_brings_its_own_baseline_fails(base: Path, tmp_path: Path)
     assert "decay rate" in summary
 
 
+@pytest.mark.slow
 def test_where_check_fails_the_comparison_is_shown(base: Path, tmp_path: Path) -> None:
     """The job fails by its first step; the others run, and the summary has both."""
     place = changed(base, tmp_path, edited)
@@ -172,6 +175,7 @@ def test_where_check_fails_the_comparison_is_shown(base: Path, tmp_path: Path) -
     assert "states[0].range" in summary and "nothing got worse" in summary
 
 
+@pytest.mark.slow
 def test_gitlab_notices_the_same(base: Path, tmp_path: Path) -> None:
     """A changed limit: the script fails by its check, and the comparison is there."""
     place = changed(base, tmp_path, edited)

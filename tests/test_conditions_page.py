@@ -80,6 +80,7 @@ def test_a_size_without_a_letter_is_an_error(catalogue: Any) -> None:
         formula(condition, entry.Sizes(r=5, n=4, m=3, p=2, q=1))
 
 
+@pytest.mark.slow
 def test_the_command_notices_a_stale_page(tmp_path: Path) -> None:
     """``--check`` is 0 for the page as it lies there."""
     command = [sys.executable, str(DOCS / "make_pages.py"), "--check"]

@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+import pytest
+
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "lmi.md"
 
 
@@ -39,6 +41,7 @@ def printed(block: Block, names: Mapping[str, object]) -> str:
     return out.getvalue()
 
 
+@pytest.mark.slow
 def test_every_block_prints_what_the_page_shows() -> None:
     """All blocks in one namespace, in order; a block without output prints nothing."""
     names: dict[str, object] = {}

@@ -101,6 +101,7 @@ def test_one_step_proves_more_wind_and_no_cell_bears_less(
     assert verdict(built, one, cells=cells) is not Verdict.PROVED
 
 
+@pytest.mark.slow
 def test_a_given_function_is_taken_where_it_holds_and_replaced_where_not(
     built: Built, near_rated: CoherentLaw
 ) -> None:

@@ -21,6 +21,9 @@ from takagi.models.turbine import nrel5mw
 from takagi.models.turbine.derating import derated
 from takagi.models.turbine.loader import model_files
 
+# A design of its own takes ten seconds.
+pytestmark = pytest.mark.slow
+
 SHARE = 0.8
 FILES = model_files("nrel5mw")
 TURBINE_FILE = next(file for file in FILES if file.suffix == ".toml")

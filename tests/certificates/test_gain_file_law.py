@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +57,12 @@ def test_the_file_of_a_design_gives_its_law(turbine_design: TurbineDesign, tmp_p
     require_same(turbine_design.law, law_from_gains(path, TURBINE))
 
 
+@cache
+def default_law() -> CoherentLaw:
+    """The law of the turbine as it is."""
+    return law_of(TURBINE)
+
+
 def law_of(turbine: Turbine, *, speed_setpoint: float | None = None, **asked: Any) -> CoherentLaw:
     """Return a coherent law with gains of no meaning that fill every digit."""
     schedule = effort_schedule(turbine, speed_setpoint=speed_setpoint, **asked)
@@ -69,10 +76,10 @@ OPTIONS: dict[str, Callable[[], CoherentLaw]] = {
     "pitch effectiveness": lambda: law_of(TURBINE, effectiveness_share=0.9),
     "speed set-point": lambda: law_of(TURBINE, speed_setpoint=1.15),
     "torque set-point": lambda: law_of(derated(TURBINE, 0.8 * TURBINE.rated_torque)),
-    "wind filter": lambda: replace(law_of(TURBINE), wind_filter=0.05),
-    "integral limit": lambda: replace(law_of(TURBINE), integral_limit=0.02),
+    "wind filter": lambda: replace(default_law(), wind_filter=0.05),
+    "integral limit": lambda: replace(default_law(), integral_limit=0.02),
     "no filter": lambda: replace(
-        law_of(TURBINE), wind_filter=0.0, feedforward=no_feedforward(law_of(TURBINE).schedule)
+        default_law(), wind_filter=0.0, feedforward=no_feedforward(default_law().schedule)
     ),
 }
 
@@ -85,12 +92,12 @@ def test_every_option_comes_back(option: str, tmp_path: Path) -> None:
 
     require_same(law, read)
     assert isinstance(read, CoherentLaw)
-    assert coherent_law_data(read) != coherent_law_data(law_of(TURBINE))
+    assert coherent_law_data(read) != coherent_law_data(default_law())
 
 
 def test_a_file_of_version_1_feeds_nothing_forward(tmp_path: Path) -> None:
     """Such files lack the feed-forward: the law that ran then is the law that is read."""
-    law = law_of(TURBINE)
+    law = default_law()
     data = coherent_law_data(law)
     for name in ("inertia_feedforward", "feedforward_limit", "pitch_lead"):
         del data[name]

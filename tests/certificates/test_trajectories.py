@@ -240,6 +240,7 @@ def test_a_larger_class_is_not_harmless(built: Any) -> None:
     assert largest > 1.05
 
 
+@pytest.mark.slow
 def test_at_constant_wind_the_distance_decays_as_claimed(built: Any) -> None:
     """V(xi - xi*) <= exp(-2 rho t) V(xi_0 - xi*) for every plant, with each cell's own rho."""
     loop, y, P = starts(built, 80, np.random.default_rng(5))

@@ -156,7 +156,10 @@ def default_law(turbine: Turbine) -> CoherentLaw:
 
 @pytest.mark.parametrize(
     ("name", "winds"),
-    [("nrel5mw", [11.5, 12.0, 13.0]), ("iea15mw", [10.7, 11.0, 13.0])],
+    [
+        ("nrel5mw", [11.5, 12.0, 13.0]),
+        pytest.param("iea15mw", [10.7, 11.0, 13.0], marks=pytest.mark.slow),
+    ],
 )
 def test_the_default_filter_leaves_the_loop_at_rest(name: str, winds: list[float]) -> None:
     """Every motion of the linearised loop fades."""

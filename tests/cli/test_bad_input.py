@@ -160,6 +160,7 @@ def test_an_option_that_makes_no_sense_is_misuse(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_requirement_that_cannot_be_met_is_an_answer(tmp_path: Path, capsys: Capture) -> None:
     """A set-point so low that pitch cannot hold it: status 1, the step, and what to relax."""
     options = ["--speed-setpoint", "9.6rpm"]

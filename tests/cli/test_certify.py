@@ -86,6 +86,7 @@ def test_without_gains_they_are_designed_anew(asked: Any, tmp_path: Path, capsys
     assert [path.name for path in tmp_path.iterdir()] == ["certificate.json"]
 
 
+@pytest.mark.slow
 def test_a_loop_without_a_proof_names_the_winds(
     gains: Path, tmp_path: Path, capsys: Capture
 ) -> None:

@@ -37,6 +37,7 @@ def commands() -> list[list[str]]:
     return [shlex.split(line) for line in lines]
 
 
+@pytest.mark.slow
 def test_the_page_s_commands_do_what_it_says(files: Path, capsys: Capture) -> None:
     """All are proved but the last, which has no answer and writes nothing.
 

@@ -46,6 +46,7 @@ def faulty(turbine: Turbine, limit: float) -> History:
     return simulate(design_plant(turbine), law, constant_wind(14.0, 90.0), observer=Stuck(14.0))
 
 
+@pytest.mark.slow
 def test_the_limit_shortens_the_way_back(turbine: Turbine) -> None:
     """Far outside the certified set |x| stops at its limit; overspeed after the fault is halved."""
     held, free = faulty(turbine, 0.1), faulty(turbine, 10.0)

@@ -94,6 +94,7 @@ def test_halving_the_time_step_converges() -> None:
     assert np.abs(fine - finest).max() < 1e-5
 
 
+@pytest.mark.slow
 def test_halving_the_sampling_converges() -> None:
     """Sampling the law twice as often halves what sampling changes."""
     plant = validation_plant(nrel5mw())

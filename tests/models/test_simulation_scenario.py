@@ -58,6 +58,7 @@ def test_paper_scenario_runs_every_law_in_every_wind() -> None:
     assert seen[-1] == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_two_processes_give_the_same_as_one() -> None:
     """Same numbers, same order, and the arrays come back locked."""
     turbine = nrel5mw()

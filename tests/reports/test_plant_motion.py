@@ -68,7 +68,13 @@ def test_a_discrete_motion_is_the_power_of_the_matrix() -> None:
     assert motion.time[7] == pytest.approx(1.75)
 
 
-@pytest.mark.parametrize("name", [PENDULUM, "tora", "lorenz", "quarter_car", DISCRETE, ANALYSIS])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *(PENDULUM, "quarter_car", DISCRETE, ANALYSIS),
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("tora", "lorenz")),
+    ],
+)
 def test_motions_decay_as_fast_as_was_proved(name: str) -> None:
     """V(t) <= e^(-2 alpha t) V(0) along the plant's own equations: proof against simulation."""
     loop = plant_loop(design_of(name))

@@ -130,7 +130,7 @@ def test_gains_and_premises_are_printed_as_emitted() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    [SMALL, *(pytest.param(name, marks=pytest.mark.slow) for name in (DISCRETE, ANALYSIS))],
+    [PENDULUM, *(pytest.param(n, marks=pytest.mark.slow) for n in (SMALL, DISCRETE, ANALYSIS))],
 )
 def test_only_what_is_proved_is_called_so(name: str) -> None:
     """Without a proof the word is not on the page as a badge, and no ellipsoid is drawn."""

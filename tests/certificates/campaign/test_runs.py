@@ -67,11 +67,27 @@ def _small(built: Any, change: Any) -> Campaign:
     ("bound", "change"),
     [
         ("speed error", lambda claim: claim["peaks"].update(speed_error=0.036)),
-        ("effort lag", lambda claim: claim["peaks"].update(effort_lag=0.0075)),
-        ("speed signal", lambda claim: claim["peaks"].update(speed_signal=0.026)),
+        pytest.param(
+            "effort lag",
+            lambda claim: claim["peaks"].update(effort_lag=0.0075),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "speed signal",
+            lambda claim: claim["peaks"].update(speed_signal=0.026),
+            marks=pytest.mark.slow,
+        ),
         ("integral", lambda claim: claim["peaks"].update(integral=0.026)),
-        ("rotor speed", lambda claim: claim["peaks"].update(speed_error=0.03)),
-        ("common decay", lambda claim: claim["settling"].update(decay_rate=0.2)),
+        pytest.param(
+            "rotor speed",
+            lambda claim: claim["peaks"].update(speed_error=0.03),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "common decay",
+            lambda claim: claim["settling"].update(decay_rate=0.2),
+            marks=pytest.mark.slow,
+        ),
         ("decay", lambda claim: [cell.update(decay_rate=1.0) for cell in claim["cells"]]),
     ],
 )

@@ -50,7 +50,7 @@ def law_of(schedules: tuple[Turbine, Any, Any], name: Any) -> PaperLaw:
     return paper_law(turbine, partial=partial, full=full, coupling=coupling, name=name)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [NAMES[0], pytest.param(NAMES[1], marks=pytest.mark.slow)])
 def test_published_laws_are_those_that_run(schedules: Any, name: str) -> None:
     """Torque, pitch and integrals at random states over all winds, saturated ones among them."""
     law, draw, n = law_of(schedules, name), np.random.default_rng(7), 60

@@ -27,6 +27,7 @@ def documents() -> dict[str, Data]:
     return {name: damage.as_written(document) for name, document in found}
 
 
+@pytest.mark.slow
 def test_no_mutant_passes_falsely(documents: dict[str, Data]) -> None:
     """40 of each; some stay true."""
     rng, true = random.Random(3), 0

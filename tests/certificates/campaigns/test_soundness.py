@@ -30,6 +30,7 @@ def test_claims_with_closed_forms(name: str) -> None:
         assert counts["number"] > counts["true"]
 
 
+@pytest.mark.slow
 def test_loops_beside_their_threshold() -> None:
     """Four of each family: whatever ``certify`` finds, it is not false."""
     rng, totals = np.random.default_rng(8), dict.fromkeys(("PROVED", "DISPROVED"), 0)

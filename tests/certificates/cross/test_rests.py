@@ -57,6 +57,7 @@ def of_interval(document: Data, wind: float) -> int:
     return max(k for k, v in enumerate(document["gains"]["wind"]) if v <= wind)
 
 
+@pytest.mark.slow
 def test_both_count_the_same(document: Data) -> None:
     (row,) = cross_checked_document(document).rows
 

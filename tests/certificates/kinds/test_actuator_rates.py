@@ -138,8 +138,13 @@ DAMAGES: dict[str, Callable[[dict[str, float]], float]] = {
 }
 
 
+def test_the_short_certificate_is_proved_by_both(short_rates: dict[str, Any], reseal: Any) -> None:
+    """What the damages below begin from."""
+    assert verdicts(short_rates, reseal) == (PROVED, PROVED)
+
+
 @pytest.mark.parametrize("name", DAMAGES)
-@pytest.mark.parametrize("k", [0, 5])
+@pytest.mark.parametrize("k", [0, pytest.param(5, marks=pytest.mark.slow)])
 def test_each_number_of_a_cell_counts(
     short_rates: dict[str, Any], reseal: Any, name: str, k: int
 ) -> None:
@@ -148,10 +153,10 @@ def test_each_number_of_a_cell_counts(
     cell = changed["claims"][1]["cells"][k]
     cell[name] = DAMAGES[name](cell)
 
-    assert verdicts(short_rates, reseal) == (PROVED, PROVED)
     assert verdicts(changed, reseal) == (UNDECIDED, UNDECIDED)
 
 
+@pytest.mark.slow
 def test_what_is_fed_forward_counts(built: Any, rates: dict[str, Any], reseal: Any) -> None:
     """|v_s''| a little larger, and a step at the nodes a little smaller, in the whole loop."""
     loop = built.document["claims"][0]

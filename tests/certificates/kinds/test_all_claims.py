@@ -114,6 +114,7 @@ def _set(V: Floats, x: Floats, w: Floats, y: Floats, claim: Any) -> float:
 numbers = st.integers(-20, 20)
 
 
+@pytest.mark.slow
 @settings(max_examples=120, deadline=None)
 @given(
     st.lists(numbers, min_size=18, max_size=18),

@@ -147,6 +147,7 @@ numbers = st.floats(-1.0, 1.0).map(lambda value: round(value, 3))
 matrices = st.lists(numbers, min_size=4, max_size=4).map(lambda v: np.reshape(v, (2, 2)))
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(matrices, matrices, st.booleans())
 def test_proved_peak_holds_in_simulation(first: Any, second: Any, discrete: bool) -> None:

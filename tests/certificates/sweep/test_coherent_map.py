@@ -69,6 +69,7 @@ def test_a_point_is_what_the_direct_design_gives(built: Any) -> None:
     canonical(result)
 
 
+@pytest.mark.slow
 def test_uncertainty_too_large_is_an_answer_with_winds_and_remedy() -> None:
     """From both sides: +-10 % of inertia is proved around rated wind, +-60 % has no function."""
     fine = claim_on(widened({"inertia": 0.1}), HAND_OVER)
@@ -89,6 +90,7 @@ def test_a_box_beyond_the_tables_is_an_answer_that_names_the_cell() -> None:
     assert "reduce the speed error" in lost["reason"]
 
 
+@pytest.mark.slow
 def test_a_part_of_the_law_commands_what_the_whole_law_commands(loop: LoopSettings) -> None:
     part = law_on(loop.law, 10.0, 13.0)
     random = np.random.default_rng(1)
@@ -129,6 +131,7 @@ def test_a_claim_on_a_range_speaks_of_its_winds_alone_and_can_be_broken(
     assert check_document(forged).claims[0].verdict is not Verdict.PROVED
 
 
+@pytest.mark.slow
 def test_the_widest_set_bears_more_than_the_first_one(loop: LoopSettings) -> None:
     """Two searches over the same enclosures and wind rates: the mean over wind grows."""
     part = replace(loop, law=law_on(loop.law, 14.2, 15.3))

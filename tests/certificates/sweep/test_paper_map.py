@@ -60,6 +60,7 @@ def test_a_point_is_the_direct_certification(name: PaperLawName) -> None:
     assert found["least_decay_rate [1/s]"] == min(w["decay_rate [1/s]"] for w in found["windows"])
 
 
+@pytest.mark.slow
 def test_sides_of_a_threshold() -> None:
     """A steeper ramp is proved on smaller sets, until none of those tried contracts.
 

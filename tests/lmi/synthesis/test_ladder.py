@@ -164,6 +164,7 @@ def test_the_table_of_theorems() -> None:
     assert not contains("polya-1", "tanaka-wang") and not contains("liu-zhang", "tuan")
 
 
+@pytest.mark.slow
 def test_rates_rise_up_the_ladder_and_stay_below_the_bound() -> None:
     """Each rung's largest rate is at least that of what it contains, at most that of the blends."""
     ladder = relaxation_ladder(pendulum(), decay_rate="max", gain_bound=300.0)

@@ -44,6 +44,7 @@ def test_a_cost_by_products_of_premises(model: TSModel) -> None:
     assert worst <= 1e-6 * np.linalg.norm(P)
 
 
+@pytest.mark.slow
 def test_structured_gains_by_products_of_premises(model: TSModel) -> None:
     found = structured_pdc(
         model,

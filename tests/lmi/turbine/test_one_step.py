@@ -202,6 +202,7 @@ def test_straight_lines_hold_the_loop_near_the_gains(near_rated: LoopFamily, see
         assert max(beyond.max(), below.max()) < 0.1 * moved + 2e-3
 
 
+@pytest.mark.slow
 def test_the_convex_inequality_implies_the_bilinear_one(
     near_rated: LoopFamily, given: OneStepDesign
 ) -> None:

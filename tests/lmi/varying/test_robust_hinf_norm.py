@@ -85,6 +85,7 @@ def test_masses_and_spring(degree: int, gain: float) -> None:
     assert answer.family.members.shape == ((8 if degree else 1), 4, 4)
 
 
+@pytest.mark.slow
 def test_richer_polynomials_come_closer_to_the_frozen_systems() -> None:
     """From 1.0540 down to the largest response of constant parameters, reached by degree 2."""
     model = masses_and_spring()

@@ -58,7 +58,13 @@ def leads(turbine: Turbine, law: CoherentLaw, lead: float, inertia: float) -> Co
     return replace(law, feedforward=Feedforward(ahead.inertia, ahead.effort_limit, lead))
 
 
-@pytest.mark.parametrize(("lead", "inertia"), [(0.2, 1.0), (0.1, 0.5), (0.0, 0.0), (0.3, 0.0)])
+@pytest.mark.parametrize(
+    ("lead", "inertia"),
+    [
+        (0.2, 1.0),
+        *(pytest.param(*c, marks=pytest.mark.slow) for c in ((0.1, 0.5), (0.0, 0.0), (0.3, 0.0))),
+    ],
+)
 def test_what_the_feedforward_leaves_is_bounded(
     lead: float, inertia: float, turbine: Turbine, law: CoherentLaw
 ) -> None:
@@ -80,7 +86,13 @@ def test_what_the_feedforward_leaves_is_bounded(
     assert max(speed) > 0.9 and max(owed) > 0.5
 
 
-@pytest.mark.parametrize(("lead", "inertia"), [(0.1, 0.5), (0.0, 0.0), (0.3, 1.0)])
+@pytest.mark.parametrize(
+    ("lead", "inertia"),
+    [
+        (0.1, 0.5),
+        *(pytest.param(*c, marks=pytest.mark.slow) for c in ((0.0, 0.0), (0.3, 1.0))),
+    ],
+)
 def test_another_feedforward_has_its_own_family(
     lead: float, inertia: float, turbine: Turbine, law: CoherentLaw, cells: list[LoopCell]
 ) -> None:

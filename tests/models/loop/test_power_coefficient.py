@@ -34,6 +34,7 @@ def wider(turbine: Turbine, law: CoherentLaw) -> list[LoopCell]:
     return list(coherent_cells(turbine, law, BOX, WIDER, rates_of(law)))
 
 
+@pytest.mark.slow
 def test_the_loop_with_another_power_coefficient_lies_in_its_family(
     turbine: Turbine, law: CoherentLaw, wider: list[LoopCell]
 ) -> None:

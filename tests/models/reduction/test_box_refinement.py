@@ -143,6 +143,7 @@ def test_bounds_of_a_cell_are_tighter_and_contain_what_is_attained() -> None:
         assert cell.width < 0.2
 
 
+@pytest.mark.slow
 def test_gains_for_each_cell_decay_faster_with_one_function() -> None:
     """pdc over the union, knowing that rules of two cells never act together."""
     cells = refine(weak_in_the_middle(), cells=4)

@@ -101,6 +101,7 @@ def test_a_pole_along_a_sum_is_named_by_the_sum() -> None:
         expression_range(sp.log(s + 1) / sp.sqrt(s + 1), BOX, most_boxes=200)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(
     st.fractions(-3, 3, max_denominator=7),
