@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from takagi.certificates.checker.kernel.claim_kinds import KINDS
 from tests.test_lmi_guide import blocks, printed
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "claims.md"
 
 
+@pytest.mark.slow
 def test_every_block_prints_what_the_page_shows() -> None:
     names: dict[str, object] = {}
     found = blocks(PAGE.read_text(encoding="utf-8"))

@@ -17,7 +17,9 @@ Surfaces for CAGD, ch. 5; recalled.
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
+from functools import cache
 from math import comb, prod
 from typing import Any
 
@@ -62,10 +64,13 @@ class Span:
         return self + (-other)
 
     def __mul__(self, other: Span) -> Span:
+        if other.low == other.high:
+            return self.times(other.low)
         return Span.of(*(a * b for a in (self.low, self.high) for b in (other.low, other.high)))
 
     def times(self, factor: fmpq) -> Span:
-        return self * Span(factor, factor)
+        ends = self.low * factor, self.high * factor
+        return Span(*ends) if factor >= 0 else Span(*ends[::-1])
 
     def __truediv__(self, other: Span) -> Span:
         if other.low <= 0 <= other.high:
@@ -111,7 +116,11 @@ class _Side:
         if over.low < self.breaks[0] or over.high > self.breaks[-1]:
             raise Outside("a range that leaves the coefficient table")
         found, wider = [], over.rounded()
-        for k, (a, b) in enumerate(zip(self.breaks, self.breaks[1:], strict=False)):
+        # A patch that only ends, or begins, where the span begins, or ends, is met in a point.
+        first = max(0, bisect_left(self.breaks, wider.low) - 1)
+        last = min(len(self.breaks) - 1, bisect_right(self.breaks, wider.high))
+        for k in range(first, last):
+            a, b = self.breaks[k], self.breaks[k + 1]
             low, high = max(a, wider.low), min(b, wider.high)
             if low <= high:
                 found.append((k, low - a, high - low))
@@ -139,23 +148,39 @@ class _Side:
         return self._bases[patch]
 
 
+@cache
+def _shares(order: int) -> list[list[list[tuple[int, int, fmpq]]]]:
+    """Return for row i and column j of the map below the terms (power of start, of width, share).
+
+    (d/du)^order u^j = j!/(j - order)! u^m with m = j - order, and
+    u^m = sum_k C(m, k) start^(m-k) (h t)^k.
+    """
+    n = DEGREE - order
+    return [
+        [
+            [
+                (m - k, k, fmpq(comb(i, k) * comb(m, k) * prod(range(m + 1, j + 1)), comb(n, k)))
+                for k in range(min(i, m) + 1)
+            ]
+            for j in range(DEGREE + 1)
+            for m in (j - order,)
+        ]
+        for i in range(n + 1)
+    ]
+
+
 def _to_bernstein(order: int, start: fmpq, width: fmpq) -> fmpq_mat:
     """Return the map from powers of u to the Bernstein coefficients of a derivative."""
-    n = DEGREE - order
-    rows = []
-    for i in range(n + 1):
-        row = []
-        for j in range(DEGREE + 1):
-            # (d/du)^order u^j = j!/(j - order)! u^m, and u^m = sum_k C(m, k) start^(m-k) (h t)^k.
-            m = j - order
-            fallen = prod(range(m + 1, j + 1))
-            parts = (
-                fmpq(comb(i, k) * comb(m, k) * fallen, comb(n, k)) * start ** (m - k) * width**k
-                for k in range(min(i, m) + 1)
-            )
-            row.append(sum(parts, fmpq(0)) if m >= 0 else fmpq(0))
-        rows.append(row)
-    return fmpq_mat(rows)
+    of_start, of_width = ([x**k for k in range(DEGREE + 1)] for x in (start, width))
+    return fmpq_mat(
+        [
+            [
+                sum((share * of_start[p] * of_width[q] for p, q, share in parts), fmpq(0))
+                for parts in row
+            ]
+            for row in _shares(order)
+        ]
+    )
 
 
 class Surface:

@@ -39,7 +39,7 @@ def done(found: PlantDesign | NoPlantDesign) -> PlantDesign:
     return found
 
 
-QUICK = ("cart_pole", "duffing", "truck_trailer", "mass_spring_damper")
+QUICK = ("duffing", "truck_trailer", "mass_spring_damper")
 PLANTS = sorted(name for name, kind in built_in_kinds().items() if kind == "plant")
 
 

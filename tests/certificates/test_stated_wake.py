@@ -72,6 +72,7 @@ def test_a_forged_limit_is_refused(node: int) -> None:
         compare_turbine(forged["model"], forged["gains"], FILE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [

@@ -169,6 +169,7 @@ def test_the_default_filter_leaves_the_loop_at_rest(name: str, winds: list[float
     assert {wind for wind in winds if fastest_growth(law, turbine, wind) >= 0} == set()
 
 
+@pytest.mark.slow
 def test_a_fast_filter_makes_the_estimate_swing() -> None:
     """At 0.05 s the same gains drive wake, flap and tower; the plant tells the two apart."""
     turbine = load_turbine("nrel5mw")

@@ -69,6 +69,7 @@ def summary() -> str:
     return re.escape(shown[1].strip()).replace(r"\.\.\.", "(?s:.*?)")
 
 
+@pytest.mark.slow
 def test_a_large_box_leaves_little_of_it_and_the_summary_says_so(
     files: Path, capsys: Capture
 ) -> None:

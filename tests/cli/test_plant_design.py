@@ -169,6 +169,7 @@ def test_a_changed_plant_file_is_refused(pendulum: Path, tmp_path: Path, capsys:
     assert ".value is 2.1 there, 2 in the certificate" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_discrete_time(tmp_path: Path, capsys: Capture) -> None:
     """The truck with a trailer moves in steps of 2 s, and the law says so."""
     path = tmp_path / "trailer.toml"
@@ -192,6 +193,7 @@ def test_a_plant_without_inputs_is_analysed(tmp_path: Path, capsys: Capture) -> 
     assert check(tmp_path / "out" / "certificate.json").verdict is Verdict.PROVED
 
 
+@pytest.mark.slow
 def test_the_file_s_own_wishes_and_those_of_the_command_line(
     pendulum: Path, tmp_path: Path
 ) -> None:
@@ -250,6 +252,7 @@ def test_the_answer_for_machines(pendulum: Path, tmp_path: Path, capsys: Capture
     assert all(Path(file).is_file() for file in answer["files"])
 
 
+@pytest.mark.slow
 def test_next_commands_can_be_typed_as_printed(
     pendulum: Path, tmp_path: Path, capsys: Capture
 ) -> None:

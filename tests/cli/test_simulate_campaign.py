@@ -80,6 +80,7 @@ def test_beyond_says_what_breaks_first(certificate: Path, tmp_path: Path, capsys
     assert "speed error" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_violated_bound_is_status_1(certificate: Path, tmp_path: Path, capsys: Capture) -> None:
     """A forger's certificate: a peak made a tenth smaller, hashes made to fit."""
     document = json.loads(certificate.read_text())

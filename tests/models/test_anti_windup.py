@@ -60,6 +60,7 @@ def test_the_limit_shortens_the_way_back(turbine: Turbine) -> None:
     assert overspeed[0] < 0.06 and overspeed[0] < 0.6 * overspeed[1]
 
 
+@pytest.mark.slow
 def test_it_recovers_within_half_a_minute(turbine: Turbine) -> None:
     """Speed within 1 % of rated from 30 s after the fault on, and the integral inside again."""
     history = faulty(turbine, 0.1)

@@ -45,7 +45,7 @@ def point(shares: tuple[float, float, float]) -> tuple[float, float, float, floa
     return speed + 0.1 * shares[1], pitch, v0 + 0.5 * shares[2], v0, speed
 
 
-@settings(max_examples=150, derandomize=True, deadline=None)
+@settings(max_examples=50, derandomize=True, deadline=None)
 @given(st.tuples(UNIT, UNIT, UNIT), st.floats(-5e3, 5e3))
 def test_blend_equals_the_plant(shares: tuple[float, float, float], torque: float) -> None:
     """The blended derivative is (T_r - n_g T) / J at any point of the band, to 1e-9."""

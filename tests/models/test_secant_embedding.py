@@ -137,6 +137,7 @@ def pendulum_rate(point: Vector) -> Vector:
 BOX = [(-1.0, 1.0), (-2.0, 2.0), (-1.0, 1.0)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["slope", "derivative", "jacobian"])
 def test_pendulum_with_a_blended_law_lies_inside(form: Form) -> None:
     (cell,) = pendulum_loop(form).cells
@@ -254,6 +255,7 @@ def test_limited_command_is_a_sector_with_the_exact_least_share() -> None:
     assert worst(shrunk(embedding, 1), rate, np.zeros(2), box, count=200) > 1e-2
 
 
+@pytest.mark.slow
 @given(
     gain=st.integers(1, 8),
     limit=st.integers(1, 4),

@@ -83,6 +83,7 @@ def test_tower_energy_balance() -> None:
     assert work - lost == pytest.approx(float(stored[-1] - stored[0]), abs=1e-3 * abs(work))
 
 
+@pytest.mark.slow
 def test_halving_the_time_step_converges() -> None:
     """With the law's sampling kept, the error of 0.02 s is at most a quarter of that of 0.04 s."""
     plant = validation_plant(nrel5mw(), torsion=True)

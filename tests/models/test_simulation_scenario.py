@@ -73,6 +73,7 @@ def test_two_processes_give_the_same_as_one() -> None:
     assert not there[0].history.pitch.flags.writeable
 
 
+@pytest.mark.slow
 def test_transition_scenario_shows_the_loops_apart() -> None:
     """The reference overspeeds on the step up and on the gust, and not on the step down."""
     turbine = nrel5mw()

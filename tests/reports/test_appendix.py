@@ -158,6 +158,7 @@ def test_the_vertices_are_the_models(design: TurbineDesign, body: str) -> None:
             assert body.index(rf"E_{{{i + 1}}} &=", start) > start
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["coherent", "paper"])
 def test_the_body_is_closed_in_itself(
     files: dict[str, bytes | str], paper_files: dict[str, bytes | str], law: str

@@ -172,6 +172,13 @@ class Pictured(NamedTuple):
     texts: list[tuple[str, float, float]]
 
 
+# A few of them at every run; all of them with the slow tests.
+SHOWN = [
+    n if n in ("bode", "poles", "trim", "overlaps") else pytest.param(n, marks=pytest.mark.slow)
+    for n in MAKERS
+]
+
+
 @cache
 def pictured(name: str) -> Pictured:
     """Return one picture for all tests that only look at it."""
@@ -193,7 +200,7 @@ def pictured(name: str) -> Pictured:
     return Pictured(figure, svg, (0.0, page.x1 - page.x0), texts)
 
 
-@pytest.mark.parametrize("name", MAKERS)
+@pytest.mark.parametrize("name", SHOWN)
 def test_svg_is_repeatable_small_and_fit_to_stand_in_html(name: str) -> None:
     """Drawn twice the text is the same: one element, own ids, no date, no raster, below 150 kB."""
     first = pictured(name).svg
@@ -212,15 +219,12 @@ def test_svg_is_repeatable_small_and_fit_to_stand_in_html(name: str) -> None:
     assert used <= set(map(str, ids))
 
 
-@pytest.mark.parametrize(
-    "name",
-    [n if n in ("poles", "bode") else pytest.param(n, marks=pytest.mark.slow) for n in MAKERS],
-)
+@pytest.mark.parametrize("name", SHOWN)
 def test_a_new_figure_of_the_same_numbers_is_the_same_text(name: str) -> None:
     assert figure_to_svg(MAKERS[name](), name=name) == pictured(name).svg
 
 
-@pytest.mark.parametrize("name", MAKERS)
+@pytest.mark.parametrize("name", SHOWN)
 def test_letters_are_large_enough_and_units_stand_on_the_axes(name: str) -> None:
     """No text is below 9 pt, and every labelled axis says its unit in brackets."""
     from matplotlib.text import Text
@@ -234,7 +238,7 @@ def test_letters_are_large_enough_and_units_stand_on_the_axes(name: str) -> None
     assert all(re.search(r"\[.+\]", label) for label in labels if label)
 
 
-@pytest.mark.parametrize("name", MAKERS)
+@pytest.mark.parametrize("name", SHOWN)
 def test_no_text_leaves_the_figure(name: str) -> None:
     """All labels lie inside the page."""
     _, _, (left, right), texts = pictured(name)

@@ -368,6 +368,7 @@ def test_proved_decay_is_below_the_poles(turbine_design: TurbineDesign) -> None:
         assert not fine or decay <= -found.real.max()
 
 
+@pytest.mark.slow
 def test_a_paper_law_has_its_own_words(turbine_design: TurbineDesign) -> None:
     """With a published law the page shows its equation and claims, not those of the other law."""
     design = with_paper_law(turbine_design)

@@ -39,6 +39,7 @@ def hostile(design: PlantDesign) -> PlantDesign:
     return replace(design, plant=plant, certificate=certificate, notes=(HOSTILE,))
 
 
+@pytest.mark.slow
 def test_gains_and_claims_are_in_the_body_as_emitted() -> None:
     """Every gain, in its row; every claim in the checker's words."""
     design = design_of("duffing")

@@ -21,6 +21,7 @@ from tests.reports.plant_designs import design_of
 PENDULUM, DISCRETE, ANALYSIS = "cart_pole", "truck_trailer", "dayawansa_martin"
 
 
+@pytest.mark.slow
 def test_the_ellipsoid_is_the_largest_in_the_box() -> None:
     """Its border touches a side of the box, and lies on the level: by points, not by formula."""
     loop = plant_loop(design_of(PENDULUM))
@@ -114,6 +115,7 @@ def test_loops_are_those_of_the_control_library() -> None:
         assert one.margins.gain_decrease == pytest.approx(gain_margin, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_loops_in_discrete_time_too() -> None:
     """The response on the unit circle, and the poles inside."""
     loop = plant_loop(design_of(DISCRETE))

@@ -80,7 +80,8 @@ def doubted(design: PlantDesign) -> PlantDesign:
 
 
 @pytest.mark.parametrize(
-    "name", [PENDULUM, DISCRETE, ANALYSIS, pytest.param(MASS, marks=pytest.mark.slow)]
+    "name",
+    [PENDULUM, ANALYSIS, *(pytest.param(n, marks=pytest.mark.slow) for n in (DISCRETE, MASS))],
 )
 def test_the_page_is_well_formed_and_self_contained(name: str) -> None:
     """Nothing is loaded, no script, every id once, every link inside finds its place."""
@@ -181,6 +182,7 @@ def test_a_plant_that_is_disproved_gets_its_report() -> None:
     assert 'class="verdict-box DISPROVED"' in page and "Decay, proved" not in page
 
 
+@pytest.mark.slow
 def test_words_from_a_file_cannot_become_markup() -> None:
     """Name, description, source, units and sources of a plant are escaped everywhere."""
     design = design_of(ANALYSIS)
@@ -196,7 +198,9 @@ def test_words_from_a_file_cannot_become_markup() -> None:
     assert HOSTILE in page.cells
 
 
-@pytest.mark.parametrize("name", [PENDULUM, DISCRETE, ANALYSIS])
+@pytest.mark.parametrize(
+    "name", [PENDULUM, ANALYSIS, pytest.param(DISCRETE, marks=pytest.mark.slow)]
+)
 def test_figures_are_drawings_with_words_for_who_cannot_see_them(name: str) -> None:
     """Each SVG is well-formed, says what it shows, and stands in the page too."""
     files = report_of(name)

@@ -111,6 +111,7 @@ def test_second_order_drive_rings_as_its_damping_says(built: Any) -> None:
     assert state[0, 0] == pytest.approx(1.267, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_outcomes_are_told_apart(built: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """A law that holds the trim stays, one that waves pitch cycles, one that lets go is lost."""
     from takagi.certificates.campaign import trials

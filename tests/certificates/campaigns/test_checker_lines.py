@@ -285,6 +285,7 @@ with_tests(["one/test_toy.py", "one/test_again.py", "two/test_more.py"], here, h
 """
 
 
+@pytest.mark.slow
 def test_broken_code_is_noticed_in_a_copy(tmp_path: Path) -> None:
     """A package of two functions: what its tests run, and what they notice of which change."""
     (tmp_path / "toy.py").write_text(TOY, encoding="utf-8")

@@ -19,6 +19,7 @@ CLAIMS: dict[str, Any] = campaign.DIRECT
 BLIND = {"multipliers against pairs", "single blends against decay"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CLAIMS)
 def test_claims_with_closed_forms(name: str) -> None:
     """Best evidence and wrong evidence, on both sides of the limit: true is proved, false never."""

@@ -166,6 +166,7 @@ def test_a_claim_on_the_loop_made_larger_is_seen(
     assert why_alone(document, change, place).startswith(said)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "place"),
     [
@@ -216,6 +217,7 @@ def test_a_range_that_is_too_narrow_is_seen(document: Data, key: str, end: int) 
     assert why(document, narrowed(key, end)).startswith(key)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["wind_error", "wind_rate", "decay_rate"])
 def test_a_smaller_class_is_still_true(document: Data, key: str) -> None:
     assert why_alone(document, every(key, 0.9), LOOP) == ""
@@ -238,6 +240,7 @@ def test_a_mutant_that_says_less_is_weaker_by_judgement(document: Data, tmp_path
     assert campaign.judged(document, changed, place, path, random.Random(1)) == ("weaker", "")
 
 
+@pytest.mark.slow
 def test_a_proved_mutant_that_is_false_is_called_so(
     document: Data, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -39,6 +39,7 @@ def test_what_is_shown_is_compared(document: Data, shown: str) -> None:
     assert judge.why_shown_false(document, [shown]) != ""
 
 
+@pytest.mark.slow
 def test_the_words_that_are_compared_are_the_checker_s(document: Data, tmp_path: Path) -> None:
     """What the checker shows passes, and does not with one of its numbers changed."""
     path = tmp_path / "certificate.json"

@@ -129,6 +129,7 @@ def test_what_does_not_fit_is_refused_by_both(name: str, document: Data) -> None
     assert (row.first, row.second) == ("REFUSED", "REFUSED")
 
 
+@pytest.mark.slow
 def test_rests_of_a_law_of_the_paper_are_left_open() -> None:
     """Its gains go with averages of slopes, of which the second checker has no reading."""
     cells = [{"wind": [8.0, 8.02], "rests": "one at the trim"}]

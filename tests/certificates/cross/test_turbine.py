@@ -60,6 +60,7 @@ def test_true_claim_is_proved(short: Data, lowest: Data) -> None:
         assert [one.verdict for one in judge_document(document)] == ["PROVED"]
 
 
+@pytest.mark.slow
 def test_all_wind_cells_are_proved(whole: Data) -> None:
     """All seventy, with 4742 matrices."""
     (one,) = judge_document(whole)

@@ -170,6 +170,7 @@ DERIVED = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(len(DERIVED)))
 @pytest.mark.parametrize("sample_time", [None, 0.5])
 def test_derived_plants_are_proved(number: int, sample_time: float | None) -> None:

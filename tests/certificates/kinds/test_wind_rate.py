@@ -78,6 +78,7 @@ def test_a_measured_wind_may_move_at_two_metres_per_second_squared_in_full_load(
     assert verdicts(document, reseal) == (PROVED, PROVED)
 
 
+@pytest.mark.slow
 def test_the_default_law_bears_slow_winds_and_says_so(built: Any, reseal: Any) -> None:
     """A filter of 5 s takes delta / 5 s: centimetres per second squared, in every wind cell."""
     loop, tau = built.document["claims"][0], built.document["gains"]["wind_filter"]

@@ -121,6 +121,7 @@ def test_the_candidate_proves_with_any_filter(built: Any, tau: float) -> None:
     assert any(flat) or tau > 0.3
 
 
+@pytest.mark.slow
 def test_every_number_of_the_claim_counts(built: Any) -> None:
     """Raised by 8 % where it binds: phi against the class, r against the filter, eta against it."""
     # A fast filter: with a slow one phi is below the class where that steps.

@@ -82,6 +82,7 @@ def test_uncertainty_too_large_is_an_answer_with_winds_and_remedy() -> None:
     assert "least_wind_error [m/s]" not in lost
 
 
+@pytest.mark.slow
 def test_a_box_beyond_the_tables_is_an_answer_that_names_the_cell() -> None:
     lost = claim_on(widened({"speed-error": 0.06}), WindRange("slow", 3.0, 3.5))
 
@@ -173,6 +174,7 @@ def test_the_ranges_are_those_around_rated_wind() -> None:
     assert ranges[1].words == "transition, 10 to 13 m/s"
 
 
+@pytest.mark.slow
 def test_axes_change_what_they_say(loop: LoopSettings) -> None:
     slow = widened({"pitch-lag": 0.4, "frozen-wake": 0.0, "wind-rate": 1.0, "speed-error": 0.02})
 

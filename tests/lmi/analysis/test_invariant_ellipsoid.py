@@ -95,6 +95,7 @@ def test_largest_scale_is_the_root_of_the_inequality() -> None:
     assert largest_scale(P, A, 1e3 * d, d)[0] == 0.0
 
 
+@pytest.mark.slow
 def test_no_multiplier_bears_more_than_the_one_found() -> None:
     """A scan of 20000 multipliers, by the inequality's eigenvalues, finds nothing larger."""
     A, d = oscillators()

@@ -48,6 +48,7 @@ def test_rounds_reach_the_bound_of_all_vertices_at_once(sample_time: float | Non
     assert shown(h2_norm(model))[0] == pytest.approx(np.sqrt(noise.objective), rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sample_time", [None, 0.05])
 def test_the_bound_holds_at_every_vertex(sample_time: float | None) -> None:
     """P is held against all six hundred, by eigenvalues; with some vertices it shows less."""

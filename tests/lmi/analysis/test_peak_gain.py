@@ -144,6 +144,7 @@ def test_no_decay_rate_does_better_than_the_one_found() -> None:
     assert "does not decay faster than 0.4 1/s" in fast.diagnosis
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sample_time", [None, 0.1])
 def test_nothing_leaves_the_ellipsoid(sample_time: float | None) -> None:
     """From the boundary, switched at random, under the worst |w| <= 1: V and |y| keep their bounds.
@@ -215,6 +216,7 @@ def test_an_unstable_vertex_and_a_missing_function_are_a_reasoned_no() -> None:
     assert "no common P" in apart.diagnosis
 
 
+@pytest.mark.slow
 def test_a_rate_that_no_common_function_shows_is_a_reasoned_no() -> None:
     """Dayawansa and Martin's pair at a = 5.5: each decays at 1 1/s, together far more slowly."""
     A = [[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -5.5], [1.0 / 5.5, -1.0]]]

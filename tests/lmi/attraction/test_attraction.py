@@ -181,6 +181,7 @@ def two_inputs(sample_time: float | None = None) -> tuple[TSModel, Floats]:
     return TSModel(A, B, sample_time=sample_time), K
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sample_time", [None, 0.05])
 @pytest.mark.parametrize("way", WAYS)
 def test_two_inputs_in_both_kinds_of_time(way: str, sample_time: float | None) -> None:

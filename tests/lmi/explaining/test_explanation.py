@@ -129,6 +129,7 @@ def test_relaxations_may_be_named_and_may_not_apply() -> None:
     assert none.relaxations == ()
 
 
+@pytest.mark.slow
 def test_the_options_are_those_that_were_given_before() -> None:
     """An input limit that is too tight for the initial box: without it there is nothing to say."""
     model = TSModel([[[0.0, 1.0], [1.0, 0.0]]], [[[0.0], [1.0]]])

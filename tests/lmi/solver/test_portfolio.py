@@ -198,6 +198,7 @@ def test_sdpa_agrees_with_clarabel(program: ConeProgram) -> None:
     assert np.abs(program.A.T @ other.z + program.q).max() < 1e-5
 
 
+@pytest.mark.slow
 @needs_sdpa
 def test_sdpa_writes_nothing(capfd: pytest.CaptureFixture[str]) -> None:
     """Its remarks ("Strange behavior", here) would stand in the middle of somebody's JSON."""
@@ -277,6 +278,7 @@ def factor_entries(program: ConeProgram) -> int:
     return int(solver.get_info().linsolver.nnzL)
 
 
+@pytest.mark.slow
 def test_stored_zeros_keep_the_cones_apart() -> None:
     """The factor is less than half as large, the program and its optimum the same."""
     condition = slack_condition()

@@ -70,6 +70,7 @@ def test_least_cost_of_position_feedback(step: float | None) -> None:
     assert design.loss > 0.01
 
 
+@pytest.mark.slow
 def test_without_structure_nothing_is_lost() -> None:
     design = structured_pdc(spring(), objective="cost", Q=np.eye(2), R=np.eye(1))
     assert 0 <= design.loss < 1e-3

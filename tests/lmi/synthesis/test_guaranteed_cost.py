@@ -90,6 +90,7 @@ def test_the_condition_is_the_riccati_inequality() -> None:
     assert room(1.1) < -1e-4
 
 
+@pytest.mark.slow
 def test_vertices_that_no_gain_serves() -> None:
     """x' = x + u and x' = x - u: no u = -K x stabilises both, and the answer is None."""
     A, B = np.ones((2, 1, 1)), np.array([[[1.0]], [[-1.0]]])

@@ -84,6 +84,7 @@ def test_gains_of_the_largest_rate_keep_bound_and_rate(seed: int, step: float | 
     assert rates.min() >= design.decay_rate - 1e-9
 
 
+@pytest.mark.slow
 def test_more_gain_is_more_rate() -> None:
     """The largest rate grows with the bound on the gains."""
     rates = [

@@ -179,6 +179,7 @@ def test_the_cost_holds_for_every_blend() -> None:
     assert worst_excess(two_rules(), smaller, Q, R) > 0
 
 
+@pytest.mark.slow
 def test_richer_relaxations_cost_no_more() -> None:
     """Three rules, damped a little: each step of the ladder pays less, and one gain does not do."""
     plant = three_rules(-2.0)

@@ -77,6 +77,7 @@ def test_the_lmi_gains_are_kept_but_for_the_torque_limit(design: EffortDesign) -
     assert design.gains.integral_rate == pytest.approx(slower, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_more_bandwidth_is_more_gain(
     turbine: Turbine, schedule: EffortSchedule, design: EffortDesign
 ) -> None:

@@ -155,6 +155,7 @@ def test_discrete_vertices_without_a_common_P() -> None:
     assert gain_of(model, degree=4) <= 0.6 * answer.gain
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "model", [masses_and_spring(), sampled(0.5)], ids=["continuous", "discrete"]
 )

@@ -55,6 +55,7 @@ def test_every_mean_value_lies_in_its_range(
             assert max(found.values()) < ROUNDING, (p, found)
 
 
+@pytest.mark.slow
 def test_the_rate_limit_is_a_sector(turbine: Turbine, law: CoherentLaw) -> None:
     """With a lag box so large that the drive saturates the loop still lies in its family."""
     cells = list(coherent_cells(turbine, law, FAST, WIDE, rates_of(law)))

@@ -67,6 +67,7 @@ def test_a_rotor_outside_the_stated_power_coefficients_leaves_the_family(
     assert (max(away) < ROUNDING) is inside
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("power", [0.98, 1.0, 1.02])
 def test_residual_between_nodes_is_inside_its_bound(
     power: float,

@@ -73,6 +73,7 @@ def test_one_function_for_all_cells_shows_what_the_whole_box_denies() -> None:
     assert certify(cells.union(), decay_rate=0.51).verdict is Verdict.DISPROVED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["stiffening", "tora", "lorenz"])
 def test_cells_cover_the_box_without_overlap(name: str) -> None:
     """Volumes add up exactly, and every cell lies in the box."""

@@ -7,6 +7,8 @@ import io
 import re
 from pathlib import Path
 
+import pytest
+
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "models.md"
 BLOCK = re.compile(r"^```python\n(.*?)^```$(?:\n\n^```text\n(.*?)^```$)?", re.DOTALL | re.MULTILINE)
 
@@ -16,6 +18,7 @@ def section() -> str:
     return page.split("\n## Fewer rules\n", 1)[1].split("\n## ", 1)[0]
 
 
+@pytest.mark.slow
 def test_every_block_prints_what_the_page_shows() -> None:
     names: dict[str, object] = {}
     found = list(BLOCK.finditer(section()))

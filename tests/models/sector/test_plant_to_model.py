@@ -98,6 +98,7 @@ def model_of(case: str) -> tuple[Plant, TSModel]:
     return described, sector_model(described, **options)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 @settings(max_examples=25, derandomize=True, deadline=None)
 @given(shares=st.lists(st.floats(0, 1), min_size=5, max_size=5))

@@ -110,6 +110,7 @@ def test_a_map_of_which_nothing_is_proved_has_its_reasons_and_no_figure() -> Non
     assert "| 2 | overlap 0.01 |" in str(found["map.md"])
 
 
+@pytest.mark.slow
 def test_a_trade_off_lists_what_no_other_claim_beats() -> None:
     """Of three proved claims the second has neither less overspeed nor more of anything."""
     swept = traded()

@@ -101,6 +101,7 @@ def test_arrays() -> None:
     assert edges(np.array([2.0])).tolist() == [1.9, 2.1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("speeds", "torques"), [((0.02, 0.1), (500.0, 2000.0)), ((0.1,), (2000.0,))]
 )
