@@ -84,10 +84,13 @@ def _settle(figure: Figure) -> None:
     """Lay the figure out once for all; laying out again at each writing would move it a little."""
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    if isinstance(figure.get_layout_engine(), ConstrainedLayoutEngine):
-        figure.draw_without_rendering()
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")
+    engine = figure.get_layout_engine()
+    if isinstance(engine, ConstrainedLayoutEngine):
+        # The second time sees the ticks that the first one has left room for.
+        engine.execute(figure)
+        engine.execute(figure)
+        # No engine, rather than one that does nothing: for any engine savefig draws twice.
+        figure.set_layout_engine(None)
 
 
 def _shorter(svg: str) -> str:
