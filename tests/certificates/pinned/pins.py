@@ -25,6 +25,7 @@ from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Claim
 from tests.certificates.pinned import loops, shapes, texts
 
 FOLDER = Path(__file__).parent
@@ -75,7 +76,9 @@ def value(expression: str) -> str:
 
 
 def _text(found: Any) -> str:
-    """Return a value in one line; sets in order, and a generator as a list."""
+    """Return a value in one line; sets in order, a generator as a list, a claim in short."""
+    if isinstance(found, Claim):
+        return f"{found.verdict.name} {found.name!r}: {found.text}"
     if isinstance(found, (set, frozenset)):
         return f"{{{', '.join(sorted(map(_text, found)))}}}"
     if isinstance(found, Iterator):
