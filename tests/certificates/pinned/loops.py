@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 from typing import Any
 
 from takagi.certificates.checker.kernel.family import Family, read_family
@@ -54,6 +55,7 @@ LAWS: dict[str, Any] = {
 }
 
 
+@cache
 def loop(name: str, sample_time: float | None = None) -> Family:
     """Return a loop; in discrete time x+ = (I + A / 10) x + B u + E w."""
     model: dict[str, Any] = {"kind": "takagi-sugeno", "sample_time": sample_time}

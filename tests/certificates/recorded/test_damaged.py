@@ -9,7 +9,7 @@ import pytest
 
 from tests.certificates.recorded.damages import Damage, answer_to, damages, names
 
-TOGETHER = 40
+TOGETHER = 12
 kept = cache(damages)
 PARTS = [(name, first) for name in names() for first in range(0, len(kept(name)[1]), TOGETHER)]
 
