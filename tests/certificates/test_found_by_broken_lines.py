@@ -1,0 +1,142 @@
+"""What no test had noticed of broken lines, and would have let a false claim pass."""
+
+from __future__ import annotations
+
+import random
+from fractions import Fraction
+from itertools import permutations, product
+from math import prod
+from typing import Any
+
+import pytest
+
+from takagi.certificates import Verdict
+from takagi.certificates.checker.arithmetic.dual import Dual
+from takagi.certificates.checker.arithmetic.interval import Interval, enclose
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kinds.ellipsoid_size import _determinant
+from takagi.certificates.document import certificate_document
+from tests.certificates.pinned.texts import same
+
+Exact = tuple[Fraction, tuple[Fraction, ...]]
+
+
+def leibniz(rows: list[list[Fraction]]) -> Fraction:
+    """The determinant, as the sum over all permutations with their signs."""
+    size, total = len(rows), Fraction(0)
+    for order in permutations(range(size)):
+        odd = sum(order[i] > order[j] for i in range(size) for j in range(i, size)) % 2
+        total += (-1) ** odd * prod(rows[i][order[i]] for i in range(size))
+    return total
+
+
+# ------------------------------------------------------------------ determinants
+
+
+def implicit_plant(mass: list[list[int]]) -> dict[str, Any]:
+    """M x' = -M x, whose entries A = -I are right whatever M is: M alone may be at fault."""
+    names = ["a", "b", "c"]
+    states = [{"name": n, "unit": "-", "range": [-1, 1], "rest": 0} for n in names]
+    rows = [" + ".join(f"({-m})*{n}" for m, n in zip(row, names, strict=True)) for row in mass]
+    A = [[f"{-int(i == j)}" for j in range(3)] for i in range(3)]
+    model: dict[str, Any] = {"kind": "plant", "name": "implicit", "sample_time": None}
+    model |= {
+        "source": "",
+        "states": states,
+        "inputs": [],
+        "disturbances": [],
+        "parameters": {},
+        "outputs": [],
+    }
+    model |= {"equations": rows, "mass": [[str(m) for m in row] for row in mass]}
+    return {**model, "embedding": {"premises": [], "A": A}}
+
+
+@pytest.mark.parametrize(
+    ("mass", "regular"),
+    [
+        ([[1, 1, 0], [0, 1, 1], [1, 0, -1]], False),
+        ([[1, 1, 0], [0, 1, 1], [1, 0, 1]], True),
+        ([[0, 1, 2], [1, 0, 3], [4, -3, 8]], True),
+        ([[1, 2, 3], [4, 5, 6], [7, 8, 9]], False),
+    ],
+)
+def test_a_mass_matrix_without_an_inverse_says_nothing_about_the_rates(
+    mass: list[list[int]], regular: bool
+) -> None:
+    """Where a permutation of two inversions counted as odd, the first was called regular."""
+    claims = [{"name": "plant", "kind": "sector-embedding"}]
+    model = implicit_plant(mass)
+    document = certificate_document(model=model, gains=None, claims=claims, provenance={})
+
+    found = check_document(document)
+
+    assert (leibniz([[Fraction(m) for m in row] for row in mass]) != 0) is regular
+    assert found.verdict is (Verdict.PROVED if regular else Verdict.UNDECIDED)
+
+
+def test_the_size_of_an_ellipsoid_rests_on_the_determinant() -> None:
+    """Elimination gives what the sum over all permutations gives, for L L' + 3 I."""
+    draw = random.Random(1)
+    for size in (1, 2, 3, 4, 5):
+        L = [[draw.randint(-9, 9) for _ in range(size)] for _ in range(size)]
+        rows = [[sum(a * b for a, b in zip(p, q, strict=True)) + 3 * (p is q) for q in L]
+                for p in L]  # fmt: skip
+        exact = leibniz([[Fraction(v, 7) for v in row] for row in rows])
+        assert _determinant(Matrix(rows, 7)) == exact
+
+
+# ------------------------------------------------------------------ identities
+
+
+def test_an_angle_with_large_multiples_is_not_doubled() -> None:
+    """sin(x/y) is 40 times the unit that sin(x/40y) brings, and is taken whole then."""
+    rest = "sin(x/(40*y))"
+    half = "sin(x/(2*y))*cos(x/(2*y))"
+
+    assert same(f"sin(x/y) + {rest}", f"2*{half} + {rest}")
+    assert not same(f"sin(x/y) + {rest}", f"4*{half}*(1 - 2*sin(x/(2*y))^2) + {rest}")
+
+
+# ------------------------------------------------------------------ slopes
+
+
+def exactly(x: Fraction, y: Fraction) -> Exact:
+    """(x y - x) / (y + 3) + 2 x - y / 7 at a point, with its slopes in x and y."""
+    value = (x * y - x) / (y + 3) + 2 * x - y / 7
+    return value, ((y - 1) / (y + 3) + 2, 4 * x / (y + 3) ** 2 - Fraction(1, 7))
+
+
+def number(value: Fraction) -> Interval:
+    return enclose(value, value)
+
+
+@pytest.mark.parametrize("low", [(-2, -1), (0, 0), (1, 2)])
+def test_slopes_over_a_box_contain_those_at_its_points(low: tuple[int, int]) -> None:
+    """Sums, negatives, products, quotients, and products with a number."""
+    one, none = number(Fraction(1)), number(Fraction(0))
+    x, y = (Interval(k * 10**36, (k + 1) * 10**36) for k in low)
+    a, b = Dual(x, (one, none)), Dual(y, (none, one))
+
+    found = (a * b - a) / b.plus(number(Fraction(3)))
+    found = found + a.by(number(Fraction(2))) - b.by(number(Fraction(1, 7)))
+
+    for s, t in product((Fraction(k, 4) for k in range(5)), repeat=2):
+        value, slopes = exactly(low[0] + s, low[1] + t)
+        brackets = zip((found.value, *found.slopes), (value, *slopes), strict=True)
+        assert all(least <= exact * 10**36 <= most for (least, most), exact in brackets)
+
+
+def test_slopes_at_a_point_are_exact_to_a_few_units() -> None:
+    """A box would hide a sign: at a point nothing is lost but rounding."""
+    one, none = number(Fraction(1)), number(Fraction(0))
+    s, t = Fraction(3, 8), Fraction(-5, 4)
+    a, b = Dual(number(s), (one, none)), Dual(number(t), (none, one))
+
+    found = (a * b - a) / b.plus(number(Fraction(3)))
+    found = found + a.by(number(Fraction(2))) - b.by(number(Fraction(1, 7)))
+
+    value, slopes = exactly(s, t)
+    for (low, high), exact in zip((found.value, *found.slopes), (value, *slopes), strict=True):
+        assert low <= exact * 10**36 <= high <= low + 20
