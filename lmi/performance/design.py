@@ -106,7 +106,8 @@ def _guesses(task: PerformanceTask) -> Iterator[tuple[Floats | None, Floats | No
     """Yield guesses of P and of the gains; None for the P of plain compensation."""
     if task.guess is not None:
         regulator = guessed_regulator(task.plant)
-        yield task.guess, None if regulator is None else regulator.gains
+        gains = None if regulator is None else regulator.gains
+        yield task.guess, gains if task.feedback is None else task.feedback
     else:
         for weight in WEIGHTS:
             regulator = guessed_regulator(task.plant, weight)
@@ -129,6 +130,7 @@ def _posed(
         peak=task.peak,
         energy=task.energy,
         noise=task.noise,
+        reach=task.reach,
     )
     return units, pose(task, units)
 

@@ -3,12 +3,12 @@ r"""The LMIs of the peak-to-peak gain under parallel distributed compensation.
 With Q = P^-1, M_j = K_j Q, u = -sum_j h_j K_j x, Z_ij = C_i Q - D12_i M_j, one alpha > 0, and
 sigma = 2 alpha, or 1 - rho^2 with rho = e^(-alpha T),
 
-    continuous   Theta_ij = [ He(G_ij) + sigma Q   E_i      ]
-                            [ .                    -sigma I ]
+    continuous   Theta_ij = [ He(G_ij) + sigma Q   E_i / sqrt(sigma) ]
+                            [ .                    -I                ]
 
-    discrete     Theta_ij = [ He(G_ij) + sigma Q   E_i        G_ij' ]
-                            [ .                    -sigma I   E_i'  ]
-                            [ .                    .          -Q    ]
+    discrete     Theta_ij = [ He(G_ij) + sigma Q   E_i / sqrt(sigma)   G_ij'              ]
+                            [ .                    -I                  E_i' / sqrt(sigma) ]
+                            [ .                    .                   -Q                 ]
 
     both           Phi_ij = [ -Q   Z_ij'    ]
                             [ .    -kappa I ]
@@ -118,11 +118,14 @@ def _loop(plant: DisturbedPlant, Q: Unknown, M: Unknown, rate: float) -> DoubleS
     sigma = 2.0 * rate if step is None else -float(np.expm1(-2.0 * rate * step))
     share = sigma / root**2
     latex = r"\sigma" if step is None else r"\tfrac{\sigma}s"
+    # Divided so that the disturbance's block is I however slow the decay.
+    shared, over = float(np.sqrt(share)), rf"\tfrac1{{\sqrt{{{latex}}}}}"
+    first = f"{over} E_{{i}}" if step is None else rf"{over} \tfrac1{{\sqrt s}} \bar E_{{i}}"
     parts = (*moved(plant, Q, M, 2), own(Q, (0, 0), share, latex))
     fixed = (
-        *entering(plant, 0, root**2, "E_{i}" if step is None else r"\tfrac1{\sqrt s} \bar E_{i}"),
-        *(entering(plant, 2, root, r"\bar E_{i}") if step is not None else ()),
-        Fixed(value=-share * np.eye(q)[None], at=(1, 1), latex=f"-{latex} I"),
+        *entering(plant, 0, root**2 * shared, first),
+        *(entering(plant, 2, root * shared, rf"{over} \bar E_{{i}}") if step is not None else ()),
+        Fixed(value=-np.eye(q)[None], at=(1, 1), latex="-I"),
     )
     return sum_of(plant, (n, q) if step is None else (n, q, n), parts, fixed)
 

@@ -62,6 +62,7 @@ class PerformanceUnits:
         peak: float | None = None,
         energy: float | None = None,
         noise: bool = False,
+        reach: float = 1.0,
     ) -> PerformanceUnits:
         """Return coordinates where x' P x is |xhat|^2 and the loop's numbers are of order one.
 
@@ -72,6 +73,8 @@ class PerformanceUnits:
             limits, counts it from zero.
         limits : where there are some, the states are only scaled, by powers of two.
         peak, energy : of w, to be 1 in these coordinates; None where its unit is free.
+        reach : how much farther the states get under the disturbance than those of a loop that
+            decays as fast as it moves; for peak and energy.
         noise : w is white noise, whose effect in one sample is the root of that share of time.
         """
         step = plant.sample_time
@@ -88,7 +91,7 @@ class PerformanceUnits:
             pushed = speed if peak is not None or step is None else share**0.5
             if entering:
                 # The ellipsoid that such disturbances reach is about the unit ball.
-                T = T * _power(entering * disturbance / pushed)
+                T = T * _power(reach * entering * disturbance / pushed)
         elif entering:
             disturbance = (speed if step is None else 1.0 if noise else share**0.5) / entering
         else:

@@ -11,6 +11,7 @@ from scipy.optimize import minimize_scalar
 
 from takagi.lmi import Design, expressed, latex, peak_gain, peak_pdc, peak_pdc_condition
 from takagi.lmi.evaluate import margin
+from takagi.lmi.performance import peak_gain_design
 from takagi.models import ModelError, TSModel
 from tests.lmi.norms import sampled
 from tests.lmi.performance.disturbed import blends, loop, three_rules, two_rules
@@ -215,7 +216,10 @@ def test_the_builder_writes_the_formula_it_poses() -> None:
     continuous = latex(peak_pdc_condition(two_rules(), decay_rate=0.5))
     discrete = latex(peak_pdc_condition(two_rules(0.1), decay_rate=0.5))
 
-    assert r"\mathrm{He}\left(A_{i} Q - B_{i} M_{i}\right) + \sigma Q & E_{i}" in continuous
+    assert (
+        r"\mathrm{He}\left(A_{i} Q - B_{i} M_{i}\right) + \sigma Q & \tfrac1{\sqrt{\sigma}} E_{i}"
+        in continuous
+    )
     assert r"\text{output, rule:}" in continuous
     assert r"\bar A_{i} Q - \bar B_{i} M_{i}" in discrete
 
@@ -259,3 +263,30 @@ def test_without_gains_the_answer_says_why() -> None:
     assert design.status == "infeasible"
     assert design.gains is None and design.gain is None
     assert "no gains by wang-tanaka-griffin" in design.answer.diagnosis
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("relaxation", "limit"), [("tuan", -0.67), ("kim-lee", 1.2593), ("liu-zhang", 2.7252)]
+)
+def test_rules_that_can_hardly_be_stabilised_have_a_peak(relaxation: str, limit: float) -> None:
+    """Kim and Lee (2000), a = 2, five per cent of b inside the limit of each relaxation.
+
+    No V falls faster than about 1e-3 1/s there: no rate of the mean vertex's regulator will do.
+    """
+    b = limit - 0.05 * abs(limit)
+    A = [[[1.59, -7.29], [0.01, 0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0, 0.05]]]
+    B = [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0 - b], [-1.0]]]
+    C, D = [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]], [[0.0], [0.0], [1.0]]
+    design = peak_pdc(TSModel(A, B, E=[[1.0], [1.0]], C=C, D=D), relaxation=relaxation)
+
+    assert design.status == "candidate"
+    assert design.decay_rate < 5e-3
+
+
+def test_no_limits_are_named_where_none_were_given(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(peak_gain_design._Search, "best", lambda search: None)
+
+    assert "limits" not in peak_pdc(two_rules()).answer.diagnosis
+    limited = peak_pdc(two_rules(), input_limit=[5.0], initial_box=[0.01, 0.01])
+    assert "widen the limits" in limited.answer.diagnosis
