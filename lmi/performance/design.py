@@ -17,12 +17,15 @@ from takagi.lmi.solver.diagnosis import binding_items
 from takagi.lmi.solver.least_over_rate import least_objective
 from takagi.lmi.solver.outcome import not_least
 from takagi.lmi.solver.stages import SMALLEST_MARGIN, Outcome, optimise
+from takagi.lmi.solver.time_limit import out_of_time
 from takagi.lmi.term import Condition
 
 __all__ = ["Meaning", "Pose", "designed"]
 
 # Other coordinates are tried so often, when what they claim differs by more than this.
 ROUNDS, AGREED = 3, 1e-5
+# Other sizes are tried so often, each by so few solvers.
+SIZES, FEW = 6, 2
 # Sum of the cubes of the LMIs' widths above which a second look costs too much: then the bound of
 # the multipliers, a thousandth, has to do.
 LARGE = 1e5
@@ -89,6 +92,12 @@ def designed(
             tries += plain.answer.tries
             if plain.P is None:
                 return _with_tries(plain, tries)
+            own = _in_own_size(task, pose, plain)
+            tries += own.outcome.tries if own is not None else ()
+            if own is not None and near_least(own.outcome):
+                done = _design(task, own, meaning)
+                if done.found:
+                    return _with_tries(done, tries)
         if P is None:
             assert plain is not None and plain.P is not None  # just asked for
             P = plain.P
@@ -100,6 +109,34 @@ def designed(
             )
     assert plain is not None
     return _with_tries(_without(task, plain, found, meaning), tries)
+
+
+def _in_own_size(task: PerformanceTask, pose: Pose, plain: Design) -> _Solved | None:
+    """Return what is found where the last Q is I, in direction and in size; None where not sought.
+
+    Of rules that can hardly be stabilised the output is large however small the disturbance: Q is
+    1e-5 in units that suit others, and solvers lose their way.  What they find there, near enough
+    to the LMIs, says in which units to look; the input is counted from its gains.
+    """
+    if task.limits is not None or task.peak is not None or task.energy is not None:
+        return None
+    assert plain.P is not None and plain.gains is not None  # asked for by the caller
+    P, feedback, shown = plain.P, plain.gains.mean(axis=0), 1.0
+    found, tries = None, tuple[Try, ...]()
+    for _ in range(SIZES):
+        units, _ = _posed(task, pose, P, feedback)
+        units = replace(units, output=units.output * shown)
+        condition, slack = pose(task, units), task.tolerance
+        outcome = optimise(condition, slack=slack, inside=slack, most=FEW)
+        tries += outcome.tries
+        found = _Solved(units, condition, replace(outcome, tries=tries))
+        values = outcome.values or outcome.feasible
+        sizes = np.linalg.eigvalsh(values["Q"][0]) if values else np.zeros(1)
+        if near_least(outcome) or not sizes[0] > 0 or out_of_time():
+            break
+        P, shown = units.quadratic(values["Q"][0]), shown / float(np.sqrt(sizes[-1]))
+        feedback = units.gains(values["Q"][0], values["M"], len(task.plant.A)).mean(axis=0)
+    return found
 
 
 def _guesses(task: PerformanceTask) -> Iterator[tuple[Floats | None, Floats | None]]:

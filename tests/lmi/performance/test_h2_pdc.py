@@ -249,3 +249,16 @@ def test_without_gains_the_answer_says_why() -> None:
     assert design.status == "infeasible"
     assert design.gains is None and design.gain is None
     assert "no gains by wang-tanaka-griffin" in design.answer.diagnosis
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("relaxation", "limit"), [("tuan", -0.67), ("kim-lee", 1.2593)])
+def test_rules_that_can_hardly_be_stabilised_have_a_norm(relaxation: str, limit: float) -> None:
+    """Kim and Lee (2000), a = 2, five per cent of b inside the limit of each relaxation."""
+    b = limit - 0.05 * abs(limit)
+    A = [[[1.59, -7.29], [0.01, 0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0, 0.05]]]
+    B = [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0 - b], [-1.0]]]
+    C, D = [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]], [[0.0], [0.0], [1.0]]
+    design = h2_pdc(TSModel(A, B, E=[[1.0], [1.0]], C=C, D=D), relaxation=relaxation)
+
+    assert design.status == "candidate", design.answer.diagnosis
