@@ -158,9 +158,7 @@ def _patches(spline: ExactSpline, x: Interval, y: Interval, dx: int, dy: int) ->
     ]
 
 
-def _patch(
-    spline: ExactSpline, x_span: int, x_map: AxisMap, y_span: int, y_map: AxisMap
-) -> Patch:
+def _patch(spline: ExactSpline, x_span: int, x_map: AxisMap, y_span: int, y_map: AxisMap) -> Patch:
     """Return the Bernstein coefficients b = X C Y' of one cell, or of the mapped part of it."""
     local = [
         row[y_span - DEGREE : y_span + 1]
