@@ -18,8 +18,8 @@ from takagi.certificates.checker.turbine import (
 )
 from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant, Subject
 from takagi.certificates.checker.turbine.spans import gaps, merged
-from tests.certificates.pinned.turbine.coherent_numbers import read
-from tests.certificates.pinned.turbine.inputs import CELLS, Document, document, sealed
+from tests.certificates.pinned.turbine.corner_numbers import largest
+from tests.certificates.pinned.turbine.inputs import CELLS, Document, document, read, sealed
 from tests.certificates.pinned.turbine.values import Named, said
 
 F = Fraction
@@ -133,6 +133,30 @@ def of_family() -> Named:
         return said(interval_family.contraction_failure, **{**own, **changes}, where="here")
 
     yield "itself", fails()
+    # Of three states, and not alike in any of them.
+    three: dict[str, Any] = {
+        "P": [[F(2), F(1, 4), F(-1, 8)], [F(1, 4), F(3), F(1, 2)], [F(-1, 8), F(1, 2), F(5)]],
+        "corners": [(
+            [[F(-2), F(1, 5), F(0)], [F(-1, 5), F(-3), F(1, 10)], [F(1, 10), F(0), F(-4)]],
+            [[F(-19, 10), F(3, 10), F(1, 10)], [F(0), F(-29, 10), F(1, 5)],
+             [F(1, 4), F(1, 10), F(-39, 10)]],
+        )],
+        "disturbance": [F(1, 10), F(1, 5), F(1, 20)],
+    }  # fmt: skip
+    yield "of three states", fails(**three)
+    for i in range(3):
+
+        def borne(k: int, i: int = i) -> bool:
+            bounds = [*three["disturbance"]]
+            bounds[i] = F(k, 10**7)
+            return not fails(**{**three, "disturbance": bounds})
+
+        yield f"disturbance {i} is borne", largest(borne, 0)
+    yield "rate is borne", largest(lambda k: not fails(**three, rate=F(k + 1, 10**7)), 0)
+    yield (
+        "multiplier is borne",
+        largest(lambda k: not fails(**three, multiplier=F(k + 1, 10**7)), 10**7),
+    )
     for k in range(0, 40, 2):
         yield f"rate {k}", fails(rate=F(k, 20))
         yield f"multiplier {k}", fails(multiplier=F(k + 1, 8))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
-from functools import cache
 from itertools import product
 from typing import Any
 
@@ -15,16 +14,10 @@ from takagi.certificates.checker.turbine.coherent_corners import Stated
 from takagi.certificates.checker.turbine.coherent_inputs import Subject
 from takagi.certificates.checker.turbine.coherent_loop import Loop
 from takagi.certificates.checker.turbine.coherent_moving import Moving
-from tests.certificates.pinned.turbine.inputs import CELLS, Document, as_read, document
+from tests.certificates.pinned.turbine.inputs import CELLS, read
 from tests.certificates.pinned.turbine.values import Named, said
 
 F = Fraction
-
-
-@cache
-def read(cell: str) -> Document:
-    """Return a recorded certificate as the checker reads it."""
-    return as_read(document(cell))
 
 
 def subject(cell: str) -> Subject:
@@ -109,6 +102,8 @@ def variants(cell: str) -> Iterator[tuple[str, Subject, Fraction]]:
     names = ("speed", "effort", "effectiveness", "limit", "gamma")
     falling = {name: getattr(law, name)[::-1] for name in names}
     yield "falling", other(about, "law", **falling), slow
+    high = {"pitch_min": F(1, 40), "pitch_max": F(1, 3)}
+    yield "raised pitch", other(about, "law", **high), rate
     yield "low torque", other(about, "law", rated_torque=F(9000)), rate
     yield "low pitch", other(about, "law", pitch_max=F(1, 50)), rate
     yield "late pitch", other(about, "box", effort_lag=2 * about.plant.pitch_max), rate
@@ -124,18 +119,11 @@ def of_moving(cell: str) -> Named:
 
 
 def of_variants(cell: str) -> Named:
-    names = (
-        "light",
-        "no wake",
-        "power",
-        "small box",
-        "falling",
-        "low pitch",
-        "slow drive",
-        "long lead",
-    )
+    few = {"light", "no wake", "power", "small box", "falling", "raised pitch"}
+    more = {"no wake", "power", "falling", "low pitch", "slow drive", "long lead"}
+    more |= {"late pitch", "led pitch", "raised pitch"}
     for name, about, rate in variants(cell):
-        if name in (names[1:] if cell == "rated" else names[:5]):
+        if name in (more if cell == "rated" else few):
             at = Loop(about, 0, rate)
             yield f"{name}: ranges", said(dict, at.ranges())
             yield f"{name}: sizes", said(dict, at.sizes())

@@ -11,9 +11,9 @@ from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import Number, matrix
 from takagi.certificates.checker.turbine import coherent, coherent_corners
 from takagi.certificates.checker.turbine.coherent_corners import Corners, Stated, bounds_row
-from takagi.certificates.checker.turbine.coherent_inputs import Settling
-from tests.certificates.pinned.turbine.coherent_numbers import read, stated, subject
-from tests.certificates.pinned.turbine.inputs import CELLS, document
+from takagi.certificates.checker.turbine.coherent_inputs import Law, Settling
+from tests.certificates.pinned.turbine.coherent_numbers import stated, subject
+from tests.certificates.pinned.turbine.inputs import CELLS, document, read
 from tests.certificates.pinned.turbine.values import Named, said
 
 F = Fraction
@@ -70,7 +70,7 @@ def of_thresholds(cell: str, part: int) -> Named:
             sizes = {**about.sizes, name: F(k, 10**7)}
             return not Corners(replace(about, sizes=sizes)).failure(P)
 
-        yield name, _largest(holds, int(about.sizes[name] * 10**7))
+        yield name, largest(holds, int(about.sizes[name] * 10**7))
     for name in coherent_corners.RANGES[part::5]:
         for end, sign in ((0, -1), (1, 1)):
 
@@ -79,21 +79,27 @@ def of_thresholds(cell: str, part: int) -> Named:
                 ends[end] += sign * F(k, 10**7)
                 return not Corners(replace(about, ranges={**about.ranges, name: ends})).failure(P)
 
-            yield f"{name} {end}", _largest(inside, 0)
+            yield f"{name} {end}", largest(inside, 0)
     at, settling = Corners(about), Settling.read(claim, "claim")
     if part == 0:
-        yield "settles", _largest(lambda k: at.settles(settling.P, F(k, 10**7)), 0)
+        yield "settles", largest(lambda k: at.settles(settling.P, F(k, 10**7)), 0)
+
+        def rests(k: int) -> bool:
+            sizes = {**about.sizes, "residual": F(k, 10**7)}
+            return Corners(replace(about, sizes=sizes))._equilibrium_inside(P)
+
+        yield "equilibrium", largest(rests, 0)
     if part == 1:
-        yield "P", _largest(lambda k: not at.failure(_times(P, F(k, 10**7))), 10**7)
+        yield "P", largest(lambda k: not at.failure(_times(P, F(k, 10**7))), 10**7)
     if part == 2:
-        yield "P, least", _largest(lambda k: not at.failure(_times(P, F(10**7, k + 1))), 10**7)
+        yield "P, least", largest(lambda k: not at.failure(_times(P, F(10**7, k + 1))), 10**7)
 
 
 def _times(P: list[list[Fraction]], share: Fraction) -> list[list[Fraction]]:
     return [[share * entry for entry in row] for row in P]
 
 
-def _largest(holds: Callable[[int], bool], start: int) -> int:
+def largest(holds: Callable[[int], bool], start: int) -> int:
     """Return about the last number from a start on for which something holds; -1 for none."""
     if not holds(start):
         return -1
@@ -121,6 +127,63 @@ def of_claim(cell: str) -> Named:
     """Yield the whole answer to the claim."""
     for claim in check_document(document(cell, "coherent-loop")).claims:
         yield "answer", (claim.verdict.name, claim.name, claim.text, claim.assumes)
+
+
+def of_changed() -> Named:
+    """Yield what is said of the claim with other matrices, and of one that is not about its law."""
+    data = read("torque")
+    claim, own = data["claims"][0], data["claims"][0]["P"]
+    negative = [[Number(f"-{entry}".replace("--", "")) for entry in row] for row in own]
+    other = {**claim["settling"], "P": negative}
+    forged = {**other, "decay_rate": Number("50")}
+    gains = {**data["gains"], "pitch_max": Number("1.5")}
+    for name, changes in (
+        ("two rows", {"P": own[:2]}),
+        ("two columns", {"P": [row[:2] for row in own]}),
+        ("four columns", {"P": [[*row, Number("0")] for row in own]}),
+        ("negative", {"P": negative}),
+        ("not symmetric", {"P": [own[0], own[1], [Number("9"), *own[2][1:]]]}),
+        ("settling", {"settling": other}),
+        ("settling, forged", {"settling": forged}),
+        ("settling, two rows", {"settling": {**other, "P": own[:2]}}),
+        ("settling, two columns", {"settling": {**other, "P": [row[:2] for row in own]}}),
+        ("no cells", {"cells": []}),
+        ("two cells", {"cells": claim["cells"] * 2}),
+        ("wide peak", {"peaks": {**claim["peaks"], "integral": Number("9")}}),
+    ):
+        changed = {**claim, **changes}
+        found = said(coherent.check_coherent, changed, data["model"], data["gains"], "here")
+        yield name, found if isinstance(found, str) else _told(found)
+    yield "other gains", said(coherent.check_coherent, claim, data["model"], gains, "here")
+
+
+def _told(found: Any) -> Any:
+    data = found.given
+    return found.verdict.name, data.get("why"), data.get("failures")
+
+
+def of_laws_read() -> Named:
+    """Yield which tables of a law are read."""
+    gains = read("torque")["gains"]
+    zero, less, some = Number("0"), Number("-1"), Number("0.5")
+    for name, value in gains.items():
+        others = (zero, less, some) if isinstance(value, Number) else (
+            [zero] * len(value), value[:1], [less, *value[1:]], [*value, some],
+        ) if isinstance(value, list) else ()  # fmt: skip
+        for number, other in enumerate(others):
+            found = said(Law.read, {**gains, name: other})
+            yield f"{name} {number}", found if isinstance(found, str) else "read"
+    columns = [name for name, value in gains.items() if isinstance(value, list)]
+    for count in (1, 2, 2000, 2001):
+        many = {name: [*gains[name]] * count for name in columns}
+        many = {name: values[: count - (len(gains[name]) == 1)] for name, values in many.items()}
+        many["wind"] = [Number(str(3 + k / 100)) for k in range(count)]
+        found = said(Law.read, {**gains, **many})
+        yield f"{count} winds", found if isinstance(found, str) else "read"
+    still = {"pitch_lead": zero, "inertia_feedforward": [zero], "wind_filter": zero}
+    for name in still:
+        found = said(Law.read, {**gains, **still, name: gains[name]})
+        yield f"nothing fed but {name}", found if isinstance(found, str) else "read"
 
 
 def of_failures(cell: str) -> Named:
@@ -160,7 +223,12 @@ def of_set() -> Named:
 
 def groups() -> dict[str, Any]:
     """Return the groups of numbers by name."""
-    found: dict[str, Any] = {"rounding": of_rounding, "set": of_set}
+    found: dict[str, Any] = {
+        "rounding": of_rounding,
+        "set": of_set,
+        "claim changed": of_changed,
+        "laws read": of_laws_read,
+    }
     for part in range(5):
         found[f"thresholds, rated, {part}"] = lambda part=part: of_thresholds("rated", part)
     for cell in CELLS:

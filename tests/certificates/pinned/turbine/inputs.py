@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 from copy import deepcopy
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -19,20 +18,16 @@ from takagi.certificates.checker.kernel.reader import digest, read_text
 INPUTS = Path(__file__).with_name("inputs.json")
 CELLS = ("torque", "rated", "pitch")
 Document = dict[str, Any]
-
-
-@cache
-def _inputs() -> Document:
-    found: Document = json.loads(INPUTS.read_text(encoding="utf-8"))
-    return found
+_INPUTS: Document = json.loads(INPUTS.read_text(encoding="utf-8"))
 
 
 def document(name: str, *kinds: str) -> Document:
     """Return a recorded certificate with its claims of these kinds, or all; its own to change."""
-    inputs = _inputs()
-    found = deepcopy(inputs["certificates"][name])
+    found = deepcopy(_INPUTS["certificates"][name])
     claims = [claim for claim in found["claims"] if not kinds or claim["kind"] in kinds]
-    return sealed({"model": deepcopy(inputs["turbine"]), "gains": found["gains"], "claims": claims})
+    return sealed(
+        {"model": deepcopy(_INPUTS["turbine"]), "gains": found["gains"], "claims": claims}
+    )
 
 
 def sealed(parts: Document) -> Document:
@@ -47,3 +42,14 @@ def as_read(data: Document) -> Document:
     """Return a certificate as the checker reads it, its numbers as they are written."""
     found: Document = read_text(json.dumps(data), "certificate")
     return found
+
+
+_READ = {
+    name: as_read({"model": _INPUTS["turbine"], **parts})
+    for name, parts in _INPUTS["certificates"].items()
+}
+
+
+def read(name: str) -> Document:
+    """Return a recorded certificate as the checker reads it; the same one at every call."""
+    return _READ[name]

@@ -9,8 +9,8 @@ from typing import Any
 from takagi.certificates.checker.turbine import paper
 from takagi.certificates.checker.turbine.coherent_inputs import Plant
 from takagi.certificates.checker.turbine.paper_inputs import PaperLaw
-from tests.certificates.pinned.turbine.inputs import as_read, document
-from tests.certificates.pinned.turbine.paper_numbers import LAWS, read
+from tests.certificates.pinned.turbine.inputs import as_read, document, read
+from tests.certificates.pinned.turbine.paper_numbers import LAWS
 from tests.certificates.pinned.turbine.values import Named, said
 
 F = Fraction

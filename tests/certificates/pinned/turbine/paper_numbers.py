@@ -15,7 +15,7 @@ from takagi.certificates.checker.turbine import paper_loop
 from takagi.certificates.checker.turbine.coherent_inputs import Plant
 from takagi.certificates.checker.turbine.paper_inputs import PaperLaw, Region
 from takagi.certificates.checker.turbine.paper_loop import Ends, Loop, interpolated
-from tests.certificates.pinned.turbine.inputs import Document, as_read, document
+from tests.certificates.pinned.turbine.inputs import read
 from tests.certificates.pinned.turbine.values import Named, said
 
 F = Fraction
@@ -31,11 +31,6 @@ PARTS = (
     *("state", "rotor", "error", "partial_weights", "full_weights"),
     *("torque_command", "share", "pitch_command"),
 )
-
-
-@cache
-def read(name: str) -> Document:
-    return as_read(document(name))
 
 
 @cache
@@ -57,8 +52,13 @@ def law_of(name: str) -> PaperLaw:
         law,
         smooth=name == "paper",
         partial=region(law.partial, (-6000000, -9500000), (0, 0), (-1200000, -600000)),
-        full=region(law.full, (-20, -40, -60, -10), (-30, -50, -20, -70), (-5, -9, -7, -12)),
+        full=region(_bent(law.full), (-20, -40, -60, -10), (-30, -50, -20, -70), (-5, -9, -7, -12)),
     )
+
+
+def _bent(own: Region) -> Region:
+    """Return a region whose trim speed goes with the wind."""
+    return replace(own, speed=[s * (1 + F(k, 500)) for k, s in enumerate(own.speed)])
 
 
 def boxes(law: PaperLaw) -> Iterator[tuple[str, Ends]]:
@@ -110,6 +110,11 @@ def of_pieces(name: str) -> Named:
         x = int((law.rated_torque + step * half) * ONE)
         yield f"passed {step}", at._passed(x)
     yield "passed below 0", at._passed(-ONE)
+    bent = replace(law, largest_ratio=F(9))
+    for low, high in ((3, 4), (5, 6), (6, 7), (9, 12)):
+        states = [[z[0] * low / 11, *z[1:]] for z in ends.states]
+        here = Ends((F(low), F(high)), (states[0], states[1]), ends.widths)
+        yield f"error {low} {high}", Loop(plant(), bent, law.overlaps, here, "line").error
     nodes, column = [F(4), F(6), F(9), F(10)], [F(1), F(3), F(-2), F(5)]
     for wind in (F(3), F(4), F(5), F(6), F(17, 2), F(9), F(19, 2), F(10), F(12)):
         yield f"interpolated {wind}", interpolated(nodes, column, wind)
@@ -157,6 +162,16 @@ def of_ramps(name: str) -> Named:
                 yield f"pitch at the {what} {a} {b} {free}", said(at._angle, free)
 
 
+def of_drive(name: str) -> Named:
+    """Yield in which boxes the drive may be asked for more than its limit."""
+    law = law_of(name)
+    for box, ends in boxes(law):
+        for limit in (F(1, 20), F(1, 2), F(2)):
+            slow = replace(plant(), rate_limit=limit)
+            found = said(Loop(slow, law, law.overlaps, ends, "none").rates)
+            yield f"{box} {limit}", found if isinstance(found, str) else "within"
+
+
 def of_quotients() -> Named:
     """Yield averages that are quotients, and gains between corners."""
     found = Dual(enclose(F(1), F(2)), (UNIT,))
@@ -179,5 +194,6 @@ def groups() -> dict[str, Any]:
             tag = f"{law}, {seeds}, {part}"
             found[tag] = lambda law=law, seeds=seeds, part=part: of_boxes(law, seeds, part)
         found[f"{law}, pieces"] = lambda law=law: of_pieces(law)
+        found[f"{law}, drive"] = lambda law=law: of_drive(law)
         found[f"{law}, ramps"] = lambda law=law: of_ramps(law)
     return found

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from copy import deepcopy
-from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -24,21 +23,18 @@ FILES = Path(__file__).with_name("files.json")
 PLANTS, TURBINES = ("cart", "step", "room"), ("turbine", "factor")
 
 
-@cache
-def _recorded() -> Document:
-    found: Document = json.loads(FILES.read_text(encoding="utf-8"))
-    return found
+_RECORDED: Document = json.loads(FILES.read_text(encoding="utf-8"))
 
 
 def texts_of(name: str) -> dict[str, str]:
     """Return the files of a model, the model's own first."""
-    found: dict[str, str] = dict(_recorded()[name]["files"])
+    found: dict[str, str] = dict(_RECORDED[name]["files"])
     return found
 
 
 def certificate(name: str) -> Document:
     """Return model, gains, claims and controller as the checker reads them."""
-    found = {key: deepcopy(part) for key, part in _recorded()[name].items() if key != "files"}
+    found = {key: deepcopy(part) for key, part in _RECORDED[name].items() if key != "files"}
     found["provenance"] = {"sha256": {"model": "m", "gains": "g", "claims": "c"}}
     return as_read(found)
 
@@ -54,4 +50,4 @@ def answer(data: Document, texts: dict[str, str], work: Callable[..., Any] = com
 
 def model_of(name: str) -> Any:
     """Return a recorded certificate's model as plain data."""
-    return _recorded()[name]["model"]
+    return _RECORDED[name]["model"]

@@ -13,9 +13,9 @@ from takagi.certificates.checker.turbine import (
 )
 from takagi.certificates.checker.turbine.paper_rest import PaperRests, bends
 from takagi.certificates.checker.turbine.rest_count import Count, Span
-from tests.certificates.pinned.turbine.coherent_numbers import read as coherent_read
-from tests.certificates.pinned.turbine.inputs import as_read
-from tests.certificates.pinned.turbine.paper_numbers import LAWS, read
+from tests.certificates.pinned.turbine.inputs import as_read, read
+from tests.certificates.pinned.turbine.inputs import read as coherent_read
+from tests.certificates.pinned.turbine.paper_numbers import LAWS
 from tests.certificates.pinned.turbine.rests_of_paper import WINDS, paper_law, paper_turbine
 from tests.certificates.pinned.turbine.values import Named, said
 

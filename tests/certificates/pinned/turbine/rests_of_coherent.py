@@ -15,8 +15,8 @@ from takagi.certificates.checker.turbine import (
 from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant
 from takagi.certificates.checker.turbine.coherent_rest import CoherentRests, _Rest, coherent_rests
 from takagi.certificates.checker.turbine.rest_count import Count, Span
-from tests.certificates.pinned.turbine.coherent_numbers import read as coherent_read
 from tests.certificates.pinned.turbine.inputs import CELLS
+from tests.certificates.pinned.turbine.inputs import read as coherent_read
 from tests.certificates.pinned.turbine.values import Named, said
 
 F = Fraction

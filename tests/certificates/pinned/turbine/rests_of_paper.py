@@ -22,7 +22,8 @@ from takagi.certificates.checker.turbine.paper_one_rest import OneIntegrator
 from takagi.certificates.checker.turbine.paper_rest import bends, paper_rests
 from takagi.certificates.checker.turbine.paper_two_rest import TwoIntegrators
 from takagi.certificates.checker.turbine.rest_count import Count
-from tests.certificates.pinned.turbine.paper_numbers import LAWS, read
+from tests.certificates.pinned.turbine.inputs import read
+from tests.certificates.pinned.turbine.paper_numbers import LAWS
 from tests.certificates.pinned.turbine.values import Named, said
 
 F = Fraction
@@ -83,6 +84,9 @@ def of_balance(name: str) -> Named:
             yield f"{where}: gains at {pitch[0]}", gains
             u = Dual(enclose(F(40000), F(44000)), (ZERO, UNIT))
             yield f"{where}: passed at {pitch[0]}", at.passed(u)
+    bent = kind(rest.plant, replace(rest.law, largest_ratio=F(9)))
+    for wind in (F(3), F(4), F(5), F(6), F(7)):
+        yield f"bent reference {wind}", bent.reference(wind)
     yield "bends", bends(rest.plant, rest.law)
 
 

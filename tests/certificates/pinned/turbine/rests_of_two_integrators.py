@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 from typing import Any
@@ -68,6 +69,8 @@ def of_two_pieces() -> Named:
     rest = TwoIntegrators(paper_turbine(), paper_law("paper-two-integrators", FULL))
     rest.longest = F(4)
     yield "beyond the table", said(rest.count, WINDS["fast"])
+    raised = replace(rest.law, pitch_min=F(1, 50))
+    rest = TwoIntegrators(paper_turbine(), raised)
     for where in WINDS:
         for signs in ((1, -1), (1, 1), (-1, -1), (0, -1), (1, 0)):
             asked: list[Any] = []

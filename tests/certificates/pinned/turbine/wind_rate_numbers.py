@@ -12,8 +12,8 @@ from takagi.certificates.checker.turbine import (
     wind_rate,
 )
 from takagi.certificates.checker.turbine.wind_rate import Range
-from tests.certificates.pinned.turbine.coherent_numbers import read, subject
-from tests.certificates.pinned.turbine.inputs import CELLS
+from tests.certificates.pinned.turbine.coherent_numbers import subject
+from tests.certificates.pinned.turbine.inputs import CELLS, read
 from tests.certificates.pinned.turbine.values import Named, said
 
 F = Fraction
