@@ -9,12 +9,15 @@ from typing import Any
 
 from takagi.certificates.checker.arithmetic.interval import enclose, point
 from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.turbine import (
+    actuator_rates,
     earlier,
     equilibrium,
     frozen_wake,
     interval_family,
+    wind_rate,
 )
 from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant, Subject
 from takagi.certificates.checker.turbine.spans import gaps, merged
@@ -78,10 +81,33 @@ def of_whole(cell: str, first: int = 0) -> Named:
         yield name, answers(data)
 
 
+def of_loops_that_are_proved() -> Named:
+    """Yield what is said where the loop's own claim is taken as proved: no filter, little fed."""
+    data = read("torque")
+    claims, gains = data["claims"], data["gains"]
+    proved = [Claim("loop", Verdict.PROVED, ""), Claim("wind", Verdict.PROVED, "")]
+    zero = Number("0")
+    still = {"pitch_lead": zero, "inertia_feedforward": [zero], "wind_filter": zero}
+    for name, changes in (("as recorded", {}), ("no filter", still)):
+        own = {**data, "gains": {**gains, **changes}}
+        found = said(wind_rate.check_wind_rate, claims[1], own, list(proved[:1]), "here")
+        yield name, found if isinstance(found, str) else (found.verdict.name, sorted(found.given))
+    cell = claims[2]["cells"][0]
+    for name, fed, bend in (
+        ("fed", gains["inertia_feedforward"][0], cell["schedule_bend"]),
+        ("fed, no bend", gains["inertia_feedforward"][0], zero),
+        ("little fed, no bend", Number("0.000001"), zero),
+        ("not fed, no bend", zero, zero),
+    ):
+        own = {**data, "gains": {**gains, "inertia_feedforward": [fed]}}
+        claim = {**claims[2], "cells": [{**cell, "schedule_bend": bend}]}
+        found = said(actuator_rates.check_actuator_rates, claim, own, list(proved), "here")
+        told = found.given.get("failures"), found.given.get("fed"), found.given.get("kept")
+        yield name, (found.verdict.name, told)
+
+
 def of_earlier() -> Named:
     data = {"claims": [{"kind": "a"}, {"kind": "b"}, {"kind": "a"}]}
-    from takagi.certificates.checker.kernel.reader import Number
-
     outcomes = [Claim("one", Verdict.PROVED, ""), Claim("two", Verdict.UNDECIDED, "")]
     for place, kind in product((-1, 0, 1, 2, 3), ("a", "b")):
         claim = {"loop": Number(str(place))}
@@ -144,6 +170,18 @@ def of_family() -> Named:
         "disturbance": [F(1, 10), F(1, 5), F(1, 20)],
     }  # fmt: skip
     yield "of three states", fails(**three)
+    # The worst corner of the disturbance is another one.
+    signs = (1, -1, 1), (1, 1, -1), (1, -1, -1)
+    for flipped in signs:
+        P3 = [[a * flipped[i] * flipped[j] for j, a in enumerate(row)]
+              for i, row in enumerate(three["P"])]  # fmt: skip
+        bounds = three["disturbance"]
+
+        def held(k: int, P3: Any = P3, bounds: Any = bounds) -> bool:
+            more = [F(k, 10**7) * d for d in bounds]
+            return not fails(**{**three, "P": P3, "disturbance": more})
+
+        yield f"disturbance is borne, {flipped}", largest(held, 0)
     for i in range(3):
 
         def borne(k: int, i: int = i) -> bool:
@@ -217,6 +255,7 @@ def groups() -> dict[str, Any]:
     """Return the groups of numbers by name."""
     found: dict[str, Any] = {
         "earlier claims": of_earlier,
+        "loops that are proved": of_loops_that_are_proved,
         "rests told": of_words,
         "interval family": of_family,
         "frozen wake": of_wake,

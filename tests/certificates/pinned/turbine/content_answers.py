@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from decimal import Decimal
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from takagi.certificates.checker.files import (
@@ -55,6 +56,31 @@ def of_contents(name: str) -> Named:
                      lambda _, path: model_content.model_content(path))  # fmt: skip
     for key, part in content.items():
         yield key, json.dumps(part)
+
+
+def of_words() -> Named:
+    """Yield which texts are words, which are names of the user's, and links out of the folder."""
+    text = """source = "a"
+[states]
+x = { description = "b", unit = "m", source = 1 }
+[equations]
+source = "c"
+description = "d"
+[mass]
+x = { source = "e" }
+[premises]
+source = "f"
+[tables]
+t = { unit = "m" }
+u = 1
+"""
+    content = answer({}, {"m.toml": text}, lambda _, path: model_content.model_content(path))
+    yield "words", json.dumps(content)
+    with TemporaryDirectory() as folder, TemporaryDirectory() as other:
+        (Path(other) / "t.csv").write_text("1\n", encoding="utf-8")
+        (Path(folder) / "t.csv").symlink_to(Path(other) / "t.csv")
+        found = said(model_content.inside_folder, Path(folder) / "m.toml", "t.csv")
+        yield "a link", str(found).replace(folder, "")
 
 
 def of_owners() -> Named:
@@ -136,6 +162,12 @@ def of_companions() -> Named:
         yield f"earlier, with its hash in {owner}", answer({**earlier, owner: own}, texts)
         own = {"files_sha256": {"cart.toml": digest}}
         if owner == "model":
+            both = {file: hashlib.sha256(texts[file].encode()).hexdigest() for file in texts}
+            own = {"files_sha256": both}
+            yield "by all hashes", answer({**data, "model": own}, texts)
+            wrong = {"files_sha256": {**both, "rub.csv": digest}}
+            yield "by a wrong hash", answer({**data, "model": wrong}, texts)
+            own = {"files_sha256": {"cart.toml": digest}}
             yield "by its hash", answer({**data, "model": own}, texts)
     room = certificate("room")
     yield "no blend claim", answer({**room, "claims": room["claims"][:1]}, texts_of("room"))
@@ -147,6 +179,7 @@ def groups() -> dict[str, Any]:
     """Return the groups of answers by name."""
     found: dict[str, Any] = {
         "differences": of_differences,
+        "words of files": of_words,
         "beside the claims": of_owners,
         "sizes": of_sizes,
         "companions": of_companions,

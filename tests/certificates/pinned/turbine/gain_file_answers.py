@@ -11,11 +11,13 @@ from takagi.certificates.checker.controller.content import file_content
 from takagi.certificates.checker.controller.numbers import exact, short
 from takagi.certificates.checker.files.gain_file import compare_gains, expected_file
 from takagi.certificates.checker.kernel.reader import Number
+from takagi.certificates.controller.content import plain
 from tests.certificates.pinned.turbine.inputs import CELLS, Document, as_read, document
 from tests.certificates.pinned.turbine.recorded_files import (
     PLANTS,
     answer,
     certificate,
+    own_words,
 )
 from tests.certificates.pinned.turbine.values import Named, said
 
@@ -67,7 +69,7 @@ def told_of(about: Document, content: Any) -> Any:
 def of_gain_members(name: str) -> Named:
     """Yield what is said of a gain file without one of its members, or with another."""
     data = dict(documents())[name]
-    own = json.loads(json.dumps(expected_file(data)))
+    own = plain(expected_file(data))
     for key in own:
         yield f"without {key}", told_of(data, {k: v for k, v in own.items() if k != key})
         yield f"{key} is 1", told_of(data, {**own, key: 1})
@@ -76,7 +78,7 @@ def of_gain_members(name: str) -> Named:
 def of_gain_changes(name: str) -> Named:
     """Yield what is said of a gain file that differs, or of another certificate."""
     data = dict(documents())[name]
-    own = json.loads(json.dumps(expected_file(data)))
+    own = plain(expected_file(data))
 
     def told(content: Any, about: Document = data) -> Any:
         return told_of(about, content)
@@ -102,6 +104,12 @@ def of_gain_changes(name: str) -> Named:
         ("another name", {**data, "gains": {**data["gains"], "name": "paper"}}),
     ):
         yield what, told(own, broken)
+
+
+def said_of_file(data: Document) -> Any:
+    """Return the names of the members of the gain file, or why there is none."""
+    found = said(expected_file, data)
+    return own_words(found) if isinstance(found, str) else sorted(found)
 
 
 def of_programs() -> Named:
@@ -144,6 +152,9 @@ def of_programs() -> Named:
     blending["low"]["error"] = blending["high"]["error"] = None
     turned = {**room["gains"], "blending": blending}
     yield "no errors", content(model=room["model"], law=turned, own=room["controller"])
+    for key in ("states", "inputs"):
+        short_of = {**own, key: own[key][:-1]}
+        yield f"{key} that are one less", said_of_file({**data, "controller": short_of})
     for value in (Number("1.5"), "sqrt(2)", 0.1, 3, "2/3"):
         yield f"number {value!r}", (exact(value), short(exact(value)))
 

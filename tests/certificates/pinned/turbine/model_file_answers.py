@@ -93,6 +93,28 @@ def of_free_actuators() -> Named:
         yield name, answer(data, texts | {file: written})
 
 
+def of_names_that_meet() -> Named:
+    """Yield the answer where file and certificate have a parameter with an actuator's name."""
+    texts, data = texts_of("room"), certificate("room")
+    file, text = next(iter(texts.items()))
+    named = text.replace("a = { value", 'cooling = { value = 1, unit = "-" }\na = { value')
+    data["model"]["parameters"]["cooling"] = Number("1")
+    yield "an actuator's name", answer(data, texts | {file: named})
+
+
+def of_law_rows() -> Named:
+    """Yield the answers where the law's rows are not as long as its winds."""
+    for name in ("wind", "effectiveness_limit"):
+        for short in (True, False):
+            data, texts = certificate("turbine"), texts_of("turbine")
+            row = data["gains"][name]
+            data["gains"][name] = row[:-1] if short else [*row, Number("99")]
+            yield f"{name} {short}", answer(data, texts)
+    data = certificate("turbine")
+    for what, gains in (("no limit", {"rated_torque": data["gains"]["rated_torque"]}),):
+        yield what, answer({**data, "gains": gains}, texts_of("turbine"))
+
+
 def _places(model: Any) -> Iterator[tuple[tuple[str | int, ...], Any]]:
     for key, part in model.items():
         if key not in ("model_file", "kind"):
@@ -103,6 +125,9 @@ def _places(model: Any) -> Iterator[tuple[tuple[str | int, ...], Any]]:
         (("states", 0, "rest"), Number("1")),
         (("states", 0, "range"), None),
         (("inputs", 0, "rest"), Number("7")),
+        (("inputs", 0, "rest"), Number("1.25")),
+        (("blending", "low"), None),
+        (("blending", "high"), 1),
         (("inputs", 0, "range", 1), Number("7")),
         (("parameters", "a"), "1/2"),
         (("parameters", "a"), Number("0.51")),
@@ -133,7 +158,11 @@ def _places(model: Any) -> Iterator[tuple[tuple[str | int, ...], Any]]:
 
 def groups() -> dict[str, Any]:
     """Return the groups of answers by name."""
-    found: dict[str, Any] = {"free actuators": of_free_actuators}
+    found: dict[str, Any] = {
+        "free actuators": of_free_actuators,
+        "names that meet": of_names_that_meet,
+        "rows of the law": of_law_rows,
+    }
     for name in (*PLANTS, *TURBINES):
         for first in range(4):
             found[f"{name} replaced, {first}"] = lambda n=name, f=first: of_replaced(n, f)

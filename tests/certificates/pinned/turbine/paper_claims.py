@@ -143,6 +143,10 @@ def of_cell_reading() -> Named:
     for at in (law.pitch_min, law.pitch_max, law.pitch_max + 1, law.pitch_min - 1):
         pitched = [[z[0], _number(at), *z[2:]] for z in rows]
         yield f"centre at pitch {at}", answer(centre=pitched)
+    for k in (0, 1):
+        one = [[*z] for z in rows]
+        one[k][1] = _number(law.pitch_max + 1)
+        yield f"centre {k} beyond", answer(centre=one)
     for k in range(3):
         for value in (0, -1):
             box = [*own["box"]]

@@ -140,7 +140,7 @@ def of_ramps(name: str) -> Named:
     """Yield share, torque and pitch for efforts and speeds on each side of each corner."""
     law = law_of(name)
     ends, over = dict(boxes(law))["corner"], law.overlaps
-    steps = (F(-1), F(0), F(1, 4), F(1, 2), F(1), F(2))
+    steps = (F(-1), F(0), F(2, 5), F(1, 2), F(3, 5), F(1), F(2))
     for a, b in product(steps, steps):
         if a > b:
             continue

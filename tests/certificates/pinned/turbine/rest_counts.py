@@ -113,6 +113,19 @@ def of_signs() -> Named:
         if a <= b:
             for winds in ((F(1, 16), F(1, 8)), (F(1, 4), F(1, 4))):
                 yield f"{f.__name__} {winds[0]} {a} {b}", rest_count.sign_over(f, winds, (a, b))
+    for name, at_points in (("refused", True), ("none", False)):
+        for f in (parabola, cubic):
+
+            def spotted(winds: Span, span: Span, f: Any = f, refuse: bool = at_points) -> Any:
+                if span[0] < span[1]:
+                    return f(winds, span)
+                if refuse:
+                    raise Refused("a point")
+                return None
+
+            for a, b in ((F(-1), F(1)), (F(1, 8), F(3, 4)), (F(1, 2), F(3, 4))):
+                sign = rest_count.sign_over(spotted, (F(1, 4), F(3, 8)), (a, b))
+                yield f"{f.__name__}, points {name} {a} {b}", sign
     ends = (-2, -1, 0, 1, 2)
     for low, high in product(ends, ends):
         yield f"bracket {low} {high}", rest_count._bracket_sign(Interval(low, high))

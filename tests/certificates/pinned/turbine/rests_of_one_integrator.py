@@ -37,7 +37,15 @@ F = Fraction
 
 
 # Of f_1 at both winds, in the place of the law's own.
-SHARES = (None, (F(1, 10**7),) * 2, (F(1, 100), F(1, 50)), (F(0), F(1, 9)), (F(0),) * 2)
+SHARES = (
+    (F(1, 6400), F(1, 6400)),
+    (F(1, 10**7), F(1, 100)),
+    None,
+    (F(1, 10**7),) * 2,
+    (F(1, 100), F(1, 50)),
+    (F(0), F(1, 9)),
+    (F(0),) * 2,
+)
 
 
 def of_one(start: Fraction | None, where: str) -> Named:
@@ -113,6 +121,16 @@ def of_looks() -> Named:
         yield f"{where} {signs}", (found, seen)
 
 
+def of_shares() -> Named:
+    """Yield when a coupling factor that is zero at some winds, or at all, settles the question."""
+    for shares in ((F(0), F(0)), (F(0), F(1, 9)), (F(1, 9), F(0)), (F(1, 9), F(1, 3))):
+        rest: Any = OneIntegrator(paper_turbine(), paper_law("paper"))
+        told = list(shares)
+        rest.share = lambda _, t=told: t.pop(0)
+        with patch.object(paper_one_rest, "sign_over", lambda *_: 0):
+            yield f"{shares[0]} {shares[1]}", said(rest.at_trim, WINDS["below"])
+
+
 def of_kept_pieces() -> Named:
     """Yield which halves are looked at to compare u, for curves that are told."""
     winds = WINDS["slow"]
@@ -172,6 +190,7 @@ def groups() -> dict[str, Any]:
     return {
         "trims": of_trims,
         "looks": of_looks,
+        "shares": of_shares,
         "kept pieces": of_kept_pieces,
         "one integrator": of_one_pieces,
         **ramps({

@@ -17,6 +17,7 @@ from takagi.certificates.checker.arithmetic.interval import (
     enclose,
 )
 from takagi.certificates.checker.turbine.coherent_inputs import Plant
+from takagi.certificates.checker.turbine.paper_balance import RestPlace
 from takagi.certificates.checker.turbine.paper_inputs import PaperLaw
 from takagi.certificates.checker.turbine.paper_one_rest import OneIntegrator
 from takagi.certificates.checker.turbine.paper_rest import bends, paper_rests
@@ -66,11 +67,29 @@ def of_balance(name: str) -> Named:
         over = rest.law.overlaps
         for k in range(-1, 6):
             yield f"{smooth}: share {k}", rest.share(over.start + F(k, 4) * over.width)
-        for a, b in product(range(-1, 6), range(-1, 6)):
+        steps = (F(-1, 4), F(0), F(2, 5), F(1, 2), F(3, 5), F(1), F(5, 4))
+        for a, b in product(steps, steps):
             if a <= b:
-                span = over.start + F(a, 4) * over.width, over.start + F(b, 4) * over.width
+                span = over.start + a * over.width, over.start + b * over.width
                 speed = Dual(enclose(*span), (UNIT, ZERO))
                 yield f"{smooth}: share of {a} {b}", rest.share_of(speed, span)
+    for where, speed in (("slow", F(9, 10)), ("fast", F(3, 2))):
+        winds = WINDS[where]
+        region = rest.law.partial if where == "slow" else rest.law.full
+        last = region.wind[-1]
+        for low, high in (winds, (last - F(1, 9), last), (last, last + 1)):
+            speeds = (speed, speed + F(1, 50), F(1, 90))
+            wide = Dual(enclose(speed - 1, speed + 1), (UNIT, ZERO))
+            at = RestPlace(rest, (low, high), speeds, wide, wide, wide)
+            for own, of_state, of_trim in product((None, region), (True, False), (True, False)):
+                if of_state or (of_trim and own is not None):
+                    name = f"{where} {float(low):.4g}: ratio {own is None} {of_state} {of_trim}"
+                    yield name, said(at._ratio, own, of_state, of_trim)
+        far = RestPlace(rest, winds, (F(5), F(6), F(1, 9)), wide, wide, wide)
+        yield (
+            f"{where}: ratio beyond the table",
+            [said(far._ratio, own, True, False) for own in (None, region)],
+        )
     yield "ends", (rest.top, rest.longest, rest.shortest, rest.passing)
     for wind in (F(1), F(2), F(3), F(4), F(5), F(6), F(8), F(11), F(12), F(20)):
         yield f"reference {wind}", rest.reference(wind)

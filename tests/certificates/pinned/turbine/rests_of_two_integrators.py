@@ -69,6 +69,17 @@ def of_two_pieces() -> Named:
     rest = TwoIntegrators(paper_turbine(), paper_law("paper-two-integrators", FULL))
     rest.longest = F(4)
     yield "beyond the table", said(rest.count, WINDS["fast"])
+    for where, longest in (("slow", F(38, 5)), ("slow", F(39, 5)), ("rated", F(71, 10))):
+        rest = TwoIntegrators(paper_turbine(), paper_law("paper-two-integrators"))
+        rest.longest = longest
+        spans: list[Any] = []
+
+        def counted(f: Any, _: Span, pieces: Any, spans: Any = spans, **__: Any) -> Count:
+            spans.append((f.__name__, [piece.span for piece in pieces]))
+            return Count(0, 0, 1, 0, ())
+
+        with patch.object(paper_two_rest, "count_zeros", counted):
+            yield f"little room, {where} {longest}", (said(rest.count, WINDS[where]), spans)
     raised = replace(rest.law, pitch_min=F(1, 50))
     rest = TwoIntegrators(paper_turbine(), raised)
     for where in WINDS:
@@ -108,7 +119,7 @@ def of_carried_pitch(where: str) -> Named:
     rest = TwoIntegrators(paper_turbine(), paper_law("paper-two-integrators"))
     over, winds = rest.law.overlaps, WINDS[where]
     for a, b in ((-2, -1), (-1, F(1, 2)), (F(1, 4), F(1, 2)), (F(1, 2), 1), (F(1, 2), 2), (1, 2)):
-        for size in (F(1, 10**4), F(1, 100), F(1)):
+        for size in (F(1, 10**4), F(1), F(30), F(400)):
             ends = over.start + a * over.width, over.start + b * over.width
             middle, half = (ends[0] + ends[1]) / 2, (ends[1] - ends[0]) / 2
             speed = Dual(enclose(*ends), (UNIT, ZERO))
@@ -127,6 +138,7 @@ def groups() -> dict[str, Any]:
     return found | ramps({
         "two balances": (of_two, (
             *((None, where) for where in WINDS), (FULL, "below"), (FULL, "fast"), (LATE, "fast"),
+            (F(7, 10), "slow"),
         )),
         "two rests": (of_two_count, (
             (None, "slow"), (None, "above"), (FULL, "below"), (FULL, "fast"), (LATE, "rated"),
