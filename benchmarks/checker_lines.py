@@ -185,6 +185,7 @@ class Campaign:
         with _alone(self.journal.folder / "tests.lock"):
             self.tests = LineTests(self.tests.place, CHECKER)
             self.tests.update(warm)
+        self.tests.learn(self.journal.entries())
         for first in range(0, len(changes), TOGETHER):
             if time.monotonic() > self.deadline:
                 return

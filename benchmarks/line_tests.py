@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from line_changes import Change, Function, functions_of, module_name
+from line_journal import Entry
 
 FEW, OFTEN = 40, 8
 # In the place of a line: it is not known which of a function's lines a test runs.
@@ -155,6 +156,14 @@ class LineTests:
         """Forget a test that fails although nothing is broken."""
         self.tests[test]["passed"] = False
         self.index()
+
+    def learn(self, entries: Iterable[Entry]) -> None:
+        """Remember which tests noticed changes in earlier runs."""
+        for entry in entries:
+            if entry.by in self.tests:
+                module, owner = entry.key.split()[:2]
+                for name in (f"{module} {owner}", module):
+                    self.noticed.setdefault(name, Counter())[entry.by] += 1
 
     def note(self, change: Change, test: str) -> None:
         """Remember which test noticed a change."""

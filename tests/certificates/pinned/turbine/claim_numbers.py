@@ -177,11 +177,11 @@ def of_family() -> Named:
               for i, row in enumerate(three["P"])]  # fmt: skip
         bounds = three["disturbance"]
 
-        def held(k: int, P3: Any = P3, bounds: Any = bounds) -> bool:
+        def together(k: int, P3: Any = P3, bounds: Any = bounds) -> bool:
             more = [F(k, 10**7) * d for d in bounds]
             return not fails(**{**three, "P": P3, "disturbance": more})
 
-        yield f"disturbance is borne, {flipped}", largest(held, 0)
+        yield f"disturbance is borne, {flipped}", largest(together, 0)
     for i in range(3):
 
         def borne(k: int, i: int = i) -> bool:

@@ -80,6 +80,19 @@ def of_thresholds(cell: str, part: int) -> Named:
                 return not Corners(replace(about, ranges={**about.ranges, name: ends})).failure(P)
 
             yield f"{name} {end}", largest(inside, 0)
+    if part == 2:
+        # With the second state's sign changed the worst sign of z is the other one.
+        mirrored = {name: [-end for end in reversed(about.ranges[name])]
+                    for name in ("lag_gain", "share_gain")}  # fmt: skip
+        signs = (1, -1, 1)
+        Q = [[a * signs[i] * signs[j] for j, a in enumerate(row)] for i, row in enumerate(P)]
+
+        def mirror(k: int) -> bool:
+            sizes = {**about.sizes, "lag_disturbance": F(k, 10**7)}
+            other = replace(about, ranges={**about.ranges, **mirrored}, sizes=sizes)
+            return not Corners(other).failure(Q)
+
+        yield "lag_disturbance, mirrored", largest(mirror, 0)
     at, settling = Corners(about), Settling.read(claim, "claim")
     if part == 0:
         yield "settles", largest(lambda k: at.settles(settling.P, F(k, 10**7)), 0)

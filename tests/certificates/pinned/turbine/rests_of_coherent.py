@@ -43,6 +43,14 @@ def of_coherent(cell: str) -> Named:
             "about its end",
             replace(law, effort=[e + F(5, 2) for e in law.effort], pitch_max=end + 1),
         ),
+        (
+            "across its end",
+            replace(
+                law,
+                effort=[end * b for b in law.effectiveness],
+                pitch_max=end + 1,
+            ),
+        ),
         ("slow torque", replace(law, rated_torque=law.rated_torque / 8)),
     ):
         rest = _Rest(plant, own, winds)

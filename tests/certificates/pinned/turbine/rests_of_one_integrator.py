@@ -131,6 +131,18 @@ def of_shares() -> Named:
             yield f"{shares[0]} {shares[1]}", said(rest.at_trim, WINDS["below"])
 
 
+def of_factors() -> Named:
+    """Yield u/s where its sign is known, and where it is not."""
+    law = paper_law("paper")
+    for pitch_gain in (F(-3), F(-2), F(-3, 2), F(-1), F(-1, 2)):
+        gains = [law.full.gains[0], dict.fromkeys(law.full.gains[1], pitch_gain), law.full.gains[2]]
+        rest = OneIntegrator(paper_turbine(), replace(law, full=replace(law.full, gains=gains)))
+        at = rest.place(WINDS["slow"], Dual(enclose(F(0), F(1, 10)), (ZERO, UNIT)))
+        for share in ((F(1, 2), F(1)), (F(1, 2), F(1, 2)), (F(1), F(1))):
+            found = said(rest._factor, at, Dual(enclose(*share), (UNIT, ZERO)))
+            yield f"{pitch_gain} {share[0]} {share[1]}", found
+
+
 def of_kept_pieces() -> Named:
     """Yield which halves are looked at to compare u, for curves that are told."""
     winds = WINDS["slow"]
@@ -191,6 +203,7 @@ def groups() -> dict[str, Any]:
         "trims": of_trims,
         "looks": of_looks,
         "shares": of_shares,
+        "factors": of_factors,
         "kept pieces": of_kept_pieces,
         "one integrator": of_one_pieces,
         **ramps({

@@ -73,13 +73,13 @@ def of_balance(name: str) -> Named:
                 span = over.start + a * over.width, over.start + b * over.width
                 speed = Dual(enclose(*span), (UNIT, ZERO))
                 yield f"{smooth}: share of {a} {b}", rest.share_of(speed, span)
-    for where, speed in (("slow", F(9, 10)), ("fast", F(3, 2))):
+    for where, place in (("slow", F(9, 10)), ("fast", F(3, 2))):
         winds = WINDS[where]
         region = rest.law.partial if where == "slow" else rest.law.full
         last = region.wind[-1]
         for low, high in (winds, (last - F(1, 9), last), (last, last + 1)):
-            speeds = (speed, speed + F(1, 50), F(1, 90))
-            wide = Dual(enclose(speed - 1, speed + 1), (UNIT, ZERO))
+            speeds = (place, place + F(1, 50), F(1, 90))
+            wide = Dual(enclose(place - 1, place + 1), (UNIT, ZERO))
             at = RestPlace(rest, (low, high), speeds, wide, wide, wide)
             for own, of_state, of_trim in product((None, region), (True, False), (True, False)):
                 if of_state or (of_trim and own is not None):
