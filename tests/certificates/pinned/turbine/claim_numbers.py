@@ -106,6 +106,33 @@ def of_loops_that_are_proved() -> Named:
         yield name, (found.verdict.name, told)
 
 
+def of_two_fed_cells() -> Named:
+    """Yield what is said of two cells that are fed, whose winds change at different rates."""
+    data = read("torque")
+    loop, wind, own = data["claims"][:3]
+    gains = dict(data["gains"])
+    for name, column in gains.items():
+        if isinstance(column, list):
+            more = float(column[-1]) * 1.001 if name != "wind" else float(column[-1]) + 0.4
+            gains[name] = [*column, Number(f"{more:.7f}")]
+    ranges = [{**wind["ranges"][0], "wind": [Number("8.3"), Number("8.9")]}]
+    for count, name in ((2, "estimate_rate"), (2, "schedule_rate")):
+        ranges[0][name] = [Number("0.01"), Number("0.09")][:count]
+    wide = {"pitch_rate": "9", "signal_rate": "99", "torque_rate": "1e12"}
+    proved = [Claim("loop", Verdict.PROVED, ""), Claim("wind", Verdict.PROVED, "")]
+    for bends in (("9", "9"), ("0.0001", "9"), ("9", "0.0001")):
+        cells = [
+            {name: Number(value) for name, value in (*wide.items(), ("schedule_bend", bend))}
+            for bend in bends
+        ]
+        claim = {**own, "cells": cells, "torque_step": Number("1e12")}
+        claims = [{**loop, "cells": loop["cells"] * 2}, {**wind, "ranges": ranges}, claim]
+        whole = {**data, "gains": gains, "claims": claims}
+        found = said(actuator_rates.check_actuator_rates, claim, whole, list(proved), "here")
+        told = found.given.get("failures"), found.given.get("fed"), found.given.get("kept")
+        yield f"{bends[0]} {bends[1]}", (found.verdict.name, told)
+
+
 def of_earlier() -> Named:
     data = {"claims": [{"kind": "a"}, {"kind": "b"}, {"kind": "a"}]}
     outcomes = [Claim("one", Verdict.PROVED, ""), Claim("two", Verdict.UNDECIDED, "")]
@@ -255,6 +282,7 @@ def groups() -> dict[str, Any]:
     """Return the groups of numbers by name."""
     found: dict[str, Any] = {
         "earlier claims": of_earlier,
+        "two fed cells": of_two_fed_cells,
         "loops that are proved": of_loops_that_are_proved,
         "rests told": of_words,
         "interval family": of_family,
