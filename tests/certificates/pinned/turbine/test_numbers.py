@@ -21,10 +21,12 @@ RECORDED = recorded()
 # Those that are dear, and of which others hold most.
 SLOW = (
     *("cart,", "cart replaced", "certificate of cart", "turbine, cp.csv", "turbine, turbine.toml"),
-    *("failures, rated", "failures, pitch", "cell, pitch", "balance, pitch", "balance, torque"),
-    *("one rests", "one trim", "two rests", "one curve kept, fast", "carried pitch, fast"),
-    *("paper, claim", "paper-two-integrators, claim, 0", "paper claim", "whole, pitch"),
-    *("whole, rated", "members of room", "rests, torque, True", "sizes", "variants, pitch"),
+    *("failures", "cell, pitch", "balance, pitch", "balance, torque", "balance, paper-two"),
+    *("one rests", "one trim", "two rests", "one curve", "carried pitch", "trims", "frozen wake"),
+    *("paper, claim", "paper-two-integrators, claim", "paper claim", "whole, pitch"),
+    *("whole, rated", "members", "gain file of torque", "rests, torque", "sizes"),
+    *("variants, pitch", "thresholds, rated, 1", "thresholds, rated, 3", "thresholds, rated, 4"),
+    *("room, room.toml", "step, step.toml", "one integrator", "whole, torque, 4"),
 )
 
 
