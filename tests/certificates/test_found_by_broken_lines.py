@@ -15,9 +15,11 @@ from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.interval import Interval, enclose
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.kinds.ellipsoid_size import _determinant
+from takagi.certificates.checker.plant import ranges
 from takagi.certificates.document import certificate_document
-from tests.certificates.pinned.texts import same
+from tests.certificates.pinned.texts import same, within
 
 Exact = tuple[Fraction, tuple[Fraction, ...]]
 
@@ -140,3 +142,20 @@ def test_slopes_at_a_point_are_exact_to_a_few_units() -> None:
     value, slopes = exactly(s, t)
     for (low, high), exact in zip((found.value, *found.slopes), (value, *slopes), strict=True):
         assert low <= exact * 10**36 <= high <= low + 20
+
+
+# ------------------------------------------------------------------ how long a bound may take
+
+
+@pytest.mark.parametrize("name", ["MOST_BOXES", "MOST_IN_ALL"])
+def test_a_bound_is_given_up_after_so_many_boxes(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Either limit ends the search: that of one bound, and that of all bounds together."""
+    boxes, _ = within("sin(x)/x", "0.84", "1", x="-1 1")
+    monkeypatch.setattr(ranges, name, boxes)
+    assert within("sin(x)/x", "0.84", "1", x="-1 1")[0] == boxes
+
+    monkeypatch.setattr(ranges, name, boxes - 1)
+    with pytest.raises(Refused, match="not shown to stay in its bounds"):
+        within("sin(x)/x", "0.84", "1", x="-1 1")
