@@ -159,9 +159,7 @@ def _acos(a: Interval) -> Interval:
 
 
 def _absolute(a: Interval) -> Interval:
-    if a[0] >= 0:
-        return a
-    return -a if a.high <= 0 else Interval(0, a.magnitude())
+    return Interval(a.least(), a.magnitude())
 
 
 @cache

@@ -51,13 +51,16 @@ class Interval(NamedTuple):
 
     def square(self) -> Interval:
         """Return a bracket of x^2, which is not negative."""
-        low, high = sorted((abs(self.low), abs(self.high)))
-        least = 0 if self.low <= 0 <= self.high else low * low // ONE
-        return Interval(least, -(-high * high // ONE)).held()
+        low, high = self.least(), self.magnitude()
+        return Interval(low * low // ONE, -(-high * high // ONE)).held()
 
     def magnitude(self) -> int:
         """Return max |x|, as one integer over 10^36."""
         return max(-self.low, self.high)
+
+    def least(self) -> int:
+        """Return min |x|, as one integer over 10^36."""
+        return max(self.low, -self.high, 0)
 
     def within(self, low: Fraction, high: Fraction) -> bool:
         """Return whether the bracket certainly lies in [low, high]."""

@@ -54,9 +54,8 @@ def sinh_at(x: int) -> tuple[int, int]:
 
 def hyperbolic_cosine(a: Interval) -> Interval:
     """Return cosh, which is least at 0."""
-    ends = [increasing(_cosh_at, ONE)(Interval(abs(end), abs(end))) for end in a]
-    least = ONE if a[0] <= 0 <= a[1] else max(ONE, min(end[0] for end in ends))
-    return Interval(least, max(end[1] for end in ends))
+    low, high = increasing(_cosh_at, ONE)(Interval(a.least(), a.magnitude()))
+    return Interval(max(ONE, low), high)
 
 
 def _cosh_at(x: int) -> tuple[int, int]:

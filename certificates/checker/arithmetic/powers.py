@@ -15,8 +15,8 @@ def whole_power(a: tuple[Exact, Exact], exponent: int) -> tuple[Exact, Exact]:
     first, last = a[0] ** exponent, a[1] ** exponent
     if exponent % 2:
         return first, last
-    least = 0 * first if a[0] <= 0 <= a[1] else min(first, last)
-    return least, max(first, last)
+    least = max(a[0], -a[1], 0 * a[0])
+    return least**exponent, max(first, last)
 
 
 def power(a: Interval, exponent: int) -> Interval:

@@ -143,10 +143,14 @@ class _Reading:
             raise CertificateError(f"{self.where}.{key}: an object is needed")
         return found
 
-    def add(self, name: str, node: int, names: dict[str, int], key: str) -> None:
+    def take(self, name: str, key: str) -> None:
+        """Refuse what is no name, and a name that stands for something else already."""
         if name in self.taken or not NAME.fullmatch(name):
             raise CertificateError(f"{self.where}.{key}: {name[:60]!a} is no new name")
         self.taken.add(name)
+
+    def add(self, name: str, node: int, names: dict[str, int], key: str) -> None:
+        self.take(name, key)
         names[name] = node
 
     def rational(self, value: Any, where: str) -> Fraction:
@@ -165,7 +169,7 @@ class _Reading:
     def tables(self) -> dict[str, Table]:
         given = self.object("tables")
         for name in given:
-            self.add(name, -1, {}, "tables")
+            self.take(name, "tables")
         return {name: read_table(given, name, f"{self.where}.tables") for name in given}
 
     def sample_time(self) -> Fraction | None:
