@@ -51,8 +51,7 @@ class Interval(NamedTuple):
 
     def square(self) -> Interval:
         """Return a bracket of x^2, which is not negative."""
-        low, high = self.least(), self.magnitude()
-        return Interval(low * low // ONE, -(-high * high // ONE)).held()
+        return Interval(self.least() ** 2 // ONE, -(-(self.magnitude() ** 2) // ONE)).held()
 
     def magnitude(self) -> int:
         """Return max |x|, as one integer over 10^36."""
