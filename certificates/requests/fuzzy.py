@@ -60,9 +60,15 @@ class FuzzyDecay:
 
         Raises
         ------
-        ModelError : a secant embedding, whose weights nobody can evaluate.
+        ModelError : a secant embedding, whose weights nobody can evaluate; a model without
+            premises, which has no weights to depend on.
         """
         loop.refuse_averages("function")
+        if loop.family.corners is not None and not loop.family.corners[0]:
+            raise ModelError(
+                "FuzzyDecay was asked for, but the model has no premises, so that a function of "
+                "the weights is a common one: ask for Decay"
+            )
         from takagi.lmi import fuzzy_lyapunov
 
         for polya in POLYA:

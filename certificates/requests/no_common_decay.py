@@ -65,7 +65,9 @@ def _evidence(
     for k in _slowest(A, rate, loop.sample_time):
         P = equation_function(A[k], rate, loop.sample_time)
         if P is not None and np.abs(P).max() < LARGEST:
-            words = "one blend alone" if max(map(max, points[k])) > 1 else "one rule alone"
+            # A loop without premises has one rule, and a point without rows.
+            blended = any(max(row) > 1 for row in points[k])
+            words = "one blend alone" if blended else "one rule alone"
             yield words, {"blend": _named(loop, points[k]), "P": short(P, 9).tolist()}
     # A single matrix that its own equation does not exclude is at its edge, or decays.
     s = np.ones(A.shape[1]) if coordinates is None else coordinates

@@ -112,7 +112,8 @@ def _recorded(data: dict[str, Any]) -> dict[str, Any]:
 def _compare_bytes(model: Any, path: Path) -> str:
     recorded = member(model, "files_sha256", "model")
     if not isinstance(recorded, dict) or path.name not in recorded:
-        made_from = ", ".join(islice(recorded, MOST_TOLD)) if isinstance(recorded, dict) else ""
+        named = islice(recorded, MOST_TOLD) if isinstance(recorded, dict) else ()
+        made_from = ", ".join(ascii(name)[1:-1] for name in named)
         raise CertificateError(
             f"{path}: not a file that the certificate was made from; it names "
             f"{made_from or 'none'}: give the path of that model"

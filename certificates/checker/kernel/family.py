@@ -257,6 +257,9 @@ def _box(model: Any, states: tuple[str, ...], where: str) -> tuple[Box, dict[str
         raise CertificateError(f"{where}.box: an object of ranges is needed")
     found = {}
     for name in sides:
+        # Sentences and refusals print a name as it stands.
+        if not name or not name.isprintable():
+            raise CertificateError(f"{where}.box: {name[:60]!a} is no name of printable text")
         ends = reader.numbers(sides, name, f"{where}.box", 2)
         reader.increasing(ends, f"{where}.box.{name!a}")
         found[name] = (ends[0], ends[1])

@@ -28,6 +28,7 @@ PARTIAL = frozenset({"tan", "asin", "acos", "acosh", "atanh", "log"})
 MOST_NODES = 50_000
 MOST_BITS = 20_000  # of numerator and denominator of a constant
 MOST_POWER = 64
+MOST_SHOWN = 1_000  # bits of a number in a message
 
 
 class Node(NamedTuple):
@@ -135,7 +136,9 @@ class Graph:
         """Return a^(p/q); a whole power of a constant is folded."""
         p, x = Fraction(exponent), self.value(a)
         if largest_bits(p) > MOST_BITS or max(abs(p.numerator), p.denominator) > MOST_POWER:
-            raise Refused(f"the exponent {str(p)[:40]}; at most {MOST_POWER}, above and below")
+            # Python puts no number of more than 4,300 digits into words.
+            shown = str(p)[:40] if largest_bits(p) <= MOST_SHOWN else "has too many digits to print"
+            raise Refused(f"the exponent {shown}; at most {MOST_POWER}, above and below")
         if x == 0 and p <= 0:
             raise Refused("zero to a power that is not positive")
         if p == 0:
