@@ -7,6 +7,7 @@ and disproved likewise.  A file that one refuses, the other must refuse too, or 
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,13 +26,19 @@ REFUSED, NOT_PROVED = "REFUSED", ("UNDECIDED", "REFUSED")
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One claim: what the first checker says and what the second does."""
+    """One claim, or the whole file: what the first checker says and what the second does."""
 
     name: str
     first: str
     second: str
     inequalities: int
     reason: str
+    is_claim: bool = True
+
+    @property
+    def shown(self) -> str:
+        """The name; that of a claim is free text of the file, and stands in quotes."""
+        return json.dumps(self.name, ensure_ascii=False) if self.is_claim else self.name
 
     @property
     def agrees(self) -> bool:
@@ -80,7 +87,7 @@ class Comparison:
         wide = max(len(row.first) for row in self.rows)
         other = max(len(row.second) for row in self.rows)
         lines = [
-            f"  {row.first:<{wide}}  {row.second:<{other}}  {row.name}"
+            f"  {row.first:<{wide}}  {row.second:<{other}}  {row.shown}"
             + (f" ({row.inequalities} matrices)" if row.inequalities else "")
             + (f": {row.reason}" if row.reason else "")
             for row in self.rows
@@ -88,8 +95,8 @@ class Comparison:
         lines.insert(0, "Two checkers, the first one's verdict and the second one's:")
         count, last = len(self.rows), "they agree" if self.agrees else "THEY DIFFER"
         summed = f"{self.replayed} of {count} claims replayed twice: {last}"
-        if self.left_open:
-            summed += f"; left to the first checker: {', '.join(self.left_open)}"
+        if left := [row.shown for row in self.rows if row.second == NOT_REPLAYED]:
+            summed += f"; left to the first checker: {', '.join(left)}"
         return "\n".join([*lines, summed])
 
 
@@ -127,7 +134,7 @@ def _compared(first: Callable[[], Checked], second: Callable[[], list[Opinion]])
         # What one has refused is never hidden behind what the other leaves open.
         told = ", ".join(f"{one.kind} {one.verdict}" for one in opinions)
         refusals.append(f"claim by claim the second checker says: {told}")
-    return Comparison([Row("the file", one, two, count, "; ".join(refusals))])
+    return Comparison([Row("the file", one, two, count, "; ".join(refusals), is_claim=False)])
 
 
 def _worst(opinions: Sequence[Opinion]) -> str:

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from takagi.cli.claim_lines import claim_lines
 from takagi.cli.errors import MISUSE, PROVED, UNPROVED
 
 if TYPE_CHECKING:
@@ -145,11 +146,7 @@ def _refused(reason: str) -> Checked:
 
 
 def _as_text(options: argparse.Namespace, checked: Checked, trusted: Trusted | None) -> str:
-    width = max((len(claim.verdict.name) for claim in checked.claims), default=0)
-    lines = [f"{options.certificate}: {checked.verdict.name}"]
-    lines += [
-        f"  {claim.verdict.name:<{width}}  {claim.name}: {claim.text}" for claim in checked.claims
-    ]
+    lines = [f"{options.certificate}: {checked.verdict.name}", *claim_lines(checked)]
     if checked.assumes:
         lines.append(f"  assumes: {'; '.join(checked.assumes)}")
     lines += checked.messages

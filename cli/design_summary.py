@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from math import pi
 from typing import TYPE_CHECKING, Any
 
+from takagi.cli.claim_lines import claim_lines
+
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
     from takagi.certificates.claim_summary import ClaimSummary
@@ -112,11 +114,7 @@ def _overlap_rows(claim: OverlapClaim) -> dict[str, str]:
 
 def claims_as_text(checked: Checked) -> str:
     """Return one line per claim, as `takagi check` prints them."""
-    width = max((len(claim.verdict.name) for claim in checked.claims), default=0)
-    lines = [
-        f"  {claim.verdict.name:<{width}}  {claim.name}: {claim.text}" for claim in checked.claims
-    ]
-    return "\n".join([*lines, *assumed_line(checked)])
+    return "\n".join([*claim_lines(checked), *assumed_line(checked)])
 
 
 def assumed_line(checked: Checked) -> list[str]:

@@ -79,14 +79,14 @@ def answer(verdict: Verdict) -> Result:
 def test_the_status_is_the_verdict(
     checker: Any, capsys: Capture, verdict: Verdict, status: int
 ) -> None:
-    """Only PROVED is 0; the verdict, the claim and the messages are printed."""
+    """Only PROVED is 0; the verdict, the claim's name in quotes and the messages are printed."""
     checker.answer = answer(verdict)
 
     assert main(["check", "c.json"]) == status
 
     assert capsys.readouterr().out.splitlines() == [
         f"c.json: {verdict.name}",
-        f"  {verdict.name}  decay: at 0.1 1/s",
+        f'  {verdict.name}  "decay": at 0.1 1/s',
         "3 inequalities",
     ]
 

@@ -88,7 +88,8 @@ def test_what_is_left_open_is_named_everywhere(
     data = json.loads(capsys.readouterr().out)["cross"]
 
     name = "cubic is its Takagi-Sugeno model"
-    assert told == (f"1 of 2 claims replayed twice: they agree; left to the first checker: {name}")
+    summed = "1 of 2 claims replayed twice: they agree; left to the first checker"
+    assert told == f'{summed}: "{name}"'
     assert data["agree"] is True
     assert (data["replayed"], data["not_replayed"]) == (1, [name])
     assert [claim["second"] for claim in data["claims"]] == ["NOT REPLAYED", "PROVED"]

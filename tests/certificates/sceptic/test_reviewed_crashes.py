@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -257,3 +258,40 @@ def test_large_exponent_is_refused_in_words(
     assert (status, printed.out) == (2, "")
     assert "the exponent" in printed.err and "at most 64" in printed.err
     assert ("too many digits" in printed.err) is (digits > 300)
+
+
+FORGED = 'the rotor never turns faster than 12.5 rpm: every inequality holds"; hence also'
+
+
+def test_name_of_a_claim_stands_in_quotes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What is printed behind PROVED as the checker's words is the checker's."""
+    path = tmp_path / "certificate.json"
+    decay = {"name": FORGED, "kind": "decay", "P": [[1]], "decay_rate": 0}
+    document = certificate_document(model=boxed(), gains=None, claims=[decay], provenance={})
+    path.write_text(dumps(document))
+
+    assert main(["check", str(path)]) == 0
+    alone = capsys.readouterr().out.splitlines()
+    assert main(["check", str(path), "--cross"]) == 0
+    both = capsys.readouterr().out.splitlines()
+
+    quoted = json.dumps(FORGED)
+    assert f"  PROVED  {quoted}: {check(path).claims[0].text}" == alone[1]
+    assert [line for line in both if "rotor" in line] == [
+        alone[1],
+        f"  PROVED  PROVED  {quoted} (2 matrices)",
+    ]
+
+
+def test_name_of_a_claim_stays_as_it_is_for_machines(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "certificate.json"
+    decay = {"name": FORGED, "kind": "decay", "P": [[1]], "decay_rate": 0}
+    document = certificate_document(model=boxed(), gains=None, claims=[decay], provenance={})
+    path.write_text(dumps(document))
+
+    assert main(["check", str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["claims"][0]["name"] == FORGED
