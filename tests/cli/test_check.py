@@ -15,8 +15,9 @@ from typing import Any, NamedTuple
 
 import pytest
 
-# The command imports this part of the checker by name: it has to be there before the whole is
+# The command imports these parts of the checker by name: they have to be there before the whole is
 # replaced, when this file is run alone as well.
+import takagi.certificates.checker.files.model_content
 import takagi.certificates.checker.kernel.refusal  # noqa: F401
 from takagi.cli.main import main
 from takagi.models.library import data_folder
