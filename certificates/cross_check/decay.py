@@ -94,9 +94,10 @@ def no_common_decay(claim: Any, loop: Loop) -> Obligations:
     """No P > 0 decreases along every blend: by multipliers, or by one blend alone.
 
     Z_k >= 0, not all 0, with sum_k (G_k Z_k + Z_k G_k' + 2 a Z_k) >= 0 (G Z G' - r Z in discrete
-    time): the trace with P would be negative.  Or a symmetric P, not positive definite, that
-    decreases along G: Lyapunov's equation then has no positive definite solution.  Every G is that
-    of weights which the loop takes, A(h) - B(h) K(h): no mean of pairs is.
+    time): the trace with P would be negative.  For a > 0 it would be at most 0, for the decay that
+    is claimed has an equality in it, so that the sum is not 0 besides.  Or a symmetric P, not
+    positive definite, that decreases along G: Lyapunov's equation then has no positive definite
+    solution.  Every G is that of weights which the loop takes, A(h) - B(h) K(h): no mean of pairs.
     """
     a = rational(claim, "decay_rate")
     yield Fact("the rate is not negative", a >= 0)
@@ -126,6 +127,7 @@ def no_common_decay(claim: Any, loop: Loop) -> Obligations:
             part = GZ * transposed(G) - scaled(rate, Z)
         total = total + part
     yield Fact("one multiplier is not zero", size > 0)
+    yield Fact("the sum is not zero", a == 0 or total != zeros(loop.n, loop.n))
     yield Definite("the sum with multipliers", total, strict=False)
 
 

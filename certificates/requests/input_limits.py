@@ -28,9 +28,13 @@ SPARE = 1e-6
 class InputLimits:
     """|u_k| <= limits_k, and how fast u moves, from anywhere in an invariant ellipsoid.
 
+    u is that of u = -K x, the deviation from where the input rests: an actuator from 0 to 6 V that
+    rests at 5 V has the limit 1.
+
     Attributes
     ----------
-    limits : (m,); None takes what the largest ellipsoid in the model's box needs.
+    limits : (m,) on |u_k - u_k*|, in the units of the inputs; None takes what the largest ellipsoid
+        in the model's box needs.
     P, decay_rate, disturbance_bounds : of the ellipsoid, as in ``InvariantEllipsoid``.
     rates : True bounds |u_k'| (or the change in one sample) as well.
     membership_rates : (r,) |h_j'| <= phi_j in 1/s, where gains differ in continuous time.

@@ -15,6 +15,7 @@ from tests.certificates.pinned.shapes import hashed
 GAIN = "checked without a gain file: the verdict is about the gains inside the certificate"
 MODEL = "checked without a model file: the verdict is about the plant inside the certificate"
 ALONE = "about matrices inside the claim alone: claims[0]"
+ALONE += "; no claim is about the loop of the given files"
 ABC = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"  # of "abc", FIPS 180-4
 
 

@@ -98,7 +98,9 @@ def test_no_decay_rate_beyond_the_slowest_pole() -> None:
 
     assert verdict(claim | {"decay_rate": 1 - 1e-12}) is Verdict.PROVED
     assert verdict(claim | {"decay_rate": 1}) is Verdict.UNDECIDED
-    assert verdict(excluded | {"decay_rate": 1}) is Verdict.DISPROVED
+    # V = x^2 is exp(-2 t) V(0): at 1 there is a function, which no strict inequality shows.
+    assert verdict(excluded | {"decay_rate": 1}) is Verdict.UNDECIDED
+    assert verdict(excluded | {"decay_rate": 1 + 1e-12}) is Verdict.DISPROVED
     assert verdict(excluded | {"decay_rate": 1 - 1e-12}) is Verdict.UNDECIDED
     assert verdict(excluded | {"decay_rate": 1, "multiplier_factors": [[[0]]]}) is Verdict.UNDECIDED
 

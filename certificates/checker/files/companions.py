@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -18,11 +19,14 @@ from takagi.certificates.checker.files.model_content import (
 from takagi.certificates.checker.files.toml_file import file_content
 from takagi.certificates.checker.kernel.reader import member
 from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Checked, Verdict
 
-__all__ = ["compare_model", "unconnected"]
+__all__ = ["compare_model", "of_the_files", "unconnected"]
 
 # Kinds whose matrices stand in the claim itself: a gain or model file says nothing about them.
 SELF_CONTAINED = ("quadratic-decay", "no-common-quadratic")
+# What the model is, which says nothing of the loop.
+NO_LOOP = ("sector-embedding", "secant-embedding", "effort-blend")
 MOST_TOLD = 3  # files that a message names
 LARGEST_FILE = 64_000_000
 EARLIER = (
@@ -37,6 +41,18 @@ def unconnected(data: dict[str, Any]) -> str:
         f"claims[{i}]" for i, claim in enumerate(data["claims"]) if claim["kind"] in SELF_CONTAINED
     ]
     return f"about matrices inside the claim alone: {', '.join(places)}" if places else ""
+
+
+def of_the_files(data: dict[str, Any], checked: Checked) -> Checked:
+    """Return the verdict on the loop of the given files: no claim about it proves nothing of it."""
+    told = unconnected(data)
+    if not told:
+        return checked
+    verdict = checked.verdict
+    if all(claim["kind"] in (*SELF_CONTAINED, *NO_LOOP) for claim in data["claims"]):
+        told += "; no claim is about the loop of the given files"
+        verdict = Verdict.UNDECIDED if verdict is Verdict.PROVED else verdict
+    return replace(checked, verdict=verdict, messages=[*checked.messages, told])
 
 
 def compare_model(data: dict[str, Any], model: Path | str) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -50,9 +49,8 @@ def check(
         messages[0] = compare_gains(data, gains)
     if model is not None:
         messages[1] = companions.compare_model(data, model)
-    checked = _replayed(data, str(path), messages)
-    told = [*messages, companions.unconnected(data)]
-    return replace(checked, messages=[message for message in told if message])
+    checked = _replayed(data, str(path), [message for message in messages if message])
+    return companions.of_the_files(data, checked)
 
 
 def check_document(document: Mapping[str, Any]) -> Checked:

@@ -18,7 +18,7 @@ One gain for all rules, or one B and one D with g = h, makes the loop affine: it
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import product
 from typing import Any
@@ -52,6 +52,7 @@ class Family:
     ``weights`` : see ``weights_of``.  ``scheduled_by`` : the variables that the premises depend
     on, or None where the model does not say.  ``stated_rules`` : how many rules the model has, for
     all its stacks but those that a claim has put aside.  ``more`` : stacks of a claim, by rule.
+    ``resting_elsewhere`` : which of x, u, y, w stand for deviations from a rest that is not 0.
     """
 
     A: Stack
@@ -72,6 +73,7 @@ class Family:
     shared_weights: bool = True
     stated_rules: int = 1
     more: tuple[Stack, ...] = ()
+    resting_elsewhere: str = field(default="", repr=False)
 
     @property
     def order(self) -> int:

@@ -27,8 +27,10 @@ from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
 from takagi.certificates.checker.kernel.reader import member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.averages import refuse_averages
+from takagi.certificates.checker.words.deviations import deviations
 
-__all__ = ["Path", "entrance", "paths", "quadratic_change", "scaled_identity", "shown_path", "zero"]
+__all__ = ["Path", "entrance", "path_deviations", "paths", "quadratic_change"]
+__all__ += ["scaled_identity", "shown_path", "zero"]
 
 Stack = tuple[Matrix, ...]
 
@@ -118,6 +120,16 @@ def shown_path(claim: Any, family: Family) -> str:
     given = claim["disturbance"] == "disturbances"
     way = "the model's disturbance" if given else f"added to u{alone}"
     return f"w {way}, y {'of the claim' if 'output' in claim else 'the output of the model'}"
+
+
+def path_deviations(claim: Any, family: Family, others: str = "") -> str:
+    """Return what w and y, and other letters, stand for where they do not rest at 0.
+
+    A w that is added to u is no deviation; an output that the claim writes itself is of x and u.
+    """
+    seen = {*others, *("xu" if "output" in claim else "y")}
+    seen |= {"w"} if claim["disturbance"] == "disturbances" else set()
+    return deviations(family, "".join(a for a in "xuyw" if a in seen))
 
 
 def quadratic_change(

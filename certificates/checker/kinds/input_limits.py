@@ -25,6 +25,7 @@ from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.box_of_validity import reaches_at_most, row_of
 from takagi.certificates.checker.kinds.input_rate import why_rate_fails
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet, read_invariant_set
+from takagi.certificates.checker.words.deviations import deviations
 from takagi.certificates.checker.words.shown import at_most
 
 __all__ = ["check_input_limits"]
@@ -56,7 +57,7 @@ def check_input_limits(claim: Any, family: Family, where: str) -> Claim:
         Verdict.PROVED,
         f"|u_k| <= {shown} for u = -Kx, from anywhere in {{x'Px <= {held.shown_level}}}{rate}, "
         f"along {family.about}; the set is invariant{held.where_valid(family)}; "
-        f"{held.words(family)}",
+        f"{held.words(family)}{deviations(family, 'xu' + held.letters)}",
     )
 
 

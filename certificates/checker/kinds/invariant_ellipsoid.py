@@ -16,6 +16,7 @@ from takagi.certificates.checker.kernel.reader import text
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.ellipsoid_size import shown_size
 from takagi.certificates.checker.kinds.invariant_set import read_invariant_set
+from takagi.certificates.checker.words.deviations import deviations
 
 __all__ = ["check_invariant_ellipsoid"]
 
@@ -32,5 +33,6 @@ def check_invariant_ellipsoid(claim: Any, family: Family, where: str) -> Claim:
         Verdict.PROVED,
         f"{{x'Px <= {held.shown_level}}} is invariant{held.where_valid(family)}, along "
         f"{family.about}; {held.words(family)}"
-        f"{shown_size(held.P, held.level, family.states)}",
+        f"{shown_size(held.P, held.level, family.states)}"
+        f"{deviations(family, 'x' + held.letters)}",
     )

@@ -120,6 +120,11 @@ class InvariantSet:
         for signs in product((1, -1), repeat=len(self.bounds) - 1):
             yield Matrix.of([[s * b] for s, b in zip((1, *signs), self.bounds, strict=True)])
 
+    @property
+    def letters(self) -> str:
+        """``w`` where that is the model's own disturbance; one added to u is no deviation."""
+        return "w" if self.way == "disturbances" else ""
+
     def words(self, family: Family) -> str:
         """Return what was shown, in words."""
         unit = "(1 - {})^k" if family.is_discrete else "exp(-{} t)"

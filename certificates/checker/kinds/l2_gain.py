@@ -28,6 +28,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs, outside_of
 from takagi.certificates.checker.kinds.disturbed_path import (
+    path_deviations,
     paths,
     quadratic_change,
     scaled_identity,
@@ -74,5 +75,6 @@ def check_l2_gain(claim: Any, family: Family, where: str) -> Claim:
         name,
         Verdict.PROVED,
         f"the energy of y is at most {at_most(gain, 6)}^2 times that of w, from rest, along "
-        f"{family.about} ({shown_path(claim, family)}){validity}",
+        f"{family.about} ({shown_path(claim, family)}){validity}"
+        f"{path_deviations(claim, family)}",
     )

@@ -3,13 +3,15 @@ r"""``no-common-decay``: no P > 0 makes V = x'Px decay at this rate along every 
 Blends G_k = G(h^k) of weights h^k that the loop takes by itself, and for them either multipliers
 Z_k = L_k L_k', not all zero,
 
-    continuous   sum_k (G_k Z_k + Z_k G_k' + 2 alpha Z_k) >= 0
-    discrete     sum_k (G_k Z_k G_k' - rho^2 Z_k) >= 0,        rho^2 >= e^(-2 alpha T),
+    continuous   S = sum_k (G_k Z_k + Z_k G_k' + 2 alpha Z_k) >= 0
+    discrete     S = sum_k (G_k Z_k G_k' - rho^2 Z_k) >= 0,        rho^2 >= e^(-2 alpha T),
 
-for the trace of P times the sum would be negative by the inequalities of ``decay`` at these h^k,
-and is not; or one blend G alone, with a symmetric P that decreases along it as ``decay`` asks for,
-with the larger rho^2, and is not positive definite: then G has an eigenvalue with real part
->= -alpha, or of size >= rho (Lyapunov's and Stein's theorems), and no other P serves.
+with S != 0 where alpha > 0: V(t) <= e^(-2 alpha t) V(0) along these blends would make the trace of
+P S <= 0, and it is > 0.  At alpha = 0 V falls strictly, the trace would be negative, and S = 0 is
+enough.  (x' = -x and V = x^2 at alpha = 1: S = 0, and V is e^(-2t) V(0).)  Or one blend G alone,
+with a symmetric P that decreases along it as ``decay`` asks for, with the larger rho^2, and is not
+positive definite: then G has an eigenvalue with real part > -alpha, or of size > rho (Lyapunov's
+and Stein's theorems), along which no other V falls as fast.
 
 Which weights a loop takes by itself: a rule alone, h = e_i; or h of shares that the file names,
 with G(h) = A(h) - B(h) K(h) formed here.  Where weights are products of those of premises, the
@@ -59,7 +61,7 @@ def check_no_common_decay(claim: Any, family: Family, where: str) -> Claim:
         return Claim(name, Verdict.UNDECIDED, words)
     factor = _factor(family, alpha)
     if "multipliers" in claim:
-        names, shown = _multipliers_exclude(claim, family, factor, where)
+        names, shown = _multipliers_exclude(claim, family, factor, alpha > 0, where)
     else:
         found, G = _blend(claim, family, where)
         P = read_matrix(claim, "P", where, (family.order, family.order))
@@ -69,10 +71,11 @@ def check_no_common_decay(claim: Any, family: Family, where: str) -> Claim:
         return Claim(name, Verdict.UNDECIDED, "the evidence does not exclude a common P")
     listed = ", ".join(names[:MOST_NAMED])
     more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    falls_so = f"decays at {at_most(alpha, 6)} 1/s" if alpha else "falls"
     return Claim(
         name,
         Verdict.DISPROVED,
-        f"no common quadratic function decays at {at_most(alpha, 6)} 1/s along {family.about}: "
+        f"no common quadratic function {falls_so} along {family.about}: "
         f"none does along {listed}{more}",
     )
 
@@ -85,9 +88,12 @@ def _factor(family: Family, alpha: Fraction) -> Fraction:
 
 
 def _multipliers_exclude(
-    claim: Any, family: Family, factor: Fraction, where: str
+    claim: Any, family: Family, factor: Fraction, nonzero: bool, where: str
 ) -> tuple[list[str], bool]:
-    """Return the blends' names, and whether the sum with the multipliers is as needed."""
+    """Return the blends' names, and whether the sum with the multipliers is as needed.
+
+    ``nonzero`` : the sum may not be zero.
+    """
     listed = member(claim, "multipliers", where)
     if not listed or not isinstance(listed, list):
         raise CertificateError(f"{where}.multipliers: a list of them is needed")
@@ -101,6 +107,8 @@ def _multipliers_exclude(
         names.append(name)
         size += sum(Z[k, k] for k in range(len(Z.rows)))
         total = (total + _dual(family, G, Z, factor)).reduced()
+    if nonzero and not any(any(row) for row in total.rows):
+        return names, False
     return names, size > 0 and total.is_positive_semidefinite
 
 

@@ -27,6 +27,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.disturbed_path import (
     Path,
+    path_deviations,
     paths,
     scaled_identity,
     shown_path,
@@ -61,7 +62,7 @@ def check_peak(claim: Any, family: Family, where: str) -> Claim:
         f"|y| <= {at_most(gain * bound, 6)} at all times, from rest and from anywhere in "
         f"{{x'Px <= {held.shown_level}}}, for |w|_2 <= {at_least(bound, 6)} at all times (gain "
         f"{at_most(gain, 6)}), along {family.about} ({shown_path(claim, family)}); the "
-        f"set is invariant{held.where_valid(family)}",
+        f"set is invariant{held.where_valid(family)}{path_deviations(claim, family, 'x')}",
     )
 
 

@@ -2,20 +2,23 @@ r"""Claims that hold their own matrices: ``quadratic-decay`` and ``no-common-qua
 
 They are about the vertices ``A``, and ``B`` and ``K`` where they are there, that stand in the claim
 itself, in continuous time; otherwise they are the claims ``decay`` and ``no-common-decay`` (see
-there), the second with one ``multiplier_factors`` L_i a vertex, Z_i = L_i L_i'.
+there), the second with one ``multiplier_factors`` L_i a vertex, Z_i = L_i L_i'.  Nothing ties them
+to the model or the gains of the file, and their sentences say so.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import read_stack
 from takagi.certificates.checker.kernel.reader import Number, member
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Outcome
+from takagi.certificates.checker.kernel.result import Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.decay import check_decay
 from takagi.certificates.checker.kinds.no_common_decay import check_no_common_decay
+from takagi.certificates.checker.words.own_matrices import OWN
 
 __all__ = ["check_impossibility", "check_quadratic"]
 
@@ -24,12 +27,12 @@ def check_quadratic(claim: Any, _model: Any, _gains: Any, where: str) -> Outcome
     """Return the verdict on a claim of kind ``quadratic-decay``."""
     family = _family(claim, where)
     if "K" not in claim:
-        return check_decay(claim, family, where)
+        return _said_of_own(check_decay(claim, family, where))
     B, K = read_stack(claim, "B", where), read_stack(claim, "K", where)
     n, m = family.order, len(B[0].rows[0])
     if not len(K) == len(B) == family.rules or B[0].shape != (n, m) or K[0].shape != (m, n):
         raise CertificateError(f"{where}: one B, {n} by {m}, and one K per rule are needed")
-    return check_decay(claim, Family(family.A, B=B, K=K), where)
+    return _said_of_own(check_decay(claim, Family(family.A, B=B, K=K), where))
 
 
 def check_impossibility(claim: Any, _model: Any, _gains: Any, where: str) -> Outcome:
@@ -39,7 +42,13 @@ def check_impossibility(claim: Any, _model: Any, _gains: Any, where: str) -> Out
     if not isinstance(factors, list) or len(factors) != family.rules:
         raise CertificateError(f"{where}: one of multiplier_factors per vertex is needed")
     listed = [{"blend": Number(i), "factor": L} for i, L in enumerate(factors)]
-    return check_no_common_decay({**claim, "multipliers": listed}, family, where)
+    found = check_no_common_decay({**claim, "multipliers": listed}, family, where)
+    return found if found.verdict is Verdict.UNDECIDED else replace(found, text=found.text + OWN)
+
+
+def _said_of_own(found: Outcome) -> Outcome:
+    """Return the outcome with a sentence that says whose matrices these are."""
+    return replace(found, words="own_matrices") if isinstance(found, Found) else found
 
 
 def _family(claim: Any, where: str) -> Family:

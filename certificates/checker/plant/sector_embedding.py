@@ -83,7 +83,21 @@ def plant_family(model: Any, where: str = "model") -> Family:
         corners=numbers,
         weights=_weights(plant, model, numbers),
         scheduled_by=_scheduling(plant),
+        resting_elsewhere=_resting_elsewhere(plant),
     )
+
+
+def _resting_elsewhere(plant: PlantNodes) -> str:
+    """Return the letters of what does not rest at 0, or is not known to."""
+    g, variables = plant.graph, (*plant.states, *plant.inputs, *plant.disturbances)
+    origin = {v.symbol: g.constant(0) for v in variables}
+    groups = {"x": plant.states, "u": plant.inputs, "w": plant.disturbances}
+    found = "".join(a for a, group in groups.items() if any(g.value(v.rest) != 0 for v in group))
+    try:
+        at_rest = [g.value(substituted(g, node, origin)) for node in plant.outputs]
+    except CertificateError:  # 0/0 there: what it tends to is not asked
+        at_rest = [None]
+    return found + ("y" if any(value != 0 for value in at_rest) else "")
 
 
 def _weights(plant: PlantNodes, model: Any, corners: tuple[tuple[int, ...], ...]) -> str:

@@ -1,0 +1,26 @@
+"""Which letters of a sentence are deviations from rest: those of what does not rest at zero."""
+
+from __future__ import annotations
+
+from takagi.certificates.checker.kernel.family import Family
+
+__all__ = ["deviations"]
+
+MEANT = {
+    "x": "x is x - x*",
+    "u": "u is u - u*",
+    "y": "y is y less its value at rest",
+    "w": "w is w - w*",
+}
+
+
+def deviations(family: Family, letters: str) -> str:
+    """Return a clause that says what letters of the sentence stand for; empty where all rest at 0.
+
+    Parameters
+    ----------
+    letters : of x, u, y, w: those that the sentence has, and that are the model's own.
+    """
+    told = [MEANT[a] for a in letters if a in family.resting_elsewhere]
+    star = ", with * for the point of rest" if any("*" in one for one in told) else ""
+    return f"; here {', '.join(told)}{star}" if told else ""

@@ -1,0 +1,269 @@
+"""Sentences that a review found to say more than what was shown, and one false DISPROVED."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates import Verdict, certify, check
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.cross_check import judge_document
+from takagi.certificates.document import certificate_document
+from takagi.certificates.requests import InputLimits, L2Gain, Peak
+from takagi.certificates.requests.request import Request
+from takagi.models import Plant, TSModel, load_model, sector_model
+from tests.certificates.kinds.claims import model_data, said_of
+
+Data = dict[str, Any]
+REST_U = "here u is u - u*, with * for the point of rest"
+REST_Y = "here y is y less its value at rest"
+ITO = "in Ito's sense"
+
+
+def both(model: Data, gains: Data | None, claims: list[Data]) -> tuple[list[str], str]:
+    """Return the sentences, and the verdict on the last claim, which both checkers give."""
+    document = certificate_document(model=model, gains=gains, claims=claims, provenance={})
+    found, second = check_document(document).claims, judge_document(document)
+    assert [one.verdict.name for one in found] == [one.verdict for one in second]
+    return [one.text for one in found], found[-1].verdict.name
+
+
+# A function that decays at the rate that is asked for, and no faster
+
+
+def exclusion(rate: float, blend: int = 0, factor: Any = ((1,),)) -> Data:
+    multiplier = {"blend": blend, "factor": [list(row) for row in factor]}
+    return {"name": "no", "kind": "no-common-decay", "decay_rate": rate} | {
+        "multipliers": [multiplier]
+    }
+
+
+@pytest.mark.parametrize(
+    ("A", "claim"),
+    [
+        ([[[-1]]], exclusion(1)),
+        ([[[-2]], [[-1]]], exclusion(1, 1)),
+        ([[[-1, 1], [-1, -1]]], exclusion(1, 0, [[1, 0], [0, 1]])),
+    ],
+)
+def test_a_rate_that_is_reached_is_not_disproved(A: Any, claim: Data) -> None:
+    """V = x'x has V' <= -2 V along every blend: it decays as exp(-2 t), at 1 1/s."""
+    for G in np.array(A, dtype=float):
+        assert np.linalg.eigvalsh(G + G.T + 2 * np.eye(len(G))).max() <= 0
+    beyond = claim | {"decay_rate": 1.000001}
+
+    assert both(model_data(A), None, [claim])[1] == "UNDECIDED"
+    assert both(model_data(A), None, [beyond])[1] == "DISPROVED"
+
+
+def test_a_rate_that_is_reached_is_not_disproved_by_the_kind_with_its_own_matrices() -> None:
+    claim: Data = {"name": "cell", "kind": "no-common-quadratic", "A": [[[-1]]]}
+    claim |= {"multiplier_factors": [[[1]]]}
+
+    assert both(model_data([[[-1]]]), None, [claim | {"decay_rate": 1}])[1] == "UNDECIDED"
+    assert both(model_data([[[-1]]]), None, [claim | {"decay_rate": 1.01}])[1] == "DISPROVED"
+
+
+def test_a_function_that_only_stands_still_does_not_fall() -> None:
+    """x' = 0: at the rate 0 V is to fall strictly, and the sum is zero.  So in samples, x+ = x."""
+    for model in (model_data([[[0]]]), model_data([[[1]]], sample_time=1)):
+        (text,), verdict = both(model, None, [exclusion(0)])
+
+        assert verdict == "DISPROVED"
+        assert text.startswith("no common quadratic function falls along the loop")
+        assert "0 1/s" not in text
+
+
+@pytest.mark.numeric
+def test_certify_disproves_beyond_the_rate_and_not_at_it() -> None:
+    model = TSModel([[[-2.0]], [[-1.0]]])
+
+    assert certify(model, decay_rate=1.0).verdict is Verdict.UNDECIDED
+    assert certify(model, decay_rate=1.001).verdict is Verdict.DISPROVED
+
+
+# Deviations from rest
+
+VALVE = """format = 1
+kind = "plant"
+units = "unchecked"
+name = "valve"
+description = "d"
+[states]
+x = {{ range = [-1, 1], description = "x" }}
+[inputs]
+u = {{ rest = {u}, description = "V" }}
+[disturbances]
+w = {{ rest = {w}, range = [-1, 11], description = "w" }}
+[equations]
+x = "-x + u - {u} + w - {w}"
+[outputs]
+y = {{ expression = "x + {y}" }}
+"""
+
+
+def valve(folder: Path, u: int, w: int, y: int) -> list[str]:
+    """Return the sentences about a plant whose input, disturbance and output rest there."""
+    path = folder / "valve.toml"
+    path.write_text(VALVE.format(u=u, w=w, y=y))
+    plant = load_model(path)
+    assert isinstance(plant, Plant)
+    claims: list[Request] = [InputLimits(limits=[1.0]), Peak(), L2Gain()]
+    found = certify(sector_model(plant), [[1.0]], claims=claims)
+    assert found.verdict is Verdict.PROVED
+    return [one.text for one in found.checked.claims[1:]]
+
+
+def test_what_rests_elsewhere_is_a_deviation(tmp_path: Path) -> None:
+    """The valve reaches 6 V with |u - 5| <= 1, and y = 100.5 with |y - 100| <= 0.5."""
+    limits, peak, energy = valve(tmp_path, 5, 0, 100)
+
+    assert limits.endswith(f"; {REST_U}")
+    assert peak.endswith(f"; {REST_Y}")
+    assert energy.endswith(f"; {REST_Y}")
+
+
+def test_a_disturbance_that_rests_elsewhere_is_a_deviation(tmp_path: Path) -> None:
+    limits, peak, energy = valve(tmp_path, 0, 5, 0)
+
+    assert "; here" not in limits
+    assert peak.endswith("; here w is w - w*, with * for the point of rest")
+    assert energy.endswith("; here w is w - w*, with * for the point of rest")
+
+
+def test_what_rests_at_zero_is_itself(tmp_path: Path) -> None:
+    assert not [text for text in valve(tmp_path, 0, 0, 0) if "at rest" in text or "*" in text]
+
+
+def lines(expression: str = "x", rest: int = 0) -> Data:
+    """Return x' = -(x - x*) + w with an output."""
+    state = {"name": "x", "symbol": "dx" if rest else "x", "unit": "-", "rest": rest}
+    w = {"name": "w", "symbol": "dw" if rest else "w", "unit": "-", "rest": rest}
+    return {
+        "kind": "plant",
+        "name": "p",
+        "sample_time": None,
+        "states": [state | {"range": [rest - 1, rest + 1]}],
+        "inputs": [],
+        "disturbances": [w | {"range": [rest - 1, rest + 1]}],
+        "outputs": [{"name": "y", "unit": "-", "expression": expression}],
+        "parameters": {},
+        "equations": ["-x + w"],
+        "embedding": {"premises": [], "A": [["-1"]], "C": [["1"]], "E": [["1"]]},
+    }
+
+
+EMBEDDED: Data = {"name": "e", "kind": "sector-embedding"}
+HELD: Data = {"name": "set", "kind": "invariant-ellipsoid", "P": [[1]], "level": 1, "multiplier": 1}
+HELD |= {"disturbance": "disturbances", "disturbance_bounds": [1]}
+MEAN: Data = {"name": "h2", "kind": "h2-norm", "P": [[0.51]], "norm": 0.72}
+MEAN |= {"disturbance": "disturbances"}
+
+
+def test_a_set_about_a_rest_that_is_not_zero() -> None:
+    """|w| <= 1 would be another claim than |w - 10| <= 1, and so would {x^2 <= 1}."""
+    elsewhere = both(lines(rest=10), None, [EMBEDDED, HELD])
+    here = both(lines(), None, [EMBEDDED, HELD])
+
+    assert elsewhere[1] == here[1] == "PROVED"
+    assert "; here x is x - x*, w is w - w*, with * for" in elsewhere[0][1]
+    assert "; here" not in here[0][1]
+
+
+@pytest.mark.parametrize(
+    ("written", "told"), [("x + 100", True), ("x + sin(1/2)", True), ("x", False), ("x + 0", False)]
+)
+def test_the_mean_square_is_of_the_output_less_its_value_at_rest(written: str, told: bool) -> None:
+    texts, verdict = both(lines(written), None, [EMBEDDED, MEAN])
+
+    assert verdict == "PROVED"
+    assert texts[1].endswith(REST_Y) == told
+
+
+# White noise that enters by a matrix that moves
+
+
+def moving(E: Any, sample_time: float | None = None) -> Data:
+    return model_data([[[-1]], [[-1]]] if sample_time is None else [[[0.1]], [[0.1]]],
+                      sample_time=sample_time, C=[[[1]], [[1]]], E=E)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("E", "sample_time", "told"),
+    [
+        ([[[1]], [[-1]]], None, True),
+        ([[[1]], [[1]]], None, False),
+        ([[[1]], [[-1]]], 1, False),
+    ],
+)
+def test_the_sense_of_the_noise_is_told_where_it_matters(
+    E: Any, sample_time: float | None, told: bool
+) -> None:
+    found = said_of(moving(E, sample_time), None, MEAN | {"P": [[1.1]], "norm": 2})
+
+    assert found.verdict is Verdict.PROVED
+    assert (ITO in found.text) == told
+
+
+def test_smooth_noise_exceeds_what_holds_in_itos_sense() -> None:
+    """x1' = -x1 + w, x2' = -x2/5 + s(x1) w, s = tanh(5 x1): mean of x2^2 at most 1/(2/5) = 2.5.
+
+    Under noise that is smooth on a short scale the rule of chains holds: with S' = s, S(x1)' =
+    s w - s x1, so x2 is pushed by s x1 > 0 at all times.  s near the sign of x1: x2 has the mean
+    5 E|x1| = 5 / sqrt(pi), whose square is 7.96 already.
+    """
+    rng, band, dt, count = np.random.default_rng(3), 50.0, 2e-3, 200
+    x1, x2, w, squares = *np.zeros((3, count)), []
+    for k in range(12_000):
+        w = w * (1 - band * dt) + band * np.sqrt(dt) * rng.normal(size=count)
+        x1, x2 = x1 + dt * (w - x1), x2 + dt * (np.tanh(5 * x1) * w - x2 / 5)
+        if k > 9_000:
+            squares.append(np.mean(x2**2))
+
+    assert np.mean(squares) > 2 * 2.52
+
+
+# Claims that hold their own matrices
+
+
+def own(kind: str) -> Data:
+    claim: Data = {"name": "n", "kind": kind, "decay_rate": 0, "A": [[[-1]]], "P": [[1]]}
+    return claim if kind == "quadratic-decay" else {
+        "name": "n", "kind": kind, "decay_rate": 0, "A": [[[1]]], "multiplier_factors": [[[1]]]
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["quadratic-decay", "no-common-quadratic"])
+def test_matrices_in_the_claim_are_not_said_to_be_the_loops(kind: str) -> None:
+    """The model x' = x grows and x' = -2 x falls; the claims are about x' = -x and x' = x."""
+    (text,), _ = both(model_data([[[1 if kind == "quadratic-decay" else -2]]]), None, [own(kind)])
+
+    assert text.endswith("of the matrices in the claim, which need not be those of model or gains")
+
+
+def test_a_gain_file_that_no_claim_is_about_is_not_proved(tmp_path: Path) -> None:
+    """x' = x + u with u = 100 x, and a claim about x' = -x: nothing is shown of that loop."""
+    model = model_data([[[1]]], B=[[[1]]], input_names=["u [-]"])
+    gains = {"name": "pdc", "sample_time": None, "state_names": model["state_names"]}
+    gains |= {"input_names": ["u [-]"], "K": [[[-100]]]}
+    law, path = tmp_path / "gains.json", tmp_path / "certificate.json"
+    law.write_text(json.dumps({"law": gains}))
+
+    def verdict(gains: Data, *claims: Data) -> tuple[str, list[str]]:
+        document = certificate_document(model=model, gains=gains, claims=claims, provenance={})
+        path.write_text(json.dumps(document))
+        law.write_text(json.dumps({"law": gains}))
+        found = check(path, gains=law)
+        return found.verdict.name, found.messages
+
+    found, messages = verdict(gains, own("quadratic-decay"))
+    assert found == "UNDECIDED"
+    assert messages[-1].endswith("no claim is about the loop of the given files")
+    decay: Data = {"name": "d", "kind": "decay", "P": [[1]], "decay_rate": 0}
+    found, messages = verdict(gains | {"K": [[[2]]]}, own("quadratic-decay"), decay)
+    assert found == "PROVED"
+    assert messages[-1] == "about matrices inside the claim alone: claims[0]"
