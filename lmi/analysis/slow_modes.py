@@ -69,7 +69,8 @@ def _rounding(A: Floats, vectors: Floats) -> Floats:
         left = np.linalg.inv(vectors)
     except np.linalg.LinAlgError:
         return np.full(len(A), np.inf)
-    condition = np.linalg.norm(left, axis=1) * np.linalg.norm(vectors, axis=0)
+    with np.errstate(over="ignore"):  # inf: vectors that are all but alike tell nothing apart
+        condition = np.linalg.norm(left, axis=1) * np.linalg.norm(vectors, axis=0)
     unit = ROUNDING * len(A) * np.finfo(float).eps * float(np.linalg.norm(A))
     # Beyond, the first order is no measure any more.
     return np.where(unit * condition.max() < 1e-3 * np.linalg.norm(A), unit * condition, np.inf)
