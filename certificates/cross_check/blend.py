@@ -32,6 +32,7 @@ from takagi.certificates.cross_check.expression import (
     value_of,
 )
 from takagi.certificates.cross_check.interval import Interval
+from takagi.certificates.cross_check.loop import read_loop
 from takagi.certificates.cross_check.obligation import Fact, Obligations
 from takagi.certificates.cross_check.plant import Plant, Variable, read_plant
 from takagi.certificates.cross_check.reading import NotReplayed, Refusal, entry, line, stack, whole
@@ -99,6 +100,8 @@ def effort_blend(model: Any, gains: Any) -> Obligations:
     yield Fact("the effort is by itself in the mass matrix", _alone(plant, alone))
     if gains is not None:
         yield Fact("gains go with what is known", _known(plant, sides, gains))
+        loop = read_loop(model, gains)
+        yield Fact("gains go with the model's weights", len(loop.K) == 1 or loop.together)
 
 
 def _as_written(

@@ -180,7 +180,10 @@ def _vertices(model: Any) -> Loop:
     rules = max(counts, default=1)
     states = _names(model, "state_names", size["n"])
     sides = _sides(model.get("box", {}))
-    corners = _corners(model, rules)
+    corners, stated = _corners(model, rules), model.get("premises")
+    weights = same_weights(stated, corners)
+    if corners is not None:
+        _sum_to_one(stated, corners)
     found: dict[str, Any] = {x: single(M) if x in "BD" else M for x, M in stacks.items()}
     return Loop(
         **found,
@@ -191,7 +194,7 @@ def _vertices(model: Any) -> Loop:
         sides=tuple(sides.pop(name, None) for name in states),
         other_sides=sides,
         corners=corners,
-        premises=same_weights(model.get("premises"), corners),
+        premises=weights,
         stated=rules,
     )
 
@@ -266,11 +269,18 @@ def _said(value: Any) -> tuple[bool, str]:
     return isinstance(value, Written), repr(value if value is None else str(value))
 
 
-def _sum_to_one(premises: list[Any], corners: tuple[tuple[int, ...], ...]) -> None:
-    """Refuse products of a law's own weights of which a corner is left out: they sum to less."""
-    sides = [range(1 if rational(p, "lower") == rational(p, "upper") else 2) for p in premises]
+def _sum_to_one(premises: list[Any] | None, corners: tuple[tuple[int, ...], ...]) -> None:
+    """Refuse products of weights of which a corner is left out: they sum to less.
+
+    Of premises that are not stated one counts as constant whose end never changes.
+    """
+    if premises:
+        fixed = [rational(p, "lower") == rational(p, "upper") for p in premises]
+        sides = [[0] if one else [0, 1] for one in fixed]
+    else:
+        sides = [sorted(set(column)) for column in zip(*corners, strict=True)]
     if sorted(corners) != list(product(*sides)):
-        raise Refusal(f"rules: the corners of the gains' {len(sides)} premises, each once")
+        raise Refusal(f"rules: the corners of {len(sides)} premises, each once")
 
 
 def close(loop: Loop, gains: Any) -> Loop:

@@ -104,4 +104,8 @@ def _is_seen(loop: Loop, name: str) -> bool:
     if name not in loop.states or len(loop.C) != 1:
         return False
     k = loop.states.index(name)
-    return any([j for j, v in enumerate(row) if v != 0] == [k] for row in entries(loop.C[0]))
+    return any(
+        [j for j, v in enumerate(row) if v != 0] == [k]
+        and all(v == 0 for D in loop.D for v in entries(D)[i])
+        for i, row in enumerate(entries(loop.C[0]))
+    )

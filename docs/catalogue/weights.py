@@ -87,7 +87,8 @@ as it is run, which takes u = 0 for a command that it does not know yet, is unst
    at slope 13, rates up to 22 1/s: the inequalities hold at 1.99 1/s, and with the slopes at the
    present state V does not fall at all at x = 1.) Where P depends on no weight it is `decay`.
 6. The verdict says "for premises that the observer measures". Of a plant the checker shows it:
-   every variable that a premise depends on is an input, or an output by itself; else it is refused.
+   every variable that a premise depends on is an input, or an output by itself to which no input is
+   added; else the claim is left open. (x' = x + u, y = x + x u: for u = -1 the output is always 0.)
 7. The observer would need the averages. (x' = -x - x^3 + u, y = x, L = 1, with the slope at the
    measured x: held at x = 0.9, the error stays where the claim has it fall as e^(-4t).) One whose
    A, B, C and D are the same in all rules needs no weights, and is a theorem.

@@ -210,7 +210,10 @@ def _vertices(model: Any, where: str) -> Family:
         raise CertificateError(f"{where}: {', '.join(stacks)} do not fit together")
     states = _different(model, "state_names", where, sizes["n"])
     box, other = _box(model, states, where)
-    corners = _corners(model, where, max(counts))
+    corners, premises = _corners(model, where, max(counts)), model.get("premises")
+    weights = weights_of(premises, corners)
+    if corners is not None:
+        _require_every_corner(premises, corners, where)
     found: dict[str, Any] = {x: _single(M) if x in "BD" else M for x, M in stacks.items()}
     return Family(
         **found,
@@ -221,7 +224,7 @@ def _vertices(model: Any, where: str) -> Family:
         box=box,
         other_box=other,
         corners=corners,
-        weights=weights_of(model.get("premises"), corners),
+        weights=weights,
         stated_rules=max(counts),
     )
 
@@ -315,19 +318,23 @@ def _closed_by(plain: Family, gains: Any, where: str) -> Family:
     # A law whose weights follow from its own command would have to know it beforehand.
     circular = len(K) > 1 and not set(plain.inputs).isdisjoint(plain.scheduled_by or ())
     known = shared and not circular and len(K) in (1, plain.rules)
-    if not shared and corners is not None and len(K) > 1:
-        _require_every_corner(gains.get("premises") or [], corners, where)
+    # A law that does not say its premises has weights of which nothing is known but their sum.
+    if not shared and corners is not None and len(K) > 1 and gains.get("premises"):
+        _require_every_corner(gains["premises"], corners, where)
     return replace(plain, K=K, shared_weights=known)
 
 
 def _require_every_corner(premises: Any, corners: tuple[tuple[int, ...], ...], where: str) -> None:
-    """Refuse weights of a law's own that are products, but not of all corners: their sum is not 1.
+    """Refuse weights that are products, but not of all corners: their sum is not 1.
 
-    A law that does not say its premises has weights of which nothing is known but their sum.
+    Where no premises are stated, one that is at the same end in all rules counts as constant.
     """
-    flat = [reader.number(p, "lower", where) == reader.number(p, "upper", where) for p in premises]
-    every = set(product(*((0,) if constant else (0, 1) for constant in flat)))
-    if premises and set(corners) != every:
+    if premises:
+        sides = [[reader.number(p, end, where) for end in ("lower", "upper")] for p in premises]
+        ends = [(0,) if low == high else (0, 1) for low, high in sides]
+    else:
+        ends = [tuple(set(column)) for column in zip(*corners, strict=True)]
+    if set(corners) != set(product(*ends)):
         raise CertificateError(
-            f"{where}.rules: not the corners of its {len(flat)} premises, each of them once"
+            f"{where}.rules: not the corners of its {len(ends)} premises, each of them once"
         )

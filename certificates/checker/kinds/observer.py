@@ -2,10 +2,10 @@ r"""``observer``: the error e = x - xhat of an observer decays, with one P > 0 f
 
 The observer xhat' = sum_i h_i (A_i xhat + B_i u + L_i (y - yhat)) (xhat+ in discrete time) knows
 the weights h of the plant: its premises are measured.  Where the model says what they depend on,
-each of these has to be an input, or a state that is an output by itself; else it is taken for
-granted.  Weights of a secant embedding are averages between rest and the state, which nothing
-measures: both claims are refused there, unless A, B, C and D are the same in all rules.  Then what
-the input does cancels, and
+each of these has to be an input, or a state that is an output by itself, to which no input is
+added; else it is taken for granted.  Weights of a secant embedding are averages between rest and
+the state, which nothing measures: both claims are refused there, unless A, B, C and D are the same
+in all rules.  Then what the input does cancels, and
 
     e' = sum_ij h_i h_j (A_i - L_j C_i) e.
 
@@ -112,7 +112,12 @@ def _hidden_premises(family: Family) -> str:
         if name in family.inputs:
             continue
         k = family.states.index(name) if name in family.states else -1
-        if len(family.C) != 1 or k not in map(_only, family.C[0].rows):
+        rows = family.C[0].rows if len(family.C) == 1 else []
+        # What an input adds to an output, by rule, would have to be known to take it away.
+        if not any(
+            _only(row) == k and not any(any(D.rows[i]) for D in family.D)
+            for i, row in enumerate(rows)
+        ):
             return name
     return ""
 

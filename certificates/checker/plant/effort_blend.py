@@ -29,6 +29,7 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi
+from takagi.certificates.checker.kernel.family import read_family
 from takagi.certificates.checker.kernel.matrices import read_stack
 from takagi.certificates.checker.kernel.reader import canonical, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
@@ -75,6 +76,8 @@ def check_effort_blend(claim: Any, model: Any, gains: Any, where: str) -> Claim:
         words = _proved(plant, blend)
         if gains is not None:
             _check_known(plant, blend, gains)
+            if len(read_stack(gains, "K", "gains")) > 1:
+                _check_weights(model, gains)
             words += "; the law knows all that its gains depend on"
         return Claim(name, Verdict.PROVED, words + "; standard library alone")
     except Refused as error:
@@ -233,3 +236,9 @@ def _check_known(plant: PlantNodes, blend: Blend, gains: Any) -> None:
                 f"gains {j + 1} and {i + 1} differ, and the rules differ only in an error of "
                 "an actuator, which the law does not know"
             )
+
+
+def _check_weights(model: Any, gains: Any) -> None:
+    """Refuse gains by rule whose weights are made of other premises than the plant's."""
+    if not read_family(model, gains).shared_weights:
+        raise Refused("the law's gains go by other weights than the model's rules")

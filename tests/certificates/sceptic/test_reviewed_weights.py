@@ -1,0 +1,121 @@
+"""What an observer can know, and products of weights that do not sum to one: found by a review."""
+
+from __future__ import annotations
+
+import json
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from takagi.certificates.checker import CertificateError, Verdict
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.cross_check import judge_document
+from takagi.certificates.cross_check.reading import Refusal
+from tests.certificates.kinds.test_damage import resealed
+
+Document = dict[str, Any]
+RECORDED = Path(__file__).parents[1] / "recorded" / "damaged"
+
+
+def document(model: Document, claims: list[Document], gains: Document | None = None) -> Document:
+    """Return a sealed certificate."""
+    plain = {"format": "takagi-certificate", "version": 1, "provenance": {"sha256": {}}}
+    return resealed(plain | {"model": model, "gains": gains, "claims": claims})
+
+
+def plant(output: str, C: str, D: str) -> Document:
+    """x' = x + u with an output; the premise is x."""
+
+    def signal(name: str, **more: Any) -> Document:
+        return {"name": name, "unit": "-", **more}
+
+    return {
+        "kind": "plant", "name": "p", "sample_time": None, "parameters": {},
+        "states": [signal("x", rest=0, range=[-3, 3])],
+        "inputs": [signal("u", rest=0, range=[-3, 3])], "disturbances": [],
+        "outputs": [signal("y", expression=output)], "equations": ["x + u"],
+        "embedding": {
+            "premises": [{"name": "z", "expression": "x", "lower": -3, "upper": 3}],
+            "A": [["1"]], "B": [["1"]], "C": [[C]], "D": [[D]],
+        },
+    }  # fmt: skip
+
+
+EMBEDDING = {"name": "embedding", "kind": "sector-embedding"}
+OBSERVER = {"name": "o", "kind": "observer", "L": [[[2]]], "P": [[1]], "decay_rate": 0.99}
+
+
+@pytest.mark.parametrize(
+    ("output", "C", "D", "verdict"),
+    [
+        ("x", "1", "0", Verdict.PROVED),
+        # With u = -1 the output is 0 whatever x does: nothing can observe it.
+        ("x + x*u", "1", "z", Verdict.UNDECIDED),
+        ("x + 2*u", "1", "2", Verdict.UNDECIDED),
+    ],
+)
+def test_an_output_to_which_an_input_is_added_shows_no_premise(
+    output: str, C: str, D: str, verdict: Verdict
+) -> None:
+    """x' = x + u, premise x: the observer would need the weights to take the input away."""
+    made = document(plant(output, C, D), [EMBEDDING, OBSERVER])
+
+    found = check_document(made).claims
+    assert [claim.verdict for claim in found] == [Verdict.PROVED, verdict]
+    assert [opinion.verdict for opinion in judge_document(made)] == ["PROVED", verdict.name]
+
+
+def square(rules: list[list[int]], *, stated: bool) -> Document:
+    """Vertices x' = -x and x' = -2x, ... weighed by products of two premises."""
+    premises = [{"name": name, "lower": -1, "upper": 1, "expression": name} for name in "ab"]
+    model: Document = {
+        "kind": "takagi-sugeno", "name": "", "sample_time": None, "state_names": ["x"],
+        "A": [[[-1 - k]] for k in range(len(rules))], "rules": rules, "box": {},
+    }  # fmt: skip
+    return model | ({"premises": premises} if stated else {})
+
+
+DECAY = {"name": "decay", "kind": "decay", "P": [[1]], "decay_rate": 0.5}
+EVERY = [[0, 0], [0, 1], [1, 0], [1, 1]]
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_a_model_s_products_sum_to_one(stated: bool) -> None:
+    """Of corners 00 and 11 alone the products sum to less: at a = 1, b = -1 to nothing."""
+    assert check_document(document(square(EVERY, stated=stated), [DECAY])).claims[0].verdict is (
+        Verdict.PROVED
+    )
+
+    for rules in ([[0, 0], [1, 1]], EVERY[:3]):
+        made = document(square(rules, stated=stated), [DECAY])
+        with pytest.raises(CertificateError, match=r"model\.rules: not the corners of its 2"):
+            check_document(made)
+        with pytest.raises(Refusal, match="the corners of 2 premises"):
+            judge_document(made)
+
+
+def test_a_premise_that_never_changes_has_one_end() -> None:
+    """Without stated bounds, one end in all rules is a constant premise."""
+    made = document(square([[0, 1], [1, 1]], stated=False), [DECAY])
+
+    assert check_document(made).claims[0].verdict is Verdict.PROVED
+
+
+def test_gains_that_go_by_an_actuator_s_error_are_not_called_known() -> None:
+    """The law's own first premise is the error that no law knows; its rules have other gains."""
+    lines = (RECORDED / "effort-blend-2.jsonl").read_text(encoding="utf-8").splitlines()
+    made = json.loads(lines[0])
+    assert check_document(made).claims[-1].verdict is Verdict.PROVED
+
+    own = deepcopy(made["model"]["embedding"]["premises"])
+    own[0].update(expression="cooling_error", lower=-0.1, upper=0.1)
+    rules = [[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    K = [[[0, 2]] if rule[0] else [[1, 3]] for rule in rules]
+    made["gains"] |= {"premises": own, "rules": rules, "K": K}
+    found = check_document(resealed(made)).claims[-1]
+
+    assert found.verdict is Verdict.UNDECIDED
+    assert "other weights than the model's" in found.text
+    assert judge_document(resealed(made))[-1].verdict == "UNDECIDED"
