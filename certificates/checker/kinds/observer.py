@@ -115,7 +115,7 @@ def _hidden_premises(family: Family) -> str:
         rows = family.C[0].rows if len(family.C) == 1 else []
         # What an input adds to an output, by rule, would have to be known to take it away.
         if not any(
-            _only(row) == k and not any(any(D.rows[i]) for D in family.D)
+            _only(row) == k and not any(any(line) for D in family.D for line in D.rows[i : i + 1])
             for i, row in enumerate(rows)
         ):
             return name
