@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
@@ -12,6 +13,7 @@ from unittest.mock import patch
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.controller import plant_program
 from takagi.certificates.checker.files import (
+    companions,
     file_blend,
     model_content,
     plant_file,
@@ -22,6 +24,7 @@ from takagi.certificates.checker.files.differing import Difference
 from takagi.certificates.checker.files.plant_units import in_si
 from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Verdict
 from tests.certificates.pinned.turbine.inputs import read
 from tests.certificates.pinned.turbine.pairs_and_limits import refused
 from tests.certificates.pinned.turbine.values import Named, said
@@ -54,8 +57,21 @@ def of_words() -> Named:
     for figure in ("1e100", "1e101", "-1e-101", "NaN", "Infinity"):
         found_ = said(plant_file.Comparison.figure, at, Decimal(figure), "-", "x")
         yield f"figure {figure}", found_ if isinstance(found_, str) else "a number"
+    for kinds in (["quadratic-decay"], ["coherent-loop"], ["coherent-loop", "quadratic-decay"]):
+        data = {"claims": [{"kind": kind} for kind in kinds]}
+        checked: Any = _Checked(Verdict.PROVED, ["one"])
+        told = companions.of_the_files(data, checked)
+        yield f"of the files {kinds}", (told.verdict.name, told.messages)
     for unit in ("m/(min h)", "m/(h min)", "1/(t)", "min/h", "m/min", "N/(m s)", "m/()"):
         yield f"unit {unit}", said(in_si, F(1), unit)
+
+
+@dataclass(frozen=True)
+class _Checked:
+    """A verdict with its messages."""
+
+    verdict: Verdict
+    messages: list[str]
 
 
 class _Graph(dict[int, Any]):
