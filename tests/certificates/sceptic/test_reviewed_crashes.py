@@ -263,14 +263,20 @@ def test_large_exponent_is_refused_in_words(
 FORGED = 'the rotor never turns faster than 12.5 rpm: every inequality holds"; hence also'
 
 
+def forged_name(folder: Path) -> Path:
+    """Return a certificate that is true and whose claim has a name that says more."""
+    path = folder / "certificate.json"
+    decay = {"name": FORGED, "kind": "decay", "P": [[1]], "decay_rate": 0}
+    document = certificate_document(model=boxed(), gains=None, claims=[decay], provenance={})
+    path.write_text(dumps(document))
+    return path
+
+
 def test_name_of_a_claim_stands_in_quotes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """What is printed behind PROVED as the checker's words is the checker's."""
-    path = tmp_path / "certificate.json"
-    decay = {"name": FORGED, "kind": "decay", "P": [[1]], "decay_rate": 0}
-    document = certificate_document(model=boxed(), gains=None, claims=[decay], provenance={})
-    path.write_text(dumps(document))
+    path = forged_name(tmp_path)
 
     assert main(["check", str(path)]) == 0
     alone = capsys.readouterr().out.splitlines()
@@ -288,10 +294,7 @@ def test_name_of_a_claim_stands_in_quotes(
 def test_name_of_a_claim_stays_as_it_is_for_machines(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = tmp_path / "certificate.json"
-    decay = {"name": FORGED, "kind": "decay", "P": [[1]], "decay_rate": 0}
-    document = certificate_document(model=boxed(), gains=None, claims=[decay], provenance={})
-    path.write_text(dumps(document))
+    path = forged_name(tmp_path)
 
     assert main(["check", str(path), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["claims"][0]["name"] == FORGED
