@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -136,21 +137,33 @@ def assemble(condition: Condition) -> Assembled:
 
 def pack(matrices: Array) -> Floats:
     """Return (..., size (size + 1) / 2): upper triangles by columns, off-diagonals * sqrt(2)."""
-    size = matrices.shape[-1]
-    column, row = np.tril_indices(size)
-    scale = np.where(row == column, 1.0, np.sqrt(2.0))
+    column, row, diagonal = _triangle_of(matrices.shape[-1])
+    scale = np.where(diagonal, 1.0, np.sqrt(2.0))
     return np.asarray(matrices[..., row, column], dtype=np.float64) * scale
 
 
 def unpack(numbers: Floats, size: int) -> Floats:
     """Return (count, size, size) symmetric matrices: the inverse of ``pack``."""
-    column, row = np.tril_indices(size)
-    scale = np.where(row == column, 1.0, np.sqrt(0.5))
+    column, row, diagonal = _triangle_of(size)
+    scale = np.where(diagonal, 1.0, np.sqrt(0.5))
     packed = numbers.reshape(-1, triangle(size)) * scale
     matrices = np.empty((len(packed), size, size))
     matrices[:, row, column] = packed
     matrices[:, column, row] = packed
     return matrices
+
+
+@lru_cache(maxsize=256)
+def _triangle_of(size: int) -> tuple[Indices, Indices, NDArray[np.bool_]]:
+    """Return column and row of each entry of a packed triangle, and whether it is diagonal.
+
+    They are kept, since they are asked for more often than a triangle is packed.
+    """
+    column, row = np.tril_indices(size)
+    found = column, row, row == column
+    for array in found:
+        array.flags.writeable = False
+    return found
 
 
 def _none() -> Triplets:

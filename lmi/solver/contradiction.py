@@ -105,13 +105,11 @@ def _factor(packed: Floats, size: int, added: float) -> Floats:
 
 def _moved(posed: Equalities, factors: list[Floats]) -> Floats:
     """Return the equalities in S of Z = L (I + S) L', (equalities, entries)."""
-    columns = posed.matrix.tocsc()
     found = np.zeros(posed.matrix.shape)
-    for (part, size), L in zip(posed.parts(), factors, strict=True):
-        own = columns[:, part].tocsr()
-        used = np.flatnonzero(np.diff(own.indptr))
+    for (part, _), (used, matrices), L in zip(
+        posed.parts(), posed.coefficients, factors, strict=True
+    ):
         if len(used):
-            matrices = unpack(own[used].toarray(), size)
             found[used, part] = pack(L.T @ matrices @ L)
     return found
 

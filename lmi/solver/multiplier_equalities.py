@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from takagi.lmi.solver.assemble import unpack
 from takagi.lmi.solver.program import ConeProgram
 from takagi.lmi.term import Indices
 from takagi.lmi.unknown import triangle
@@ -23,7 +25,7 @@ DEPENDENT = 1e-13
 LARGEST = 40_000_000
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Equalities:
     """What the entries of multipliers must satisfy: matrix . z = 0, and sign . z <= 0.
 
@@ -42,6 +44,17 @@ class Equalities:
     matrix: sp.csr_array
     constant: bool
     strict: Floats
+
+    @cached_property
+    def coefficients(self) -> tuple[tuple[Indices, Floats], ...]:
+        """Of each multiplier: the equalities that it is in, and its symmetric matrices in them."""
+        columns = self.matrix.tocsc()
+        found = []
+        for part, size in self.parts():
+            own = columns[:, part].tocsr()
+            used = np.flatnonzero(np.diff(own.indptr))
+            found.append((used, unpack(own[used].toarray(), size)))
+        return tuple(found)
 
     def spread(self, z: Floats, count: int) -> Floats:
         """Return the multipliers of all rows of the program."""

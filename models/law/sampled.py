@@ -18,8 +18,9 @@ the filter's mean rate until the next sample.  Any other one takes an Euler step
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from math import inf, isfinite
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,10 +134,16 @@ def sampled(law: Law, state: Array, measurement: Measurement, time: float) -> tu
 
     By the law's own ``sample`` where it has one, else state + time times its rate.
     """
-    if isinstance(law, Sampling):
-        return law.sample(state, measurement, time)
+    if _discretises_itself(type(law)):
+        return cast(Sampling, law).sample(state, measurement, time)
     later = np.asarray(state + time * law.state_rate(state, measurement), dtype=np.float64)
     return law.command(state, measurement), later
+
+
+@cache
+def _discretises_itself(law: type) -> bool:
+    """Return whether laws of a class have ``sample``: kept, since each sample of a run asks."""
+    return issubclass(law, Sampling)
 
 
 def _within(wanted: float, before: float, most: float) -> float:

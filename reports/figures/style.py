@@ -139,12 +139,14 @@ def decimate(x: ArrayLike, y: ArrayLike, *, points: int = POINTS) -> tuple[Real,
         return xs, ys
     edges = np.linspace(0, len(xs), points // 2).astype(int)
     keep = {0, len(xs) - 1}
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
-        part = ys[start:stop]
-        if np.all(np.isnan(part)):
-            keep.add(int(start))
+    gap = np.isnan(ys)
+    least, greatest = np.where(gap, np.inf, ys), np.where(gap, -np.inf, ys)
+    for start, stop in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        if gap[start:stop].all():
+            keep.add(start)
             continue
-        keep.update((int(start + np.nanargmin(part)), int(start + np.nanargmax(part))))
+        keep.add(start + int(least[start:stop].argmin()))
+        keep.add(start + int(greatest[start:stop].argmax()))
     chosen = np.array(sorted(keep))
     return xs[chosen], ys[chosen]
 

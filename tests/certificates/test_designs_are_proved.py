@@ -231,6 +231,7 @@ def test_the_pieces_are_what_shows_it(name: str) -> None:
     assert check_document(whole).verdict is Verdict.UNDECIDED
 
 
+@pytest.mark.slow
 def test_gains_far_larger_than_what_they_act_on() -> None:
     """1e5 beside entries of 1: V falls by the design's own P, so that "none" would be false.
 

@@ -131,7 +131,7 @@ def test_gains_and_premises_are_printed_as_emitted() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    [PENDULUM, *(pytest.param(n, marks=pytest.mark.slow) for n in (SMALL, DISCRETE, ANALYSIS))],
+    [ANALYSIS, *(pytest.param(n, marks=pytest.mark.slow) for n in (SMALL, DISCRETE, PENDULUM))],
 )
 def test_only_what_is_proved_is_called_so(name: str) -> None:
     """Without a proof the word is not on the page as a badge, and no ellipsoid is drawn."""
@@ -160,6 +160,7 @@ def test_the_words_about_the_plant_itself_need_the_embedding() -> None:
     assert "the nonlinear plant itself" not in page and "From plant to model." in page
 
 
+@pytest.mark.slow
 def test_a_scheduling_signal_is_no_disturbance() -> None:
     """Its kind in the table, and what the proof says of it."""
     page = report_of(ANALYSIS).html
