@@ -10,7 +10,7 @@ from typing import Any
 from takagi.certificates.checker.kernel.reader import number
 from takagi.certificates.checker.kernel.result import Outcome, in_words
 from takagi.certificates.checker.turbine.coherent_inputs import Law
-from takagi.certificates.checker.words.shown import at_least, at_most
+from takagi.certificates.checker.words.shown import at_least, at_most, exactly
 
 __all__ = ["said"]
 
@@ -76,13 +76,16 @@ def _statement(
             f"is at most {at_least(min(bends), 3)} m/s^3, {held})"
         )
     within = [k for k, one in enumerate(torque) if one <= own]
+    # A limit is never told higher than it is, and what is said to stay below it does so as told.
+    limit = at_least(most, 6)
+    below = sum(one < Fraction(limit) for one in pitch)
     beyond = "".join(f", NOT for {_span(*ends)} m/s" for ends in _beyond(within, law.wind))
     return (
         f"on the proved set and in its wind class, of {len(cells)} wind cells: pitch moves at most "
-        f"at {at_most(max(pitch), 4)} rad/s, and in {sum(one < most for one in pitch)} stays below "
-        f"the drive's limit of {at_most(most, 4)} rad/s; the torque asked for moves, between the "
-        f"law's wind nodes, at most at {at_most(max(torque), 4)} N m/s{turning}, and in "
-        f"{len(within)} within the turbine's limit of {at_most(own, 6)} N m/s{beyond}; it steps by "
+        f"at {at_most(max(pitch), 6)} rad/s, and in {below} stays below the drive's limit of "
+        f"{limit} rad/s; the torque asked for moves, between the law's wind nodes, at most at "
+        f"{at_most(max(torque), 4)} N m/s{turning}, and in {len(within)} within the turbine's "
+        f"limit of {exactly(own)} N m/s{beyond}; it steps by "
         f"at most {at_most(step, 4)} N m where the schedule wind passes a node"
     )
 

@@ -13,8 +13,10 @@ import pytest
 
 from takagi.certificates.actuator_rates import actuator_rates_claim
 from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.turbine.actuator_rates import torque_step
+from takagi.certificates.checker.words.actuator_rates import said
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.models.law.effort import effort_ramp
 from takagi.models.law.law import Measurement
@@ -65,6 +67,35 @@ def test_the_default_loop_is_proved_by_both(built: Any, rates: dict[str, Any], r
     assert fed
     assert all(cell["torque_rate"] == limit for cell in fed)
     assert all(cell["pitch_rate"] <= built.turbine.pitch_rate_limit for cell in rates["cells"])
+
+
+def test_no_limit_is_told_higher_than_it_is(built: Any, rates: dict[str, Any], reseal: Any) -> None:
+    """8 deg/s are 0.139626... rad/s: told as 0.139626, and what is below it is below that."""
+    document = reseal(built.document | {"claims": [built.document["claims"][0], rates]})
+    own = built.turbine.pitch_rate_limit
+
+    text = check_document(document).claims[1].text
+
+    told = text.split("stays below the drive's limit of ")[1].split(" rad/s")[0]
+    below = int(text.split("rad/s, and in ")[1].split(" stays below")[0])
+    assert own - 1e-6 < float(told) <= own
+    assert below == sum(cell["pitch_rate"] < float(told) for cell in rates["cells"])
+
+
+@pytest.mark.parametrize("limit", ["15000.00001", "14999.99999"])
+def test_a_limit_of_torque_is_told_as_it_is_stated(limit: str) -> None:
+    """With more digits than other numbers: a cell at the limit itself is within it."""
+    text = torque_words(limit)
+
+    assert f"in 1 within the turbine's limit of {limit} N m/s; it steps" in text
+
+
+def torque_words(limit: str) -> str:
+    """Return the sentence about one cell of wind whose torque moves at the limit."""
+    cell = {"pitch_rate": Number("0.1"), "torque_rate": Number(limit), "schedule_bend": Number("1")}
+    model = {"pitch_rate_limit": Number("0.2"), "torque_rate_limit": Number(limit)}
+    law = SimpleNamespace(wind=[Fraction(5), Fraction(8)])
+    return said(cells=[cell], fed=[False], data={"model": model}, law=law, where="here")[1]  # type: ignore[arg-type]
 
 
 def point(built: Any, k: int, draw: Any) -> tuple[Any, ...]:
