@@ -272,8 +272,6 @@ def _moved(matrices: Stack, loop: Loop, theta: fmpq) -> Stack:
     varying = [
         k for k, column in enumerate(zip(*loop.corners, strict=True)) if len(set(column)) > 1
     ]
-    if len(place) != 1 << len(varying):
-        raise Refusal("the rules leave out a combination of corners")
     found = list(matrices)
     for k in varying:
         found = [

@@ -26,13 +26,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
-from math import prod
 from typing import Any
 
 from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix, mean
 from takagi.certificates.checker.kernel.reader import number, text
-from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.decay import check_decay
 
@@ -73,8 +71,6 @@ def enlarged(stack: Stack, family: Family, theta: Fraction) -> Stack:
         return tuple((middle + theta * (one - middle)).reduced() for one in stack)
     corners = family.corners
     sizes = [len(set(column)) for column in zip(*corners, strict=True)]
-    if prod(sizes) != len(corners):
-        raise CertificateError("the rules leave out a combination of corners")
     near, far = (1 + theta) / 2, (1 - theta) / 2
     values = dict(zip(corners, stack, strict=True))
     for k, size in enumerate(sizes):

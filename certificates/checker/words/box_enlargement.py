@@ -1,4 +1,4 @@
-"""What a proved claim of kind ``box-enlargement`` says: the claim ``decay`` of wider ranges."""
+"""What a proved claim of kind ``box-enlargement`` says: the claim ``decay`` of other ranges."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ __all__ = ["said"]
 
 
 def said(what: str, theta: Fraction, decay: Outcome) -> tuple[str, str]:
-    """Return name and sentence; ``what`` has been widened by the factor ``theta``."""
+    """Return name and sentence; ``what`` has been widened by ``theta``, or shrunk below 1."""
     proved = in_words(decay)
-    return proved.name, f"{what} times {at_least(theta, 6)}: {proved.text}"
+    shrunk = ", less than the model's own" if theta < 1 else ""
+    return proved.name, f"{what} times {at_least(theta, 6)}{shrunk}: {proved.text}"

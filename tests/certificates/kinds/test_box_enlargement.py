@@ -48,6 +48,28 @@ def test_a_product_of_premises_grows_with_the_square() -> None:
     assert said_of(model_data(A), None, claim(1.7320509)).verdict is Verdict.PROVED
 
 
+@pytest.mark.parametrize(("theta", "less"), [(0.4, True), (1, False), (1.2, False)])
+def test_a_part_of_the_box_is_not_called_more(theta: float, less: bool) -> None:
+    """Below 1 the ranges shrink: the sentence says that it is about less than the model."""
+    A = [[[-2]], [[-4]], [[-4]], [[-2]]]
+    model = model_data(A, premises=RANGES, rules=CORNERS)
+
+    for found in (said_of(model, None, claim(theta)), said_of(model_data(A), None, claim(theta))):
+        assert found.verdict is Verdict.PROVED
+        assert (f"times {theta}, less than the model's own: V =" in found.text) is less
+
+
+def test_every_corner_is_asked_for_before_any_kind() -> None:
+    """So the vertices of a claim are there, of a premise without a range too."""
+    A, flat = [[[-2]], [[-4]]], [{"name": "a", "lower": 1, "upper": 1}, RANGES[1]]
+    model = model_data(A, premises=flat, rules=[[0, 0], [0, 1]])
+
+    assert said_of(model, None, claim(1.5)).verdict is Verdict.PROVED
+    for rules in ([[0, 0], [1, 1]], [[0, 1], [1, 0]]):
+        with pytest.raises(CertificateError, match="not the corners"):
+            said_of(model | {"rules": rules}, None, claim(1.5))
+
+
 def test_gains_blend_as_they_like() -> None:
     """x' = z x + u on |z| <= theta with gains 2 and 3: the weaker gain has to do, theta < 2."""
     model = model_data([[[-1]], [[1]]], B=[[[1]]])
