@@ -47,9 +47,7 @@ class _Writing:
         self.sends: list[Part] = []
 
     def whole(self) -> Part:
-        law = self.law
-        states = [_split(label) for label in law["state_names"]]
-        variables = _variables(self.model, "states", [name for name, _ in states])
+        variables = _variables(self.model, "states")
         effort = self.blending["effort"] if self.blending else ""
         for k, variable in enumerate(variables):
             name, unit = variable["name"], variable["unit"]
@@ -59,8 +57,8 @@ class _Writing:
         deviations = [self.deviation(v) for v in variables]
         if self.blending:
             self.share()
-        weights = self.weights() if law.get("premises") else []
-        inputs = _variables(self.model, "inputs", [_split(u)[0] for u in law["input_names"]])
+        weights = self.weights() if self.law.get("premises") else []
+        inputs = _variables(self.model, "inputs")
         for k, variable in enumerate(inputs):
             self.command(k, variable, inputs, variables, deviations, weights)
         if self.blending:
@@ -211,8 +209,8 @@ def _split(label: str) -> tuple[str, str]:
     return name, unit.removesuffix("]")
 
 
-def _variables(model: Any, key: str, names: list[str]) -> list[Any]:
-    """Return the plant's variables; those that the law names where there is no plant."""
+def _variables(model: Any, key: str) -> list[Any]:
+    """Return the plant's variables; those that the model names where there is no plant."""
     if model.get("kind") == "plant":
         return list(model[key])
     labels = model["state_names" if key == "states" else "input_names"]

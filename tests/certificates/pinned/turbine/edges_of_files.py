@@ -213,7 +213,7 @@ def of_programs() -> Named:
         plant_program._Writing.actuators(at)
         yield f"direction {direction}", [str(entry) for entry in at.sends]
     with patch.object(plant_program, "_split", lambda _: ("x", "m", "s")):
-        given = ({"kind": "model", "state_names": ["x [m]"]}, "states", [])
+        given = ({"kind": "model", "state_names": ["x [m]"]}, "states")
         yield "labels of three parts", refused(plant_program._variables, *given)
 
 
