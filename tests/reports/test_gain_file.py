@@ -90,6 +90,28 @@ def test_one_sample_is_written_out(turbine_design: TurbineDesign) -> None:
     assert after[0] == pytest.approx(x - T * law.gains.integral_rate[k] * e, abs=1e-9)
 
 
+def test_the_rate_that_is_fed_forward_has_one_formula(turbine_design: TurbineDesign) -> None:
+    """That of the law's own sample, seen in its torque; no other one stands in the file's words."""
+    law, content = turbine_design.coherent, gain_file(turbine_design)
+    assert law is not None
+    v_s, T = 9.0, 0.1
+    omega = float(np.interp(v_s, law.schedule.wind, law.schedule.rotor_speed)) - 0.02
+    k = int(np.searchsorted(law.schedule.wind, v_s, side="right")) - 1
+    f, g = float(law.feedforward.inertia[k]), float(law.feedforward.effort_limit[k])
+
+    told = content["execution"]["its rate"]
+    words = " ".join([*content["schedule"].values(), *content["execution"].values()])
+
+    assert told.startswith("v_s' = (v_s after - v_s) / T, in the feed-forward of this sample")
+    assert words.count("v_s' =") == told.count("v_s' =") == 2
+    assert told.endswith("with wind_filter = 0, v_s = v_hat and v_s' = 0")
+    still, _ = law.sample([0.0, v_s], Measurement(omega, 0.0, v_s), T)
+    moved, after = law.sample([0.0, v_s], Measurement(omega, 0.0, v_s + 0.2), T)
+    fed = f * (after[1] - v_s) / T
+    assert 0 < abs(fed) < g
+    assert moved.torque - still.torque == pytest.approx(-law.effort_torque * fed)
+
+
 def test_trim_table_is_the_turbines(turbine_design: TurbineDesign) -> None:
     """The emitted trim equals the turbine's trim at each wind, to the emitted decimals."""
     table = gain_file(turbine_design)["trim"]

@@ -100,7 +100,8 @@ EQUATIONS = [
 ]
 COHERENT = {
     "schedule": {
-        "variables": "schedule wind v_s = low-passed wind estimate, v_s' = (v_hat - v_s) / tau_f",
+        "variables": "schedule wind v_s = low-passed wind estimate; execution has its steps and "
+        "its rate v_s'",
         "interpolation": "linear between nodes; integral_rate, inertia_feedforward and "
         "feedforward_limit constant between two nodes",
         "feedforward": "torque gives up effort_torque (f v_s' held within +-g) more, and stays "
@@ -112,7 +113,8 @@ COHERENT = {
     | {
         "schedule wind": "v_s after = v_hat + (v_s - v_hat) exp(-T / wind_filter), v_hat held "
         "within the table's winds",
-        "its rate": "v_s' = (v_s after - v_s) / T, in the feed-forward of this sample",
+        "its rate": "v_s' = (v_s after - v_s) / T, in the feed-forward of this sample; with "
+        "wind_filter = 0, v_s = v_hat and v_s' = 0",
         "integral": "x after = x - T integral_rate e, held within +-integral_limit",
     },
 }
