@@ -177,12 +177,13 @@ def _schedules(
 
 def _require_same(made: Mapping[str, Any], stated: Any, path: Path) -> None:
     """Refuse a file whose tables are another turbine's, or another version's."""
-    from takagi.certificates.checker.files.differing import differing, in_words
+    from takagi.certificates.checker.files.differing import differing, shown
     from takagi.certificates.checker.kernel.reader import read_text
 
     read = read_text(json.dumps({"law": made}), "law")["law"]
     for one in differing(read, stated):
+        own, there = shown(one)
         raise CertificateError(
-            f"{path}: the law was not made for this turbine: {one.place} is {in_words(one.first)} "
-            f"for it, {in_words(one.second)} in the file; give the turbine of the design"
+            f"{path}: the law was not made for this turbine: {one.place} is {own} for it, {there} "
+            "in the file; give the turbine of the design"
         )

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.controller.content import VERSION
-from takagi.certificates.checker.files.differing import differing, in_words
+from takagi.certificates.checker.files.differing import differing, shown
 from takagi.certificates.checker.files.gain_file import expected_file
 from takagi.certificates.checker.kernel.reader import read_json, read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
@@ -82,8 +82,9 @@ def told(document: Mapping[str, Any], path: Path) -> str:
     file, expected = read_json(path), expected_file(data)
     shared = {key: expected.get(key) for key in file}
     found = [
-        f"{one.place} is {in_words(one.first)} there, {in_words(one.second)} for this model"
+        f"{one.place} is {there} there, {ours} for this model"
         for one in islice(differing(file, shared), MOST)
+        for there, ours in [shown(one)]
     ]
     if not found:
         return ""
@@ -117,9 +118,10 @@ def _compare_earlier(
             continue
         stated = file[key]
         for one in differing(stated, _like(stated, value), (key,)):
+            there, ours = shown(one)
             raise CertificateError(
-                f"{path}: {one.place} is {in_words(one.first)} there, {in_words(one.second)} for "
-                "this model: the file was written for another one; mend it, or design anew"
+                f"{path}: {one.place} is {there} there, {ours} for this model: the file was "
+                "written for another one; mend it, or design anew"
             )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from takagi.certificates.checker.files.differing import Difference, differing, in_words
+from takagi.certificates.checker.files.differing import Difference, differing, in_words, shown
 from takagi.certificates.checker.files.model_content import beside_the_claims
 from takagi.certificates.checker.kernel.reader import Number
 
@@ -99,7 +99,7 @@ def _provenance(document: Data, part: str) -> Any:
 
 def _change(part: str, found: Difference, owner: Any) -> Change:
     place = _place(found.path, owner) or "all of it"
-    return Change(part, place, in_words(found.first), in_words(found.second))
+    return Change(part, place, *shown(found))
 
 
 def _place(path: tuple[str | int, ...], owner: Any) -> str:

@@ -209,18 +209,45 @@ def test_other_bytes_of_the_same_content_change_nothing(tank: Path, tmp_path: Pa
 
 
 def test_a_member_that_is_not_there_is_told(tank: Path, tmp_path: Path) -> None:
-    """It cannot mislead anybody; the law alone is a gain file still."""
+    """It cannot mislead anybody, and a reader learns what was not compared: all but the law too."""
     content = json.loads((tank / "gains.json").read_text("utf-8"))
     path = tmp_path / "law.json"
-    path.write_text(json.dumps({"law": content["law"]}), "utf-8")
-    assert not any("say" in word for word in check(tank / "c.json", gains=path).messages)
-    del content["programs"]
+    for left in ({"law": content["law"]}, {k: v for k, v in content.items() if k != "programs"}):
+        path.write_text(json.dumps(left), "utf-8")
+
+        found = check(tank / "c.json", gains=path)
+
+        assert found.verdict.name == "PROVED"
+        (told,) = [word for word in found.messages if "it does not say" in word]
+        assert told.endswith(": of these nothing is compared")
+        named = told.split("it does not say ")[1].split(":")[0].split(", ")
+        assert named == sorted(content.keys() - left.keys())
+
+
+def test_of_long_texts_the_place_where_they_differ_is_shown(tank: Path, tmp_path: Path) -> None:
+    """A sign late in a formula: not two equal beginnings."""
+    content = json.loads((tank / "gains.json").read_text("utf-8"))
+    formula = content["formulas"]["memberships"]
+    content["formulas"]["memberships"] = formula.replace("corner 1;", "corner 0;")
+    path = tmp_path / "changed.json"
     path.write_text(json.dumps(content), "utf-8")
 
-    found = check(tank / "c.json", gains=path)
+    with pytest.raises(OtherGains) as refused:
+        check(tank / "c.json", gains=path)
 
-    assert found.verdict.name == "PROVED"
-    assert any("it does not say" in word and "programs" in word for word in found.messages)
+    there, ours = str(refused.value).split("formulas.memberships is ")[1].split(" there, ", 1)
+    assert there != ours and "corner 0; a premise" in there and "corner 1; a premise" in ours
+    assert there.startswith("...") and ours.startswith("...")
+
+
+def test_a_text_and_a_number_of_the_same_letters_are_told_apart(tank: Path, tmp_path: Path) -> None:
+    content = json.loads((tank / "gains.json").read_text("utf-8"))
+    content["inputs"][0]["rest"] = str(content["inputs"][0]["rest"])
+    path = tmp_path / "changed.json"
+    path.write_text(json.dumps(content), "utf-8")
+
+    with pytest.raises(OtherGains, match=r'inputs\[0\].rest is "([0-9.]+)" there, \1 in'):
+        check(tank / "c.json", gains=path)
 
 
 def test_an_older_certificate_says_what_it_does_not_cover(tank: Path, tmp_path: Path) -> None:

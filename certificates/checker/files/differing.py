@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 from takagi.certificates.checker.kernel.reader import Number, canonical
 
-__all__ = ["Difference", "differing", "in_words"]
+__all__ = ["Difference", "differing", "in_words", "shown"]
 
-LONGEST = 60
+LONGEST, BEFORE = 60, 20
 
 
 class Difference(NamedTuple):
@@ -52,12 +52,35 @@ def _same(first: Any, second: Any) -> bool:
 
 def in_words(value: Any) -> str:
     """Return a value as one short printable text."""
+    return _cut(_whole(value), 0)
+
+
+def shown(one: Difference) -> tuple[str, str]:
+    """Return both values as short printable texts; of long ones what is about where they differ."""
+    first, second = _whole(one.first), _whole(one.second)
+    if first == second:
+        # A text and a number of the same letters.
+        first, second = (ascii(canonical(_plain(v)))[1:-1] for v in (one.first, one.second))
+    shorter, longer = sorted((len(first), len(second)))
+    same = next((k for k in range(shorter) if first[k] != second[k]), shorter)
+    late = longer > LONGEST and same >= LONGEST - BEFORE
+    begin = same - BEFORE if late else 0
+    return _cut(first, begin), _cut(second, begin)
+
+
+def _cut(text: str, begin: int) -> str:
+    if begin == 0 and len(text) <= LONGEST:
+        return text
+    end = begin + LONGEST
+    return f"{'...' * (begin > 0)}{text[begin:end]}{'...' * (len(text) > end)}"
+
+
+def _whole(value: Any) -> str:
     if value is None:
         return "nothing"
     if isinstance(value, list) and len(value) > 3:
         return f"{len(value)} entries"
-    text = ascii(value if isinstance(value, str) else canonical(_plain(value)))[1:-1]
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+    return ascii(value if isinstance(value, str) else canonical(_plain(value)))[1:-1]
 
 
 def _plain(value: Any) -> Any:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.controller.content import FORMAT, file_content
-from takagi.certificates.checker.files.differing import Difference, differing, in_words
+from takagi.certificates.checker.files.differing import Difference, differing, shown
 from takagi.certificates.checker.kernel.reader import member, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains
 
@@ -49,12 +49,16 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
             )
         )
     if "version" in data["controller"]:
-        return (
-            f"{gains}: of an earlier version; what it says beside its law is compared with the "
-            "certificate's copy of it, not with model and law"
-        )
-    missing = sorted(set(expected) - set(file)) if beside else []
-    return f"{gains}: it does not say {', '.join(missing)}" if missing else ""
+        told = [
+            "of an earlier version; what it says beside its law is compared with the certificate's "
+            "copy of it, not with model and law"
+        ]
+    else:
+        told = []
+    missing = sorted(set(expected) - set(file))
+    if missing:
+        told.append(f"it does not say {', '.join(missing)}: of these nothing is compared")
+    return f"{gains}: {'; '.join(told)}" if told else ""
 
 
 def expected_file(data: dict[str, Any]) -> dict[str, Any]:
@@ -89,8 +93,9 @@ def _differences(file: Any, expected: Any, *, whole: bool) -> Iterator[Differenc
 
 def _told(found: list[Difference]) -> str:
     told = [
-        f"{one.place} is {in_words(one.first)} there, {in_words(one.second)} in the certificate"
+        f"{one.place} is {there} there, {ours} in the certificate"
         for one in found[:MOST_TOLD]
+        for there, ours in [shown(one)]
     ]
     more = len(found) - MOST_TOLD
     counted = f"{more}" if len(found) < MOST_COUNTED else f"at least {more}"

@@ -17,7 +17,7 @@ from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from takagi.certificates.checker.files.differing import Difference, differing, in_words
+from takagi.certificates.checker.files.differing import Difference, differing, shown
 from takagi.certificates.checker.files.toml_file import file_content, read_toml
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
@@ -105,8 +105,9 @@ def _numbers_differ(one: dict[str, Any], other: dict[str, Any]) -> bool:
 def told(path: Path, found: Sequence[Difference], reason: str = "") -> str:
     """Return in which fields a file is not the certificate's, with both values."""
     parts = [
-        f"{one.place} is {in_words(one.first)} there, {in_words(one.second)} in the certificate"
+        f"{one.place} is {there} there, {ours} in the certificate"
         for one in found[:MOST_TOLD]
+        for there, ours in [shown(one)]
     ]
     more = len(found) - MOST_TOLD
     counted = f"{more}" if len(found) < MOST_COUNTED else f"at least {more}"

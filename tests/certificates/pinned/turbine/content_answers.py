@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from decimal import Decimal
+from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -39,13 +40,24 @@ def of_differences() -> Named:
     ):
         read = as_read(other)
         found = [*differing.differing(one, read), *differing.differing(read, one)]
-        yield name, [(d.place, differing.in_words(d.first), differing.in_words(d.second))
-                     for d in found]  # fmt: skip
+        yield name, [(d.place, *differing.shown(d)) for d in found]
     for value in (
         *(None, "text", "\u00e9\n", True, Number("1.50"), {}, {"a": Number("1")}),
         *([], [Number("1")] * 3, [Number("1")] * 4, "x" * 60, "x" * 61, {"k": "y" * 99}),
     ):
         yield f"told {value!r:.30}", differing.in_words(value)
+
+
+def of_long_texts() -> Named:
+    """Yield how two values are told beside each other: what is about their first difference."""
+    ends = ("", "b", "b" * 19, "b" * 21, "b" * 41, "b" * 100)
+    for same in (0, 39, 40, 59, 60, 61, 200):
+        for first, second in pairwise(ends):
+            pair = differing.Difference(("x",), "a" * same + first, "a" * same + "c" + second)
+            yield f"shown {same} {len(first)} {len(second)}", differing.shown(pair)
+    alike: tuple[tuple[Any, Any], ...] = ((Number("1"), "1"), (True, "true"), (None, "nothing"))
+    for one, other in alike:
+        yield f"shown {one!r} {other!r}", differing.shown(differing.Difference((), one, other))
 
 
 def of_contents(name: str) -> Named:
@@ -179,6 +191,7 @@ def groups() -> dict[str, Any]:
     """Return the groups of answers by name."""
     found: dict[str, Any] = {
         "differences": of_differences,
+        "long texts": of_long_texts,
         "words of files": of_words,
         "beside the claims": of_owners,
         "sizes": of_sizes,
