@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from takagi.models.ts_model import TSModel
 
 __all__ = ["Certificate", "certify", "load_certificate"]
+
+LONGEST = 60  # characters of what was given, in a message
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,6 +106,7 @@ def certify(
     ------
     ModelError : shapes, numbers that are not finite, requests that make no sense for this model, a
         premise whose bounds are sampled.
+    TypeError : claims are no list, or an entry of them is no request; names the entry.
 
     Source: Tanaka and Wang (2001), chapter 3; Boyd et al. (1994), section 5.1.
     """
@@ -112,9 +115,7 @@ def certify(
         raise ModelError(f"claims = {claims!r}: give 'all', or requests such as [Decay()]")
     if claims is not None and claims != "all" and decay_rate is not None:
         raise ModelError("decay_rate and claims were given; give claims=[Decay(rate), ...] alone")
-    asked: Sequence[Request] = (
-        [] if isinstance(claims, str) else [Decay(decay_rate)] if claims is None else claims
-    )
+    asked = [Decay(decay_rate)] if claims is None else [] if claims == "all" else _requests(claims)
     if not asked and claims != "all":
         raise ModelError("no claims were asked for; give at least one request, such as Decay()")
     model_data, claims_before, notes = plant_and_claim(model)
@@ -134,3 +135,26 @@ def certify(
     )
     tried = (*notes, *(words for attempt in attempts for words in attempt.tried), *unproved)
     return Certificate(document, check_document(document), tried)
+
+
+def _requests(claims: object) -> list[Request]:
+    """Return what is asked for; refuses what cannot be asked."""
+    if not isinstance(claims, Iterable):
+        raise TypeError(
+            f"claims: {_named(claims)} was given; a list of requests is needed, such as [Decay()]"
+        )
+    found = list(claims)
+    for k, one in enumerate(found):
+        if isinstance(one, type) or not callable(getattr(one, "attempt", None)):
+            raise TypeError(
+                f"claims[{k}]: {_named(one)} was given; a request is needed, such as Decay() of "
+                "takagi.certificates.requests"
+            )
+    return found
+
+
+def _named(given: object) -> str:
+    if isinstance(given, type):
+        return f"the class {given.__name__}"
+    text = repr(given)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.models.errors import ModelError
 
-__all__ = ["check_unique", "vertex_arrays"]
+__all__ = ["check_unique", "finite_array", "vertex_arrays"]
 
 Array: TypeAlias = NDArray[np.float64]
 Names: TypeAlias = tuple[str, ...]
@@ -52,7 +52,7 @@ def vertex_arrays(
     given = {"A": _square_stack(A, labels["states"])}
     for letter, value in others.items():
         if value is not None:
-            given[letter] = _read(letter, value)
+            given[letter] = finite_array(letter, value)
     names = {}
     for axis, (letter, along, symbol) in COUNTED_IN.items():
         size = given[letter].shape[along] if letter in given else 0
@@ -74,7 +74,13 @@ def check_unique(axis: str, names: Sequence[str]) -> None:
         raise ModelError(f"{axis}: {', '.join(doubled)} named more than once; names must differ")
 
 
-def _read(letter: str, value: ArrayLike) -> Array:
+def finite_array(letter: str, value: ArrayLike) -> Array:
+    """Return a stack of matrices, or one matrix.
+
+    Raises
+    ------
+    ModelError : no array of real numbers, or an entry that is not finite; names the entry.
+    """
     try:
         if np.iscomplexobj(np.asarray(value)):
             # numpy would drop the imaginary parts with no more than a warning.
@@ -99,7 +105,7 @@ def _read(letter: str, value: ArrayLike) -> Array:
 def _square_stack(A: ArrayLike, states: Sequence[str] | None) -> Array:
     if isinstance(A, (list, tuple)):
         _check_squares(A, states)
-    array = _read("A", A)
+    array = finite_array("A", A)
     if array.ndim != 3 or 0 in array.shape:
         raise ModelError(
             f"A has shape {array.shape}; (r, n, n) is needed: r vertices of n states "

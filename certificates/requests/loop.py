@@ -21,6 +21,7 @@ from takagi.certificates.plant_embedding import law_members
 from takagi.certificates.requests.blend_points import Point, seen_at, weights_at
 from takagi.certificates.requests.cuts import Cuts
 from takagi.models.errors import ModelError
+from takagi.models.vertex_arrays import finite_array
 
 if TYPE_CHECKING:
     from takagi.models.ts_model import TSModel
@@ -203,16 +204,16 @@ def _read(data: Mapping[str, Any] | None) -> Any:
 
 
 def _gains(model: TSModel, gains: ArrayLike, *, own_rules: bool) -> Floats:
-    K = np.asarray(gains, dtype=np.float64)
+    K = finite_array("K", gains)
     r, n, m = model.B.shape
-    if own_rules and K.ndim == 3 and K.shape[1:] == (m, n) and np.all(np.isfinite(K)):
+    if own_rules and K.ndim == 3 and K.shape[1:] == (m, n):
         # A law with weights of its own may have another number of rules.
         return K if np.any(K != K[0]) else np.broadcast_to(K[:1], (r, m, n)).copy()
     if K.shape in ((m, n), (1, m, n)):
         K = np.broadcast_to(K, (r, m, n)).copy()
-    if K.shape != (r, m, n) or not np.all(np.isfinite(K)):
+    if K.shape != (r, m, n):
         raise ModelError(
             f"gains have shape {K.shape}; {r} rules, {m} inputs and {n} states need "
-            f"({r}, {m}, {n}), all finite"
+            f"({r}, {m}, {n}), or ({m}, {n}) for one gain in all rules"
         )
     return K

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from takagi.lmi.answer import Answer
 from takagi.lmi.term import Array
 from takagi.models.errors import ModelError
+from takagi.models.vertex_arrays import finite_array
 
 __all__ = ["gain_stack", "of_pairs", "pair_means", "pairs_of"]
 
@@ -21,17 +22,12 @@ def gain_stack(gains: ArrayLike, r: int, m: int, n: int) -> Array:
     ------
     ModelError : another shape, or an entry that is not finite.
     """
-    try:
-        K = np.asarray(gains, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ModelError(f"gains cannot be read as an array of real numbers ({error})") from error
+    K = finite_array("K", gains)
     if K.shape not in ((r, m, n), (1, m, n), (m, n)):
         raise ModelError(
             f"gains have shape {K.shape}; ({r}, {m}, {n}) is needed, or ({m}, {n}) for the same "
             "gain in every rule"
         )
-    if not np.isfinite(K).all():
-        raise ModelError("gains have an entry that is not finite; every entry must be")
     return np.broadcast_to(K, (r, m, n))
 
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.models.errors import ModelError
 from takagi.models.ts_model import TSModel
+from takagi.models.vertex_arrays import finite_array
 
 if TYPE_CHECKING:
     from takagi.models.blending.running import RunningBlend
@@ -132,13 +133,13 @@ class PdcLaw:
 
 
 def _gains(given: ArrayLike, shape: tuple[int, int, int]) -> Floats:
-    K = np.array(given, dtype=np.float64)
+    K = finite_array("K", given)
     if K.shape == shape[1:]:
         K = np.broadcast_to(K, shape).copy()
-    if K.shape != shape or not np.all(np.isfinite(K)):
+    if K.shape != shape:
         raise ModelError(
             f"gains have shape {K.shape}; {shape[0]} rules, {shape[1]} inputs and {shape[2]} "
-            f"states need {shape}, all finite"
+            f"states need {shape}, or {shape[1:]} for one gain in all rules"
         )
     K.flags.writeable = False
     return K

@@ -164,3 +164,23 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     for path in (tmp_path / "missing.json", tmp_path, large):
         with pytest.raises(CertificateError, match=path.name):
             read_json(path)
+
+
+@pytest.mark.parametrize(
+    ("written", "words"),
+    [
+        ('{"law": {"K": [[[1, NaN]]]}}', "law.K[0][0][1]: NaN is not a number; a finite decimal"),
+        ('{"a": {"b": [1, {"c": -Infinity}]}}', "a.b[1].c: -Infinity is not a number"),
+        ('{"a": 1e9, "b": [1, 1e41], "c": 1e41}', "b[1]: number 1e41: exponents go to 40"),
+        (f'{{"a": "NaN", "b": {"9" * 61}}}', "b: a number of 61 characters; at most 60"),
+        # What is said of another part of the file is said of that part alone.
+        ('{"a": {"b": 1, "b": 2}, "c": NaN}', "key 'b' appears twice"),
+        ('{"a": [NaN], }', "NaN is not a number"),
+        (f'{{"a": NaN, "b": {"[" * 41}1{"]" * 41}}}', "nested deeper than 40"),
+    ],
+)
+def test_the_place_of_a_refused_number_is_named(written: str, words: str) -> None:
+    with pytest.raises(CertificateError) as refused:
+        read_text(written, "FILE")
+
+    assert str(refused.value).startswith(f"FILE: {words}")

@@ -87,7 +87,7 @@ def test_a_disturbance_may_schedule() -> None:
     ("gains", "state_rest", "input_rest", "message"),
     [
         (np.zeros((3, 1, 2)), *REST, "2 rules, 1 inputs and 2 states need"),
-        (np.full((2, 1, 2), np.nan), *REST, "all finite"),
+        (np.full((2, 1, 2), np.nan), *REST, r"K\[0, 0, 0\] is nan; every entry must be finite"),
         (K, np.zeros(3), REST[1], "state_rest has shape"),
         (K, REST[0], np.array([np.inf]), "input_rest has shape"),
     ],

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
@@ -55,17 +55,20 @@ def read_text(written: str, source: str) -> dict[str, Any]:
     """Return the object in a text; see ``read_json``."""
     if len(written) > LARGEST_FILE:
         raise CertificateError(f"{source}: larger than {LARGEST_FILE} bytes; no certificate is")
+    _check_size(written, source)
     try:
-        _check_size(written)
         value = json.loads(
             written,
             parse_float=_literal,
             parse_int=_literal,
-            parse_constant=_constant,
+            parse_constant=_literal,
             object_pairs_hook=_object,
         )
     except CertificateError as error:
-        raise CertificateError(f"{source}: {error}") from error
+        # Imported here: only a file that is refused has its entry looked for.
+        from takagi.certificates.checker.files.refused_entry import place
+
+        raise CertificateError(f"{source}: {place(written, error, _literal)}{error}") from error
     except (json.JSONDecodeError, RecursionError) as error:
         raise CertificateError(f"{source}: not JSON: {error}") from error
     if not isinstance(value, dict):
@@ -73,31 +76,29 @@ def read_text(written: str, source: str) -> dict[str, Any]:
     return value
 
 
-def _check_size(written: str) -> None:
+def _check_size(written: str, source: str) -> None:
     """Refuse deep nesting, and more parts than memory should hold, before they are made."""
     if sum(map(written.count, ",[{")) > MOST_PARTS:
-        raise CertificateError(f"more than {MOST_PARTS} entries; no certificate has so many")
+        raise CertificateError(f"{source}: over {MOST_PARTS} entries; no certificate has so many")
     depth = 0
     for found in STRING_OR_BRACKET.finditer(written):
         if found[0] in "[{":
             depth += 1
             if depth > DEEPEST:
-                raise CertificateError(f"nested deeper than {DEEPEST}")
+                raise CertificateError(f"{source}: nested deeper than {DEEPEST}")
         elif found[0] in "]}":
             depth -= 1
 
 
 def _literal(written: str) -> Number:
+    if not written[-1].isdigit():  # JSON has no such numbers, Python's reader has.
+        raise CertificateError(f"{written} is not a number; a finite decimal is needed")
     if len(written) > LONGEST_NUMBER:
         raise CertificateError(f"a number of {len(written)} characters; at most {LONGEST_NUMBER}")
     _, _, exponent = written.lower().partition("e")
     if exponent and abs(int(exponent)) > LARGEST_EXPONENT:
         raise CertificateError(f"number {written}: exponents go to {LARGEST_EXPONENT}")
     return Number(written)
-
-
-def _constant(written: str) -> NoReturn:
-    raise CertificateError(f"{written} is not a number")
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

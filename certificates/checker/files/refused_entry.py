@@ -1,0 +1,58 @@
+"""At which place of a file an entry stands that the strict reader refuses to take for a number.
+
+The reader has no places while it reads.  Here a text that it has refused is read once more; what is
+found stands in the message and decides nothing.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+from takagi.certificates.checker.files.differing import Difference
+from takagi.certificates.checker.kernel.refusal import CertificateError
+
+__all__ = ["place"]
+
+Path = tuple[str | int, ...]
+
+
+class _Odd(NamedTuple):
+    """Stands for an entry that is refused; ``why`` is what the reader says of it."""
+
+    why: str
+
+
+def place(written: str, error: CertificateError, literal: Callable[[str], object]) -> str:
+    """Return e.g. ``law.K[0][1]: ``, the first entry that is refused with this error; "" for none.
+
+    Parameters
+    ----------
+    literal : the reader's own function for a number, which refuses it.
+    """
+
+    def read(entry: str) -> _Odd | None:
+        try:
+            literal(entry)
+        except CertificateError as found:
+            return _Odd(str(found))
+        return None
+
+    try:
+        value = json.loads(written, parse_float=read, parse_int=read, parse_constant=read)
+    except ValueError:  # no JSON behind that entry
+        return ""
+    found = next((path for path, odd in _odd(value, ()) if odd.why == str(error)), ())
+    return f"{Difference(found, None, None).place}: " if found else ""
+
+
+def _odd(value: Any, path: Path) -> Iterator[tuple[Path, _Odd]]:
+    if isinstance(value, _Odd):
+        yield path, value
+    elif isinstance(value, dict):
+        for key, entry in value.items():
+            yield from _odd(entry, (*path, key))
+    elif isinstance(value, list):
+        for k, entry in enumerate(value):
+            yield from _odd(entry, (*path, k))
