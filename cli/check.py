@@ -63,17 +63,14 @@ def run(arguments: Sequence[str]) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     from takagi.certificates.checker import CertificateError
-    from takagi.certificates.checker.kernel.refusal import OtherGains
 
     try:
         checked, trusted = _verdict(options)
     except CertificateError as error:
         # Continuous integration shows the refusal where it shows results.
-        _write_reports(options, _refused(str(error)))
-        # Imported here: a check without a model file does not load what reads it.
-        from takagi.certificates.checker.files.model_content import OtherModel
-
-        if not isinstance(error, (OtherGains, OtherModel)):
+        needed, is_another = _needed(error, options)
+        _write_reports(options, _refused(str(error), needed))
+        if not is_another:
             raise  # the status is the boundary's, as for any misuse
         # The certificate is sound, and about another loop: nothing is proved of this one.
         print(f"Error: {error}", file=sys.stderr)
@@ -91,6 +88,22 @@ def _check(options: argparse.Namespace) -> int:
     if compared is not None and not compared.agrees:
         return UNPROVED
     return PROVED if checked.verdict.name == "PROVED" else UNPROVED
+
+
+def _needed(error: Exception, options: argparse.Namespace) -> tuple[str, bool]:
+    """Return what does not hold, and whether that is a sound file which is about something else."""
+    from takagi.certificates.checker.files.model_content import OtherModel
+    from takagi.certificates.checker.kernel.refusal import OtherGains
+
+    if isinstance(error, OtherGains):
+        return "the gain file is the certificate's", True
+    if isinstance(error, OtherModel):
+        return "the model file is the certificate's", True
+    # Every refusal begins with the file that it is about.
+    for kind, path in (("gain", options.gains), ("model", _file_of(options.model))):
+        if path is not None and path != options.certificate and str(error).startswith(f"{path}:"):
+            return f"the {kind} file can be read", False
+    return "the file is a certificate", False
 
 
 def _verdict(options: argparse.Namespace) -> tuple[Checked, Trusted | None]:
@@ -139,10 +152,10 @@ def _write_reports(options: argparse.Namespace, checked: Checked) -> None:
         write_file(options.summary, ci_formats.markdown(checked, source=source))
 
 
-def _refused(reason: str) -> Checked:
+def _refused(reason: str, needed: str) -> Checked:
     from takagi.reports.ci_formats import refusal
 
-    return refusal(reason)
+    return refusal(reason, needed=needed)
 
 
 def _as_text(options: argparse.Namespace, checked: Checked, trusted: Trusted | None) -> str:

@@ -42,7 +42,7 @@ class Checked(Protocol):
 
 
 class _Refusal(Enum):
-    REFUSED = "The file is no certificate that can be checked."
+    REFUSED = "A file cannot be read, or is not about what the certificate is about."
 
 
 class _RefusedClaim(NamedTuple):
@@ -58,9 +58,12 @@ class _RefusedFile(NamedTuple):
     assumes: tuple[str, ...] = ()
 
 
-def refusal(reason: str) -> Checked:
-    """Return the result for a file that the checker refuses to read: one claim, not met."""
-    claim = _RefusedClaim("the file is a certificate", _Refusal.REFUSED, reason)
+def refusal(reason: str, *, needed: str = "the file is a certificate") -> Checked:
+    """Return the result for a file that the checker refuses: one claim, not met.
+
+    ``needed`` is what does not hold, the name of the claim.
+    """
+    claim = _RefusedClaim(needed, _Refusal.REFUSED, reason)
     return _RefusedFile(_Refusal.REFUSED, (claim,), ())
 
 

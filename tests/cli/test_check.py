@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import sys
+import xml.etree.ElementTree as ElementTree
 from enum import Enum
 from pathlib import Path
 from types import ModuleType
@@ -17,8 +18,9 @@ import pytest
 
 # The command imports these parts of the checker by name: they have to be there before the whole is
 # replaced, when this file is run alone as well.
-import takagi.certificates.checker.files.model_content
-import takagi.certificates.checker.kernel.refusal  # noqa: F401
+from takagi.certificates.checker.files.model_content import OtherModel
+from takagi.certificates.checker.kernel import refusal
+from takagi.certificates.checker.kernel.refusal import OtherGains
 from takagi.cli.main import main
 from takagi.models.library import data_folder
 
@@ -159,6 +161,38 @@ def test_a_refused_file_is_misuse_and_stands_in_the_reports(
 
     assert capsys.readouterr().err == "Error: c.json, line 3: a number is not decimal\n"
     assert "REFUSED" in report.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("error", "case", "status"),
+    [
+        (refusal.CertificateError("c.json: not JSON"), "the file is a certificate", 2),
+        (
+            refusal.CertificateError("provenance: 'sha256' is missing"),
+            "the file is a certificate",
+            2,
+        ),
+        (OtherGains("g.json: the law is not"), "the gain file is the certificate's", 1),
+        (refusal.CertificateError("g.json: not JSON"), "the gain file can be read", 2),
+        (OtherModel("m.toml: not the certificate's"), "the model file is the certificate's", 1),
+        (refusal.CertificateError("m.toml: cannot be read"), "the model file can be read", 2),
+    ],
+)
+def test_the_reports_blame_the_file_that_is_refused(
+    checker: Any, tmp_path: Path, error: Exception, case: str, status: int
+) -> None:
+    """In all three: a certificate that is sound is not said to be none."""
+    checker.answer, checker.CertificateError = error, refusal.CertificateError
+    files = {option: tmp_path / option.strip("-") for option in _REPORTS}
+    given = ["check", "c.json", "--gains", "g.json", "--model", "m.toml"]
+
+    assert main([*given, *(f"{option}={file}" for option, file in files.items())]) == status
+
+    (told,) = ElementTree.parse(files["--junit"]).iter("testcase")
+    assert told.get("name") == case
+    (run,) = json.loads(files["--sarif"].read_text("utf-8"))["runs"]
+    assert [result["ruleId"] for result in run["results"]] == [case]
+    assert f"| REFUSED | {case} |" in files["--summary"].read_text("utf-8")
 
 
 def test_a_report_that_cannot_be_written_is_misuse(
