@@ -1,22 +1,32 @@
-"""A comparison as a table for the terminal, as Markdown, and as plain data."""
+"""A comparison as a table for the terminal, as Markdown, and as plain data.
+
+A figure rises or falls, and is better or worse by a share without a sign: which of the two is the
+better way depends on the figure.  ``WORSE`` is what fails, ``worse`` what the tolerance allows.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.words.shown import at_least
+from takagi.certificates.checker.words.shown import at_least, at_most
 from takagi.reports.baseline.changes import listed_changes
 from takagi.reports.baseline.comparison import Comparison, Moved
 
 __all__ = ["as_data", "as_markdown", "as_text"]
 
 _LARGEST = 10**300
+# Digits of a figure: more than the first where two that differ would look the same.
+_DIGITS = (6, 9, 12, 17, 34)
 
 
 def as_text(found: Comparison, *, source: str) -> str:
     """Return the comparison in lines; figures that are the same are counted alone."""
-    rows = [_cells(moved) for moved in found.moved if moved.change]
+    rows = [
+        (word, claim, figure, f"{went} from {old} to {new}", f"({share})")
+        for word, claim, figure, went, old, new, share in _rows(found)
+    ]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)] if rows else []
     lines = [_head(found, source)]
     lines += [
@@ -36,9 +46,9 @@ def as_text(found: Comparison, *, source: str) -> str:
 def as_markdown(found: Comparison, *, source: str) -> str:
     """Return the comparison for a pull request: every figure that moved, and what changed."""
     lines = [f"### {_escaped(_head(found, source))}", ""]
-    rows = [_cells(moved) for moved in found.moved if moved.change]
+    rows = list(_rows(found))
     if rows:
-        lines += ["| | Claim | Figure | Old | | New | Change |", "|---|---|---|---|---|---|---|"]
+        lines += ["| | Claim | Figure | | Old | New | Change |", "|---|---|---|---|---|---|---|"]
         lines += ["| " + " | ".join(map(_escaped, row)) + " |" for row in rows]
         lines.append("")
     lines += [f"- lost: {_escaped(f'{name}: {why}')}" for name, why in found.lost.items()]
@@ -74,29 +84,53 @@ def as_data(found: Comparison) -> dict[str, Any]:
 
 
 def _head(found: Comparison, source: str) -> str:
-    allowed = f"tolerance {float(100 * found.tolerance):g} %"
+    allowed = f"by more than {float(100 * found.tolerance):g} %"
     if found.passes:
-        return f"Against {source}: nothing got worse ({allowed})"
-    worse = len(found.lost) + sum(moved.worse for moved in found.moved)
-    return f"Against {source}: {worse} got worse ({allowed})"
+        return f"Against {source}: nothing got worse {allowed}"
+    worse, lost = sum(moved.worse for moved in found.moved), len(found.lost)
+    told = [f"{_counted(worse, 'figure')} got worse {allowed}"] if worse else []
+    told += [f"{_counted(lost, 'claim')} lost"] if lost else []
+    return f"Against {source}: {', '.join(told)}"
 
 
-def _cells(moved: Moved) -> tuple[str, ...]:
-    word = "WORSE" if moved.worse else "less" if moved.change < 0 else "more"
-    figure = f"{moved.figure} [{moved.unit}]" if moved.unit else moved.figure
-    if moved.place:
-        figure += f", {moved.place}"
-    return (word, moved.claim, figure, _number(moved.old), "->", _number(moved.new), _share(moved))
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'s' if count > 1 else ''}"
+
+
+def _rows(found: Comparison) -> Iterator[tuple[str, ...]]:
+    """Yield word, claim, figure, which way it went, old and new value, and by how much."""
+    for moved in found.moved:
+        if not moved.change:
+            continue
+        word = "WORSE" if moved.worse else "worse" if moved.change < 0 else "better"
+        figure = f"{moved.figure} [{moved.unit}]" if moved.unit else moved.figure
+        if moved.place:
+            figure += f", {moved.place}"
+        went = "rose" if moved.new > moved.old else "fell"
+        yield (word, moved.claim, figure, went, *_values(moved), _share(moved))
 
 
 def _share(moved: Moved) -> str:
+    """Return by how much it is better or worse, rounded to the side that praises less."""
+    word = "worse" if moved.change < 0 else "better"
     if not isinstance(moved.change, Fraction):
-        return ""
-    return f"({'+' if moved.change > 0 else ''}{at_least(100 * moved.change, 3)} %)"
+        return word
+    if moved.change < 0:
+        return f"{at_most(-100 * moved.change, 3)} % worse"
+    return f"{at_least(100 * moved.change, 3)} % better"
 
 
-def _number(value: Fraction | float) -> str:
-    return at_least(value, 6) if isinstance(value, Fraction) else "none"
+def _values(moved: Moved) -> tuple[str, str]:
+    """Return both values; with more digits than usual where they would else look the same."""
+    for digits in _DIGITS:
+        old, new = _number(moved.old, digits), _number(moved.new, digits)
+        if old != new:
+            break
+    return old, new
+
+
+def _number(value: Fraction | float, digits: int) -> str:
+    return at_least(value, digits) if isinstance(value, Fraction) else "none"
 
 
 def _plain(value: Fraction | float) -> float | None:

@@ -226,9 +226,49 @@ def test_the_three_forms_say_the_same() -> None:
     text, page = (form(found, source="old.json") for form in (as_text, as_markdown))
     data = json.loads(json.dumps(as_data(found), allow_nan=False))
 
-    assert "WORSE" in text and "0.8" in text and "(-50 %)" in text
-    assert "| WORSE | line | decay rate [1/s] | 0.8 | -> | 0.4 | (-50 %) |" in page
+    assert "  WORSE  line  decay rate [1/s]  fell from 0.8 to 0.4  (50 % worse)" in text
+    assert "| WORSE | line | decay rate [1/s] | fell | 0.8 | 0.4 | 50 % worse |" in page
     assert (data["passes"], data["figures"][0]["change"]) == (False, -0.5)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "row"),
+    [
+        (3.01, 3.067, "worse  swing  overshoot [-]  rose from 3.01 to 3.067  (1.9 % worse)"),
+        (3.067, 3.01, "better  swing  overshoot [-]  fell from 3.067 to 3.01  (1.85 % better)"),
+        (3.01, 3.61, "WORSE  swing  overshoot [-]  rose from 3.01 to 3.61  (20 % worse)"),
+        (3.01, 3.0100001, "overshoot [-]  rose from 3.01 to 3.0100001  (3.33e-6 % worse)"),
+    ],
+)
+def test_what_rises_and_is_worse_is_said_without_a_sign(old: float, new: float, row: str) -> None:
+    """An overshoot is better when it is smaller: no minus, and never "less" of what has risen."""
+    found = against(document(swing(old)), document(swing(new)))
+
+    for told in (as_text(found, source="old.json"), as_markdown(found, source="old.json")):
+        assert "-1" not in told and " less " not in told and "+" not in told
+    assert row in as_text(found, source="old.json")
+
+
+def swing(overshoot: float) -> Data:
+    """Return the claim that |x(t)| <= overshoot exp(-t / 2) |x(0)|."""
+    own = {"name": "swing", "kind": "transient", "P": [[1, 0], [0, 1]], "decay_rate": 0.5}
+    settled = {"settled_share": 0.9, "settling_time": 9}
+    return own | settled | {"scales": [1, 1], "lower": 1, "overshoot": overshoot}
+
+
+def test_the_head_counts_what_fails() -> None:
+    """What the tolerance allows is a line all the same, and no contradiction of the head."""
+    both = document(HALVES | {"decay_rate": 0.8}, ellipsoid(0.5))
+    for new, head in (
+        (decay(0.79), "1 claim lost"),
+        (document(HALVES | {"decay_rate": 0.79}, ellipsoid(0.5)), "nothing got worse by more"),
+        (document(HALVES | {"decay_rate": 0.4}, ellipsoid(0.5)), "1 figure got worse by more"),
+        (document(HALVES | {"decay_rate": 0.4}, ellipsoid(0.4)), "4 figures got worse by more"),
+        (decay(0.4), "1 figure got worse by more than 5 %, 1 claim lost"),
+    ):
+        told = as_text(against(both, new), source="old.json")
+
+        assert told.startswith(f"Against old.json: {head}")
 
 
 def test_numbers_that_no_float_holds_are_shown() -> None:
