@@ -208,6 +208,38 @@ def test_other_bytes_of_the_same_content_change_nothing(tank: Path, tmp_path: Pa
         assert check(tank / "c.json", gains=path).verdict.name == "PROVED", what
 
 
+def test_a_byte_order_mark_and_another_unit_are_refused(tank: Path, tmp_path: Path) -> None:
+    """As docs/cli.md says; of a model's file they change nothing."""
+    text = (tank / "gains.json").read_text("utf-8")
+    path, model = tmp_path / "g.json", tmp_path / "tank.toml"
+    path.write_text(text, encoding="utf-8-sig")
+    with pytest.raises(CertificateError, match="not JSON"):
+        check(tank / "c.json", gains=path)
+    path.write_text(text.replace('"unit": "m"', '"unit": "cm"'), encoding="utf-8")
+    with pytest.raises(OtherGains, match=r"unit is cm there, m in the certificate"):
+        check(tank / "c.json", gains=path)
+
+    other = TANK.replace('value = 0.1, unit = "1/s"', 'value = 6, unit = "1/min"')
+    assert other != TANK
+    model.write_text(other, encoding="utf-8-sig")
+    assert check(tank / "c.json", model=model).verdict.name == "PROVED"
+
+
+@pytest.mark.parametrize(
+    "option",
+    ["--decay-rate=0.5", "--damping=0.5", "--input-limit=q=1", "--gain-bound=4", "--initial=h=1"],
+)
+def test_options_about_making_gains_are_refused_beside_them(
+    option: str, tank: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """As docs/cli.md says; those that say which model it is are taken."""
+    out = tmp_path / "c.json"
+
+    assert certified(tank, tank / "gains.json", out, option) == 2
+    assert "is about designing gains, but --gains gives them" in capsys.readouterr().err
+    assert certified(tank, tank / "gains.json", out, "--choice=fewest-rules", "--solve-rest") == 0
+
+
 def test_a_member_that_is_not_there_is_told(tank: Path, tmp_path: Path) -> None:
     """It cannot mislead anybody, and a reader learns what was not compared: all but the law too."""
     content = json.loads((tank / "gains.json").read_text("utf-8"))

@@ -1,0 +1,44 @@
+"""docs/cross-check.md: what it counts of the stored certificate is what the commands count."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+from takagi.certificates.cross_check import judge
+from takagi.certificates.cross_check.opinion import claims_of
+from takagi.certificates.cross_check.reading import load
+from takagi.certificates.two_checkers import cross_checked
+from takagi.cli.main import main
+
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+PAGE = " ".join((DOCS / "cross-check.md").read_text(encoding="utf-8").split())
+STORED = DOCS / "figures" / "nrel5mw-certificate.json"
+
+
+def test_the_page_counts_what_is_replayed() -> None:
+    """Matrices as ``--cross`` prints them; facts about numbers as they are decided."""
+    rows = cross_checked(STORED).rows
+    cells = len(load(STORED)["claims"][0]["cells"])
+    obliged = Counter(
+        type(one).__name__ for _, found in claims_of(load(STORED)) for one in found or ()
+    )
+
+    matrices = sum(row.inequalities for row in rows)
+    assert {row.second for row in rows} == {"PROVED"} and len(rows) == 3
+    assert matrices == sum(one.inequalities for one in judge(STORED)) == obliged["Definite"]
+    assert (
+        f"its three claims with {cells} wind cells, {matrices} matrices and {obliged['Fact']} "
+        "ranges, sizes and limits" in PAGE
+    )
+
+
+def test_the_page_counts_what_is_exported(tmp_path: Path) -> None:
+    """The matrices of the Coq file, and its size."""
+    out = tmp_path / "nrel5mw.v"
+
+    assert main(["export", str(STORED), "--coq", str(out)]) == 0
+
+    matrices = sum(one.inequalities for one in judge(STORED))
+    size = out.stat().st_size / 1e6
+    assert f"3 claims, all 70 wind cells | {matrices} | {size:.1f} MB |" in PAGE
