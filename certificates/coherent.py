@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.certificates.checker.words.shown import at_least, at_most
 from takagi.certificates.coherent_bearing import SHRINK, AskedLoops, CoherentCandidate, borne_with
 from takagi.certificates.wind_class import WindClass, asked_rates, calmer
 from takagi.lmi.analysis.invariant_ellipsoid import Ellipsoid, invariant_ellipsoid
@@ -136,11 +137,9 @@ def coherent_claim(candidate: CoherentCandidate) -> dict[str, Any]:
     if candidate.P is None:
         raise ModelError(f"there is no candidate to state: {candidate.diagnosis}")
     box, cells = candidate.box, candidate.cells
-    wake = "frozen wake included" if candidate.uncertainty.frozen_wake else "equilibrium wake"
     inertia, power = candidate.uncertainty.inertia, candidate.uncertainty.power_coefficient
-    low, high = float(cells[0].wind.lower), float(cells[-1].wind.upper)
     return {
-        "name": f"coherent loop, {low:g} to {high:g} m/s, {wake}",
+        "name": _name(candidate),
         "kind": "coherent-loop",
         "state": ["speed error [rad/s]", "effort lag [rad/s^2]", "speed integral [rad/s]"],
         "uncertainty": {
@@ -162,6 +161,24 @@ def coherent_claim(candidate: CoherentCandidate) -> dict[str, Any]:
         },
         "cells": [_cell(candidate, k) for k in range(len(cells))],
     }
+
+
+def _name(candidate: CoherentCandidate) -> str:
+    """Return what the checker will call the claim: what holds, rounded to the side of less."""
+    cells = candidate.cells
+    low, high = _stated(cells[0].wind.lower), _stated(cells[-1].wind.upper)
+    least = min(_stated(cell.effectiveness_limit.lower) for cell in cells)
+    most = max(_stated(cell.effectiveness_limit.upper) for cell in cells)
+    wake = "equilibrium wake"
+    if candidate.uncertainty.frozen_wake and least > 0:
+        reach = f"{at_least(least, 3)} to {at_least(most, 3)} rad/s^2 per rad"
+        wake = f"pitch effectiveness up to {reach}"
+    return f"coherent loop, {at_most(low, 6)} to {at_least(high, 6)} m/s, {wake}"
+
+
+def _stated(value: Fraction) -> Fraction:
+    """Return the decimal that the file has for a number."""
+    return Fraction(repr(float(value)))
 
 
 def _peaks(P: Floats) -> dict[str, float]:

@@ -16,7 +16,7 @@ from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.coherent import DEFAULT_UNCERTAINTY
+from takagi.certificates.coherent import DEFAULT_UNCERTAINTY, coherent_claim
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.cross_check.reading import Refusal
 from takagi.certificates.given_law import certify_law
@@ -104,6 +104,25 @@ def test_a_small_wake_is_not_called_the_frozen_one(short: dict[str, Any]) -> Non
             for one in (forged, own)]  # fmt: skip
     assert least - 1e-3 < told[0] <= least and told[1] > 9 * told[0]
     assert "the turbine's frozen wake only if its model file says so" in forged.text
+
+
+def test_the_files_name_of_a_claim_is_the_verdicts(built: Any) -> None:
+    """What the claim is called in certificate and gain file says no more than what is proved."""
+    stated = [claim["name"] for claim in built.document["claims"]]
+
+    assert stated[0].startswith("coherent loop, 3 to 25 m/s, pitch effectiveness up to ")
+    assert stated == [claim.name for claim in check_document(built.document).claims]
+    calm = replace(built.candidate, uncertainty=replace(DEFAULT_UNCERTAINTY, frozen_wake=False))
+    assert coherent_claim(calm)["name"] == "coherent loop, 3 to 25 m/s, equilibrium wake"
+
+
+def test_a_file_with_the_name_of_before_is_read(short: dict[str, Any]) -> None:
+    """Its own words prove nothing: the verdict is called by what is checked."""
+    own = check_document(short).claims[0]
+    short["claims"][0]["name"] = "coherent loop, 3 to 25 m/s, frozen wake included"
+
+    assert check_document(resealed(short)).claims[0] == own
+    assert [one.verdict for one in judge_document(resealed(short))] == ["PROVED"]
 
 
 @pytest.mark.parametrize("share", [1.0, 0.0])
