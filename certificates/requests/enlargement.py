@@ -1,10 +1,16 @@
-"""Asks how much wider the premises' ranges may be before one quadratic function serves no more."""
+"""Asks how much wider the premises' ranges may be before one quadratic function serves no more.
+
+Where it does not even serve the ranges as they are, it is asked for how much narrower ones: that is
+called a part of the box, not an enlargement.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from takagi.certificates.requests.decimals import DIGITS, rounded_down, short
 from takagi.certificates.requests.loop import Loop
@@ -13,6 +19,7 @@ from takagi.models.errors import ModelError
 
 __all__ = ["BoxEnlargement"]
 
+Floats = NDArray[np.float64]
 BACK_OFF = (0.999, 0.99, 0.95, 0.9, 0.75, 0.5, 0.0)
 # Where nothing ends it: the vertices do not differ.
 LARGEST = 1e6
@@ -42,17 +49,23 @@ class BoxEnlargement:
         if answer.P is not None and answer.enlargement is not None:
             P, theta = np.asarray(answer.P), min(answer.enlargement, LARGEST)
         claims = [
-            (
-                f"enlargement {rounded_down(share * theta):.6g}, P to {digits} digits",
-                {
-                    "name": f"box enlargement of {loop.model.name or 'the model'}",
-                    "kind": "box-enlargement",
-                    "decay_rate": self.decay_rate,
-                    "enlargement": rounded_down(share * theta),
-                    "P": short(P, digits).tolist(),
-                },
-            )
+            self._claim(loop.model.name or "the model", rounded_down(share * theta), P, digits)
             for share in BACK_OFF
             for digits in DIGITS
         ]
         return first_proved(loop, claims, solver)
+
+    def _claim(
+        self, model: str, theta: float, P: Floats, digits: int
+    ) -> tuple[str, dict[str, Any]]:
+        """Return words for what is tried, and the claim."""
+        what, name = "enlargement", f"box enlargement of {model}"
+        if theta < 1:
+            what, name = "ranges shrunk to", f"part of the box of {model}"
+        return f"{what} {theta:.6g}, P to {digits} digits", {
+            "name": name,
+            "kind": "box-enlargement",
+            "decay_rate": self.decay_rate,
+            "enlargement": theta,
+            "P": short(P, digits).tolist(),
+        }

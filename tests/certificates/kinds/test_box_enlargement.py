@@ -48,6 +48,19 @@ def test_a_product_of_premises_grows_with_the_square() -> None:
     assert said_of(model_data(A), None, claim(1.7320509)).verdict is Verdict.PROVED
 
 
+def test_what_holds_of_a_part_alone_is_named_so() -> None:
+    """x' = [0 1; -1 + 2 z, -1] x: not stable at z = 1, but for |z| < 1/2; and 3/2 + z is."""
+    A = np.array([[[0.0, 1.0], [-3.0, -1.0]], [[0.0, 1.0], [1.0, -1.0]]])
+    part = certify(TSModel(A, premises=[Premise("z", "-1", "1")]), claims=[BoxEnlargement()])
+    claim = part.document["claims"][0]
+
+    assert part.verdict is Verdict.PROVED and 0.4 < claim["enlargement"] < 0.5
+    assert claim["name"] == "part of the box of the model"
+    assert "less than the model's own" in part.checked.claims[0].text
+    assert any(words.startswith("ranges shrunk to 0.4") for words in part.tried)
+    assert not any("enlargement" in words for words in (*part.tried, claim["name"]))
+
+
 @pytest.mark.parametrize(("theta", "less"), [(0.4, True), (1, False), (1.2, False)])
 def test_a_part_of_the_box_is_not_called_more(theta: float, less: bool) -> None:
     """Below 1 the ranges shrink: the sentence says that it is about less than the model."""
