@@ -52,6 +52,10 @@ def _dispatch(arguments: list[str]) -> int:
         return 0
     for verb in VERBS:
         if verb.name == first:
+            empty = _empty(rest)
+            if empty:
+                print(empty, file=sys.stderr)
+                return MISUSE
             status: int = import_module(verb.module).run(rest)
             return status
     print(_unknown(first), file=sys.stderr)
@@ -77,6 +81,21 @@ def _unknown(given: str) -> str:
         f"Error: {kind} {given!r} is not known{did_you_mean(given, known)}\n"
         f"Known: {', '.join(known)}; `takagi --help` explains them."
     )
+
+
+def _empty(given: Sequence[str]) -> str:
+    """Return what is said of an empty text; it would be taken for the current folder."""
+    for k, text in enumerate(given):
+        option, equals, value = text.partition("=")
+        if text and (value or not equals or not option.startswith("--")):
+            continue
+        before = option or (given[k - 1] if k and given[k - 1].startswith("-") else "")
+        where = f" for {before}" if before else f" as argument {k + 1}"
+        return (
+            f"Error: an empty text was given{where}; write what is needed ('.' is the current "
+            f"folder){', or leave the option out' if before else ''}"
+        )
+    return ""
 
 
 def _version() -> str:

@@ -75,6 +75,31 @@ def test_a_mistyped_option_is_answered_with_the_near_one(capsys: Capture) -> Non
     assert "did you mean '--help'?" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("given", "where"),
+    [
+        (["design", "cart_pole", "--out", ""], "for --out"),
+        (["design", "cart_pole", "-o", ""], "for -o"),
+        (["certify", "cart_pole", "--out="], "for --out"),
+        (["check", "c.json", "--junit", ""], "for --junit"),
+        (["simulate", "cart_pole", "--out", ""], "for --out"),
+        (["check", ""], "as argument 1"),
+        (["compare", "old.json", ""], "as argument 2"),
+    ],
+)
+def test_an_empty_text_is_no_place(
+    given: list[str], where: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    """``--out "$UNSET"`` would else fill the folder that a script happens to be in."""
+    monkeypatch.chdir(tmp_path)
+
+    assert main(given) == 2
+
+    told = capsys.readouterr().err
+    assert f"Error: an empty text was given {where}; write what is needed" in told
+    assert not list(tmp_path.iterdir())
+
+
 def test_version_is_the_distribution_s(capsys: Capture) -> None:
     """The version is written once, in the project's metadata."""
     assert main(["--version"]) == 0
