@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from takagi.lmi.explaining.stuck_blend import StuckBlend
-from takagi.lmi.solver.diagnosis import Share
+from takagi.lmi.solver.diagnosis import Share, shares_in_words
 
 __all__ = ["NAMED", "Explanation", "PremiseRelief"]
 
@@ -85,8 +85,7 @@ class Explanation:
             return f"{self.asked}: found, there is nothing to explain"
         lines = [f"{self.asked}: none"]
         if self.binding:
-            shares = ", ".join(f"{one.label} ({one.share:.0%})" for one in self.binding[:NAMED])
-            lines.append(f"  in the way: {shares}")
+            lines.append(f"  the no rests on {shares_in_words(self.binding[:NAMED])}")
         lines += [f"    {rule}" for rule in self.rules]
         lines += [f"  {self.stuck}"] if self.stuck is not None else []
         lines += [f"  {line}" for line in _cures(self)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from takagi.lmi.answer import Floats
 from takagi.lmi.term import LMI, Condition
 
-__all__ = ["Share", "binding_items", "binding_shares"]
+__all__ = ["Share", "binding_items", "binding_shares", "shares_in_words"]
 
 # Items with less of the bound than this are not worth a word.
 LEAST = 0.02
@@ -27,7 +27,7 @@ class Share(NamedTuple):
 def binding_items(
     condition: Condition, multipliers: Mapping[str, Floats], *names: str, most: int = 3
 ) -> str:
-    """Return e.g. ``"binding: vertex 2 of 8 (61%), vertex 5 of 8 (39%)"``.
+    """Return e.g. ``"the no rests on vertex 2 of 8 (61% of the multipliers that show it)"``.
 
     Parameters
     ----------
@@ -35,8 +35,17 @@ def binding_items(
     """
     shares = binding_shares(condition, multipliers, *names)
     if not shares:
-        return "no single item binds"
-    return "binding: " + ", ".join(f"{one.label} ({one.share:.0%})" for one in shares[:most])
+        return "the no rests on no inequality by itself"
+    return f"the no rests on {shares_in_words(shares[:most])}"
+
+
+def shares_in_words(shares: Sequence[Share]) -> str:
+    """Return labels with their shares; what these are shares of stands behind the first.
+
+    Multipliers show the no: an item without any could be left out, and it would still be no.
+    """
+    first = f"{shares[0].label} ({shares[0].share:.0%} of the multipliers that show it)"
+    return ", ".join([first, *(f"{one.label} ({one.share:.0%})" for one in shares[1:])])
 
 
 def binding_shares(

@@ -219,7 +219,7 @@ def test_stable_vertices_without_a_common_function_are_a_reasoned_no() -> None:
     beyond = answer(6.1)
     assert beyond.status == "infeasible"
     assert beyond.gain is None
-    assert "no common P: binding: vertex" in beyond.diagnosis
+    assert "no common P: the no rests on vertex" in beyond.diagnosis
 
 
 def test_a_bound_far_from_the_least_is_not_passed_off_as_it() -> None:

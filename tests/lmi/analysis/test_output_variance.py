@@ -171,7 +171,7 @@ def test_unstable_and_uncommon_vertices_are_a_reasoned_no() -> None:
 
     assert unstable.status == apart.status == "infeasible"
     assert "vertex 1 of 1 is not stable" in unstable.diagnosis
-    assert "no common P: binding: vertex" in apart.diagnosis
+    assert "no common P: the no rests on vertex" in apart.diagnosis
     assert unstable.gain is None and apart.gain is None
 
 

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import common_lyapunov, explain, hinf_norm, max_decay_rate, observer, pdc
-from takagi.lmi.solver.diagnosis import binding_shares
+from takagi.lmi.solver.diagnosis import Share, binding_items, binding_shares, shares_in_words
 from takagi.models import ModelError, Premise, TSModel
 
 Floats = NDArray[np.float64]
@@ -55,6 +55,21 @@ def test_a_common_p_and_the_largest_box_that_has_one() -> None:
     assert [share.label for share in told.binding] == ["vertex 1 of 2", "vertex 2 of 2"]
     assert told.rules == ("rule 1: change = 0 1/s", "rule 2: change = 20 1/s")
     assert f"{told.box:.0%} of it about its middle is enough" in str(told)
+
+
+def test_shares_say_once_of_what_they_are() -> None:
+    """In the diagnosis and in the explanation; none where there are no multipliers."""
+    shares = [Share("rule 1", "pair", 0.564), Share("rules 1 and 2", "pair", 0.19)]
+    answer = common_lyapunov(lpj12())
+    assert answer.condition is not None
+    told = binding_items(answer.condition, answer.multipliers, "vertex")
+
+    assert shares_in_words(shares) == (
+        "rule 1 (56% of the multipliers that show it), rules 1 and 2 (19%)"
+    )
+    assert told.startswith("the no rests on vertex 1 of 2 (") and told.count("multipliers") == 1
+    assert f"  {told}\n" in str(explain(answer, lpj12()))
+    assert binding_items(answer.condition, {}) == "the no rests on no inequality by itself"
 
 
 def test_the_rate_of_a_common_p_is_the_largest_one() -> None:

@@ -263,7 +263,7 @@ def test_a_no_says_what_binds_and_what_to_do() -> None:
     design = fuzzy_pdc(guerra_vermeiren(1.9))
     fixed = fuzzy_pdc(model, rate_bounds=1.0, decay_rate=2.0)
 
-    assert "binding: next rule" in design.answer.diagnosis
+    assert "the no rests on next rule" in design.answer.diagnosis
     assert 'take slack="rules"' in design.answer.diagnosis
     assert fixed.status == "infeasible"
     assert "no input moves the mode at -1" in fixed.answer.diagnosis

@@ -241,7 +241,7 @@ def test_a_no_is_about_its_own_degree_and_names_what_binds() -> None:
     answer = polynomial_lyapunov(lpj12(20.0), degree=0)
 
     assert answer.status == "infeasible" and answer.family is None
-    assert "says nothing of others: binding: h1 (" in answer.diagnosis
+    assert "says nothing of others: the no rests on h1 (" in answer.diagnosis
     assert "raise the degree" in answer.diagnosis
 
 
