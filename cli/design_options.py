@@ -49,6 +49,7 @@ __all__ = [
     "turbine_options",
 ]
 
+COHERENT = "coherent"  # what a turbine gets where no law is asked for
 Model = Annotated[
     str,
     typer.Argument(
@@ -58,9 +59,11 @@ Model = Annotated[
     ),
 ]
 Law = Annotated[
-    str,
+    str | None,
     typer.Option(
-        "--law", help="Turbines: coherent, paper or paper-two-integrators.", metavar="NAME"
+        "--law",
+        help=f"Turbines: coherent, paper or paper-two-integrators; {COHERENT} unless given.",
+        metavar="NAME",
     ),
 ]
 Overlap = Annotated[
@@ -101,7 +104,7 @@ Bandwidth = Annotated[
 
 
 def turbine_options(
-    law: Law = "coherent",
+    law: Law = None,
     overlap: Overlap = None,
     speed_overlap: SpeedOverlap = None,
     torque_overlap: TorqueOverlap = None,
@@ -129,7 +132,7 @@ _OF_PAPER = ("speed_overlap", "torque_overlap")
 def design_settings(
     turbine: Turbine,
     *,
-    law: str = "coherent",
+    law: str | None = None,
     overlap: float | None = None,
     speed_overlap: float | None = None,
     torque_overlap: float | None = None,
@@ -152,6 +155,7 @@ def design_settings(
     from takagi.certificates.turbine_scale import default_settings
     from takagi.lmi.turbine.effort import EffortSettings
 
+    law = COHERENT if law is None else law
     given = {
         "overlap": overlap,
         "speed_overlap": speed_overlap,
@@ -195,10 +199,10 @@ def _check_law(law: str, given: Mapping[str, object]) -> None:
     from takagi.models.errors import ModelError
 
     of_coherent = (*_OF_COHERENT, *OF_COHERENT, *OF_SYNTHESIS)
-    foreign = (*_OF_PAPER, *OF_PAPER) if law == "coherent" else of_coherent
+    foreign = (*_OF_PAPER, *OF_PAPER) if law == COHERENT else of_coherent
     for name in foreign:
         if given.get(name) is not None:
-            owner = "the laws of the paper" if law == "coherent" else "the law coherent"
+            owner = "the laws of the paper" if law == COHERENT else "the law coherent"
             raise ModelError(
                 f"option {_option(name)} belongs to {owner}, but --law {law} was asked for; leave "
                 "it out or choose the other law"

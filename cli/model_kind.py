@@ -22,6 +22,10 @@ Kind: TypeAlias = Literal["plant", "turbine"]
 # The groups of options of every verb that designs.
 DESIGN_OPTIONS: tuple[Callable[..., None], ...] = (turbine_options, plant_options)
 _WORDS = {"plant": "a plant", "turbine": "a wind turbine"}
+# What to use in the place of an option, where that is not plain.
+_INSTEAD = {
+    "law": "a plant's law is by rules: --relaxation and [design] of its file say how it is designed"
+}
 
 
 def model_kind(model: str) -> Kind:
@@ -76,8 +80,12 @@ def refuse_options(
         if value != defaults[name] and value != []:
             raise ModelError(
                 f"option --{name.replace('_', '-')} is about {_WORDS[other]}, but model {model} is "
-                f"{_WORDS[kind]}; leave it out, or choose another model"
+                f"{_WORDS[kind]}{_instead(name)}; leave it out, or choose another model"
             )
+
+
+def _instead(name: str) -> str:
+    return f" ({_INSTEAD[name]})" if name in _INSTEAD else ""
 
 
 def defaults_of(group: Callable[..., None]) -> dict[str, Any]:

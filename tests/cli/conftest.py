@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -28,11 +27,12 @@ def finished(turbine_design: TurbineDesign) -> TurbineDesign:
 def drawn(design: TurbineDesign, *, tell: Callable[..., None] | None = None) -> Files:
     """The files of a design, figures and report replaced by a word: they are tested elsewhere."""
     from takagi.certificates.document import dumps
+    from takagi.reports.gain_file import dump_gains, gain_file
 
     if tell is not None:
         tell("report")
     return {
-        "gains.json": json.dumps({"law": design.document["gains"]}),
+        "gains.json": dump_gains(gain_file(design)),
         "certificate.json": dumps(design.document),
         "report.html": "<!doctype html><title>report</title>",
         "figures/bode.svg": b"<svg/>",

@@ -191,6 +191,15 @@ def test_a_motion_that_diverges_has_status_one(cubic: Path, gains: Path, capsys:
             "--overlap is about a wind turbine",
         ),
         (["design", "CUBIC", "--out", "OUT", "--law", "paper"], "--law is about a wind turbine"),
+        # The default of turbines is no law of a plant either.
+        (
+            ["design", "CUBIC", "--out", "OUT", "--law", "coherent"],
+            "is a plant (a plant's law is by rules: --relaxation and [design] of its file",
+        ),
+        (
+            ["certify", "CUBIC", "--out", "OUT", "--gains", "GAINS", "--law", "coherent"],
+            "--law is about a wind turbine",
+        ),
         (["design", "nrel5mw", "--out", "OUT", "--damping", "0.7"], "--damping is about a plant"),
         (["design", "CUBIC", "--out", "OUT", "--decay-rate", "fast"], "a number in 1/s"),
         (["design", "CUBIC", "--out", "OUT", "--decay-rate", "-1"], "option --decay-rate"),
