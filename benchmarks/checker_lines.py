@@ -34,12 +34,13 @@ from types import CodeType, ModuleType
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
 
-from line_changes import Change, broken_tree, changes_of  # noqa: E402  the threads first
+from collected_tests import MARKS, with_tests  # noqa: E402  the threads first
+from line_changes import Change, broken_tree, changes_of  # noqa: E402
 from line_journal import NOTICED, SURVIVES, Entry, Explained, Journal  # noqa: E402
 from line_tests import LineTests  # noqa: E402
 from measure import PAGE, placed, table  # noqa: E402
 from process_copies import copied
-from warm_tests import LONGEST, MARKS, Outcome, WarmTests, with_tests  # noqa: E402
+from warm_tests import LONGEST, Outcome, WarmTests  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
 CHECKER = ROOT / "certificates" / "checker"

@@ -13,25 +13,19 @@ from __future__ import annotations
 
 import functools
 import gc
-import inspect
-import io
-import shutil
-import signal
-import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from types import CodeType, FrameType, FunctionType
-from typing import Any, Literal, NamedTuple
+from types import CodeType, FunctionType
+from typing import Any, NamedTuple
 
 import pytest
-from _pytest.fixtures import FixtureDef, FixtureRequest
+from _pytest.fixtures import FixtureDef
 from _pytest.runner import runtestprotocol
-from coverage import Coverage
-from hypothesis import Phase, settings
 from process_copies import copy, limit_memory, limit_seconds
+from shared_fixtures import Recorder, kept, name_of, shared
+from traced_lines import Lines, interrupted, traced
 
 # A test that takes this many times as long as before, and this much longer [s of the processor],
 # does not end; one that waits this long [s] neither.
@@ -43,11 +37,6 @@ LONGEST, TIME_OF_LONGER = 0.3, 1.5
 LONGEST_FIXTURE = 15.0
 # What making shared fixtures anew may take on top [s of the processor].
 SECONDS_FIXTURES = 60.0
-# Which tests are collected.
-MARKS = "not slow and not tex and not coq"
-# Whose fixtures are not the project's.
-PLUGINS = ("_pytest", "pytest", "hypothesis", "xdist")
-Lines = dict[str, set[int]]
 
 
 class Run(NamedTuple):
@@ -74,8 +63,8 @@ class WarmTests:
         self.items = {item.nodeid: item for item in session.items}
         self.fixtures: dict[str, tuple[FixtureDef[Any], set[str]]] = {}
         for nodeid, item in self.items.items():
-            for definition in _shared(item):
-                self.fixtures.setdefault(_name(definition), (definition, set()))[1].add(nodeid)
+            for definition in shared(item):
+                self.fixtures.setdefault(name_of(definition), (definition, set()))[1].add(nodeid)
         self.fixture_lines: dict[str, Lines] = {}
         self.dear: set[str] = set()
         self._all_items = session.items
@@ -92,19 +81,20 @@ class WarmTests:
         Those in ``dear`` take too long and are left out; others that do are noted there.
         """
         self.dear |= set(dear)
-        FixtureDef.finish = _kept(FixtureDef.finish)  # type: ignore[method-assign]
+        FixtureDef.finish = kept(FixtureDef.finish)  # type: ignore[method-assign]
         if traced:
-            recorder = _Recorder(self)
+            recorder = Recorder(self.package, self.fixtures)
             self._all_items[0].session.config.pluginmanager.register(recorder)
         for name, (definition, nodeids) in self.fixtures.items():
             if definition.cached_result is None and name not in self.dear:
                 nodeid = min(nodeids, key=lambda n: (seconds.get(n, 0.0), n))
-                with _interrupted(LONGEST_FIXTURE) as over:
+                with interrupted(LONGEST_FIXTURE) as over:
                     self._run(self.items[nodeid])
                 if over:
                     self.dear.add(name)
         if traced:
             self._all_items[0].session.config.pluginmanager.unregister(recorder)
+            self.fixture_lines |= recorder.lines
         gc.collect()
         for found in gc.get_objects():
             if isinstance(found, FunctionType) and _inside(found.__code__, self.package):
@@ -145,7 +135,7 @@ class WarmTests:
             self._clear_caches("takagi.", "tests.")
             passed, spent = False, TIME_OF_LONGER
             limit_seconds(self.longest + TIME_OF_LONGER)
-            with traced(self.package) as lines, _interrupted(self.longest) as over:
+            with traced(self.package) as lines, interrupted(self.longest) as over:
                 began = time.process_time()
                 passed = self._run(self.items[nodeid])
                 spent = time.process_time() - began
@@ -312,112 +302,6 @@ class WarmTests:
                 cache.cache_clear()
 
 
-# ------------------------------------------------------------------ shared fixtures
-
-
-def _shared(item: pytest.Item) -> Iterator[FixtureDef[Any]]:
-    """Yield the fixtures of a test that several tests share and that are kept."""
-    for definitions in item._fixtureinfo.name2fixturedefs.values():
-        for definition in definitions:
-            ours = not definition.func.__module__.startswith(PLUGINS)
-            if definition.scope != "function" and ours and _keepable(definition):
-                yield definition
-
-
-class TooLong(BaseException):
-    """A test or a shared fixture takes longer than a campaign can bear; no test shall catch it."""
-
-
-@contextmanager
-def _interrupted(seconds: float) -> Iterator[list[str]]:
-    """Raise TooLong in what runs inside when it has used this much of the processor [s].
-
-    The list that is given has an entry then: pytest makes a failed test of the exception.
-    """
-    over: list[str] = []
-
-    def end(number: int, frame: FrameType | None) -> None:
-        if _within_coverage(frame):
-            # It may hold its lock: a moment later it does not.
-            signal.setitimer(signal.ITIMER_VIRTUAL, 0.001)
-            return
-        over.append("too long")
-        raise TooLong(f"{seconds} s")
-
-    before = signal.signal(signal.SIGVTALRM, end)
-    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
-    try:
-        yield over
-    except TooLong:
-        # It came between two tests' steps: the next one starts all the same.
-        return
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-        signal.signal(signal.SIGVTALRM, before)
-
-
-def _within_coverage(frame: FrameType | None) -> bool:
-    while frame is not None:
-        if frame.f_globals.get("__name__", "").startswith("coverage."):
-            return True
-        frame = frame.f_back
-    return False
-
-
-def _name(definition: FixtureDef[Any]) -> str:
-    return f"{definition.baseid}::{definition.argname}"
-
-
-def _keepable(definition: FixtureDef[Any]) -> bool:
-    """Whether nothing has to be taken back, and no parameter chooses the value."""
-    return definition.params is None and not inspect.isgeneratorfunction(definition.func)
-
-
-def _kept(finish: Callable[..., None]) -> Callable[..., None]:
-    """Return the end of a fixture's life, for those that do not live until the process ends."""
-
-    def finished(self: FixtureDef[Any], request: FixtureRequest) -> None:
-        if self.scope == "function" or not _keepable(self) or hasattr(request, "param"):
-            finish(self, request=request)
-
-    return finished
-
-
-class _Recorder:
-    """Notes which lines of the checker each shared fixture runs."""
-
-    def __init__(self, tests: WarmTests) -> None:
-        self.tests = tests
-
-    @pytest.hookimpl(hookwrapper=True)
-    def pytest_fixture_setup(self, fixturedef: FixtureDef[Any]) -> Iterator[None]:
-        if _name(fixturedef) not in self.tests.fixtures:
-            yield
-            return
-        with traced(self.tests.package) as lines:
-            yield
-        self.tests.fixture_lines[_name(fixturedef)] = lines
-
-
-class traced:
-    """Collects the lines of a package that run inside a ``with`` statement, by file."""
-
-    def __init__(self, package: Path) -> None:
-        self.tracer = Coverage(data_file=None, config_file=False, include=[f"{package}/*"])
-        # A test that runs no line of the package is no reason to warn.
-        self.tracer.set_option("run:disable_warnings", ["no-data-collected"])
-        self.lines: Lines = {}
-
-    def __enter__(self) -> Lines:
-        self.tracer.start()
-        return self.lines
-
-    def __exit__(self, *raised: object) -> None:
-        self.tracer.stop()
-        data = self.tracer.get_data()
-        self.lines.update((path, set(data.lines(path) or ())) for path in data.measured_files())
-
-
 # ------------------------------------------------------------------ code in its place
 
 
@@ -434,73 +318,3 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
         if isinstance(constant, CodeType):
             yield constant
             yield from _codes(constant)
-
-
-# ------------------------------------------------------------------ the session
-
-
-def _short_report(item: pytest.Item, call: pytest.CallInfo[None]) -> pytest.TestReport:
-    """Return how a step of a test went, without its source, its frames and its values."""
-    outcome: Literal["passed", "failed", "skipped"] = "passed"
-    if call.excinfo is not None:
-        outcome = "skipped" if call.excinfo.errisinstance(pytest.skip.Exception) else "failed"
-    return pytest.TestReport(item.nodeid, item.location, {}, outcome, None, call.when or "call")
-
-
-def with_tests(
-    paths: Sequence[str],
-    package: Path,
-    place: Path,
-    work: Callable[[WarmTests], None],
-    longest: float = LONGEST,
-    marks: str = MARKS,
-) -> None:
-    """Collect tests with pytest, and call ``work`` with them.
-
-    Parameters
-    ----------
-    place : of the files of the run.
-    longest : of a test that takes longer [s of the processor] only the lines until then are noted.
-    marks : which tests, as pytest has it.
-    """
-    shutil.rmtree(place, ignore_errors=True)
-    place.parent.mkdir(parents=True, exist_ok=True)
-
-    class Session:
-        @pytest.hookimpl(tryfirst=True)
-        def pytest_collection(self) -> None:
-            # Which example is the smallest that fails is of no interest here, and dear.
-            quick = settings(settings(), phases=(Phase.explicit, Phase.generate))
-            settings.register_profile("quick", quick)
-            settings.load_profile("quick")
-
-        @pytest.hookimpl(tryfirst=True)
-        def pytest_runtest_makereport(
-            self, item: pytest.Item, call: pytest.CallInfo[None]
-        ) -> pytest.TestReport:
-            return _short_report(item, call)
-
-        @pytest.hookimpl(tryfirst=True)
-        def pytest_runtestloop(self, session: pytest.Session) -> bool:
-            if session.testsfailed:
-                raise RuntimeError(f"{session.testsfailed} files of tests cannot be collected")
-            hidden, sys.stdout = sys.stdout, shown
-            try:
-                work(WarmTests(session, package, longest))
-            finally:
-                sys.stdout = hidden
-            return True
-
-    options = ["-q", "-s", "-p", "no:cacheprovider", "-p", "no:xdist", f"--basetemp={place}"]
-    # An assertion that fails shall only fail: to explain it takes longer than most tests do.
-    options += ["--assert=plain", "-o", "tmp_path_retention_policy=none"]
-    options += ["-m", marks]
-    # pytest's own words are of no use here; what ``work`` prints is.
-    shown, words = sys.stdout, io.StringIO()
-    sys.stdout = words
-    try:
-        status = int(pytest.main([*paths, *options], plugins=[Session()]))
-    finally:
-        sys.stdout = shown
-    if status not in (0, 5):
-        raise RuntimeError(f"pytest ended with status {status}:\n{words.getvalue()}")

@@ -240,7 +240,7 @@ from pathlib import Path
 sys.path[:0] = [{benchmarks!r}, "."]
 import toy
 import warm_tests
-from warm_tests import with_tests
+from collected_tests import with_tests
 
 warm_tests.SECONDS_SLOWER = 0.5
 here = Path(".").resolve()
