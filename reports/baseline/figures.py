@@ -20,7 +20,7 @@ from typing import Any
 from takagi.certificates.checker.kernel.definite import is_positive_definite
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import canonical, matrix, number, numbers
-from takagi.certificates.checker.kinds.ellipsoid_size import (
+from takagi.certificates.checker.words.ellipsoid_size import (
     LARGEST,
     square_root_below,
     volume_below,

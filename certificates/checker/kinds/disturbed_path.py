@@ -27,10 +27,8 @@ from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
 from takagi.certificates.checker.kernel.reader import member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.averages import refuse_averages
-from takagi.certificates.checker.words.deviations import deviations
 
-__all__ = ["Path", "entrance", "path_deviations", "paths", "quadratic_change"]
-__all__ += ["scaled_identity", "shown_path", "zero"]
+__all__ = ["Path", "entrance", "paths", "quadratic_change", "scaled_identity", "zero"]
 
 Stack = tuple[Matrix, ...]
 
@@ -112,24 +110,6 @@ def _with_output(claim: Any, family: Family, width: int, where: str) -> tuple[Fa
     if any(len(stack) > 1 for stack in (C, D, F)):
         refuse_averages(family, "output", place)
     return replace(family, C=C, D=D), F
-
-
-def shown_path(claim: Any, family: Family) -> str:
-    """Return in words what w is, and where y comes from."""
-    alone = ", without the model's disturbance" if family.E else ""
-    given = claim["disturbance"] == "disturbances"
-    way = "the model's disturbance" if given else f"added to u{alone}"
-    return f"w {way}, y {'of the claim' if 'output' in claim else 'the output of the model'}"
-
-
-def path_deviations(claim: Any, family: Family, others: str = "") -> str:
-    """Return what w and y, and other letters, stand for where they do not rest at 0.
-
-    A w that is added to u is no deviation; an output that the claim writes itself is of x and u.
-    """
-    seen = {*others, *("xu" if "output" in claim else "y")}
-    seen |= {"w"} if claim["disturbance"] == "disturbances" else set()
-    return deviations(family, "".join(a for a in "xuyw" if a in seen))
 
 
 def quadratic_change(

@@ -37,45 +37,42 @@ from takagi.certificates.checker.kernel.family import MOST_WORK, Family
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import integer, member, number, numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.averages import refuse_averages
 from takagi.certificates.checker.kinds.decay import decrease_factor
 from takagi.certificates.checker.kinds.halvings import leaves
 from takagi.certificates.checker.kinds.simplex_polynomial import Exponent, Polynomial, exponents
-from takagi.certificates.checker.words.shown import at_least
-from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 __all__ = ["check_fuzzy_decay", "inequalities"]
 
 Speeds = tuple[tuple[Fraction, ...], ...]
+Rates = list[list[Fraction] | None]
 HIGHEST, MOST_CORNERS = 8, 4096
 
 
-def check_fuzzy_decay(claim: Any, family: Family, where: str) -> Claim:
+def check_fuzzy_decay(claim: Any, family: Family, where: str) -> Outcome:
     """Return PROVED when every monomial has its sign, else UNDECIDED with the first that fails."""
     name = text(claim, "name", where)
     alpha = number(claim, "decay_rate", where)
     if alpha < 0:
         return Claim(name, Verdict.UNDECIDED, "the decay rate is negative")
-    asked, moving = inequalities(claim, family, where)
+    asked, rates = inequalities(claim, family, where)
     for condition, words in asked:
         for piece in leaves(claim, family, where, condition, Polynomial.halved):
             fault = piece.failing()
             if fault:
                 return Claim(name, Verdict.UNDECIDED, f"{words} {fault}")
-    rate = f"decays as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"
-    return Claim(
-        name,
-        Verdict.PROVED,
-        f"V = x'P(h)x {rate}{undisturbed(family)} along {family.about}, {moving}"
-        f"{while_valid(family)}",
-    )
+    said = {"name": name, "family": family, "alpha": alpha, "rates": rates}
+    return Found(Verdict.PROVED, "fuzzy_decay", said)
 
 
 def inequalities(
     claim: Any, family: Family, where: str
-) -> tuple[list[tuple[Polynomial, str]], str]:
-    """Return what has to be positive, each with words for where it is not; and how weights move."""
+) -> tuple[list[tuple[Polynomial, str]], Rates | None]:
+    """Return what has to be positive, each with words for where it is not; and weights' rates.
+
+    These are None in discrete time, where weights may move as they like.
+    """
     polya = _small(claim, "polya", where)
     P, coefficients = _scheduled(claim, family, where)
     if any(P.degrees):
@@ -88,12 +85,11 @@ def inequalities(
     factor = decrease_factor(family, number(claim, "decay_rate", where))
     degrees = [d + e + polya for d, e in zip(P.degrees, G.degrees, strict=True)]
     terms = cut * len(exponents(P.sizes, degrees))
-    asked = [(P, "P is not shown to be positive:")]
+    asked, rates = [(P, "P is not shown to be positive:")], None
     if family.is_discrete:
         _bounded(terms * len(coefficients), 2 * family.order, where)
         words = "the inequality at the next sample fails at"
         asked += [(_next(P, G, b, factor), words) for b in coefficients]
-        moving = "however the weights move"
     else:
         rates = _rates(claim, P, where)
         still = P @ G
@@ -102,8 +98,7 @@ def inequalities(
         _bounded(terms * len(corners), family.order, where)
         words = "the inequality at a corner of the rates fails at"
         asked += [(-(fixed + P.derivative(v)), words) for v in corners]
-        moving = "while the weights keep to their rates: " + _in_words(rates)
-    return [(X.raised(raise_by), words) for X, words in asked], moving
+    return [(X.raised(raise_by), words) for X, words in asked], rates
 
 
 def _next(P: Polynomial, G: Polynomial, b: Matrix, factor: Fraction) -> Polynomial:
@@ -199,11 +194,11 @@ def _multinomial(a: Exponent) -> int:
     return found
 
 
-def _rates(claim: Any, P: Polynomial, where: str) -> list[list[Fraction] | None]:
+def _rates(claim: Any, P: Polynomial, where: str) -> Rates:
     listed = member(claim, "rates", where)
     if not isinstance(listed, list) or len(listed) != len(P.sizes):
         raise CertificateError(f"{where}.rates: one row for each simplex is needed")
-    found: list[list[Fraction] | None] = []
+    found: Rates = []
     for row, size, degree in zip(listed, P.sizes, P.degrees, strict=True):
         if row is None:
             if degree:
@@ -217,7 +212,7 @@ def _rates(claim: Any, P: Polynomial, where: str) -> list[list[Fraction] | None]
     return found
 
 
-def _corners(rates: list[list[Fraction] | None], where: str) -> list[Speeds]:
+def _corners(rates: Rates, where: str) -> list[Speeds]:
     """Return the corners of all speeds; where P does not depend on w_k there is none to be seen."""
     parts = [[()] if bounds is None else _simplex_corners(bounds, where) for bounds in rates]
     count = 1
@@ -254,8 +249,3 @@ def _small(claim: Any, key: str, where: str) -> int:
     if not 0 <= value <= HIGHEST:
         raise CertificateError(f"{where}.{key}: 0 to {HIGHEST} is needed")
     return value
-
-
-def _in_words(rates: list[list[Fraction] | None]) -> str:
-    rows = ("any" if row is None else ", ".join(at_least(v, 6) for v in row) for row in rates)
-    return "; ".join(rows) + " 1/s"

@@ -31,15 +31,13 @@ from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.decay import decrease_factor
-from takagi.certificates.checker.words.shown import at_least
-from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 __all__ = ["check_gain_rounding"]
 
 
-def check_gain_rounding(claim: Any, family: Family, where: str) -> Claim:
+def check_gain_rounding(claim: Any, family: Family, where: str) -> Outcome:
     """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
     name = text(claim, "name", where)
     if not family.K:
@@ -65,16 +63,9 @@ def check_gain_rounding(claim: Any, family: Family, where: str) -> Claim:
         effect, step = (blend.of(blend.family.more[side], side) for side in (0, 1))
         if not _left_side(family, P, blend.A, factor, effect, step).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
-    rate = f"decays as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"
-    room = [f"{at_least(100 * relative, 6)} % of themselves"] if relative else []
-    room += ["the stated absolute steps"] if any(map(any, absolute.rows)) else []
-    words = " and ".join(room) or "nothing"
-    return Claim(
-        name,
-        Verdict.PROVED,
-        f"V = x'Px {rate}{undisturbed(family)} along {family.about}, with all gains off by up to "
-        f"{words}{while_valid(family)}",
-    )
+    said = {"name": name, "family": family, "alpha": alpha}
+    said |= {"absolute": absolute, "relative": relative}
+    return Found(Verdict.PROVED, "gain_rounding", said)
 
 
 def _left_side(

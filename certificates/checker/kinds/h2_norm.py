@@ -29,21 +29,17 @@ from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.disturbed_path import (
     entrance,
-    path_deviations,
     paths,
     quadratic_change,
-    shown_path,
 )
-from takagi.certificates.checker.words.shown import at_most
-from takagi.certificates.checker.words.validity import while_valid
 
 __all__ = ["check_h2_norm"]
 
 
-def check_h2_norm(claim: Any, family: Family, where: str) -> Claim:
+def check_h2_norm(claim: Any, family: Family, where: str) -> Outcome:
     """Return the verdict on a claim with ``P``, ``norm`` and what ``disturbed_path`` reads."""
     name = text(claim, "name", where)
     norm, n = number(claim, "norm", where), family.order
@@ -65,36 +61,15 @@ def check_h2_norm(claim: Any, family: Family, where: str) -> Claim:
             return Claim(name, Verdict.UNDECIDED, f"the variance exceeds norm^2 at {path.label}")
     if known := _of_the_noise(claim, family):
         return Claim(name, Verdict.UNDECIDED, f"premises depend on {known}, which is the noise")
-    noise = "unit covariance in each sample" if family.is_discrete else "unit intensity"
-    noise += _in_which_sense(claim, family, where)
-    return Claim(
-        name,
-        Verdict.PROVED,
-        f"the mean over time of E|y|^2 is at most {at_most(norm, 6)}^2 for white noise of {noise}, "
-        f"along {family.about}{_unforeseeing(family)} ({shown_path(claim, family)})"
-        f"{while_valid(family)}{path_deviations(claim, family)}",
-    )
+    said = {"name": name, "claim": claim, "family": family, "norm": norm}
+    entering = entrance(claim, family, where)[1]
+    return Found(Verdict.PROVED, "h2_norm", said | {"entering": entering})
 
 
 def _of_the_noise(claim: Any, family: Family) -> str:
     """Return what premises depend on that carries the noise at the same instant; empty if none."""
     noisy = family.disturbances if claim["disturbance"] == "disturbances" else family.inputs
     return ", ".join(name for name in family.scheduled_by or () if name in noisy)
-
-
-def _in_which_sense(claim: Any, family: Family, where: str) -> str:
-    """Return the sense of the noise in words, where it is not the same in every sense."""
-    stack = entrance(claim, family, where)[1]
-    if family.is_discrete or all(one == stack[0] for one in stack):
-        return ""
-    return " in Ito's sense (it enters by a matrix that moves, so that other noise may do more)"
-
-
-def _unforeseeing(family: Family) -> str:
-    """Return the assumption on weights in words, where model or law do not say what they are."""
-    granted = family.rules > 1 and family.scheduled_by is None
-    granted = granted or (len(family.K) > 1 and not family.shared_weights)
-    return " for weights that do not depend on the noise at the same instant" if granted else ""
 
 
 def _trace(matrix: Matrix) -> Fraction:

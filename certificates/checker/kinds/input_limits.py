@@ -16,22 +16,21 @@ Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.2.3.
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.reader import numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.box_of_validity import reaches_at_most, row_of
 from takagi.certificates.checker.kinds.input_rate import why_rate_fails
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet, read_invariant_set
-from takagi.certificates.checker.words.deviations import deviations
-from takagi.certificates.checker.words.shown import at_most
 
 __all__ = ["check_input_limits"]
 
 
-def check_input_limits(claim: Any, family: Family, where: str) -> Claim:
+def check_input_limits(claim: Any, family: Family, where: str) -> Outcome:
     """Return the verdict on a claim with the module's evidence."""
     name = text(claim, "name", where)
     if not family.K:
@@ -48,25 +47,18 @@ def check_input_limits(claim: Any, family: Family, where: str) -> Claim:
                 return Claim(
                     name, Verdict.UNDECIDED, f"gain {j + 1} may exceed the limit of input {k + 1}"
                 )
-    rate, why = _rate(claim, family, held, where)
+    rates, moving, why = _rates(claim, family, held, where)
     if why:
         return Claim(name, Verdict.UNDECIDED, why)
-    shown = ", ".join(at_most(limit, 6) for limit in limits)
-    return Claim(
-        name,
-        Verdict.PROVED,
-        f"|u_k| <= {shown} for u = -Kx, from anywhere in {{x'Px <= {held.shown_level}}}{rate}, "
-        f"along {family.about}; the set is invariant{held.where_valid(family)}; "
-        f"{held.words(family)}{deviations(family, 'xu' + held.letters)}",
-    )
+    said = {"name": name, "family": family, "held": held, "limits": limits}
+    return Found(Verdict.PROVED, "input_limits", said | {"rates": rates, "moving": moving})
 
 
-def _rate(claim: Any, family: Family, held: InvariantSet, where: str) -> tuple[str, str]:
-    """Return (what is shown of the rates, why it fails); both empty where none is claimed."""
+def _rates(
+    claim: Any, family: Family, held: InvariantSet, where: str
+) -> tuple[list[Fraction] | None, list[Fraction], str]:
+    """Return (limits of rates, what they take for granted, why they fail); None for no limits."""
     if "rate_limits" not in claim:
-        return "", ""
+        return None, [], ""
     limits = numbers(claim, "rate_limits", where, family.K[0].shape[0])
-    assumed, why = why_rate_fails(claim, family, held, limits, where)
-    shown = ", ".join(at_most(limit, 6) for limit in limits)
-    move = "|u_k(x+) - u_k(x)|" if family.is_discrete else "|u_k'|"
-    return f" and {move} <= {shown}{assumed}", why
+    return limits, *why_rate_fails(claim, family, held, limits, where)

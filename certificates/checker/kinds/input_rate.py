@@ -36,7 +36,6 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.box_of_validity import reaches_at_most, row_of
 from takagi.certificates.checker.kinds.halvings import pieces
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet
-from takagi.certificates.checker.words.shown import at_least
 
 __all__ = ["membership_corners", "motion_rows", "why_rate_fails"]
 
@@ -45,8 +44,8 @@ MOST_RULES, MOST_MOVING = 24, 10
 
 def why_rate_fails(
     claim: Any, family: Family, held: InvariantSet, limits: Sequence[Fraction], where: str
-) -> tuple[str, str]:
-    """Return (what was taken for granted, why the limits are not shown to be kept).
+) -> tuple[list[Fraction], str]:
+    """Return (rates of memberships taken for granted, why the limits are not shown to be kept).
 
     Raises
     ------
@@ -59,9 +58,9 @@ def why_rate_fails(
         for row in motion_rows(piece, where):
             for k in range(m):
                 if not reaches_at_most(held.P, held.level, row_of(row, k), motion[k]):
-                    return "", f"input {k + 1} may move faster than its share with the state"
+                    return [], f"input {k + 1} may move faster than its share with the state"
     total = [a + b for a, b in zip(motion, _pushed(family, held, m), strict=True)]
-    assumed = ""
+    phi: list[Fraction] = []
     if len(family.K) > 1 and not family.is_discrete:
         moving = numbers(shares, "memberships", f"{where}.rate_shares", m)
         phi = numbers(claim, "membership_rates", where, len(family.K))
@@ -71,13 +70,11 @@ def why_rate_fails(
             row = _combined(corner, family.K)
             for k in range(m):
                 if not reaches_at_most(held.P, held.level, row_of(row, k), moving[k]):
-                    return "", f"input {k + 1} may move faster than its share with memberships"
-        shown = ", ".join(at_least(value, 6) for value in phi)
-        assumed = f" for memberships with |h_j'| <= {shown}"
+                    return [], f"input {k + 1} may move faster than its share with memberships"
     for k in range(m):
         if total[k] > limits[k]:
-            return "", f"the shares of input {k + 1} exceed its limit of rate"
-    return assumed, ""
+            return [], f"the shares of input {k + 1} exceed its limit of rate"
+    return phi, ""
 
 
 def motion_rows(family: Family, where: str) -> Iterator[Matrix]:

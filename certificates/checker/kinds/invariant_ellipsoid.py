@@ -13,26 +13,18 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.reader import text
-from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.checker.kinds.ellipsoid_size import shown_size
+from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.invariant_set import read_invariant_set
-from takagi.certificates.checker.words.deviations import deviations
 
 __all__ = ["check_invariant_ellipsoid"]
 
 
-def check_invariant_ellipsoid(claim: Any, family: Family, where: str) -> Claim:
+def check_invariant_ellipsoid(claim: Any, family: Family, where: str) -> Outcome:
     """Return the verdict on a claim with the evidence of ``invariant_set``."""
     name = text(claim, "name", where)
     held = read_invariant_set(claim, family, where)
     why = held.why_not(family)
     if why:
         return Claim(name, Verdict.UNDECIDED, why)
-    return Claim(
-        name,
-        Verdict.PROVED,
-        f"{{x'Px <= {held.shown_level}}} is invariant{held.where_valid(family)}, along "
-        f"{family.about}; {held.words(family)}"
-        f"{shown_size(held.P, held.level, family.states)}"
-        f"{deviations(family, 'x' + held.letters)}",
-    )
+    said = {"name": name, "family": family, "held": held}
+    return Found(Verdict.PROVED, "invariant_ellipsoid", said)

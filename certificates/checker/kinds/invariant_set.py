@@ -42,8 +42,6 @@ from takagi.certificates.checker.kinds.disturbed_path import (
     quadratic_change,
     scaled_identity,
 )
-from takagi.certificates.checker.words.shown import at_least, exactly
-from takagi.certificates.checker.words.validity import granted
 
 __all__ = ["InvariantSet", "read_invariant_set"]
 
@@ -120,35 +118,6 @@ class InvariantSet:
         for signs in product((1, -1), repeat=len(self.bounds) - 1):
             yield Matrix.of([[s * b] for s, b in zip((1, *signs), self.bounds, strict=True)])
 
-    @property
-    def letters(self) -> str:
-        """``w`` where that is the model's own disturbance; one added to u is no deviation."""
-        return "w" if self.way == "disturbances" else ""
-
-    def words(self, family: Family) -> str:
-        """Return what was shown, in words."""
-        unit = "(1 - {})^k" if family.is_discrete else "exp(-{} t)"
-        speed = unit.format(at_least(self.multiplier, 6))
-        if self.bounds is None:
-            undisturbed = " without disturbance" if family.E else ""
-            return f"from inside V = x'Px falls as {speed}{undisturbed}"
-        alone = ", without the model's disturbance," if family.E else ""
-        what = "the model's disturbance" if self.way == "disturbances" else f"w added to u{alone}"
-        shown = [at_least(b, 6) for b in self.bounds]
-        size = f"|w|_2 <= {shown[0]}" if self.is_ball else f"|w_k| <= {', '.join(shown)}"
-        outside = "from outside, but within the box," if _boxed(family) else "from outside"
-        return f"for {what} with {size}; {outside} V - level falls as {speed}"
-
-    def where_valid(self, family: Family) -> str:
-        """Return in words where the set lies, and what is taken for granted."""
-        held = granted(family, disturbances_too=False)
-        return f" and lies in the model's box{held}" if _boxed(family) else ""
-
-    @property
-    def shown_level(self) -> str:
-        """The level: a larger or smaller set need be neither in the box nor invariant."""
-        return exactly(self.level)
-
 
 def read_invariant_set(claim: Any, family: Family, where: str) -> InvariantSet:
     """Return the claim's set.
@@ -177,10 +146,6 @@ def read_invariant_set(claim: Any, family: Family, where: str) -> InvariantSet:
             f"{where}.disturbance_bounds: at most {MOST_DISTURBANCES}, whose corners are checked"
         )
     return InvariantSet(P, level, multiplier, way, E, tuple(bounds), ball, claim, where)
-
-
-def _boxed(family: Family) -> bool:
-    return any(side is not None for side in family.box) or bool(family.other_box)
 
 
 def _positive(claim: Any, key: str, where: str) -> Fraction:

@@ -25,22 +25,18 @@ from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs, outside_of
 from takagi.certificates.checker.kinds.disturbed_path import (
-    path_deviations,
     paths,
     quadratic_change,
     scaled_identity,
-    shown_path,
 )
-from takagi.certificates.checker.words.shown import at_least, at_most
-from takagi.certificates.checker.words.validity import granted, while_valid
 
 __all__ = ["check_l2_gain"]
 
 
-def check_l2_gain(claim: Any, family: Family, where: str) -> Claim:
+def check_l2_gain(claim: Any, family: Family, where: str) -> Outcome:
     """Return the verdict on a claim with ``P``, ``gain`` and what ``disturbed_path`` reads."""
     name = text(claim, "name", where)
     gain, n = number(claim, "gain", where), family.order
@@ -57,24 +53,15 @@ def check_l2_gain(claim: Any, family: Family, where: str) -> Claim:
         whole = Matrix.blocks([[F - 1 / gain * (C.T @ C), side], [side.T, corner]])
         if not whole.is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {path.label}")
-    validity = while_valid(family)
+    energy = None
     if "energy_bound" in claim:
-        bound = number(claim, "energy_bound", where)
-        if bound <= 0:
+        energy = number(claim, "energy_bound", where)
+        if energy <= 0:
             raise CertificateError(f"{where}.energy_bound: a positive number is needed")
         if claim["disturbance"] == "inputs" and bounded_inputs(family):
             return Claim(name, Verdict.UNDECIDED, "no bound of energy keeps an input in its range")
-        why = outside_of(family, P, gain * bound**2)
+        why = outside_of(family, P, gain * energy**2)
         if why:
             return Claim(name, Verdict.UNDECIDED, why)
-        validity = (
-            f"; for w of energy at most {at_least(bound, 6)}^2 no state leaves the model's box"
-            f"{granted(family)}"
-        )
-    return Claim(
-        name,
-        Verdict.PROVED,
-        f"the energy of y is at most {at_most(gain, 6)}^2 times that of w, from rest, along "
-        f"{family.about} ({shown_path(claim, family)}){validity}"
-        f"{path_deviations(claim, family)}",
-    )
+    said = {"name": name, "claim": claim, "family": family, "gain": gain, "energy": energy}
+    return Found(Verdict.PROVED, "l2_gain", said)

@@ -41,16 +41,15 @@ from takagi.certificates.checker.kernel.family import Family, Stack, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import Number, integer, member, number, numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.decay import decrease
-from takagi.certificates.checker.words.shown import at_most
 
 __all__ = ["check_no_common_decay"]
 
-MOST_NAMED = 4
+Weights = list[Fraction]
 
 
-def check_no_common_decay(claim: Any, family: Family, where: str) -> Claim:
+def check_no_common_decay(claim: Any, family: Family, where: str) -> Outcome:
     """Return DISPROVED when the evidence excludes a common P, else UNDECIDED."""
     name = text(claim, "name", where)
     alpha = number(claim, "decay_rate", where)
@@ -61,23 +60,16 @@ def check_no_common_decay(claim: Any, family: Family, where: str) -> Claim:
         return Claim(name, Verdict.UNDECIDED, words)
     factor = _factor(family, alpha)
     if "multipliers" in claim:
-        names, shown = _multipliers_exclude(claim, family, factor, alpha > 0, where)
+        blends, shown = _multipliers_exclude(claim, family, factor, alpha > 0, where)
     else:
-        found, G = _blend(claim, family, where)
+        h, G = _blend(claim, family, where)
         P = read_matrix(claim, "P", where, (family.order, family.order))
         falls = decrease(family, P, G, factor).is_positive_definite
-        names, shown = [found], P.is_symmetric and falls and not P.is_positive_definite
+        blends, shown = [h], P.is_symmetric and falls and not P.is_positive_definite
     if not shown:
         return Claim(name, Verdict.UNDECIDED, "the evidence does not exclude a common P")
-    listed = ", ".join(names[:MOST_NAMED])
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    falls_so = f"decays at {at_most(alpha, 6)} 1/s" if alpha else "falls"
-    return Claim(
-        name,
-        Verdict.DISPROVED,
-        f"no common quadratic function {falls_so} along {family.about}: "
-        f"none does along {listed}{more}",
-    )
+    said = {"name": name, "family": family, "alpha": alpha, "blends": blends}
+    return Found(Verdict.DISPROVED, "no_common_decay", said)
 
 
 def _factor(family: Family, alpha: Fraction) -> Fraction:
@@ -89,8 +81,8 @@ def _factor(family: Family, alpha: Fraction) -> Fraction:
 
 def _multipliers_exclude(
     claim: Any, family: Family, factor: Fraction, nonzero: bool, where: str
-) -> tuple[list[str], bool]:
-    """Return the blends' names, and whether the sum with the multipliers is as needed.
+) -> tuple[list[Weights], bool]:
+    """Return the blends' weights, and whether the sum with the multipliers is as needed.
 
     ``nonzero`` : the sum may not be zero.
     """
@@ -98,18 +90,18 @@ def _multipliers_exclude(
     if not listed or not isinstance(listed, list):
         raise CertificateError(f"{where}.multipliers: a list of them is needed")
     bounded(len(listed), family.order)
-    total, size, names = 0 * Matrix.identity(family.order), Fraction(0), []
+    total, size, blends = 0 * Matrix.identity(family.order), Fraction(0), []
     for i, entry in enumerate(listed):
         place = f"{where}.multipliers[{i}]"
-        name, G = _blend(entry, family, place)
+        h, G = _blend(entry, family, place)
         L = read_matrix(entry, "factor", place)
         Z = L @ L.T
-        names.append(name)
+        blends.append(h)
         size += sum(Z[k, k] for k in range(len(Z.rows)))
         total = (total + _dual(family, G, Z, factor)).reduced()
     if nonzero and not any(any(row) for row in total.rows):
-        return names, False
-    return names, size > 0 and total.is_positive_semidefinite
+        return blends, False
+    return blends, size > 0 and total.is_positive_semidefinite
 
 
 def _dual(family: Family, G: Matrix, Z: Matrix, factor: Fraction) -> Matrix:
@@ -119,20 +111,14 @@ def _dual(family: Family, G: Matrix, Z: Matrix, factor: Fraction) -> Matrix:
     return GZ + GZ.T + factor * Z
 
 
-def _blend(owner: Any, family: Family, where: str) -> tuple[str, Matrix]:
-    """Return the name of a blend, and G(h)."""
+def _blend(owner: Any, family: Family, where: str) -> tuple[Weights, Matrix]:
+    """Return h of a blend, and G(h)."""
     h = _weights(owner, family, where)
-    used = [i for i, share in enumerate(h) if share]
-    name = " + ".join(f"{h[i]} rule {i + 1}" for i in used[:MOST_NAMED])
-    if len(used) == 1:
-        name = f"rule {used[0] + 1} alone"
-    elif len(used) > MOST_NAMED:
-        name = f"a blend of {len(used)} rules"
     A = _at(family.A, h)
-    return name, A - _at(family.B, h) @ _at(family.K, h) if family.K and family.B else A
+    return h, A - _at(family.B, h) @ _at(family.K, h) if family.K and family.B else A
 
 
-def _weights(owner: Any, family: Family, where: str) -> list[Fraction]:
+def _weights(owner: Any, family: Family, where: str) -> Weights:
     """Return h, (rules,)."""
     if isinstance(member(owner, "blend", where), Number):
         k = integer(owner, "blend", where)
@@ -156,7 +142,7 @@ def _weights(owner: Any, family: Family, where: str) -> list[Fraction]:
     return h
 
 
-def _at(stack: Stack, h: list[Fraction]) -> Matrix:
+def _at(stack: Stack, h: Weights) -> Matrix:
     """Return sum_i h_i X_i; a stack of one matrix stands for all."""
     if len(stack) == 1:
         return stack[0]

@@ -38,12 +38,10 @@ from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix, read_stack
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.averages import refuse_averages
 from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
 from takagi.certificates.checker.kinds.disturbed_path import zero
-from takagi.certificates.checker.words.shown import at_least
-from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 __all__ = [
     "check_observed_feedback",
@@ -56,24 +54,20 @@ __all__ = [
 Stack = tuple[Matrix, ...]
 
 
-def check_observer(claim: Any, family: Family, where: str) -> Claim:
+def check_observer(claim: Any, family: Family, where: str) -> Outcome:
     """Return the verdict on a claim of kind ``observer``."""
     refuse_averages(family, "observer", where)
-    if "secants" in claim:
-        loops, assumed = secant_loops(claim, family, where), "secants of f in the stated hull"
-        assumed += " and premises that the observer measures" if family.rules > 1 else ""
-    else:
-        loops, assumed = error_loops(claim, family, where), "premises that the observer measures"
-    what = "the error x - xhat of the observer"
-    return _verdict(claim, family, family.order, loops, f"{what}, for {assumed},", where)
+    secants = "secants" in claim
+    loops = (secant_loops if secants else error_loops)(claim, family, where)
+    about = {"feedback": False, "secants": secants}
+    return _verdict(claim, family, family.order, loops, about, where)
 
 
-def check_observed_feedback(claim: Any, family: Family, where: str) -> Claim:
+def check_observed_feedback(claim: Any, family: Family, where: str) -> Outcome:
     """Return the verdict on a claim of kind ``observed-feedback``."""
     refuse_averages(family, "observer", where)
-    what = "the loop with u = -K xhat, for premises that the observer measures,"
-    loops = joint_loops(claim, family, where)
-    return _verdict(claim, family, 2 * family.order, loops, what, where)
+    loops, about = joint_loops(claim, family, where), {"feedback": True, "secants": False}
+    return _verdict(claim, family, 2 * family.order, loops, about, where)
 
 
 def _verdict(
@@ -81,9 +75,9 @@ def _verdict(
     family: Family,
     order: int,
     loops: Iterator[tuple[str, Matrix]],
-    what: str,
+    about: dict[str, bool],
     where: str,
-) -> Claim:
+) -> Outcome:
     name, alpha = text(claim, "name", where), number(claim, "decay_rate", where)
     P = read_matrix(claim, "P", where, (order, order))
     if alpha < 0:
@@ -97,13 +91,8 @@ def _verdict(
     for label, G in loops:
         if not decrease(family, P, G, factor).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {label}")
-    rate = f"decays as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"
-    return Claim(
-        name,
-        Verdict.PROVED,
-        f"V of {what} {rate}{undisturbed(family)} along every blend of {family.rules} rules"
-        f"{while_valid(family)}",
-    )
+    said = {"name": name, "family": family, "alpha": alpha, **about}
+    return Found(Verdict.PROVED, "observer", said)
 
 
 def _hidden_premises(family: Family) -> str:

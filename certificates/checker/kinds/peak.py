@@ -24,22 +24,19 @@ from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.disturbed_path import (
     Path,
-    path_deviations,
     paths,
     scaled_identity,
-    shown_path,
     zero,
 )
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet, read_invariant_set
-from takagi.certificates.checker.words.shown import at_least, at_most
 
 __all__ = ["check_peak"]
 
 
-def check_peak(claim: Any, family: Family, where: str) -> Claim:
+def check_peak(claim: Any, family: Family, where: str) -> Outcome:
     """Return the verdict on a claim with the module's evidence."""
     name = text(claim, "name", where)
     held = read_invariant_set(claim, family, where)
@@ -55,15 +52,8 @@ def check_peak(claim: Any, family: Family, where: str) -> Claim:
     for path in paths(claim, family, where):
         if not _left(path, held, gain, share).is_positive_semidefinite:
             return Claim(name, Verdict.UNDECIDED, f"the output exceeds its bound at {path.label}")
-    bound = held.bounds[0]
-    return Claim(
-        name,
-        Verdict.PROVED,
-        f"|y| <= {at_most(gain * bound, 6)} at all times, from rest and from anywhere in "
-        f"{{x'Px <= {held.shown_level}}}, for |w|_2 <= {at_least(bound, 6)} at all times (gain "
-        f"{at_most(gain, 6)}), along {family.about} ({shown_path(claim, family)}); the "
-        f"set is invariant{held.where_valid(family)}{path_deviations(claim, family, 'x')}",
-    )
+    said = {"name": name, "claim": claim, "family": family, "held": held, "gain": gain}
+    return Found(Verdict.PROVED, "peak", said | {"bound": held.bounds[0]})
 
 
 def _left(path: Path, held: InvariantSet, gain: Fraction, share: Fraction) -> Matrix:

@@ -15,10 +15,9 @@ from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import read_stack
 from takagi.certificates.checker.kernel.reader import Number, member
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Found, Outcome, Verdict
+from takagi.certificates.checker.kernel.result import Found, Outcome
 from takagi.certificates.checker.kinds.decay import check_decay
 from takagi.certificates.checker.kinds.no_common_decay import check_no_common_decay
-from takagi.certificates.checker.words.own_matrices import OWN
 
 __all__ = ["check_impossibility", "check_quadratic"]
 
@@ -27,12 +26,13 @@ def check_quadratic(claim: Any, _model: Any, _gains: Any, where: str) -> Outcome
     """Return the verdict on a claim of kind ``quadratic-decay``."""
     family = _family(claim, where)
     if "K" not in claim:
-        return _said_of_own(check_decay(claim, family, where))
+        return _of_own(check_decay(claim, family, where), "own_matrices")
     B, K = read_stack(claim, "B", where), read_stack(claim, "K", where)
     n, m = family.order, len(B[0].rows[0])
     if not len(K) == len(B) == family.rules or B[0].shape != (n, m) or K[0].shape != (m, n):
         raise CertificateError(f"{where}: one B, {n} by {m}, and one K per rule are needed")
-    return _said_of_own(check_decay(claim, Family(family.A, B=B, K=K), where))
+    found = check_decay(claim, Family(family.A, B=B, K=K), where)
+    return _of_own(found, "own_matrices")
 
 
 def check_impossibility(claim: Any, _model: Any, _gains: Any, where: str) -> Outcome:
@@ -43,12 +43,12 @@ def check_impossibility(claim: Any, _model: Any, _gains: Any, where: str) -> Out
         raise CertificateError(f"{where}: one of multiplier_factors per vertex is needed")
     listed = [{"blend": Number(i), "factor": L} for i, L in enumerate(factors)]
     found = check_no_common_decay({**claim, "multipliers": listed}, family, where)
-    return found if found.verdict is Verdict.UNDECIDED else replace(found, text=found.text + OWN)
+    return _of_own(found, "no_common_quadratic")
 
 
-def _said_of_own(found: Outcome) -> Outcome:
+def _of_own(found: Outcome, words: str) -> Outcome:
     """Return the outcome with a sentence that says whose matrices these are."""
-    return replace(found, words="own_matrices") if isinstance(found, Found) else found
+    return replace(found, words=words) if isinstance(found, Found) else found
 
 
 def _family(claim: Any, where: str) -> Family:

@@ -30,15 +30,13 @@ from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
-from takagi.certificates.checker.words.shown import at_least, at_most
-from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 __all__ = ["check_transient"]
 
 
-def check_transient(claim: Any, family: Family, where: str) -> Claim:
+def check_transient(claim: Any, family: Family, where: str) -> Outcome:
     """Return the verdict on a claim with the module's evidence."""
     name, n = text(claim, "name", where), family.order
     P = read_matrix(claim, "P", where, (n, n))
@@ -60,14 +58,8 @@ def check_transient(claim: Any, family: Family, where: str) -> Claim:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
     if kappa * exp_above(alpha * time) > share:
         return Claim(name, Verdict.UNDECIDED, "the state may not have settled by then")
-    units = "" if set(scales) == {Fraction(1)} else " in the states over their scales"
-    return Claim(
-        name,
-        Verdict.PROVED,
-        f"|x(t)| <= {at_most(kappa, 6)} exp(-{at_least(alpha, 6)} t) |x(0)|{units}, so at most "
-        f"{at_most(share, 6)} |x(0)| after {at_most(time, 6)} s,{undisturbed(family)} "
-        f"along {family.about}{while_valid(family)}",
-    )
+    said = {"name": name, "family": family, "alpha": alpha, "scales": scales}
+    return Found(Verdict.PROVED, "transient", said | {"kappa": kappa, "share": share, "time": time})
 
 
 def _why_not(

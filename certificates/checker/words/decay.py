@@ -8,13 +8,17 @@ from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.words.shown import at_least
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
-__all__ = ["said"]
+__all__ = ["falling", "said"]
 
 
 def said(name: str, family: Family, alpha: Fraction, blends: int) -> tuple[str, str]:
     """Return name and sentence."""
-    rate = f"decays as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"
     return name, (
-        f"V = x'Px {rate}{undisturbed(family)} along {family.about} (inequalities: {blends})"
-        f"{while_valid(family)}"
+        f"V = x'Px {falling(alpha)}{undisturbed(family)} along {family.about} "
+        f"(inequalities: {blends}){while_valid(family)}"
     )
+
+
+def falling(alpha: Fraction) -> str:
+    """Return how V falls."""
+    return f"decays as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.kinds.ellipsoid_size import (
+from takagi.certificates.checker.words.ellipsoid_size import (
     reaches,
     square_root_above,
     square_root_below,

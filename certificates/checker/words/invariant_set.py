@@ -1,0 +1,45 @@
+"""What is said of an ellipsoid that no solution leaves: its level, its motion, where it lies."""
+
+from __future__ import annotations
+
+from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.kinds.invariant_set import InvariantSet
+from takagi.certificates.checker.words.shown import at_least, exactly
+from takagi.certificates.checker.words.validity import granted
+
+__all__ = ["letters", "motion", "shown_level", "where_valid"]
+
+
+def motion(held: InvariantSet, family: Family) -> str:
+    """Return how V moves outside the set, and for which disturbances."""
+    unit = "(1 - {})^k" if family.is_discrete else "exp(-{} t)"
+    speed = unit.format(at_least(held.multiplier, 6))
+    if held.bounds is None:
+        undisturbed = " without disturbance" if family.E else ""
+        return f"from inside V = x'Px falls as {speed}{undisturbed}"
+    alone = ", without the model's disturbance," if family.E else ""
+    what = "the model's disturbance" if held.way == "disturbances" else f"w added to u{alone}"
+    shown = [at_least(b, 6) for b in held.bounds]
+    size = f"|w|_2 <= {shown[0]}" if held.is_ball else f"|w_k| <= {', '.join(shown)}"
+    outside = "from outside, but within the box," if _boxed(family) else "from outside"
+    return f"for {what} with {size}; {outside} V - level falls as {speed}"
+
+
+def where_valid(family: Family) -> str:
+    """Return where the set lies, and what is taken for granted."""
+    held = granted(family, disturbances_too=False)
+    return f" and lies in the model's box{held}" if _boxed(family) else ""
+
+
+def shown_level(held: InvariantSet) -> str:
+    """Return the level: a larger or smaller set need be neither in the box nor invariant."""
+    return exactly(held.level)
+
+
+def letters(held: InvariantSet) -> str:
+    """Return ``w`` where that is the model's own disturbance; one added to u is no deviation."""
+    return "w" if held.way == "disturbances" else ""
+
+
+def _boxed(family: Family) -> bool:
+    return any(side is not None for side in family.box) or bool(family.other_box)
