@@ -33,7 +33,7 @@ from takagi.certificates.checker.kernel.family import read_family
 from takagi.certificates.checker.kernel.matrices import read_stack
 from takagi.certificates.checker.kernel.reader import canonical, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.plant.blend import Acting, Blend, read_blend, secant
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.expression import Scope, read_expression
@@ -42,14 +42,13 @@ from takagi.certificates.checker.plant.ranges import Ranges
 from takagi.certificates.checker.plant.reading import PlantNodes, read_plant
 from takagi.certificates.checker.plant.sector_embedding import KIND
 from takagi.certificates.checker.plant.vertices import corners_of
-from takagi.certificates.checker.words.shown import at_least, at_most
 
 __all__ = ["check_effort_blend"]
 
 LEAST, LARGEST = Fraction(1, 10**40), Fraction(10**60)
 
 
-def check_effort_blend(claim: Any, model: Any, gains: Any, where: str) -> Claim:
+def check_effort_blend(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
     """Return PROVED if the plant with its two actuators is the model's plant.
 
     UNDECIDED names the step that failed.
@@ -73,19 +72,19 @@ def check_effort_blend(claim: Any, model: Any, gains: Any, where: str) -> Claim:
         if canonical(emitted) != canonical(model["blending"]):
             raise CertificateError("gains.blending is not the model's: the law has another blend")
     try:
-        words = _proved(plant, blend)
+        low, high = _proved(plant, blend)
         if gains is not None:
             _check_known(plant, blend, gains)
             if len(read_stack(gains, "K", "gains")) > 1:
                 _check_weights(model, gains)
-            words += "; the law knows all that its gains depend on"
-        return Claim(name, Verdict.PROVED, words + "; standard library alone")
     except Refused as error:
         return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
+    said = {"name": name, "blend": blend, "low": low, "high": high, "law": gains is not None}
+    return Found(Verdict.PROVED, "effort_blend", said)
 
 
-def _proved(plant: PlantNodes, blend: Blend) -> str:
-    """Return what was proved, in words; Refused names what could not be."""
+def _proved(plant: PlantNodes, blend: Blend) -> tuple[Fraction, Fraction]:
+    """Return between which values the share lies; Refused names what could not be proved."""
     algebra = Algebra(plant.graph, plant.tables)
     ranges = Ranges(plant.evaluator, algebra, plant.box)
     low, high = (secant(end, blend.rest, blend.overlap) for end in blend.ends)
@@ -94,26 +93,7 @@ def _proved(plant: PlantNodes, blend: Blend) -> str:
     for acting in blend.actuators:
         _check_acts(ranges, blend, acting)
     _check_equations(plant, blend, algebra, ranges)
-    unit = "" if blend.effort.unit == "-" else f" {blend.effort.unit}"
-    ends = f"[{at_most(blend.ends[0], 9)}, {at_least(blend.ends[1], 9)}]"
-    told = [
-        f"where the effort is in {ends}{unit} and the state in the box, {blend.high.name} has a "
-        f"share between {at_least(low, 6)} and {at_most(high, 6)} of its motion from rest and "
-        f"{blend.low.name} the rest"
-    ]
-    for acting in blend.actuators:
-        kept = ""
-        if acting.side is not None:
-            kept = f" keeps [{at_least(acting.side[0], 9)}, {at_most(acting.side[1], 9)}]"
-            kept += "" if acting.unit == "-" else f" {acting.unit}"
-        wrong = ""
-        if acting.error is not None and acting.error.side is not None:
-            down, up = acting.error.side
-            wrong = f" moves the plant {at_least(1 + down, 6)} to {at_most(1 + up, 6)} times as "
-            wrong += "much as told from its position at rest"
-        if kept or wrong:
-            told.append(f"{acting.name}{kept}{' and' * bool(kept and wrong)}{wrong}")
-    return "; ".join(told)
+    return low, high
 
 
 def _check_share(plant: PlantNodes, blend: Blend, low: Fraction, high: Fraction) -> None:
@@ -121,6 +101,9 @@ def _check_share(plant: PlantNodes, blend: Blend, low: Fraction, high: Fraction)
     if rest is None or side is None:
         raise Refused("the share has no range")
     if not (rest + side[0] <= low and high <= rest + side[1]):
+        # Imported here, as in every refusal: what it says is no part of a proof.
+        from takagi.certificates.checker.words.shown import at_least, at_most
+
         raise Refused(
             f"the share takes values from {at_most(low, 9)} to {at_least(high, 9)}, not only those "
             "of its range"
@@ -158,8 +141,13 @@ def _check_acts(ranges: Ranges, blend: Blend, acting: Acting) -> None:
             raise Refused(f"{acting.name} has no room to act from where it idles")
         most = max(psi(acting.sign * end, blend.overlap) for end in blend.ends)
         least = max(LEAST, most / room)
-    what = f"the effectiveness of {acting.name}, which has to be at least {at_most(least, 6)},"
-    ranges.prove_within(acting.effectiveness, least, LARGEST, what)
+    what = f"the effectiveness of {acting.name}, which has to be at least {{}},"
+    try:
+        ranges.prove_within(acting.effectiveness, least, LARGEST, what)
+    except Refused as error:
+        from takagi.certificates.checker.words.shown import at_most
+
+        raise Refused(str(error).replace("{}", at_most(least, 6))) from error
 
 
 def _check_equations(plant: PlantNodes, blend: Blend, algebra: Algebra, ranges: Ranges) -> None:

@@ -19,23 +19,24 @@ Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 4.3, global lineari
 from __future__ import annotations
 
 from collections.abc import Mapping
+from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.kernel.reader import text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.plant.derivative import derivative, substituted
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.ranges import Ranges
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable, read_plant
-from takagi.certificates.checker.plant.sector_embedding import KIND, Entries, words_of
+from takagi.certificates.checker.plant.sector_embedding import KIND, Entries
 from takagi.certificates.checker.plant.trim import compared_trim
 from takagi.certificates.checker.plant.vertices import entry_node, multi_affine_entries
 
 __all__ = ["check_secant_embedding"]
 
 
-def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Claim:
+def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
     """Return PROVED if differences of the plant from rest are blends of the vertices on its box.
 
     UNDECIDED names the step that failed.
@@ -57,15 +58,18 @@ def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Cl
     for rows in entries.values():
         if any(len(members) > 1 for row in rows for entry in row for members in entry):
             raise CertificateError(f"{where}: an entry has a product of premises")
-    trim = "" if gains is None else compared_trim(plant, gains, "gains")
+    off = Fraction(0) if gains is None else compared_trim(plant, gains, "gains")
     try:
-        return Claim(name, Verdict.PROVED, _proved(plant, entries) + trim)
+        ranges = _proved(plant, entries)
     except Refused as error:
         return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
+    said = {"name": name, "plant": plant, "off": off}
+    said |= {"boxes": ranges.boxes, "removable": ranges.removable}
+    return Found(Verdict.PROVED, "embedding", said)
 
 
-def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> str:
-    """Return what was proved, in words; Refused names what could not be."""
+def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
+    """Return the ranges that it was proved with; Refused names what could not be."""
     g, algebra = plant.graph, Algebra(plant.graph, plant.tables)
     ranges = Ranges(plant.evaluator, algebra, plant.box)
     variables = (*plant.states, *plant.inputs, *plant.disturbances)
@@ -96,7 +100,7 @@ def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> str:
     for premise in plant.premises:
         what = f"premise {premise.name}"
         ranges.prove_within(premise.node, premise.lower, premise.upper, what)
-    return words_of(plant, ranges, "differences of the plant from rest are blends")
+    return ranges
 
 
 def _slope(plant: PlantNodes, ranges: Ranges, row: int, variable: Variable) -> int:

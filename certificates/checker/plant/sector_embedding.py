@@ -25,13 +25,14 @@ box.  An equation that is itself written with such a quotient means its limit th
 from __future__ import annotations
 
 from collections.abc import Mapping
+from fractions import Fraction
 from typing import Any, TypeAlias
 
 from takagi.certificates.checker.kernel.family import SECANTS, Family, weights_of
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.ranges import Ranges
@@ -44,9 +45,8 @@ from takagi.certificates.checker.plant.vertices import (
     multi_affine_entries,
     vertex_stack,
 )
-from takagi.certificates.checker.words.shown import at_least, at_most
 
-__all__ = ["KIND", "Entries", "check_embedding", "plant_family", "words_of"]
+__all__ = ["KIND", "Entries", "check_embedding", "plant_family"]
 
 KIND = "plant"
 MOST_MINORS = 4_000
@@ -115,7 +115,7 @@ def _scheduling(plant: PlantNodes) -> tuple[str, ...]:
     return tuple(v.label for v in variables if v.symbol in used)
 
 
-def check_embedding(claim: Any, model: Any, gains: Any, where: str) -> Claim:
+def check_embedding(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
     """Return PROVED if the plant of ``model`` is the blend of its vertices on its box.
 
     UNDECIDED names the step that failed.
@@ -132,15 +132,18 @@ def check_embedding(claim: Any, model: Any, gains: Any, where: str) -> Claim:
     if plant.form != "sector":
         raise CertificateError(f"{where}: model.embedding.form is {plant.form!a}, not 'sector'")
     entries = multi_affine_entries(plant)
-    trim = "" if gains is None else compared_trim(plant, gains, "gains")
+    off = Fraction(0) if gains is None else compared_trim(plant, gains, "gains")
     try:
-        return Claim(name, Verdict.PROVED, _proved(plant, entries) + trim)
+        ranges = _proved(plant, entries)
     except Refused as error:
         return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
+    said = {"name": name, "plant": plant, "off": off}
+    said |= {"boxes": ranges.boxes, "removable": ranges.removable}
+    return Found(Verdict.PROVED, "embedding", said)
 
 
-def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> str:
-    """Return what was proved, in words; Refused names what could not be."""
+def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
+    """Return the ranges that it was proved with; Refused names what could not be."""
     algebra = Algebra(plant.graph, plant.tables)
     ranges = Ranges(plant.evaluator, algebra, plant.box)
     for state, node in zip(plant.states, plant.f, strict=True):
@@ -156,8 +159,7 @@ def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> str:
     for premise in plant.premises:
         what = f"premise {premise.name}"
         ranges.prove_within(premise.node, premise.lower, premise.upper, what)
-    left = "x'" if plant.sample_time is None else "x(t + T)"
-    return words_of(plant, ranges, f"{left} of the plant is the blend")
+    return ranges
 
 
 def _check_identities(plant: PlantNodes, algebra: Algebra, entries: Mapping[str, Entries]) -> None:
@@ -212,26 +214,3 @@ def _determinant(plant: PlantNodes, mass: Rows) -> int:
             raise Refused("a mass matrix with too many minors")
         minors = larger
     return minors.get(frozenset(range(size)), zero)
-
-
-def words_of(plant: PlantNodes, ranges: Ranges, what: str) -> str:
-    """Return what was proved, with the box rounded to its inside and how bounds were found."""
-    variables = (*plant.states, *plant.inputs, *plant.disturbances)
-    # Rounded to the inside: the sentence then says no more than what was proved.
-    box = ", ".join(
-        f"{v.label} in [{at_most(v.side[0], 15)}, {at_least(v.side[1], 15)}]"
-        for v in variables
-        if v.side is not None
-    )
-    count = len(corners_of(plant.premises))
-    found = f"{what} of {count} exact vertices"
-    found += f" where {box}" if box else " everywhere"
-    premises, boxes = len(plant.premises), ranges.boxes
-    found += f"; {premises} premise{'s' * (premises != 1)} bounded on "
-    found += f"{boxes} box{'es' * (boxes != 1)} by outward rounding"
-    if plant.mass is not None:
-        found += "; the mass matrix has no zero determinant there"
-    if ranges.removable:
-        names = ", ".join(sorted(ranges.removable))
-        found += f"; where {names} = 0 a quotient means its limit"
-    return found + "; standard library alone"

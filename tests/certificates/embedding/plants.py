@@ -9,7 +9,7 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.kernel.result import Checked, Claim
+from takagi.certificates.checker.kernel.result import Checked, Claim, in_words
 from takagi.certificates.checker.plant.sector_embedding import check_embedding
 from takagi.certificates.document import certificate_document
 from takagi.certificates.plant_embedding import embedding_claim, plant_data
@@ -34,7 +34,7 @@ def as_read(data: Any) -> Any:
 
 def said_of(data: Any) -> Claim:
     """Return the checker's word on a plant's data, without a file around it."""
-    return check_embedding(CLAIM, as_read(data), None, "claims[0]")
+    return in_words(check_embedding(CLAIM, as_read(data), None, "claims[0]"))
 
 
 def checked(model: TSModel) -> Checked:

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.checker.kernel.result import Verdict, in_words
 from takagi.certificates.checker.plant.secant_embedding import check_secant_embedding
 from tests.certificates.embedding.plants import as_read, one_state, said_of
 
@@ -48,6 +48,6 @@ def test_a_quotient_in_an_entry_of_a_secant_model_hides_nothing() -> None:
     data["embedding"]["premises"][1]["lower"] = -1
     data["embedding"]["form"] = "secant"
     claim = {"name": "secants", "kind": "secant-embedding"}
-    found = check_secant_embedding(claim, as_read(data), None, "claims[0]")
+    found = in_words(check_secant_embedding(claim, as_read(data), None, "claims[0]"))
     assert found.verdict is Verdict.UNDECIDED
     assert "is not the slope" in found.text
