@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import subprocess
 import sys
@@ -145,6 +146,36 @@ def test_what_did_not_run_is_not_counted_as_executed(decay: Path) -> None:
     assert refused.executed < proved.executed
     definite = {file.place: file for file in refused.files}["kernel/definite.py"]
     assert definite.executed < 20
+
+
+def test_words_are_imported_where_no_proof_can_follow() -> None:
+    """When all verdicts stand, and in refusals, which end the check of a claim or of the file."""
+    asking = {
+        (file.relative_to(FOLDER).as_posix(), function)
+        for file in FOLDER.rglob("*.py")
+        if file.parent.name != "words"
+        for function, module in _imports(file)
+        if module.startswith("takagi.certificates.checker.words")
+    }
+
+    assert asking == {
+        ("kernel/result.py", "of"),
+        ("plant/effort_blend.py", "_check_acts"),
+        ("plant/effort_blend.py", "_check_share"),
+        ("plant/trim.py", "_apart"),
+    }
+
+
+def _imports(file: Path) -> Iterator[tuple[str, str]]:
+    """Yield (function, module) of each import; no function where the file itself imports."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    inside = {id(node): own.name for own in functions for node in ast.walk(own)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom):
+            yield inside.get(id(node), ""), str(node.module)
+        elif isinstance(node, ast.Import):
+            yield from ((inside.get(id(node), ""), alias.name) for alias in node.names)
 
 
 @pytest.mark.parametrize("words", ["PROVED", "a lie"])

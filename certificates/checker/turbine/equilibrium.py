@@ -17,25 +17,21 @@ table, and nothing else is at rest there; v_hat = v.  Stability is no part of it
 from __future__ import annotations
 
 from collections.abc import Callable
-from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.kernel.reader import member, numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Found, Verdict
 from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant
 from takagi.certificates.checker.turbine.coherent_rest import CoherentRests, coherent_rests
 from takagi.certificates.checker.turbine.paper_inputs import LAWS, PaperLaw
 from takagi.certificates.checker.turbine.paper_rest import bends, paper_rests
 from takagi.certificates.checker.turbine.rest_count import Span
-from takagi.certificates.checker.turbine.spans import gaps, merged
-from takagi.certificates.checker.words.shown import at_least, at_most
 
 __all__ = ["ANSWERS", "RestReader", "check_equilibrium", "rest_reader"]
 
 ANSWERS = ("one", "one at the trim", "one off the trim", "none", "several", "continuum")
 MOST_CELLS = 2000
-MOST_LISTED = 12
 # Of winds: what the loop does at each of them.  Raises Refused where that is not known.
 RestReader = Callable[[Span], str]
 
@@ -61,7 +57,7 @@ def rest_reader(model: Any, gains: Any) -> tuple[str, Span, RestReader]:
     return name, (law.wind[0], law.wind[-1]), lambda winds: _coherent(plant, law, winds)
 
 
-def check_equilibrium(claim: Any, model: Any, gains: Any, where: str) -> Claim:
+def check_equilibrium(claim: Any, model: Any, gains: Any, where: str) -> Found:
     """Return the verdict on one claim of kind ``equilibrium``.
 
     Raises
@@ -73,7 +69,7 @@ def check_equilibrium(claim: Any, model: Any, gains: Any, where: str) -> Claim:
     if not isinstance(cells, list) or not 0 < len(cells) <= MOST_CELLS:
         raise CertificateError(f"{where}.cells: 1 to {MOST_CELLS} are needed")
     proved: list[tuple[Span, str]] = []
-    failures = []
+    failures: list[tuple[Span, str, str]] = []
     for k, cell in enumerate(cells):
         place = f"{where}.cells[{k}]"
         low, high = numbers(cell, "wind", place, 2)
@@ -87,14 +83,9 @@ def check_equilibrium(claim: Any, model: Any, gains: Any, where: str) -> Claim:
         if found == stated:
             proved.append(((low, high), stated))
         else:
-            failures.append(f"{_shown([(low, high)])} m/s: {stated!r} is not proved ({found})")
-    title = f"rests of the loop with law {name}, constant winds {_shown([known])} m/s"
-    parts = _parts(proved, known)
-    if failures:
-        listed = [*failures[:MOST_LISTED], *parts]
-        return Claim(title, Verdict.UNDECIDED, "; ".join(listed))
-    words = "inside the coefficient table, v_hat = v, at each constant wind"
-    return Claim(title, Verdict.PROVED, f"{words}: {'; '.join(parts)}")
+            failures.append(((low, high), stated, found))
+    said = {"law": name, "known": known, "proved": proved, "failures": failures}
+    return Found(Verdict.UNDECIDED if failures else Verdict.PROVED, "equilibrium", said)
 
 
 def _coherent(plant: Plant, law: Law, winds: Span) -> str:
@@ -137,24 +128,3 @@ def _paper_piece(plant: Plant, law: PaperLaw, winds: Span) -> str:
     if rests.count.least > 1:
         return "several"
     raise Refused("the number of rests is not known")
-
-
-def _parts(proved: list[tuple[Span, str]], known: Span) -> list[str]:
-    found = []
-    for answer in ANSWERS:
-        spans = merged([span for span, said in proved if said == answer])
-        if spans:
-            found.append(f"{answer} at {_shown(spans)} m/s")
-    left = gaps(known, merged([span for span, _ in proved]))
-    return [*found, f"not decided: {_shown(left)} m/s"] if left else found
-
-
-def _shown(spans: list[Span]) -> str:
-    """Return ranges rounded inward: what is said holds for all winds that are named."""
-    shown = [f"{_up(low)} to {at_least(high, 9)}" for low, high in spans[:MOST_LISTED]]
-    more = f" (+{len(spans) - MOST_LISTED} more)" if len(spans) > MOST_LISTED else ""
-    return ", ".join(shown) + more
-
-
-def _up(value: Fraction) -> str:
-    return at_most(value, 9)

@@ -19,31 +19,25 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.arithmetic.interval import ONE, Interval, point
+from takagi.certificates.checker.arithmetic.interval import Interval, point
 from takagi.certificates.checker.kernel.reader import listed, matrix, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.kernel.result import Found, Verdict
 from takagi.certificates.checker.turbine.coherent_inputs import Plant
 from takagi.certificates.checker.turbine.interval_family import contraction_failure
 from takagi.certificates.checker.turbine.paper_inputs import Overlaps, PaperLaw
-from takagi.certificates.checker.turbine.paper_loop import Ends, Loop, interpolated
+from takagi.certificates.checker.turbine.paper_loop import Ends, Loop
 from takagi.certificates.checker.turbine.spans import Span, gaps, merged
-from takagi.certificates.checker.words.shown import at_least, at_most, exactly
 
-__all__ = ["check_paper"]
+__all__ = ["Cell", "check_paper"]
 
 MOST_CELLS = 5000
 MOST_CORNERS = 8
-MOST_LISTED, MOST_NAMED = 12, 4
-FEW_SPANS = 3
-MOST_SPANS = 40
-# Just below 2 degrees.
-NEAR_PITCH = Fraction(349, 10000)
 Rows = list[list[Fraction]]
 
 
 @dataclass(frozen=True)
-class _Cell:
+class Cell:
     """One cell as stated."""
 
     ends: Ends
@@ -54,7 +48,7 @@ class _Cell:
     multiplier: Fraction
 
     @classmethod
-    def read(cls, cell: Any, law: PaperLaw, where: str) -> _Cell:
+    def read(cls, cell: Any, law: PaperLaw, where: str) -> Cell:
         """Return the cell; refuses sizes that do not fit and a centre outside the pitch range."""
         n = law.states
         wind = numbers(cell, "wind", where, 2)
@@ -86,7 +80,7 @@ def _square(owner: Any, key: str, where: str, n: int) -> Rows:
     return rows
 
 
-def check_paper(claim: Any, model: Any, gains: Any, where: str) -> Claim:
+def check_paper(claim: Any, model: Any, gains: Any, where: str) -> Found:
     """Return the verdict on one claim of kind ``paper-loop``, with the winds that it holds for.
 
     Raises
@@ -102,22 +96,22 @@ def check_paper(claim: Any, model: Any, gains: Any, where: str) -> Claim:
         raise CertificateError("gains.coupling.top_torque: the rounded corner goes beyond it")
     winds = _spans(matrix(claim, "winds", where), f"{where}.winds")
     cells = listed(claim, "cells", where, 0, MOST_CELLS)
-    proved, failures = [], []
+    proved: list[Cell] = []
+    failures: list[tuple[Span, str]] = []
     for k, stated in enumerate(cells):
         place = f"{where}.cells[{k}]"
-        cell = _Cell.read(stated, law, place)
+        cell = Cell.read(stated, law, place)
         reason = _failure(plant, law, overlaps, cell, place)
         if reason:
-            failures.append(f"{_shown([cell.ends.wind])} m/s: {reason}")
+            failures.append((cell.ends.wind, reason))
         else:
             proved.append(cell)
     covered = merged([cell.ends.wind for cell in proved])
     missing = [gap for span in winds for gap in gaps(span, covered)]
     verdict = Verdict.UNDECIDED if missing or failures else Verdict.PROVED
-    text = _statement(plant, law, overlaps, proved, covered, missing, failures)
-    if left := _left_out(claim, winds, where):
-        text += f"; looked at but not claimed: {_shown(left)} m/s"
-    return Claim(_name(law, overlaps, winds), verdict, text)
+    said = {"plant": plant, "law": law, "overlaps": overlaps, "winds": winds, "proved": proved}
+    said |= {"covered": covered, "missing": missing, "failures": failures}
+    return Found(verdict, "paper", said | {"left": _left_out(claim, winds, where)})
 
 
 def _left_out(claim: Any, winds: list[Span], where: str) -> list[Span]:
@@ -135,7 +129,7 @@ def _spans(rows: Rows, where: str) -> list[Span]:
     return [(low, high) for low, high in rows]
 
 
-def _failure(plant: Plant, law: PaperLaw, overlaps: Overlaps, cell: _Cell, where: str) -> str:
+def _failure(plant: Plant, law: PaperLaw, overlaps: Overlaps, cell: Cell, where: str) -> str:
     """Return what is not proved about one cell, or nothing."""
     try:
         loop = Loop(plant, law, overlaps, cell.ends, "states")
@@ -178,110 +172,3 @@ def _disturbance(plant: Plant, law: PaperLaw, overlaps: Overlaps, ends: Ends) ->
         here.value.magnitude() + (Interval(0, line.slopes[0].magnitude()) * half).high
         for here, line in zip(at_middle.rates(), along.rates(), strict=True)
     ]
-
-
-def _name(law: PaperLaw, overlaps: Overlaps, winds: list[Span]) -> str:
-    spans = merged(winds)
-    if len(spans) <= MOST_NAMED:
-        return f"law {law.name}, {_words(overlaps)}, winds {_shown(spans)} m/s"
-    return (
-        f"law {law.name}, {_words(overlaps)}, {len(spans)} windows within "
-        f"{_shown([(spans[0][0], spans[-1][1])])} m/s"
-    )
-
-
-def _words(overlaps: Overlaps) -> str:
-    return (
-        f"speed overlap {exactly(overlaps.width)} rad/s, "
-        f"torque overlap {exactly(overlaps.torque)} N m"
-    )
-
-
-def _shown(spans: list[Span]) -> str:
-    """Return ranges, rounded so that none is wider than what it stands for."""
-    if len(spans) > FEW_SPANS and len({high - low for low, high in spans}) == 1:
-        return _windows([low for low, _ in spans], spans[0][1] - spans[0][0])
-    shown = [f"{at_most(low, 8)} to {at_least(high, 8)}" for low, high in spans[:MOST_SPANS]]
-    more = f" (+{len(spans) - MOST_SPANS} more)" if len(spans) > MOST_SPANS else ""
-    return ", ".join(shown) + more
-
-
-def _windows(starts: list[Fraction], width: Fraction) -> str:
-    """Return windows of one width by their lower ends, runs of one step taken together.
-
-    Lower ends and steps are not rounded, for a window moved to either side is another one.
-    """
-    runs: list[list[Fraction]] = []
-    for start in starts:
-        run = runs[-1] if runs else []
-        if len(run) == 1 or (len(run) > 1 and start - run[-1] == run[1] - run[0]):
-            run.append(start)
-        else:
-            runs.append([start])
-    shown = [
-        f"{exactly(run[0])} to {exactly(run[-1])} in steps of {exactly(run[1] - run[0])}"
-        if len(run) > 2
-        else ", ".join(exactly(start) for start in run)
-        for run in runs
-    ]
-    return f"in windows {at_least(width, 3)} m/s wide from {', '.join(shown)}"
-
-
-def _statement(
-    plant: Plant,
-    law: PaperLaw,
-    overlaps: Overlaps,
-    proved: list[_Cell],
-    covered: list[Span],
-    missing: list[Span],
-    failures: list[str],
-) -> str:
-    changed = (
-        "" if overlaps == law.overlaps else " (the law with these overlaps in place of its own)"
-    )
-    if not proved:
-        parts = [f"proved at no wind for {_words(overlaps)}{changed}"]
-    else:
-        rates = [cell.rate for cell in proved]
-        widths = [cell.ends.widths[0] for cell in proved]
-        parts = [
-            f"proved for winds {_shown(covered)} m/s with {_words(overlaps)}{changed}: at each "
-            f"constant wind, v_hat = v, one equilibrium in a stated set (speed within "
-            f"{at_most(min(widths), 3)} to {at_most(max(widths), 3)} rad/s), reached from all of "
-            f"it at no less than {at_least(min(rates), 3)} to {at_least(max(rates), 3)} 1/s (by "
-            f"wind, {len(proved)} cells)",
-            _rest(plant, law, overlaps, proved),
-        ]
-    if missing:
-        parts.append(f"not proved: {_shown(missing)} m/s, where no stated cell holds")
-    return "; ".join([*parts, *failures[:MOST_LISTED]])
-
-
-def _rest(plant: Plant, law: PaperLaw, overlaps: Overlaps, proved: list[_Cell]) -> str:
-    """Return how far from the turbine's trim the loop rests at most, from the sets themselves."""
-    error = 0
-    for cell in proved:
-        loop = Loop(plant, law, overlaps, cell.ends, "none")
-        error = max(error, loop.error.value.magnitude())
-    share = 100 * Fraction(error, ONE) / plant.rated_speed
-    words = f"there the speed is within {at_most(share, 3)} % of rated of its reference"
-    far = [cell.ends.wind for cell in proved if not _near_trim_pitch(law, cell.ends)]
-    near = "pitch within 2 deg of the trim tables' (lines between nodes, held beyond them)"
-    return f"{words}, {near}" + (f" except at {_shown(merged(far))} m/s" if far else "")
-
-
-def _near_trim_pitch(law: PaperLaw, ends: Ends) -> bool:
-    """Return whether pitch is close to that of the trim tables for these winds, all over the set.
-
-    Both tables make one: lines between the nodes, held beyond the ends.
-    """
-    low, high = law.partial, law.full
-    above = [k for k, v in enumerate(high.wind) if v > low.wind[-1]]
-    wind = low.wind + [high.wind[k] for k in above]
-    pitch = low.pitch + [high.pitch[k] for k in above]
-    line = [z[1] for z in ends.states]
-    places = [*ends.wind, *(v for v in wind if ends.wind[0] < v < ends.wind[1])]
-    offsets = [
-        abs(interpolated(list(ends.wind), line, v) - interpolated(wind, pitch, v)) for v in places
-    ]
-    return max(offsets) + ends.widths[1] <= NEAR_PITCH

@@ -10,6 +10,7 @@ import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.checker.kernel.family import read_family
+from takagi.certificates.checker.kernel.result import in_words
 from takagi.certificates.checker.kinds.observer import check_observer
 from takagi.certificates.requests import Loop, ObservedFeedback, ObserverError
 from takagi.certificates.requests.exact_floats import as_read
@@ -227,7 +228,7 @@ def test_what_premises_depend_on_is_looked_for_among_outputs(
     claim = {"name": "m", "kind": "observer", "L": [[[0] * p] * 2], "decay_rate": 0.5}
     family = replace(read_family(as_read(two_states(C)), None), scheduled_by=(depends_on,))
 
-    found = check_observer(as_read(claim | {"P": [[1, 0], [0, 1]]}), family, "claim")
+    found = in_words(check_observer(as_read(claim | {"P": [[1, 0], [0, 1]]}), family, "claim"))
 
     assert found.verdict is verdict
     assert verdict is Verdict.PROVED or "not measured" in found.text

@@ -8,8 +8,8 @@ from fractions import Fraction
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.turbine import paper
 from takagi.certificates.checker.turbine.paper_inputs import Overlaps
+from takagi.certificates.checker.words import paper as words
 
 DECIMALS = st.integers(1, 10**13).map(lambda k: Fraction(k, 10**12))
 
@@ -18,7 +18,7 @@ DECIMALS = st.integers(1, 10**13).map(lambda k: Fraction(k, 10**12))
 def test_windows_of_one_width_are_not_moved(starts: list[Fraction], width: Fraction) -> None:
     """A rounded lower end would move the window, and its upper end out of what is proved."""
     ordered = sorted(starts)
-    said = paper._shown([(low, low + width) for low in ordered])
+    said = words._shown([(low, low + width) for low in ordered])
     shown, listed = said.split(" m/s wide from ")
 
     assert Fraction(shown.removeprefix("in windows ")) <= width
@@ -29,7 +29,7 @@ def test_windows_of_one_width_are_not_moved(starts: list[Fraction], width: Fract
 
 def test_steps_between_windows_are_not_rounded() -> None:
     step = Fraction("0.1000000001")
-    said = paper._shown([(3 + k * step, 3 + k * step + Fraction(1, 50)) for k in range(5)])
+    said = words._shown([(3 + k * step, 3 + k * step + Fraction(1, 50)) for k in range(5)])
 
     assert said == "in windows 0.02 m/s wide from 3 to 3.4000000004 in steps of 0.1000000001"
 
@@ -37,5 +37,5 @@ def test_steps_between_windows_are_not_rounded() -> None:
 def test_overlaps_are_named_as_they_are() -> None:
     overlaps = Overlaps(Fraction(1), Fraction("0.1000000001"), Fraction("2000.0004"))
 
-    assert "0.1000000001 rad/s" in paper._words(overlaps)
-    assert "2000.0004 N m" in paper._words(overlaps)
+    assert "0.1000000001 rad/s" in words._words(overlaps)
+    assert "2000.0004 N m" in words._words(overlaps)

@@ -14,13 +14,13 @@ from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.turbine import (
     actuator_rates,
     earlier,
-    equilibrium,
     frozen_wake,
     interval_family,
     wind_rate,
 )
 from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant, Subject
 from takagi.certificates.checker.turbine.spans import gaps, merged
+from takagi.certificates.checker.words import equilibrium
 from tests.certificates.pinned.turbine.corner_numbers import largest
 from tests.certificates.pinned.turbine.inputs import CELLS, Document, document, read, sealed
 from tests.certificates.pinned.turbine.values import Named, said

@@ -27,6 +27,7 @@ from takagi.certificates.checker.turbine.paper_one_rest import LONGEST, OneInteg
 from takagi.certificates.checker.turbine.paper_rest import bends, paper_rests
 from takagi.certificates.checker.turbine.paper_two_rest import TwoIntegrators
 from takagi.certificates.checker.turbine.rest_count import Count
+from takagi.certificates.checker.words import paper as words
 from tests.certificates.pinned.turbine.inputs import as_read, document
 from tests.certificates.pinned.turbine.pairs_and_limits import refused
 from tests.certificates.pinned.turbine.paper_numbers import boxes, law_of, plant
@@ -75,7 +76,7 @@ def of_lengths() -> Named:
 
 def of_trim_pitch() -> Named:
     """Yield whether pitch is near the trim's, with nodes in the cell and at the tables' ends."""
-    near, tables = paper.NEAR_PITCH, [F(0), F(1, 20), F(1, 10)]
+    near, tables = words.NEAR_PITCH, [F(0), F(1, 20), F(1, 10)]
     later = [F(1, 4), F(1, 5), F(2, 5)]
     for full in ([F(11), F(20)], [F(9), F(20)], [F(9), F(11), F(20)], [F(12), F(20)]):
         law: Any = Told(partial=Told(wind=[F(4), F(8), F(11)], pitch=tables),
@@ -92,12 +93,12 @@ def of_trim_pitch() -> Named:
         )):  # fmt: skip
             ends: Any = Told(wind=winds, states=([F(1), line[0]], [F(1), line[1]]),
                              widths=[F(0), width])  # fmt: skip
-            yield f"{number} {' '.join(map(str, full))}", paper._near_trim_pitch(law, ends)
+            yield f"{number} {' '.join(map(str, full))}", words._near_trim_pitch(law, ends)
     none = Told(error=Dual(ZERO, ()))
-    with patch.object(paper, "Loop", lambda *_: none), patch.object(
-        paper, "_near_trim_pitch", lambda *_: True
+    with patch.object(words, "Loop", lambda *_: none), patch.object(
+        words, "_near_trim_pitch", lambda *_: True
     ):  # fmt: skip
-        yield "no error", paper._rest(plant(), ANY, ANY, [Told(ends=ANY)])  # type: ignore[list-item]
+        yield "no error", words._rest(plant(), ANY, ANY, [Told(ends=ANY)])  # type: ignore[list-item]
 
 
 def of_regions() -> Named:

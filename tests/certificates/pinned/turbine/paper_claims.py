@@ -6,9 +6,11 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+from takagi.certificates.checker.kernel.result import in_words
 from takagi.certificates.checker.turbine import paper
 from takagi.certificates.checker.turbine.coherent_inputs import Plant
 from takagi.certificates.checker.turbine.paper_inputs import PaperLaw
+from takagi.certificates.checker.words import paper as words
 from tests.certificates.pinned.turbine.inputs import as_read, document, read
 from tests.certificates.pinned.turbine.paper_numbers import LAWS
 from tests.certificates.pinned.turbine.values import Named, said
@@ -16,9 +18,9 @@ from tests.certificates.pinned.turbine.values import Named, said
 F = Fraction
 
 
-def cells(name: str) -> list[paper._Cell]:
+def cells(name: str) -> list[paper.Cell]:
     claim, law = read(name)["claims"][0], PaperLaw.read(read(name)["gains"])
-    return [paper._Cell.read(cell, law, f"cells[{k}]") for k, cell in enumerate(claim["cells"])]
+    return [paper.Cell.read(cell, law, f"cells[{k}]") for k, cell in enumerate(claim["cells"])]
 
 
 def of_claim(name: str, part: int) -> Named:
@@ -28,7 +30,7 @@ def of_claim(name: str, part: int) -> Named:
     for k, cell in list(enumerate(cells(name)))[part::3]:
         yield f"field at the centre, {k}", paper._disturbance(turbine, law, law.overlaps, cell.ends)
 
-        def failure(cell: paper._Cell) -> Any:
+        def failure(cell: paper.Cell) -> Any:
             return paper._failure(turbine, law, law.overlaps, cell, "here")
 
         yield f"cell {k}", failure(cell)
@@ -43,12 +45,12 @@ def of_claim(name: str, part: int) -> Named:
                 ("first corner", {"corners": cell.corners[:1]}),
             ):
                 yield f"{what} changed, {k}", failure(replace(cell, **changes))
-        yield f"near the trim's pitch, {k}", paper._near_trim_pitch(law, cell.ends)
+        yield f"near the trim's pitch, {k}", words._near_trim_pitch(law, cell.ends)
         for off in (F(1, 50), F(349, 10000), F(35, 1000), F(1, 20)):
             for sign in (1, -1):
                 states = [[z[0], z[1] + sign * off, *z[2:]] for z in cell.ends.states]
                 moved = replace(cell.ends, states=(states[0], states[1]))
-                yield f"pitch {sign * off} off, {k}", paper._near_trim_pitch(law, moved)
+                yield f"pitch {sign * off} off, {k}", words._near_trim_pitch(law, moved)
 
 
 def of_words() -> Named:
@@ -60,18 +62,18 @@ def of_words() -> Named:
         ("pairs", [F(4), F(5), F(7), F(8), F(13)]),
         ("one", [F(4)]),
     ):
-        yield f"windows {name}", paper._windows(starts, F(1, 16))
-        yield f"spans {name}", paper._shown([(low, low + F(1, 16)) for low in starts])
+        yield f"windows {name}", words._windows(starts, F(1, 16))
+        yield f"spans {name}", words._shown([(low, low + F(1, 16)) for low in starts])
         uneven = [(low, low + F(k + 1, 32)) for k, low in enumerate(starts)]
-        yield f"uneven {name}", paper._shown(uneven)
+        yield f"uneven {name}", words._shown(uneven)
     many = [(F(k), F(k) + F(1, 3 + k)) for k in range(1, 60)]
     even = [(low, low + F(1, 4)) for low, _ in many]
     for count in (2, 3, 4, 5, 39, 40, 41, 59):
-        yield f"{count} spans", paper._shown(many[:count])
-        yield f"{count} even spans", paper._shown(even[:count])
+        yield f"{count} spans", words._shown(many[:count])
+        yield f"{count} even spans", words._shown(even[:count])
     law = PaperLaw.read(read("paper")["gains"])
     for count in (1, 3, 4, 5, 6):
-        yield f"name of {count}", paper._name(law, law.overlaps, many[:count])
+        yield f"name of {count}", words._name(law, law.overlaps, many[:count])
     for rows in (
         [[F(1), F(2)]], [[F(1), F(2), F(3)]], [[F(2), F(1)]], [[F(1), F(1)]], [[F(0), F(1)]],
         [[F(1), F(2)], [F(3), F(2)]],
@@ -85,13 +87,13 @@ def of_statement(name: str) -> Named:
     found = cells(name)
     spans = [cell.ends.wind for cell in found]
     wide = replace(law.overlaps, torque=2 * law.overlaps.torque)
-    yield "rest", paper._rest(turbine, law, law.overlaps, found[:1])
+    yield "rest", words._rest(turbine, law, law.overlaps, found[:1])
     for what, arguments in (
         ("all", (law.overlaps, found[:1], spans, [], [])),
         ("gap", (wide, found[:1], spans[:1], [(F(7), F(8))], ["one", "two"])),
         ("none", (wide, [], [], spans, [str(k) for k in range(14)])),
     ):
-        yield what, paper._statement(turbine, law, *arguments)
+        yield what, words._statement(turbine, law, *arguments)
     unproved = [{"wind": [_number(F(a)), _number(F(b))]} for a, b in ((4, 5), (6, 9))]
     for what, winds in (("beside", [(F(10), F(11))]), ("within", [(F(3), F(7))])):
         yield f"left out, {what}", paper._left_out({"unproved": unproved}, winds, "here")
@@ -109,7 +111,10 @@ def of_whole() -> Named:
         parts = {"claim": claim, "model": own["model"], "gains": gains, **changes}
         data = as_read(parts)
         found = said(paper.check_paper, data["claim"], data["model"], data["gains"], "here")
-        return found if isinstance(found, str) else (found.verdict.name, found.name, found.text)
+        if isinstance(found, str):
+            return found
+        claimed = in_words(found)
+        return claimed.verdict.name, claimed.name, claimed.text
 
     yield "as recorded", answer()
     no_cell = {**claim, "cells": []}
@@ -136,7 +141,7 @@ def of_cell_reading() -> Named:
     own = claim["cells"][0]
 
     def answer(**changes: Any) -> Any:
-        found = said(paper._Cell.read, {**own, **changes}, law, "here")
+        found = said(paper.Cell.read, {**own, **changes}, law, "here")
         return found if isinstance(found, str) else "read"
 
     rows = own["centre"]

@@ -8,6 +8,7 @@ from unittest.mock import patch
 
 from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.kernel.result import in_words
 from takagi.certificates.checker.turbine import (
     equilibrium,
 )
@@ -38,7 +39,10 @@ def of_claims_of_rests() -> Named:
         reader = "law", (F(3), F(7)), answer
         with patch.object(equilibrium, "rest_reader", lambda *_: reader):
             found = said(equilibrium.check_equilibrium, claim, {}, {}, "here")
-        return found if isinstance(found, str) else (found.verdict.name, found.name, found.text)
+        if isinstance(found, str):
+            return found
+        claimed = in_words(found)
+        return claimed.verdict.name, claimed.name, claimed.text
 
     yield "one", told((3, 4, "one"))
     yield "all", told((3, 4, "one"), (4, 5, "none"), (5, 6, "one"))
