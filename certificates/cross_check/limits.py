@@ -12,7 +12,7 @@ is at most its largest row sum of sizes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import permutations, product
 from typing import Any
 
@@ -52,7 +52,7 @@ def _rates(claim: Any, loop: Loop, kept: Kept, limits: list[fmpq]) -> Obligation
     m, shares = len(limits), entry(claim, "rate_shares")
     motion = rationals(shares, "motion", m)
     for piece in pieces(claim, loop):
-        for matrix in _motions(piece):
+        for matrix in _motions(piece, loop.K):
             yield from _rows(kept, matrix, motion, "rate with the state")
     total = list(motion)
     if len(loop.K) > 1 and loop.step is None:
@@ -73,7 +73,8 @@ def _rates(claim: Any, loop: Loop, kept: Kept, limits: list[fmpq]) -> Obligation
         yield Fact(f"rate of input {k + 1}", total[k] + pushed[k] <= limits[k])
 
 
-def _motions(loop: Loop) -> Iterator[fmpq_mat]:
+def _motions(loop: Loop, next_gains: Sequence[fmpq_mat]) -> Iterator[fmpq_mat]:
+    """Yield what u' or u(x+) - u(x) blends; weights at x+ may lie in any piece, not this one."""
     if len(loop.K) == 1:
         still = identity(loop.n) if loop.step is not None else scaled(0, identity(loop.n))
         for mixture in loop.mixtures():
@@ -82,7 +83,7 @@ def _motions(loop: Loop) -> Iterator[fmpq_mat]:
     if loop.rules > MOST_RULES:
         raise Refusal("too many rules for a claim about rates")
     if loop.step is not None:
-        for K in loop.K:
+        for K in next_gains:
             for mixture in loop.mixtures():
                 yield K * mixture.A - mixture.K
         return

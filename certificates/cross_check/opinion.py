@@ -49,6 +49,7 @@ LOOPS: dict[str, Callable[[Any, Loop], Obligations]] = {
     "observer": observing.observer,
     "observed-feedback": observing.observed_feedback,
 }
+CONTAINING = {"sector-embedding", "secant-embedding"}
 RESTING = ("wind-rate", "actuator-rates")
 # The members by which such a claim names those that it rests on.
 RESTS_ON = ("loop", "wind_rate")
@@ -89,7 +90,10 @@ def judge_document(document: Mapping[str, Any]) -> list[Opinion]:
 
 
 def _judged(document: dict[str, Any]) -> list[Opinion]:
-    """Return the opinions; a claim that rests on another is worth no more than that one."""
+    """Return the opinions; a claim that rests on another is worth no more than that one.
+
+    Those about a plant's loop rest on the claim that the model contains the plant.
+    """
     found: list[Opinion] = []
     for place, (kind, obliged) in enumerate(claims_of(document)):
         one = _opinion(kind, obliged)
@@ -101,7 +105,16 @@ def _judged(document: dict[str, Any]) -> list[Opinion]:
                 verdict = NOT_REPLAYED if unproved[0] == NOT_REPLAYED else "UNDECIDED"
                 one = Opinion(kind, verdict, one.inequalities, reason)
         found.append(one)
-    return found
+    contained = {one.verdict for one in found if one.kind in CONTAINING}
+    if not contained or contained & {"PROVED", NOT_REPLAYED}:
+        return found
+    reason = "the model is not proved to contain its plant"
+    return [
+        Opinion(one.kind, "UNDECIDED", one.inequalities, reason)
+        if one.kind in LOOPS and one.verdict == "PROVED"
+        else one
+        for one in found
+    ]
 
 
 def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | None]]:
@@ -119,7 +132,7 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
         line(claim, "kind"), line(claim, "name")
     model, gains = entry(document, "model"), document.get("gains")
     about_plant = isinstance(model, dict) and model.get("kind") == "plant"
-    if about_plant and not {"sector-embedding", "secant-embedding"} & {*map(str, kinds)}:
+    if about_plant and not CONTAINING & {*map(str, kinds)}:
         raise Refusal("claims about a plant, and none that it is its model")
     loop, unread = None, ""
     try:

@@ -4,35 +4,47 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from takagi.certificates import CertificateError, check
+from takagi.certificates import CertificateError, certify, check
+from takagi.certificates.checker.files.companions import EARLIER
 from takagi.certificates.checker.kernel import reader
-from tests.certificates.pinned.shapes import hashed
+from takagi.certificates.document import dumps
+from takagi.models import sector_model
+from takagi.models.plant.loader import load_plant
+from tests.certificates.conftest import resealed
 
 GAIN = "checked without a gain file: the verdict is about the gains inside the certificate"
 MODEL = "checked without a model file: the verdict is about the plant inside the certificate"
 ALONE = "about matrices inside the claim alone: claims[0]"
 ALONE += "; no claim is about the loop of the given files"
-ABC = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"  # of "abc", FIPS 180-4
+PLANT = """format = 1
+kind = "plant"
+units = "unchecked"
+name = "decay"
+description = "one rule"
+[states]
+x = { range = [-1, 1], description = "x" }
+[inputs]
+u = { description = "u" }
+[equations]
+x = "-x + u"
+"""
 
 
 @pytest.fixture
 def files(tmp_path: Path) -> dict[str, Path]:
     """A certificate with one claim about its own matrices, its gain file and its model file."""
-    claim = {"name": "n", "kind": "quadratic-decay", "A": [[[-1]]], "P": [[1]], "decay_rate": 0}
-    model: dict[str, Any] = {"kind": "takagi-sugeno", "files_sha256": {"plant.data": ABC}}
-    document = {"format": "takagi-certificate", "version": 1, "model": model, "gains": {"K": 1}}
-    found = {name: tmp_path / name for name in ("certificate.json", "gains.json", "plant.data")}
-    found["gains.json"].write_text(json.dumps({"law": {"K": 1}}))
-    found["plant.data"].write_text("abc")
-    written = json.dumps({**document, "claims": [claim]})
-    found["certificate.json"].write_text(written)
-    sealed = hashed(reader.read_json(found["certificate.json"]))
-    document["provenance"] = sealed["provenance"]
-    found["certificate.json"].write_text(json.dumps({**document, "claims": [claim]}))
+    found = {name: tmp_path / name for name in ("certificate.json", "gains.json", "decay.toml")}
+    found["decay.toml"].write_text(PLANT)
+    model = sector_model(load_plant(found["decay.toml"]))
+    document = dict(certify(model, [[1.0]]).document)
+    own = {"name": "n", "kind": "quadratic-decay", "A": [[[-1]]], "P": [[1]], "decay_rate": 0}
+    embedding = next(c for c in document["claims"] if c["kind"] == "sector-embedding")
+    document["claims"] = [own, embedding]
+    found["gains.json"].write_text(json.dumps({"law": document["gains"]}))
+    found["certificate.json"].write_text(dumps(resealed(document)))
     return found
 
 
@@ -41,23 +53,25 @@ def test_every_choice_of_files_has_its_own_messages(files: dict[str, Path]) -> N
 
     assert check(certificate).messages == [GAIN, MODEL]
     assert check(certificate, gains=gains).messages == [MODEL, ALONE]
-    assert check(certificate, model=model).messages == [GAIN, ALONE]
-    assert check(certificate, gains=gains, model=model).messages == [ALONE]
+    earlier = f"{model}: {EARLIER}"
+    assert check(certificate, model=model).messages == [GAIN, earlier, ALONE]
+    assert check(certificate, gains=gains, model=model).messages == [earlier, ALONE]
 
 
 def test_either_file_is_compared(files: dict[str, Path]) -> None:
     certificate, gains, model = files.values()
     other = gains.with_name("other.json")
-    other.write_text(json.dumps({"law": {"K": 2}}))
+    law = json.loads(gains.read_text())["law"]
+    other.write_text(json.dumps({"law": law | {"K": [[[2]]]}}))
     with pytest.raises(CertificateError, match="K"):
         check(certificate, gains=other)
     with pytest.raises(CertificateError, match="K"):
         check(certificate, gains=other, model=model)
 
-    model.write_text("abcd")
-    with pytest.raises(CertificateError, match="changed"):
+    model.write_text(PLANT.replace("-x", "-2*x"))
+    with pytest.raises(CertificateError, match="equation"):
         check(certificate, model=model)
-    with pytest.raises(CertificateError, match="changed"):
+    with pytest.raises(CertificateError, match="equation"):
         check(certificate, gains=gains, model=model)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import replace
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +11,10 @@ from takagi.certificates.checker.files.model_content import (
     OtherModel,
     beside_the_claims,
     content_differences,
-    inside_folder,
     model_content,
     told,
 )
 from takagi.certificates.checker.files.toml_file import file_content
-from takagi.certificates.checker.kernel.reader import member
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked, Verdict
 
@@ -27,7 +24,6 @@ __all__ = ["compare_model", "of_the_files", "unconnected"]
 SELF_CONTAINED = ("quadratic-decay", "no-common-quadratic")
 # What the model is, which says nothing of the loop.
 NO_LOOP = ("sector-embedding", "secant-embedding", "effort-blend")
-MOST_TOLD = 3  # files that a message names
 LARGEST_FILE = 64_000_000
 EARLIER = (
     "only what the claims are about is compared: the certificate, of an earlier version, does not "
@@ -58,13 +54,13 @@ def of_the_files(data: dict[str, Any], checked: Checked) -> Checked:
 def compare_model(data: dict[str, Any], model: Path | str) -> str:
     """Return what a reader has to know of the model file.
 
-    Contents are compared, not bytes (``model_content``).  Files of a model that is neither a plant
-    nor a turbine have no content that could be read: there the SHA-256 decides.
+    Contents are compared, not bytes (``model_content``).
 
     Raises
     ------
     OtherModel : the file says something else than the certificate.
-    CertificateError : it cannot be read, or the certificate is about no file.
+    CertificateError : it cannot be read, or the certificate is about matrices: whatever hash it
+        holds, no claim says that they are the model of a file.
     """
     if "model" not in data:
         raise CertificateError(
@@ -73,7 +69,10 @@ def compare_model(data: dict[str, Any], model: Path | str) -> str:
         )
     about, path = data["model"], Path(model)
     if not isinstance(about, dict) or about.get("kind") not in ("plant", "turbine"):
-        return _compare_bytes(about, path)
+        raise CertificateError(
+            f"{path}: the certificate is about matrices, which no claim ties to a model file; "
+            "check it without a model file, or make one from this file with 'takagi certify'"
+        )
     content = model_content(path)
     recorded = about.get("model_file")
     found = [] if recorded is None else content_differences(content, recorded)
@@ -123,25 +122,6 @@ def _recorded(data: dict[str, Any]) -> dict[str, Any]:
         if isinstance(found, dict):
             return found
     return {}
-
-
-def _compare_bytes(model: Any, path: Path) -> str:
-    recorded = member(model, "files_sha256", "model")
-    if not isinstance(recorded, dict) or path.name not in recorded:
-        named = islice(recorded, MOST_TOLD) if isinstance(recorded, dict) else ()
-        made_from = ", ".join(ascii(name)[1:-1] for name in named)
-        raise CertificateError(
-            f"{path}: not a file that the certificate was made from; it names "
-            f"{made_from or 'none'}: give the path of that model"
-        )
-    for name in recorded:
-        file = path if name == path.name else inside_folder(path, name)
-        if _digest(file) != recorded[name]:
-            raise OtherModel(
-                f"{file}: has changed since the certificate was made from it; make the certificate "
-                "again with 'takagi certify'"
-            )
-    return ""
 
 
 def _digest(file: Path) -> str:

@@ -84,9 +84,6 @@ def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
     claims = reader.listed(data, "claims", path, 1, MOST_CLAIMS)
     kinds = [text(claim, "kind", f"claims[{i}]") for i, claim in enumerate(claims)]
     model, gains = member(data, "model", "certificate"), data.get("gains")
-    tied = "sector-embedding" in kinds or "secant-embedding" in kinds
-    if isinstance(model, dict) and model.get("kind") == "plant" and not tied:
-        raise CertificateError(f"{path}: claims about a plant, but none that its model contains it")
     family = None
     if any(kind in KINDS for kind in kinds):
         # Imported here: a turbine's loop is no sum over rules.
@@ -97,4 +94,9 @@ def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
     for i, claim in enumerate(claims):
         text(claim, "name", f"claims[{i}]")
         found.append(replay(claim, data, family, found, f"claims[{i}]"))
+    if isinstance(model, dict) and model.get("kind") == "plant":
+        # Imported here: a turbine and matrices have no model that has to contain them.
+        from takagi.certificates.checker.plant.containment import of_the_plant
+
+        found = of_the_plant(found, kinds, path)
     return Checked.of(found, messages, kinds)

@@ -29,7 +29,7 @@ from itertools import combinations_with_replacement, permutations, product
 from math import comb
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import Family, bounded
+from takagi.certificates.checker.kernel.family import Family, Stack, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, mean
 from takagi.certificates.checker.kernel.reader import member, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
@@ -55,7 +55,7 @@ def why_rate_fails(
     shares = member(claim, "rate_shares", where)
     motion = numbers(shares, "motion", f"{where}.rate_shares", m)
     for piece in pieces(claim, family, where):
-        for row in motion_rows(piece, where):
+        for row in motion_rows(piece, where, later=family.K):
             for k in range(m):
                 if not reaches_at_most(held.P, held.level, row_of(row, k), motion[k]):
                     return [], f"input {k + 1} may move faster than its share with the state"
@@ -77,8 +77,14 @@ def why_rate_fails(
     return phi, ""
 
 
-def motion_rows(family: Family, where: str) -> Iterator[Matrix]:
-    """Yield the matrices whose rows, times x, blend into u' or u(x+) - u(x) of a standing h."""
+def motion_rows(family: Family, where: str, later: Stack | None = None) -> Iterator[Matrix]:
+    """Yield the matrices whose rows, times x, blend into u' or u(x+) - u(x) of a standing h.
+
+    Parameters
+    ----------
+    later : gains K_l that the next sample may blend, where ``family`` is a piece of the weights:
+        those of all pieces, for h+ is not held in the piece of h.
+    """
     r, (m, n) = family.rules, family.K[0].shape
     if len(family.K) == 1:
         blends = family.blends()
@@ -91,8 +97,9 @@ def motion_rows(family: Family, where: str) -> Iterator[Matrix]:
         raise CertificateError(f"{where}: rates of more than {MOST_RULES} rules are not claimed")
     if family.is_discrete:
         blends = family.blends()
-        bounded(m * len(family.K) * len(blends), n + 1)
-        for gain in family.K:
+        later = later or family.K
+        bounded(m * len(later) * len(blends), n + 1)
+        for gain in later:
             for blend in blends:
                 yield gain @ blend.A - blend.K
         return

@@ -32,7 +32,11 @@ def _in_which_sense(family: Family, entering: Stack) -> str:
 
 
 def _unforeseeing(family: Family) -> str:
-    """Return the assumption on weights, where model or law do not say what they are."""
+    """Return the assumption on weights that nothing describes, or that a signal moves."""
     granted = family.rules > 1 and family.scheduled_by is None
     granted = granted or (len(family.K) > 1 and not family.shared_weights)
-    return " for weights that do not depend on the noise at the same instant" if granted else ""
+    known = {*family.states, *(family.inputs if family.K else ())}
+    signals = ", ".join(name for name in family.scheduled_by or () if name not in known)
+    free = "weights" if granted else f"values of {signals}"
+    unaware = f" for {free} that do not depend on the noise at the same instant"
+    return unaware if granted or signals else ""

@@ -19,7 +19,8 @@ def said(
     """Return name and sentence; ``blends`` are the weights of the rules in each."""
     listed = ", ".join(map(blend_name, blends[:MOST_NAMED]))
     more = f" and {len(blends) - MOST_NAMED} more" if len(blends) > MOST_NAMED else ""
-    falls_so = f"decays at {at_most(alpha, 6)} 1/s" if alpha else "falls"
+    at_once = "falls in each sample" if family.is_discrete else "has V' < 0"
+    falls_so = f"decays at {at_most(alpha, 6)} 1/s" if alpha else f"{at_once} wherever x is not 0"
     return name, (
         f"no common quadratic function {falls_so} along {family.about}: "
         f"none does along {listed}{more}"

@@ -16,8 +16,10 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import CertificateError, Verdict, check
+from takagi.certificates.checker.files.companions import compare_model
 from takagi.certificates.checker.kernel.reader import canonical, digest, read_text
 from takagi.certificates.document import certificate_document, dumps
+from tests.certificates.pinned.turbine.recorded_files import certificate, texts_of
 
 Document = dict[str, Any]
 MEMORY, SECONDS = 800_000_000, 120
@@ -233,51 +235,46 @@ def test_an_embedding_that_is_no_object(form: Any, tmp_path: Path) -> None:
 # ------------------------------------------------------------- names of files
 
 
-KNOWN = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"  # of 'abc', FIPS 180-4
-
-
-def recorded(place: Path, *names: str) -> Path:
-    """Write a certificate that names files beside ``plant.data``, which holds 'abc'."""
-    document = line()
-    files = {name: KNOWN for name in ("plant.data", *names)}
-    document["model"]["files_sha256"] = files
-    (place / "plant.data").write_text("abc")
-    file = place / "certificate.json"
-    file.write_text(sealed({k: v for k, v in document.items() if k != "provenance"}))
-    return file
+def cart(place: Path, table: str = "rub.csv") -> Path:
+    """Write a plant's file that names this table, and its tables; return the file."""
+    texts = texts_of("cart")
+    file, *_ = names = list(texts)
+    for name in names:
+        (place / name).write_text(texts[name].replace('"rub.csv"', json.dumps(table)))
+    return place / file
 
 
 def test_the_file_itself_may_be_a_link(tmp_path: Path) -> None:
     """The user has named it; nothing is hidden from him."""
     inside = tmp_path / "models"
     inside.mkdir()
-    certificate = recorded(inside)
-    (inside / "plant.data").rename(tmp_path / "elsewhere")
-    (inside / "plant.data").symlink_to(tmp_path / "elsewhere")
+    file = cart(inside)
+    file.rename(tmp_path / "elsewhere")
+    file.symlink_to(tmp_path / "elsewhere")
 
-    assert check(certificate, model=inside / "plant.data").verdict is Verdict.PROVED
+    assert "tables pass their files' values" in compare_model(certificate("cart"), file)
 
 
 @pytest.mark.parametrize("target", ["../secret", "/etc/hostname", "/dev/zero", "/dev/stdin"])
-def test_a_recorded_name_that_is_a_link_out_of_the_folder(target: str, tmp_path: Path) -> None:
+def test_a_table_that_is_a_link_out_of_the_folder(target: str, tmp_path: Path) -> None:
     inside = tmp_path / "models"
     inside.mkdir()
-    (tmp_path / "secret").write_text("abc")
+    (tmp_path / "secret").write_text(texts_of("cart")["rub.csv"])
     (inside / "table.csv").symlink_to(target)
 
     with pytest.raises(CertificateError, match="leads out"):
-        check(recorded(inside, "table.csv"), model=inside / "plant.data")
+        compare_model(certificate("cart"), cart(inside, "table.csv"))
 
 
 @pytest.mark.parametrize(
     "name", ["/dev/zero", "/etc/passwd", "../../x", "a/../../x", "~", "C:x", "\\\\host\\x", "a\nb"]
 )
-def test_a_recorded_name_that_leads_out_of_the_folder(name: str, tmp_path: Path) -> None:
+def test_a_table_that_leads_out_of_the_folder(name: str, tmp_path: Path) -> None:
     with pytest.raises(CertificateError):
-        check(recorded(tmp_path, name), model=tmp_path / "plant.data")
+        compare_model(certificate("cart"), cart(tmp_path, name))
 
 
-def test_a_folder_or_a_pipe_in_the_place_of_a_file(tmp_path: Path) -> None:
+def test_a_folder_or_a_pipe_in_the_place_of_a_table(tmp_path: Path) -> None:
     """A pipe that nobody writes to would keep a reader waiting for ever."""
     import os
 
@@ -285,7 +282,7 @@ def test_a_folder_or_a_pipe_in_the_place_of_a_file(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     for name in ("folder", "pipe"):
         with pytest.raises(CertificateError, match="not a file"):
-            check(recorded(tmp_path, name), model=tmp_path / "plant.data")
+            compare_model(certificate("cart"), cart(tmp_path, name))
 
 
 @pytest.mark.parametrize("name", ["gains", "model"])
@@ -293,10 +290,13 @@ def test_a_folder_or_a_pipe_in_the_place_of_a_file(tmp_path: Path) -> None:
     "text", ["", "[" * 10**6, '{"law":1e999999999}', "\x00", "a = 1e999999999"]
 )
 def test_companions_are_no_more_trusted(name: str, text: str, tmp_path: Path) -> None:
-    certificate = recorded(tmp_path)
-    other = tmp_path / ("plant.data" if name == "model" else "gains.json")
+    about_it = tmp_path / "certificate.json"
+    about_it.write_text(json.dumps(line()))
+    other = tmp_path / ("plant.toml" if name == "model" else "gains.json")
     other.write_text(text)
-    companion: dict[str, Any] = {name: other}
 
     with pytest.raises(CertificateError):
-        check(certificate, **companion)
+        compare_model(certificate("cart"), other)
+    companion: dict[str, Any] = {name: other}
+    with pytest.raises(CertificateError):
+        check(about_it, **companion)

@@ -213,19 +213,6 @@ def test_unprintable_name_is_refused_before_its_range_is() -> None:
     assert str(refusal.value).isprintable()
 
 
-def test_names_of_recorded_files_are_one_line(tmp_path: Path) -> None:
-    """A certificate of matrices names the files it was made from; another file is refused."""
-    model = boxed() | {"files_sha256": {"w\nPROVED": "0"}}
-    path, other = tmp_path / "certificate.json", tmp_path / "model.toml"
-    document = certificate_document(model=model, gains=None, claims=[INVARIANT], provenance={})
-    path.write_text(dumps(resealed(document)))
-    other.write_text("")
-
-    with pytest.raises(CertificateError, match="it names") as refusal:
-        check(path, model=other)
-    assert str(refusal.value).isprintable()
-
-
 def of_plant(equation: str) -> Data:
     """Return a certificate about x' = ``equation``, said to be x' = -x."""
     state = {"name": "x", "unit": "m", "rest": 0, "range": [-1, 1]}

@@ -70,11 +70,13 @@ def test_a_rate_that_is_reached_is_not_disproved_by_the_kind_with_its_own_matric
 
 def test_a_function_that_only_stands_still_does_not_fall() -> None:
     """x' = 0: at the rate 0 V is to fall strictly, and the sum is zero.  So in samples, x+ = x."""
-    for model in (model_data([[[0]]]), model_data([[[1]]], sample_time=1)):
+    still, sampled = model_data([[[0]]]), model_data([[[1]]], sample_time=1)
+    for model, falls in ((still, "has V' < 0"), (sampled, "falls in each sample")):
         (text,), verdict = both(model, None, [exclusion(0)])
 
         assert verdict == "DISPROVED"
-        assert text.startswith("no common quadratic function falls along the loop")
+        wherever = "wherever x is not 0 along the loop"
+        assert text.startswith(f"no common quadratic function {falls} {wherever}")
         assert "0 1/s" not in text
 
 

@@ -1,0 +1,38 @@
+"""What claims about a model are worth: nothing where it is not proved to contain its plant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from takagi.certificates.checker.kernel.claim_kinds import KINDS
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict, in_words
+
+__all__ = ["of_the_plant"]
+
+EMBEDDINGS = ("sector-embedding", "secant-embedding")
+
+
+def of_the_plant(found: Sequence[Outcome], kinds: Sequence[str], where: str) -> list[Outcome]:
+    """Return the outcomes; none about the loop is PROVED unless the model contains its plant.
+
+    Raises
+    ------
+    CertificateError : no claim says that it does.
+    """
+    tied = [one.verdict for one, kind in zip(found, kinds, strict=True) if kind in EMBEDDINGS]
+    if not tied:
+        raise CertificateError(
+            f"{where}: claims about a plant, but none that its model contains it"
+        )
+    if Verdict.PROVED in tied:
+        return list(found)
+    return [
+        _of_no_plant(one) if kind in KINDS and one.verdict is Verdict.PROVED else one
+        for one, kind in zip(found, kinds, strict=True)
+    ]
+
+
+def _of_no_plant(one: Outcome) -> Claim:
+    why = "it holds for the model, which is not proved to contain its plant"
+    return Claim(in_words(one).name, Verdict.UNDECIDED, why)
