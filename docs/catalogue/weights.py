@@ -81,7 +81,7 @@ as it is run, which takes u = 0 for a command that it does not know yet, is unst
    w = 2 the state rests at 1, where y = 1 is half of w.)
 3. The verdict says "for weights that do not depend on the noise at the same instant". (x+ = x/2 +
    u + w with u = 0 or -x, whichever makes x w grow: the mean of x^2 is 3.0, where it is 1.33 else.)
-   Where a signal p moves a plant's premises it says "for values of p" in the place of "for weights".
+   Where a signal p moves a plant's premises it says "for values of p", not "for weights".
    Where the premises of a plant depend on the noise, the claim is refused in every column.
 4. P(h), and the loop through an observer, need gains with the weights of the model, or one gain.
 5. V = x'P(h)x holds averages that nobody can evaluate. (x' = -10 x - x^3, P = 2 at slope 10 and 1
