@@ -326,7 +326,7 @@ def test_limits_that_the_disturbance_breaks_are_a_reasoned_no() -> None:
     assert no.status == "infeasible"
     assert no.gains is None and no.gain is None
     assert "gains keep the limits without disturbance" in no.answer.diagnosis
-    assert "binding" in no.answer.diagnosis
+    assert "the no rests on rule 2 of 2" in no.answer.diagnosis
     assert hinf_pdc(two_rules(), input_limit=[0.8], disturbance_energy=0.25).found
 
 
