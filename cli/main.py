@@ -35,8 +35,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     0: everything asked is proved and passes.  1: something is not.  2: misuse.
     130: interrupted.  70: an error in takagi itself.
     """
+    _escape_what_cannot_be_shown()
     given = list(sys.argv[1:] if arguments is None else arguments)
     return guard(lambda: _dispatch(given))
+
+
+def _escape_what_cannot_be_shown() -> None:
+    """Let outputs write a letter that their encoding lacks as an escape, not fail on it."""
+    for stream in (sys.stdout, sys.stderr):
+        # What a caller has put in the place of an output may have no encoding.
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:
+            reconfigure(errors="backslashreplace")
 
 
 def _dispatch(arguments: list[str]) -> int:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from takagi.certificates.document import certificate_document
 from takagi.cli.errors import guard
 from takagi.cli.main import main
 from takagi.cli.verbs import VERBS, Verb
@@ -170,6 +171,22 @@ def run_shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
 def test_a_reader_that_leaves_early_is_no_error(tmp_path: Path) -> None:
     """`takagi ... | head` prints no complaint."""
     assert run_shell("takagi --help | true", tmp_path).stderr == ""
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1:strict"])
+def test_letters_that_the_terminal_lacks_are_escaped(encoding: str, tmp_path: Path) -> None:
+    """A name in another alphabet is no error of takagi, on neither output."""
+    model = {"kind": "takagi-sugeno", "sample_time": None, "state_names": ["x"], "A": [[[-1]]]}
+    claim = {"name": "\u2200 \u03b4", "kind": "decay", "decay_rate": 0.5, "P": [[1]]}
+    document = certificate_document(model=model, gains=None, claims=[claim], provenance={})
+    (tmp_path / "c.json").write_text(json.dumps(document))
+
+    shown = run_shell(f"PYTHONIOENCODING={encoding} takagi check c.json", tmp_path)
+    refused = run_shell(f"PYTHONIOENCODING={encoding} takagi check \u03b4.json", tmp_path)
+
+    assert (shown.returncode, shown.stderr) == (0, "")
+    assert r'PROVED  "\u2200 \u03b4"' in shown.stdout
+    assert refused.returncode == 2 and r"Error: \u03b4.json: " in refused.stderr
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs the full device")
