@@ -42,6 +42,8 @@ def read_json(path: Path) -> dict[str, Any]:
     CertificateError : unreadable, too large, not strict JSON, or not an object.
     """
     try:
+        if path.exists() and not path.is_file():  # A pipe may keep a reader waiting for ever.
+            raise CertificateError(f"{path}: a folder, pipe or device; a plain file is needed")
         with path.open("rb") as file:
             written = file.read(LARGEST_FILE + 1).decode("utf-8")
     except OSError as error:
@@ -82,12 +84,9 @@ def _check_size(written: str, source: str) -> None:
         raise CertificateError(f"{source}: over {MOST_PARTS} entries; no certificate has so many")
     depth = 0
     for found in STRING_OR_BRACKET.finditer(written):
-        if found[0] in "[{":
-            depth += 1
-            if depth > DEEPEST:
-                raise CertificateError(f"{source}: nested deeper than {DEEPEST}")
-        elif found[0] in "]}":
-            depth -= 1
+        depth += (found[0] in "[{") - (found[0] in "]}")
+        if depth > DEEPEST:
+            raise CertificateError(f"{source}: nested deeper than {DEEPEST}")
 
 
 def _literal(written: str) -> Number:

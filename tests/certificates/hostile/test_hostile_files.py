@@ -285,6 +285,22 @@ def test_a_folder_or_a_pipe_in_the_place_of_a_table(tmp_path: Path) -> None:
             compare_model(certificate("cart"), cart(tmp_path, name))
 
 
+def test_a_pipe_in_the_place_of_a_certificate_or_gain_file(tmp_path: Path) -> None:
+    """Nobody writes to it: takagi says so and ends, it does not wait."""
+    import os
+
+    (tmp_path / "c.json").write_text(json.dumps(line()))
+    os.mkfifo(tmp_path / "pipe")
+    for files in (["pipe"], ["c.json", "--gains", "pipe"]):
+        command = [sys.executable, "-m", "takagi.cli", "check", *files]
+        ran = subprocess.run(
+            command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=SECONDS
+        )
+
+        told = "Error: pipe: a folder, pipe or device; a plain file is needed"
+        assert (ran.returncode, ran.stderr.strip()) == (2, told)
+
+
 @pytest.mark.parametrize("name", ["gains", "model"])
 @pytest.mark.parametrize(
     "text", ["", "[" * 10**6, '{"law":1e999999999}', "\x00", "a = 1e999999999"]
