@@ -2,8 +2,9 @@
 
 Comments, line ends, the order of keys and the names of files are no part of it, nor are texts
 under ``description`` and ``source``.  Every number is the shortest decimal of its double, so that
-0.10, 0.1 and 1e-1 are one text; a table is the SHA-256 of its numbers.  A certificate holds the
-content of the file it was made from in ``model.model_file``.
+0.10, 0.1 and 1e-1 are one text; a text that looks like a number is marked as a text.  A table is
+the SHA-256 of its numbers.  A certificate holds the content of the file it was made from in
+``model.model_file``.
 
 Parts of it are compared by their meaning as well (``plant_file``, ``turbine_file``): these may be
 written otherwise, with another unit or in another form.  All other parts have to be the same.
@@ -12,6 +13,7 @@ written otherwise, with another unit or in another form.  All other parts have t
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterator, Sequence
 from itertools import islice
 from pathlib import Path, PurePosixPath
@@ -27,13 +29,29 @@ __all__ += ["inside_folder"]
 WORDS = ("description", "source")
 MOST_TOLD, MOST_COUNTED = 3, 1000
 LARGEST_EXACT, LARGEST_TABLE = 2**53, 16_000_000
-# Sections of a plant file that ``plant_file`` compares by meaning, variables by these keys.
-BY_NAME = ("states", "inputs", "disturbances", "scheduling", "parameters")
-VARIABLE_KEYS = ("unit", "range", "rest", "value")
+# What a number, date or time becomes; a text like it, or marked already, is marked.
+MARK = "text "
+LIKE_A_NUMBER = re.compile(
+    rf"{MARK}.*+"
+    r"|-?(?:\d[\d.]*+(?:e[-+]\d++)?|0x[\da-f]++|inf|nan)"
+    r"|\d[\d-]*+ ?[\d:.+-]*+",
+    re.DOTALL,
+)
+# Keys of a plant file that ``plant_file`` compares by meaning, in sections of named entries.
+VARIABLE_KEYS = ("unit", "range", "rest")
+BY_NAME = {
+    "states": VARIABLE_KEYS,
+    "inputs": VARIABLE_KEYS,
+    "disturbances": VARIABLE_KEYS,
+    "scheduling": VARIABLE_KEYS,
+    "parameters": ("unit", "value"),
+}
 NUMBERS = ("value", "values", "range", "rest", "overlap", "rate")
 FORMULAS = ("equations", "mass", "outputs")
+# There every key is a name of the user's, and no text is words.
+NAMED_BY_THE_USER = (("equations",), ("premises",), ("mass",))
 EFFORT_KEYS = ("unit", "range", "rest", "overlap", "rate")
-ACTUATOR_KEYS = ("input", "direction", "effectiveness", "error")
+ACTUATOR_KEYS = ("effectiveness", "error")
 # Figures of a turbine file that ``turbine_file`` computes the certificate's numbers from.
 TURBINE_FIGURES = {
     ("rotor", "radius"),
@@ -61,16 +79,16 @@ def model_content(path: Path) -> dict[str, Any]:
     ------
     CertificateError : the file or a table of it cannot be read.
     """
-    file = read_toml(path, _decimal, what="model file")
+    file = read_toml(path, float, what="model file")
+    for owner, key in _tables(file):
+        owner[key] = f"numbers with SHA-256 {_numbers_digest(inside_folder(path, owner[key]))}"
     try:
-        found = _plain(file, ())
+        content = _plain(file, ())
     except RecursionError as error:
         raise CertificateError(f"{path}: nested deeper than any model file") from error
-    if not isinstance(found, dict):
+    if not isinstance(content, dict):
         raise CertificateError(f"{path}: not a model file")
-    for owner, key in _tables(found):
-        owner[key] = f"numbers with SHA-256 {_numbers_digest(inside_folder(path, owner[key]))}"
-    return found
+    return content
 
 
 def content_differences(content: dict[str, Any], recorded: Any) -> list[Difference]:
@@ -80,16 +98,18 @@ def content_differences(content: dict[str, Any], recorded: Any) -> list[Differen
 
 def beside_the_claims(one: Difference, content: dict[str, Any], model: Any, gains: Any) -> bool:
     """Return whether a difference is one that no comparison by meaning decides."""
-    if (one.first, one.second) in ((None, "-"), ("-", None)):
+    of_a_plant = model.get("kind") == "plant"
+    left_out = (one.first, one.second) in ((None, "-"), ("-", None))
+    if left_out and of_a_plant and _is_unit(one.path):
         return False  # What a unit is where none is written.
     if one.path[-1:] == ("unit",) and not _numbers_differ(
         _owner(content, one.path), _owner(model.get("model_file"), one.path)
     ):
         # Beside the same numbers it may be another dimension, such as s for m.
         return True
-    if model.get("kind") == "turbine":
-        return not _of_a_turbine(one.path, model, gains)
-    return not _of_a_plant(one)
+    if of_a_plant:
+        return not _of_a_plant(one)
+    return not _of_a_turbine(one.path, model, gains)
 
 
 def _owner(content: Any, path: tuple[str | int, ...]) -> dict[str, Any]:
@@ -144,6 +164,16 @@ def _of_a_turbine(path: tuple[str | int, ...], model: Any, gains: Any) -> bool:
     return wake and path[:2] in {("frozen_wake", column) for column in WAKE_COLUMNS}
 
 
+def _is_unit(path: tuple[str | int, ...]) -> bool:
+    """Return whether a plant file's unit stands there, which it may leave out."""
+    match path:
+        case (str(section), str(), "unit"):
+            return section in BY_NAME or section in ("outputs", "tables")
+        case ("tables", str(), "arguments", int(), "unit") | ("blending", "effort", "unit"):
+            return True
+    return False
+
+
 def _of_a_plant(one: Difference) -> bool:
     match one.path:
         case ("sample_time",):
@@ -152,7 +182,7 @@ def _of_a_plant(one: Difference) -> bool:
             # It may rest elsewhere, where it holds the states.
             return False
         case (str(section), str(), str(key), *_) if section in BY_NAME:
-            return key in VARIABLE_KEYS
+            return key in BY_NAME[section]
         case (str(section), str(), *_) if section in FORMULAS:
             return one.path[-1] != "unit" and one.first is not None and one.second is not None
         case ("blending", "effort", str(key), *_):
@@ -167,32 +197,42 @@ def _plain(value: Any, path: tuple[str, ...]) -> Any:
         return {
             key: _plain(entry, (*path, key))
             for key, entry in value.items()
-            if not (key in WORDS and isinstance(entry, str) and _is_words(path))
+            if not (_is_words(key, entry) and path[:1] not in NAMED_BY_THE_USER)
         }
     if isinstance(value, list):
         return [_plain(entry, path) for entry in value]
-    if isinstance(value, bool) or isinstance(value, str):
+    if isinstance(value, str):
+        marked = LIKE_A_NUMBER.fullmatch(value) and not _is_formula(path)
+        return f"{MARK}{value}" if marked else value
+    if isinstance(value, bool):
         return value
-    if isinstance(value, int):
-        return _decimal(str(value)) if abs(value) <= LARGEST_EXACT else hex(value)
-    return str(value)  # a date or a time
+    if isinstance(value, int) and abs(value) > LARGEST_EXACT:
+        return hex(value)
+    return _decimal(value) if isinstance(value, int | float) else str(value)  # a date or a time
 
 
-def _is_words(path: tuple[str, ...]) -> bool:
-    """Return whether texts there are words: not where every key is a name of the user's."""
-    return path[:1] not in (("equations",), ("premises",), ("mass",))
+def _is_words(key: str, entry: Any) -> bool:
+    return key in WORDS and isinstance(entry, str)
 
 
-def _decimal(written: str) -> str:
-    return repr(float(written)).removesuffix(".0")
+def _is_formula(path: tuple[str, ...]) -> bool:
+    """Return whether a text there is compared by its meaning."""
+    if path[0] == "blending":
+        return path[-1] == "effectiveness"
+    return path[0] in FORMULAS and path[-1] != "unit"
+
+
+def _decimal(number: float) -> str:
+    return repr(float(number)).removesuffix(".0")
 
 
 def _tables(found: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
     """Yield each place that names the file of a table."""
     coefficients, tables = found.get("coefficients"), found.get("tables")
     if isinstance(coefficients, dict):
-        for key in coefficients:
-            yield coefficients, key
+        for key, entry in coefficients.items():
+            if not _is_words(key, entry):
+                yield coefficients, key
     if isinstance(tables, dict):
         for entry in tables.values():
             if isinstance(entry, dict) and "file" in entry:
@@ -214,6 +254,6 @@ def _numbers_digest(path: Path) -> str:
 
 def _cell(cell: str) -> str:
     try:
-        return _decimal(cell)
+        return _decimal(float(cell))
     except ValueError:
         return ""

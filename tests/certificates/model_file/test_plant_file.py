@@ -115,14 +115,38 @@ BUILT_IN = ("boost_throttle", "quarter_car", "truck_trailer", "tora")
 @pytest.mark.parametrize("name", BUILT_IN)
 def test_layout_of_a_built_in_plant(name: str, tmp_path: Path) -> None:
     """Sections in reverse, CRLF, byte order mark, another name: the same plant."""
+    document, text = built_in(name)
+    text = "\ufeff# mine\n" + reversed_sections(text)
+    (tmp_path / "mine.txt").write_bytes(text.replace("\n", "\r\n").encode())
+
+    compare_model(document, tmp_path / "mine.txt")
+
+
+def built_in(name: str) -> tuple[Document, str]:
+    """Return what a certificate holds of a plant, and the text of its file."""
     (file,) = plant_files(name)
     data = plant_and_claim(sector_model(load_plant(name), rest="solve inputs"))[0]
     assert data is not None
     document = {"model": data | content_of([file]), "claims": [{"kind": "effort-blend"}]}
-    text = "\ufeff# mine\n" + reversed_sections(file.read_text(encoding="utf-8"))
-    (tmp_path / "mine.txt").write_bytes(text.replace("\n", "\r\n").encode())
+    return read_text(json.dumps(document), "document"), file.read_text(encoding="utf-8")
 
-    compare_model(read_text(json.dumps(document), "document"), tmp_path / "mine.txt")
+
+def test_a_unit_that_is_left_out_is_a_dash(tmp_path: Path) -> None:
+    document, text = built_in("duffing")
+    for old in ("range = [-5", "value = 0.1", "value = 12", 'expression = "x"'):
+        text = replaced(old, f'unit = "-", {old}')(text)
+    (tmp_path / NAME).write_text(text, encoding="utf-8")
+
+    compare_model(document, tmp_path / NAME)
+
+
+def test_a_direction_in_quotes_is_another(tmp_path: Path) -> None:
+    """The loader refuses it: what is proved is not about such a file."""
+    document, text = built_in("boost_throttle")
+    (tmp_path / NAME).write_text(replaced("direction = 1", 'direction = "1"')(text))
+
+    with pytest.raises(OtherModel, match="low.direction is text 1 there, 1 in the certificate"):
+        compare_model(document, tmp_path / NAME)
 
 
 @pytest.mark.parametrize("what", SAME)
@@ -166,6 +190,21 @@ OTHER: dict[str, tuple[Rewrite, str]] = {
         replaced("[tables]", 'g = { value = 9.81, unit = "m/s^2" }\n[tables]'),
         "parameters.g is {",
     ),
+    "a dash for nothing": (replaced("[design]", '[design]\nunit = "-"'), "design.unit is - there"),
+    "a dash in a table": (replaced("[tables]", '[tables]\nx = "-"'), "tables.x is - there"),
+    "a dash beside": (replaced('"rub.csv",', '"rub.csv", x = "-",'), "tables.rub.x is - there"),
+    "a text for a number": (
+        replaced("rate = 0.5", 'rate = "0.5"'),
+        "design.decay_rate is text 0.5 there, 0.5 in",
+    ),
+    "a text for a format": (replaced("format = 1", 'format = "1"'), "format is text 1 there, 1 in"),
+    "a range of a parameter": (
+        replaced("value = 2,", "value = 2, range = [1, 3],"),
+        'parameters.k.range is ["1","3"] there',
+    ),
+    "a rest of a parameter": (replaced("value = 2,", "value = 2, rest = 0,"), "parameters.k.rest"),
+    "a value of a state": (replaced('"m", r', '"m", value = 0, r'), "states.x.value is 0 there"),
+    "a value of an input": (replaced('"N", r', '"N", value = 0, r'), "inputs.F.value is 0 there"),
     "a premise": (replaced("[design]", '[premises]\nz = "x"\n[design]'), "premises is {"),
     "another kind": (replaced('"plant"', '"turbine"'), "kind is turbine there, plant in"),
 }
@@ -276,6 +315,27 @@ def test_a_damaged_copy_is_refused(copy: Any, cart: tuple[Path, Document]) -> No
 
     with pytest.raises(OtherModel):
         compare_model({**cart[1], "model": model}, cart[0] / NAME)
+
+
+def test_no_text_is_taken_for_a_number_or_date(tmp_path: Path) -> None:
+    values = ["1", "-0", "0.1", "-1e-07", "1e+22", "inf", "-inf", "nan", "12345678901234567890"]
+    values += ["2026-01-01", "2026-01-01 07:32:00+01:00", "07:32:00.5"]
+    path = tmp_path / "m.toml"
+
+    def content(written: str) -> str:
+        path.write_text(f"a = {written}", encoding="utf-8")
+        found = model_content(path)["a"]
+        assert isinstance(found, str)
+        return found
+
+    bare = [content(value) for value in values]
+    quoted = [content(f'"{text}"') for text in bare]
+    twice = [content(f'"{text}"') for text in quoted]
+    assert quoted == [f"text {text}" for text in bare]
+    assert twice == [f"text {text}" for text in quoted]
+    assert [content(f'"{text}"') for text in ("-", "x", "1/s", "2*x", "e1")] == [
+        *("-", "x", "1/s", "2*x", "e1")
+    ]
 
 
 def test_what_counts_as_content(tmp_path: Path) -> None:
