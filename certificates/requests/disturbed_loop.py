@@ -13,7 +13,7 @@ from takagi.certificates.requests.exact_floats import as_read, floats
 from takagi.certificates.requests.loop import Loop
 from takagi.models.errors import ModelError
 
-__all__ = ["Output", "WAYS", "disturbed_path", "path_evidence"]
+__all__ = ["Output", "Path", "WAYS", "disturbed_path", "path_evidence"]
 
 Floats = NDArray[np.float64]
 Path: TypeAlias = tuple[Floats, Floats, Floats, Floats]

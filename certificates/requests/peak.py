@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from scipy.optimize import minimize_scalar
 
 from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
 from takagi.certificates.requests.decimals import rounded_down, rounded_up, short
-from takagi.certificates.requests.disturbed_loop import Output, disturbed_path, path_evidence
+from takagi.certificates.requests.disturbed_loop import Output, Path, disturbed_path, path_evidence
 from takagi.certificates.requests.loop import Loop
 from takagi.certificates.requests.quadratic_motion import best_multiplier
 from takagi.certificates.requests.request import Attempt, first_proved, or_else
@@ -24,7 +25,9 @@ __all__ = ["Peak"]
 
 Floats = NDArray[np.float64]
 BACK_OFF = (1e-5, 1e-4, 1e-3, 1e-2, 0.1)
-DIGITS = (6, 9, 12)
+DIGITS = (6, 9, 12, 15)
+# Of one vertex: how much of the bound is given for room, and the back-off with each, relative.
+ROOM, SLIGHTLY = (1e-5, 1e-4, 1e-3), (1e-5, 1e-4)
 # What fewer digits of P may cost the bound, relative.
 SHORT = 1e-4
 
@@ -56,10 +59,35 @@ class Peak:
 
     def attempt(self, loop: Loop) -> Attempt:
         """Return the claim ``peak``."""
-        from takagi.lmi import peak_gain
-
         evidence = path_evidence(loop, self.disturbance, self.output)
         path = disturbed_path(loop, evidence)
+        if len(path[0]) == 1:
+            found = self._by_equation(loop, evidence, path)
+            if found is not None and found.proved:
+                return found
+        return self._by_program(loop, evidence, path)
+
+    def _by_equation(self, loop: Loop, evidence: dict[str, Any], path: Path) -> Attempt | None:
+        """Return what P of one vertex by its Lyapunov equation shows; None where there is none."""
+        from takagi.lmi.analysis.reachable_set import OneVertex
+
+        vertex = OneVertex.of(*(part[0] for part in path), step=loop.sample_time)
+        rate = vertex.best_rate() if self.decay_rate is None else self.decay_rate
+        if rate is None:
+            return None
+        sets = (vertex.with_room(rate, room) for room in ROOM)
+        known = ((P, vertex.sigma(rate)) for P in sets if P is not None)
+        claims = (
+            claim
+            for P, multiplier in known
+            for claim in self._claims(loop, evidence, path, P, multiplier, SLIGHTLY)
+        )
+        first = next(claims, None)
+        return first and first_proved(loop, chain([first], claims), "Lyapunov equation")
+
+    def _by_program(self, loop: Loop, evidence: dict[str, Any], path: Path) -> Attempt:
+        from takagi.lmi import peak_gain
+
         answer = peak_gain(*path, sample_time=loop.sample_time, decay_rate=self.decay_rate)
         solver = str(answer.solver.get("status", ""))
         one = np.eye(path[0].shape[1])
@@ -68,20 +96,21 @@ class Peak:
             return first_proved(loop, [(answer.diagnosis or "no bound was found", idle)], solver)
         rate, step = answer.decay_rate or 0.0, loop.sample_time
         multiplier = 2.0 * rate if step is None else -float(np.expm1(-2.0 * rate * step))
-        claims = self._claims(loop, evidence, path, answer.P, multiplier)
+        claims = self._claims(loop, evidence, path, answer.P, multiplier, BACK_OFF)
         return first_proved(loop, or_else(claims, ("no set fits the model's box", idle)), solver)
 
     def _claims(
         self,
         loop: Loop,
         evidence: dict[str, Any],
-        path: tuple[Floats, Floats, Floats, Floats],
+        path: Path,
         P: Floats,
         multiplier: float,
+        back_off: tuple[float, ...],
     ) -> Iterator[tuple[str, dict[str, Any]]]:
         A, B, C, D = path
         discrete = loop.sample_time is not None
-        for more in BACK_OFF:
+        for more in back_off:
             found = []
             for digits in DIGITS:
                 rounded = short(P, digits)

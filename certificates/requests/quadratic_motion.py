@@ -36,6 +36,8 @@ def fall_rate(A: Floats, P: Floats, *, discrete: bool) -> float:
 def held_level(A: Floats, W: Floats, P: Floats, multiplier: float, *, discrete: bool) -> float:
     """Return the least c that the disturbances hold V to at this multiplier; inf for none.
 
+    None is found either where F - s P is singular to rounding.
+
     c = max_k lambda_max(H + G' (F - s P)^-1 G) / s with G = P W, H = 0, or A' P W and W' P W.
 
     Parameters
@@ -46,7 +48,10 @@ def held_level(A: Floats, W: Floats, P: Floats, multiplier: float, *, discrete: 
     if np.linalg.eigvalsh(left)[:, 0].min() <= 0:
         return np.inf
     reach = A.transpose(0, 2, 1) @ P @ W if discrete else P @ W
-    total = np.swapaxes(reach, -1, -2) @ np.linalg.solve(left, reach)
+    try:
+        total = np.swapaxes(reach, -1, -2) @ np.linalg.solve(left, reach)
+    except np.linalg.LinAlgError:
+        return np.inf
     if discrete:
         total = total + np.swapaxes(W, -1, -2) @ P @ W
     total = (total + np.swapaxes(total, -1, -2)) / 2
