@@ -101,6 +101,8 @@ def designed(
         if P is None:
             assert plain is not None and plain.P is not None  # just asked for
             P = plain.P
+        if not is_definite(P):
+            continue
         found = _solved(task, *_posed(task, pose, P, feedback))
         tries += found.outcome.tries
         if near_least(found.outcome):
@@ -121,9 +123,11 @@ def _in_own_size(task: PerformanceTask, pose: Pose, plain: Design) -> _Solved | 
     if task.limits is not None or task.peak is not None or task.energy is not None:
         return None
     assert plain.P is not None and plain.gains is not None  # asked for by the caller
-    P, feedback, shown = plain.P, plain.gains.mean(axis=0), 1.0
+    P, feedback, shown = plain.P, task.mean_of(plain), 1.0
     found, tries = None, tuple[Try, ...]()
     for _ in range(SIZES):
+        if not is_definite(P):
+            break
         units, _ = _posed(task, pose, P, feedback)
         units = replace(units, output=units.output * shown)
         condition, slack = pose(task, units), task.tolerance

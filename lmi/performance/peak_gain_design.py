@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,9 +16,9 @@ from takagi.lmi.performance.design import Meaning, designed
 from takagi.lmi.performance.disturbed_plant import Disturbed, Performance
 from takagi.lmi.performance.peak_gain_sums import peak_pdc_condition
 from takagi.lmi.performance.task import PerformanceTask, positive, task_of
-from takagi.lmi.performance.units import PerformanceUnits, guessed_regulator
+from takagi.lmi.performance.units import PerformanceUnits, guessed_regulator, is_definite
 from takagi.lmi.solver.least_over_rate import least_over_rate, unknowns_near_least
-from takagi.lmi.solver.time_limit import limited
+from takagi.lmi.solver.time_limit import limited, out_of_time
 from takagi.lmi.term import Condition
 
 __all__ = ["peak_pdc"]
@@ -28,6 +29,8 @@ AROUND = 10.0
 SLOWER, FASTER, SLOW = 20.0, 5.0, 9
 # Looks in states of another size, where Q is so large or the LMIs are missed by so little.
 LOOKS, FAR, SMALL, MISSED, HAIR = 5, 100.0, 0.05, -0.05, 1e-5
+# So many of the rates that were looked at are designed for, the best first, until there are gains.
+AGAIN = 4
 # So many in a decade.
 COARSE, FINE = 2, 12
 # Steps of the golden section stop here, relative to the rate; the gain is flat at its least.
@@ -106,21 +109,31 @@ def peak_pdc(
     peak = positive("disturbance_peak", disturbance_peak)
     # The objective is kappa, the square.
     task = replace(task, tolerance=2 * task.tolerance, peak=peak)
-    if rate is None:
-        search = _Search(task)
-        best = search.best()
-        if best is None:
-            return _without_rate(task, search.rates(FINE))
-        task = replace(
-            task,
-            decay_rate=best,
-            guess=search.P,
-            reach=search.reach,
-            feedback=search.feedback,
-        )
     direct = float(np.linalg.norm(task.plant.D11, 2, axis=(1, 2)).max())
     meaning = Meaning(gain=partial(_peak_gain, direct=direct), size=_as_posed)
-    return designed(task, _posed, meaning)
+    if rate is not None:
+        return designed(task, _posed, meaning)
+    search = _Search(task)
+    if search.best() is None:
+        return _without_rate(task, search.rates(FINE))
+    first: Design | None = None
+    # Gains with the least bound of all may be too large to be told: then others are near it.
+    for look in sorted(search.seen, key=lambda look: look.gain)[:AGAIN]:
+        found = designed(search.task_at(look), _posed, meaning)
+        first = first or found
+        if found.found or out_of_time():
+            return found
+    assert first is not None  # where a rate was found it was seen
+    return first
+
+
+class _Look(NamedTuple):
+    """The least gain that was found at a rate [1/s], and the P and reach to look from next."""
+
+    gain: float
+    rate: float
+    P: Floats
+    reach: float
 
 
 class _Search:
@@ -135,6 +148,8 @@ class _Search:
         self.near: float | None = None
         self.feedback: Floats | None = None
         self.P = np.eye(n) if self._regulator is None else self._regulator.P
+        self.begun = self.P
+        self.seen: list[_Look] = []
 
     def best(self) -> float | None:
         """Return about the rate with the least gain in 1/s; None where none was found.
@@ -142,12 +157,12 @@ class _Search:
         Rules that can hardly be stabilised decay slowly, at about the rate that plain compensation
         shows; limits may leave a narrow range of rates, so a finer grid is tried last.
         """
-        begun = self.P
         for tried in range(3):
+            self.seen.clear()
             if tried == 1:
                 rates = self._slow_rates()
             else:
-                self.P, self.reach, self.feedback, self.near = begun, 1.0, None, None
+                self.P, self.reach, self.feedback, self.near = self.begun, 1.0, None, None
                 rates = self.rates(FINE if tried else COARSE)
             found = least_over_rate(self.value, rates, tolerance=NEAR) if rates else None
             if found is not None:
@@ -155,13 +170,29 @@ class _Search:
                 return found
         return None
 
+    def task_at(self, look: _Look) -> PerformanceTask:
+        """Return the task at a look's rate, from there."""
+        return replace(
+            self.task,
+            decay_rate=look.rate,
+            guess=look.P,
+            reach=look.reach,
+            feedback=self.feedback,
+        )
+
+    def _go_to_best(self) -> None:
+        """Go where the least gain so far was found: from elsewhere a rate may show far more."""
+        best = min(self.seen, key=lambda look: look.gain)
+        self.P, self.reach = best.P, best.reach
+        self.near = None if self.near is None else best.rate
+
     def _slow_rates(self) -> list[float]:
         """Return rates around that of plain compensation, and begin from its function."""
         plain = self.task.plain()
         rate = plain.answer.decay_rate or 0.0
         if plain.P is None or plain.gains is None or not rate > 0:
             return []
-        self.P, self.feedback = plain.P, plain.gains.mean(axis=0)
+        self.P, self.feedback = plain.P, self.task.mean_of(plain)
         # A constant push moves the states as far as it lasts: about the time in which V falls.
         units = PerformanceUnits.of(
             self.task.plant, self.P, feedback=self.feedback, limits=self.task.limits
@@ -176,8 +207,18 @@ class _Search:
         Of rules that can hardly be stabilised a disturbance builds up for long: then in states of
         that size too, unless limits are posed in those of their own.
         """
-        task, P = replace(self.task, decay_rate=rate), self.P
-        reach = self.reach if self.near is None else self.reach * float(np.sqrt(self.near / rate))
+        if self.seen:
+            self._go_to_best()
+        found = self._looked(rate, self.P, self.reach)
+        if not np.isfinite(found) and self.near is None and self.P is not self.begun:
+            # What another rate left may be so ill-conditioned that nothing is found from it.
+            found = self._looked(rate, self.begun, 1.0)
+        return found
+
+    def _looked(self, rate: float, P: Floats, reach: float) -> float:
+        """Return about the least gain at a rate, looked for where this P is |x|^2."""
+        task = replace(self.task, decay_rate=rate)
+        reach = reach if self.near is None else reach * float(np.sqrt(self.near / rate))
         for _ in range(LOOKS):
             units = PerformanceUnits.of(
                 task.plant,
@@ -195,14 +236,20 @@ class _Search:
             held = margin(condition, found)
             # Nothing is claimed here: what a solver misses by a hair is good enough to look by.
             if held > (0.0 if self.near is None else -HAIR):
-                self.P, self.reach = units.quadratic(found["Q"][0]), reach
+                closer = units.quadratic(found["Q"][0])
+                if is_definite(closer):
+                    self.P, self.reach = closer, reach
                 self.near = None if self.near is None else rate
-                return float(np.sqrt(found["kappa"][0, 0, 0])) * units.output
+                gain = float(np.sqrt(found["kappa"][0, 0, 0])) * units.output
+                self.seen.append(_Look(gain, rate, self.P, self.reach))
+                return gain
             if task.limits is not None or not SMALL < values[0]:
                 break
             if held < MISSED and values[-1] < FAR:
                 break
             P, reach = units.quadratic(found["Q"][0]), reach * float(np.sqrt(values[-1]))
+            if not is_definite(P):
+                break
         return np.inf
 
     def rates(self, density: int) -> list[float]:

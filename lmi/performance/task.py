@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design, Floats
@@ -87,6 +88,12 @@ class PerformanceTask:
             state_box=given.state_box,
             gain_bound=given.gain_bound,
         )
+
+    def mean_of(self, plain: Design) -> Floats | None:
+        """Return the mean (m, n) of plain gains; None where they are those of merged inputs."""
+        if plain.gains is None or plain.gains.shape[1] != self.plant.B.shape[2]:
+            return None
+        return np.asarray(plain.gains.mean(axis=0))
 
 
 def task_of(

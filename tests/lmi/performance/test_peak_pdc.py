@@ -13,6 +13,7 @@ from takagi.lmi import Design, expressed, latex, peak_gain, peak_pdc, peak_pdc_c
 from takagi.lmi.evaluate import margin
 from takagi.lmi.performance import peak_gain_design
 from takagi.models import ModelError, TSModel
+from tests.lmi.compleib import SYSTEMS
 from tests.lmi.norms import sampled
 from tests.lmi.performance.disturbed import blends, loop, three_rules, two_rules
 
@@ -290,3 +291,27 @@ def test_no_limits_are_named_where_none_were_given(monkeypatch: pytest.MonkeyPat
     assert "limits" not in peak_pdc(two_rules()).answer.diagnosis
     limited = peak_pdc(two_rules(), input_limit=[5.0], initial_box=[0.01, 0.01])
     assert "widen the limits" in limited.answer.diagnosis
+
+
+@pytest.mark.parametrize(("name", "most"), [("HE1", 0.085), ("MFP", 4.81), ("REA1", 0.628)])
+def test_a_search_goes_on_from_where_the_gain_was_least(name: str, most: float) -> None:
+    """From what another rate left, HE1 had no gains near the least bound, and others far more."""
+    plant = SYSTEMS[name]()
+    design = peak_pdc(
+        TSModel([plant.A], [plant.B], E=[plant.B1]), performance=(plant.C1, plant.D12)
+    )
+
+    assert gain_of(design) < most
+
+
+def test_a_bound_that_only_ever_larger_gains_approach() -> None:
+    """NN17 of COMPleib: P on the way is indefinite to rounding, which ended in an error.
+
+    The limit itself, 0.2427, is reached by no gains: those nearest to it are too large to be told.
+    """
+    A, B = [[0, -1, 2], [1, -2, 3], [0, 1, 0]], [[1, 0], [0, 0], [0, -1]]
+    model = TSModel(np.array([A], float), np.array([B], float), E=[[[1.0], [-1.0], [0.0]]])
+    output = (np.array([[1.0, 0.0, 1.0]] * 2), np.array([[0.0, 1.0], [0.0, 0.0]]))
+    design = peak_pdc(model, performance=output)
+
+    assert 0.24 < gain_of(design) < 0.3
