@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
 from takagi.certificates.requests.decimals import rounded_down, rounded_up, short
-from takagi.certificates.requests.disturbed_loop import Output, disturbed_path, path_evidence
+from takagi.certificates.requests.disturbed_loop import Output, Path, disturbed_path, path_evidence
 from takagi.certificates.requests.loop import Loop
 from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.certificates.requests.valid_level import largest_level
@@ -22,6 +22,8 @@ __all__ = ["L2Gain"]
 Floats = NDArray[np.float64]
 # How far above the least gain P is looked for, relative: the rounded P has to keep a margin.
 INSIDE, AT_LEAST = 2e-4, 1e-6
+# The same of one vertex, whose P needs no program.
+ROOM = (1e-4, 3e-4, 8e-4)
 # Shares added to the least gain that was found; each is tried until the rounded numbers prove.
 BACK_OFF = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
 DIGITS = (6, 9, 12, 15)
@@ -52,10 +54,37 @@ class L2Gain:
 
     def attempt(self, loop: Loop) -> Attempt:
         """Return the claim ``l2-gain``."""
+        evidence = path_evidence(loop, self.disturbance, self.output)
+        path = disturbed_path(loop, evidence)
+        known = list(self._of_one_vertex(loop, path))
+        if known:
+            claims = (
+                claim
+                for P, gain in known
+                for claim in self._claims(loop, evidence, P, [self.gain or gain])
+            )
+            found = first_proved(loop, claims, "Riccati equation")
+            if found.proved:
+                return found
+        return self._by_program(loop, evidence, path)
+
+    def _of_one_vertex(self, loop: Loop, path: Path) -> Iterator[tuple[Floats, float]]:
+        """Yield P of one vertex by its Riccati equation, and the gain that it is to show."""
+        from takagi.lmi.analysis.bounded_real import bounded_real, norm_seen
+
+        if len(path[0]) > 1 or loop.sample_time is not None:
+            return
+        A, B, C, D = (part[0] for part in path)
+        # Of a gain that is given, little may be left: then P is looked for at the least one.
+        for more in (*ROOM, AT_LEAST) if self.gain else ROOM:
+            P = bounded_real(A, B, C, D, tolerance=more)
+            if P is not None:
+                yield P, rounded_up(norm_seen(A, B, C, D) * (1 + more))
+
+    def _by_program(self, loop: Loop, evidence: dict[str, Any], path: Path) -> Attempt:
         from takagi.lmi import hinf_norm
 
-        evidence = path_evidence(loop, self.disturbance, self.output)
-        A, B, C, D = disturbed_path(loop, evidence)
+        A, B, C, D = path
         # Of a gain that is given, little may be left: then P is looked for at the least one.
         answers = [
             hinf_norm(A, B, C, D, sample_time=loop.sample_time, tolerance=more)
