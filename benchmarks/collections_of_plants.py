@@ -1,11 +1,15 @@
 """Runs whole collections of published problems, and prints their rows and counts as a table.
 
     python benchmarks/collections_of_plants.py --compleib FOLDER --sdplib FOLDER [--states 30]
+    python benchmarks/collections_of_plants.py --compleib FOLDER --certify [--states 9]
 
 FOLDER holds the data, which are not part of this repository: one .mat file a plant, with the
 matrices A, B1, B, C1, D11 and D12 as COMPleib.m returns them; the .dat-s files of SDPLIB.  sdpa is
 hidden: nothing here may need it.  Beside takagi at its default options stands the textbook LMI,
 written in cvxpy and solved by clarabel, in the units of the data.
+
+With --certify nothing is compared: each default design is certified, with nothing asked for but its
+kind of bound, and counts where both checkers say PROVED within a thousandth of its own bound.
 
 What counts as the optimum of a plant is the least norm of a stable closed loop, computed from
 its gains by the Hamiltonian or the Gramian, that any of the methods reached.
@@ -18,7 +22,7 @@ import os
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -51,39 +55,83 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--compleib", type=Path)
     parser.add_argument("--sdplib", type=Path)
-    parser.add_argument("--states", type=int, default=30, help="the most that a plant may have")
+    parser.add_argument("--certify", action="store_true", help="certify the default designs")
+    parser.add_argument("--states", type=int, help="the most that a plant may have")
     asked = parser.parse_args()
     from takagi.lmi.solver import solve
 
     solve.sdpa_is_installed = lambda: False
-    if asked.compleib:
-        plants(asked.compleib, asked.states)
+    if asked.compleib and asked.certify:
+        certified(asked.compleib, asked.states or 9)
+    elif asked.compleib:
+        plants(asked.compleib, asked.states or 30)
     if asked.sdplib:
         problems(asked.sdplib)
 
 
 def plants(folder: Path, most: int) -> None:
     """Print a row for every plant and norm, then the counts."""
-    from scipy.io import loadmat
-
     counts: Counter[tuple[str, str]] = Counter()
-    for path in sorted(folder.glob("*.mat")):
-        data = loadmat(path)
-        plant = {
-            k: np.atleast_2d(np.asarray(data[k], float))
-            for k in ("A", "B1", "B", "C1", "D11", "D12")
-        }
-        if len(plant["A"]) > most:
-            continue
+    for name, plant in plants_in(folder, most):
         for norm, peers in (("H-infinity", (energy,)), ("H2", (gramian, dual))):
             mine = asked_of_takagi(plant, norm)
             others = [tried(peer, plant, norm) for peer in peers]
             verdict = judged(plant, mine, others)
             counts[norm, verdict] += 1
             cells = [f"{one.claimed:.6g} ({one.words})" for one in (mine, *others)]
-            print(f"| {path.stem} | {norm} | {' | '.join(cells)} | {verdict} |", flush=True)
+            print(f"| {name} | {norm} | {' | '.join(cells)} | {verdict} |", flush=True)
     for (norm, verdict), count in sorted(counts.items()):
         print(f"| {norm} | {verdict} | {count} |")
+
+
+def plants_in(folder: Path, most: int) -> Iterator[tuple[str, dict[str, Floats]]]:
+    """Yield the plants of at most so many states, by name."""
+    from scipy.io import loadmat
+
+    for path in sorted(folder.glob("*.mat")):
+        data = loadmat(path)
+        plant = {
+            k: np.atleast_2d(np.asarray(data[k], float))
+            for k in ("A", "B1", "B", "C1", "D11", "D12")
+        }
+        if len(plant["A"]) <= most:
+            yield path.stem, plant
+
+
+def certified(folder: Path, most: int) -> None:
+    """Print what the checkers say of every default design, then the counts."""
+    from takagi.certificates import certify
+    from takagi.certificates.cross_check import judge_document
+    from takagi.certificates.requests import H2Norm, L2Gain, Peak
+    from takagi.lmi import h2_pdc, hinf_pdc, peak_pdc
+    from takagi.models import ModelError, TSModel
+
+    kinds: dict[str, tuple[Callable[..., Any], Callable[..., Any], str]] = {
+        "H-infinity": (hinf_pdc, L2Gain, "gain"),
+        "H2": (h2_pdc, H2Norm, "norm"),
+        "peak": (peak_pdc, Peak, "gain"),
+    }
+    counts: Counter[tuple[str, str]] = Counter()
+    for name, plant in plants_in(folder, most):
+        model = TSModel([plant["A"]], [plant["B"]], E=[plant["B1"]])
+        output = (plant["C1"], plant["D12"], plant["D11"])
+        for kind, (design, request, key) in kinds.items():
+            try:
+                found = design(model, performance=output, time_limit=LIMIT)
+            except ModelError:
+                continue
+            if found.gains is None:
+                continue
+            answer = certify(model, found.gains, claims=[request(output=output)])
+            above = answer.document["claims"][0][key] / found.gain - 1
+            said = {answer.verdict.name, *(one.verdict for one in judge_document(answer.document))}
+            verdict = "PROVED" if said == {"PROVED"} else "not proved"
+            if verdict == "PROVED" and above > NEAR:
+                verdict = "PROVED, but more"
+            counts[kind, verdict] += 1
+            print(f"| {name} | {kind} | {found.gain:.6g} | {above:+.2%} | {verdict} |", flush=True)
+    for (kind, verdict), count in sorted(counts.items()):
+        print(f"| {kind} | {verdict} | {count} |")
 
 
 def judged(plant: dict[str, Floats], mine: Found, others: list[Found]) -> str:

@@ -304,10 +304,10 @@ def test_a_search_goes_on_from_where_the_gain_was_least(name: str, most: float) 
     assert gain_of(design) < most
 
 
-def test_a_bound_that_only_ever_larger_gains_approach() -> None:
+def test_a_bound_that_ever_larger_gains_approach() -> None:
     """NN17 of COMPleib: P on the way is indefinite to rounding, which ended in an error.
 
-    The limit itself, 0.2427, is reached by no gains: those nearest to it are too large to be told.
+    Nearer to 0.2427 gains are larger, up to those that are too large to be told.
     """
     A, B = [[0, -1, 2], [1, -2, 3], [0, 1, 0]], [[1, 0], [0, 0], [0, -1]]
     model = TSModel(np.array([A], float), np.array([B], float), E=[[[1.0], [-1.0], [0.0]]])
