@@ -13,18 +13,18 @@ import time
 from pathlib import Path
 from typing import get_args
 
+from takagi.certificates.design.given.runnable_law import law_from_gains
+from takagi.certificates.design.turbine.design import DesignSettings
+from takagi.certificates.design.turbine.published_law import designed_law
+from takagi.certificates.design.turbine.regions import regional_design
 from takagi.certificates.equilibrium import ClosedLoopRests, RestCell, closed_loop_equilibria
-from takagi.certificates.gain_file_law import law_from_gains
-from takagi.certificates.paper_design import designed_law
-from takagi.certificates.turbine_design import DesignSettings
-from takagi.certificates.turbine_regions import regional_design
 from takagi.lmi.turbine.effort import effort_gains
-from takagi.models.law.coherent import CoherentLaw
-from takagi.models.law.paper import PaperLaw, PaperLawName
-from takagi.models.law.schedule import effort_schedule
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.laws.published.law import PaperLaw, PaperLawName
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
-from takagi.reports.figures.rests import rests_figure
+from takagi.reports.figures.equilibria import rests_figure
 from takagi.reports.figures.writing import figure_to_svg
 from takagi.reports.output import write_folder
 

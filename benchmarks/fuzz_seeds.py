@@ -15,11 +15,19 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates import certify
-from takagi.certificates.coherent import coherent_candidate, coherent_claim
-from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
-from takagi.certificates.paper import paper_candidate, paper_claim, paper_law_data
-from takagi.certificates.plant_design import NoPlantDesign, design_plant
-from takagi.certificates.plant_secant import secant_model
+from takagi.certificates.claims.turbine.effort_sharing import coherent_candidate, coherent_claim
+from takagi.certificates.claims.turbine.published import (
+    paper_candidate,
+    paper_claim,
+    paper_law_data,
+)
+from takagi.certificates.design.plant.design import NoPlantDesign, design_plant
+from takagi.certificates.design.plant.secant_model import secant_model
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    coherent_law_data,
+    turbine_data,
+)
 from takagi.certificates.requests import (
     Decay,
     FuzzyDecay,
@@ -31,12 +39,12 @@ from takagi.certificates.requests import (
 from takagi.lmi import Region, observer, pdc
 from takagi.lmi.turbine.effort import effort_gains
 from takagi.models import TSModel, sector_model
-from takagi.models.law.coherent import CoherentLaw
-from takagi.models.law.coupling_filter import coupling_filter
-from takagi.models.law.paper import paper_law
-from takagi.models.law.regional_schedule import regional_schedule
-from takagi.models.law.schedule import effort_schedule
-from takagi.models.plant.loader import load_plant, plant_files
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.laws.published.coupling_filter import coupling_filter
+from takagi.models.laws.published.law import paper_law
+from takagi.models.laws.published.regional_schedule import regional_schedule
+from takagi.models.plant_files.loader import load_plant, plant_files
 from takagi.models.turbine.full_load import full_load_model
 from takagi.models.turbine.loader import model_files, nrel5mw
 from takagi.models.turbine.partial_load import partial_load_model

@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from takagi.lmi.sums.blends import at_blends, number_of_blends
-from takagi.lmi.synthesis.compensation_design import decided
-from takagi.lmi.synthesis.compensation_task import task_of
-from takagi.lmi.synthesis.ladder import relaxation_ladder
+from takagi.lmi.gains.decay.design import decided
+from takagi.lmi.gains.decay.relaxation_table import relaxation_ladder
+from takagi.lmi.gains.decay.request import task_of
+from takagi.lmi.sums.membership_points import at_blends, number_of_blends
 from takagi.models import TSModel
 from takagi.reports.figures.style import COLOURS, GREY, house_style, new_figure
 from takagi.reports.figures.writing import figure_to_svg

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates import DesignSettings, certify, design_turbine
-from takagi.certificates.plant_design import PlantDesign, design_plant
+from takagi.certificates.design.plant.design import PlantDesign, design_plant
 from takagi.certificates.requests import (
     BoxEnlargement,
     Decay,

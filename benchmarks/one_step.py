@@ -38,29 +38,29 @@ import numpy as np  # noqa: E402  the threads are counted when numpy is loaded
 from measure import PAGE, placed, table  # noqa: E402
 
 from takagi.certificates.checker.kernel.certificate import check_document  # noqa: E402
-from takagi.certificates.coherent import (  # noqa: E402
+from takagi.certificates.claims.turbine.effort_sharing import (  # noqa: E402
     DEFAULT_BOX,
     DEFAULT_UNCERTAINTY,
     CoherentCandidate,
     coherent_claim,
 )
-from takagi.certificates.coherent_synthesis import coherent_synthesis  # noqa: E402
-from takagi.certificates.document import (  # noqa: E402
+from takagi.certificates.design.turbine.effort_sharing_gains import coherent_synthesis  # noqa: E402
+from takagi.certificates.document.certificate_file import (  # noqa: E402
     certificate_document,
     coherent_law_data,
     turbine_data,
 )
 from takagi.certificates.sweep.wind_ranges import law_on  # noqa: E402
 from takagi.lmi.turbine.effort import effort_gains  # noqa: E402
-from takagi.lmi.turbine.one_step import STEPS  # noqa: E402
-from takagi.lmi.turbine.one_step_motion import motion  # noqa: E402
-from takagi.lmi.turbine.one_step_objective import OBJECTIVES  # noqa: E402
+from takagi.lmi.turbine.one_step.design import STEPS  # noqa: E402
+from takagi.lmi.turbine.one_step.motion import motion  # noqa: E402
+from takagi.lmi.turbine.one_step.objective import OBJECTIVES  # noqa: E402
 from takagi.models.errors import ModelError  # noqa: E402
-from takagi.models.law.coherent import CoherentLaw, EffortGains  # noqa: E402
-from takagi.models.law.schedule import effort_schedule  # noqa: E402
+from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains  # noqa: E402
+from takagi.models.laws.effort_sharing.schedule import effort_schedule  # noqa: E402
 from takagi.models.turbine.data import Turbine  # noqa: E402
 from takagi.models.turbine.loader import nrel5mw  # noqa: E402
-from takagi.reports.bounds import at_least_to, at_most_to  # noqa: E402
+from takagi.reports.page.rounded_bounds import at_least_to, at_most_to  # noqa: E402
 
 NATURAL_FREQUENCY, DAMPING = 0.6, 0.7  # rad/s, -
 FULL_LOAD_FROM = 13.0  # m/s

@@ -24,13 +24,18 @@ from takagi.certificates.campaign.trial_laws import coherent_trial, paper_trial
 from takagi.certificates.campaign.trial_plant import Rotor, rotor_of
 from takagi.certificates.campaign.trials import DISTURBANCES, Outcome, tried
 from takagi.certificates.checker.kernel.certificate import check_document
-from takagi.certificates.document import certificate_document, turbine_data
-from takagi.certificates.paper import paper_candidate, paper_claim, paper_law_data, with_overlaps
-from takagi.certificates.paper_design import designed_law
-from takagi.certificates.turbine_design import DesignSettings
-from takagi.certificates.turbine_regions import regional_design
-from takagi.models.law.paper import PaperLaw
-from takagi.models.law.paper_equilibrium import equilibrium
+from takagi.certificates.claims.turbine.published import (
+    paper_candidate,
+    paper_claim,
+    paper_law_data,
+    with_overlaps,
+)
+from takagi.certificates.design.turbine.design import DesignSettings
+from takagi.certificates.design.turbine.published_law import designed_law
+from takagi.certificates.design.turbine.regions import regional_design
+from takagi.certificates.document.certificate_file import certificate_document, turbine_data
+from takagi.models.laws.published.equilibrium import equilibrium
+from takagi.models.laws.published.law import PaperLaw
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
 from takagi.reports.campaign.boundary import Boundary, boundary_csv, boundary_figure

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi import Condition
+from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
+from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.synthesis.closed_loop import gain_unknown
-from takagi.lmi.term import LMI, Constant, Term, Unknown
 
 __all__ = [
     "Channelled",

@@ -16,17 +16,18 @@ from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from takagi.certificates.sweep import coherent_map, trade_off  # noqa: E402  threads are counted
+from takagi.certificates.sweep import effort_sharing_map as coherent_map
+from takagi.certificates.sweep import trade_off
 from takagi.certificates.sweep.axis import parse_axes  # noqa: E402
 from takagi.certificates.sweep.grid import SweepResult  # noqa: E402
 from takagi.certificates.sweep.runner import run_sweep  # noqa: E402
 from takagi.models.turbine.loader import model_files, nrel5mw  # noqa: E402
 from takagi.reports.figures.writing import figure_to_svg  # noqa: E402
+from takagi.reports.maps.effort_sharing_effects import effect_figure, side_by_side_figure  # noqa: E402
+from takagi.reports.maps.effort_sharing_rows import flat  # noqa: E402
+from takagi.reports.maps.effort_sharing_trade_off import trade_off_figure  # noqa: E402
+from takagi.reports.maps.table import csv_text  # noqa: E402
 from takagi.reports.output import write_folder  # noqa: E402
-from takagi.reports.sweep.coherent_effects import effect_figure, side_by_side_figure  # noqa: E402
-from takagi.reports.sweep.coherent_rows import flat  # noqa: E402
-from takagi.reports.sweep.coherent_trade_off import trade_off_figure  # noqa: E402
-from takagi.reports.sweep.table import csv_text  # noqa: E402
 
 FIGURES = Path(__file__).parent.parent / "docs" / "figures"
 

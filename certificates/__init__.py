@@ -1,13 +1,17 @@
 """What may be claimed: the claims, their proof, and a checker that trusts nobody.
 
-    checker/          replays a certificate: standard library alone, shares no code with synthesis
-    document          the certificate file: model, law, claims as decimals, hashes
-    coherent, paper   the claims about the loops with the coherent and the published laws
-    certification     claims about Takagi-Sugeno models: ``certify``
-    requests/         what may be asked of a certificate, one request a file
-    equilibrium/      where a turbine's loop rests at constant winds: one rest, none, several
-    turbine_design    from a turbine to a checked design
-    gain_file_law     the law of a gain file, to run
+    checker/        replays a certificate: standard library alone, shares no code with synthesis
+    cross_check/    a second checker on another library, written separately
+    audit/          what a verdict ran through, and both checkers side by side
+    document/       the certificate file: model, law, claims as decimals, hashes
+    requests/       what may be asked of a certificate, one request a file
+    claims/         candidates of all other claims; ``certify``
+    design/         from a turbine or plant to gains, law and checked certificate
+    controller/     what a gain file says beside the law
+    equilibrium/    where a turbine's loop rests at constant winds: one rest, none, several
+    sweep/          one result for each point of a grid, with a journal
+    campaign/       random runs of a certified loop against its claims
+    coq/            a certificate's matrices for a proof assistant
 
 Importing this package imports nothing heavy: names are looked up when they are used.
 """
@@ -18,13 +22,21 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.certificates.certification import Certificate, certify, load_certificate
     from takagi.certificates.checker.kernel.certificate import check
     from takagi.certificates.checker.kernel.refusal import CertificateError
     from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
+    from takagi.certificates.claims.plant.certification import (
+        Certificate,
+        certify,
+        load_certificate,
+    )
+    from takagi.certificates.design.given.runnable_law import law_from_gains
+    from takagi.certificates.design.turbine.design import (
+        DesignSettings,
+        TurbineDesign,
+        design_turbine,
+    )
     from takagi.certificates.equilibrium.search import closed_loop_equilibria
-    from takagi.certificates.gain_file_law import law_from_gains
-    from takagi.certificates.turbine_design import DesignSettings, TurbineDesign, design_turbine
 
 __all__ = [
     "Certificate",
@@ -43,19 +55,19 @@ __all__ = [
 ]
 
 _HOME = {
-    "Certificate": "certification",
+    "Certificate": "claims.plant.certification",
     "CertificateError": "checker.kernel.refusal",
     "Checked": "checker.kernel.result",
     "Claim": "checker.kernel.result",
-    "DesignSettings": "turbine_design",
-    "TurbineDesign": "turbine_design",
+    "DesignSettings": "design.turbine.design",
+    "TurbineDesign": "design.turbine.design",
     "Verdict": "checker.kernel.result",
-    "certify": "certification",
+    "certify": "claims.plant.certification",
     "check": "checker.kernel.certificate",
     "closed_loop_equilibria": "equilibrium.search",
-    "design_turbine": "turbine_design",
-    "law_from_gains": "gain_file_law",
-    "load_certificate": "certification",
+    "design_turbine": "design.turbine.design",
+    "law_from_gains": "design.given.runnable_law",
+    "load_certificate": "claims.plant.certification",
 }
 
 

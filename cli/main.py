@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from takagi.cli.errors import MISUSE, guard
-from takagi.cli.verbs import VERBS
+from takagi.cli.verb_table import VERBS
 
 __all__ = ["main"]
 

@@ -26,46 +26,58 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.lmi.alternatives.alternative import Alternative
-    from takagi.lmi.alternatives.objective_limit import objective_below
     from takagi.lmi.analysis.actuator_rates import input_rate_bound
     from takagi.lmi.analysis.box_enlargement import max_box_enlargement
+    from takagi.lmi.analysis.common_quadratic import common_lyapunov, common_lyapunov_condition
     from takagi.lmi.analysis.decay_rate import max_decay_rate
-    from takagi.lmi.analysis.energy_gain import hinf_norm, hinf_norm_condition
+    from takagi.lmi.analysis.disturbance.energy_gain import hinf_norm, hinf_norm_condition
+    from takagi.lmi.analysis.disturbance.output_variance import h2_norm, h2_norm_condition
+    from takagi.lmi.analysis.disturbance.peak_condition import peak_gain_condition
+    from takagi.lmi.analysis.disturbance.peak_to_peak import peak_gain
     from takagi.lmi.analysis.growth_condition import box_enlargement_condition
     from takagi.lmi.analysis.loop_growth import enlarged_loops
     from takagi.lmi.analysis.norm_bounded import robust_lyapunov, robust_lyapunov_condition
-    from takagi.lmi.analysis.output_variance import h2_norm, h2_norm_condition
-    from takagi.lmi.analysis.peak_condition import peak_gain_condition
-    from takagi.lmi.analysis.peak_to_peak import peak_gain
     from takagi.lmi.analysis.pole_region import d_stability, d_stability_condition
-    from takagi.lmi.analysis.quadratic import common_lyapunov, common_lyapunov_condition
     from takagi.lmi.answer import Answer, Design, Try
-    from takagi.lmi.attraction.design import attraction_ellipsoid, attraction_pdc
-    from takagi.lmi.exact import exact_matrices
-    from takagi.lmi.explaining.cures import explain
+    from takagi.lmi.condition.exact import exact_matrices
+    from takagi.lmi.condition.express import expressed
+    from takagi.lmi.condition.region import Region
+    from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+    from takagi.lmi.condition.typeset import latex, markdown
+    from takagi.lmi.condition.uncertainty import NormBounded
+    from takagi.lmi.condition.unknown import Unknown
+    from takagi.lmi.decision.decide import decide, optimise
+    from takagi.lmi.decision.item_rounds import decide_by_rounds, optimise_by_rounds
+    from takagi.lmi.decision.outcome import Outcome
     from takagi.lmi.explaining.explanation import Explanation
-    from takagi.lmi.express import expressed
-    from takagi.lmi.fuzzy.compensation import fuzzy_pdc, fuzzy_pdc_condition
-    from takagi.lmi.fuzzy.design import FuzzyDesign
-    from takagi.lmi.lyapunov_family import LyapunovFamily
-    from takagi.lmi.performance.energy_gain_design import hinf_pdc
-    from takagi.lmi.performance.energy_gain_sums import hinf_pdc_condition
-    from takagi.lmi.performance.output_variance_design import h2_pdc
-    from takagi.lmi.performance.output_variance_sums import h2_pdc_condition
-    from takagi.lmi.performance.peak_gain_design import peak_pdc
-    from takagi.lmi.performance.peak_gain_sums import peak_pdc_condition
-    from takagi.lmi.region import Region
-    from takagi.lmi.rung import Rung
-    from takagi.lmi.solver.item_rounds import decide_by_rounds, optimise_by_rounds
-    from takagi.lmi.solver.largest_parameter import Extreme, extreme_parameter
-    from takagi.lmi.solver.outcome import Outcome
-    from takagi.lmi.solver.parameter_sweep import sweep
-    from takagi.lmi.solver.refutation import exact_no, rigorous_no
-    from takagi.lmi.solver.stages import decide, optimise
-    from takagi.lmi.structured.answer import StructuredDesign
-    from takagi.lmi.structured.design import structured_pdc
-    from takagi.lmi.structured.slack import structured_pdc_condition
+    from takagi.lmi.explaining.weaker_requests import explain
+    from takagi.lmi.gains.attraction.design import attraction_ellipsoid, attraction_pdc
+    from takagi.lmi.gains.cost.condition import lqr_pdc_condition
+    from takagi.lmi.gains.cost.regulator import lqr_pdc
+    from takagi.lmi.gains.decay.condition import pdc_condition
+    from takagi.lmi.gains.decay.pdc import pdc
+    from takagi.lmi.gains.decay.relaxation_table import Ladder, relaxation_ladder
+    from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc
+    from takagi.lmi.gains.disturbance.energy_gain_sums import hinf_pdc_condition
+    from takagi.lmi.gains.disturbance.output_variance import h2_pdc
+    from takagi.lmi.gains.disturbance.output_variance_sums import h2_pdc_condition
+    from takagi.lmi.gains.disturbance.peak_gain import peak_pdc
+    from takagi.lmi.gains.disturbance.peak_gain_sums import peak_pdc_condition
+    from takagi.lmi.gains.fuzzy.design import FuzzyDesign
+    from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc, fuzzy_pdc_condition
+    from takagi.lmi.gains.observer import observer, observer_condition
+    from takagi.lmi.gains.requirements.rate_limits import with_input_states
+    from takagi.lmi.gains.secant_vertices import secant_vertices
+    from takagi.lmi.gains.structured.answer import StructuredDesign
+    from takagi.lmi.gains.structured.design import structured_pdc
+    from takagi.lmi.gains.structured.slack_matrix import structured_pdc_condition
+    from takagi.lmi.parameter_search.largest_parameter import Extreme, extreme_parameter
+    from takagi.lmi.parameter_search.parameter_sweep import sweep
+    from takagi.lmi.polynomials.polynomial_lyapunov import LyapunovFamily
+    from takagi.lmi.refutation.alternative import Alternative
+    from takagi.lmi.refutation.objective_limit import objective_below
+    from takagi.lmi.refutation.refutation import exact_no, rigorous_no
+    from takagi.lmi.relaxation_result import Rung
     from takagi.lmi.sums.corner_rules import ProductRules, product_rules
     from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
     from takagi.lmi.sums.membership_shape import (
@@ -76,18 +88,6 @@ if TYPE_CHECKING:
     )
     from takagi.lmi.sums.relaxation_sizes import RelaxationSize, relaxation_size
     from takagi.lmi.sums.relaxations import relaxation_named
-    from takagi.lmi.synthesis.compensation import pdc
-    from takagi.lmi.synthesis.compensation_condition import pdc_condition
-    from takagi.lmi.synthesis.cost_condition import lqr_pdc_condition
-    from takagi.lmi.synthesis.ladder import Ladder, relaxation_ladder
-    from takagi.lmi.synthesis.observation import observer, observer_condition
-    from takagi.lmi.synthesis.rate_limits import with_input_states
-    from takagi.lmi.synthesis.regulator import lqr_pdc
-    from takagi.lmi.synthesis.secant_family import secant_vertices
-    from takagi.lmi.term import LMI, Condition, Constant, Term
-    from takagi.lmi.typeset import latex, markdown
-    from takagi.lmi.uncertainty import NormBounded
-    from takagi.lmi.unknown import Unknown
     from takagi.lmi.varying.constant_parameters import (
         polynomial_lyapunov,
         polynomial_lyapunov_condition,
@@ -188,93 +188,93 @@ __all__ = [
 ]
 
 _HOME = {
-    "Alternative": "alternatives.alternative",
+    "Alternative": "refutation.alternative",
     "Answer": "answer",
-    "Condition": "term",
-    "Constant": "term",
+    "Condition": "condition.term",
+    "Constant": "condition.term",
     "Design": "answer",
     "DoubleSum": "sums.double_sum",
     "Explanation": "explaining.explanation",
-    "Extreme": "solver.largest_parameter",
+    "Extreme": "parameter_search.largest_parameter",
     "Fixed": "sums.double_sum",
-    "FuzzyDesign": "fuzzy.design",
-    "LMI": "term",
-    "Ladder": "synthesis.ladder",
-    "LyapunovFamily": "lyapunov_family",
-    "NormBounded": "uncertainty",
-    "Outcome": "solver.outcome",
+    "FuzzyDesign": "gains.fuzzy.design",
+    "LMI": "condition.term",
+    "Ladder": "gains.decay.relaxation_table",
+    "LyapunovFamily": "polynomials.polynomial_lyapunov",
+    "NormBounded": "condition.uncertainty",
+    "Outcome": "decision.outcome",
     "Part": "sums.double_sum",
     "ProductRules": "sums.corner_rules",
-    "Region": "region",
+    "Region": "condition.region",
     "RelaxationSize": "sums.relaxation_sizes",
-    "Rung": "rung",
-    "StructuredDesign": "structured.answer",
-    "Term": "term",
+    "Rung": "relaxation_result",
+    "StructuredDesign": "gains.structured.answer",
+    "Term": "condition.term",
     "Try": "answer",
-    "Unknown": "unknown",
-    "attraction_ellipsoid": "attraction.design",
-    "attraction_pdc": "attraction.design",
+    "Unknown": "condition.unknown",
+    "attraction_ellipsoid": "gains.attraction.design",
+    "attraction_pdc": "gains.attraction.design",
     "box_enlargement_condition": "analysis.growth_condition",
-    "common_lyapunov": "analysis.quadratic",
-    "common_lyapunov_condition": "analysis.quadratic",
+    "common_lyapunov": "analysis.common_quadratic",
+    "common_lyapunov_condition": "analysis.common_quadratic",
     "d_stability": "analysis.pole_region",
     "d_stability_condition": "analysis.pole_region",
-    "decide": "solver.stages",
-    "decide_by_rounds": "solver.item_rounds",
+    "decide": "decision.decide",
+    "decide_by_rounds": "decision.item_rounds",
     "enlarged_loops": "analysis.loop_growth",
-    "exact_matrices": "exact",
-    "exact_no": "solver.refutation",
-    "explain": "explaining.cures",
-    "expressed": "express",
-    "extreme_parameter": "solver.largest_parameter",
+    "exact_matrices": "condition.exact",
+    "exact_no": "refutation.refutation",
+    "explain": "explaining.weaker_requests",
+    "expressed": "condition.express",
+    "extreme_parameter": "parameter_search.largest_parameter",
     "fuzzy_lyapunov": "varying.varying_memberships",
     "fuzzy_lyapunov_condition": "varying.varying_memberships",
-    "fuzzy_pdc": "fuzzy.compensation",
-    "fuzzy_pdc_condition": "fuzzy.compensation",
-    "h2_norm": "analysis.output_variance",
-    "h2_norm_condition": "analysis.output_variance",
-    "h2_pdc": "performance.output_variance_design",
-    "h2_pdc_condition": "performance.output_variance_sums",
-    "hinf_norm": "analysis.energy_gain",
-    "hinf_norm_condition": "analysis.energy_gain",
-    "hinf_pdc": "performance.energy_gain_design",
-    "hinf_pdc_condition": "performance.energy_gain_sums",
+    "fuzzy_pdc": "gains.fuzzy.pdc",
+    "fuzzy_pdc_condition": "gains.fuzzy.pdc",
+    "h2_norm": "analysis.disturbance.output_variance",
+    "h2_norm_condition": "analysis.disturbance.output_variance",
+    "h2_pdc": "gains.disturbance.output_variance",
+    "h2_pdc_condition": "gains.disturbance.output_variance_sums",
+    "hinf_norm": "analysis.disturbance.energy_gain",
+    "hinf_norm_condition": "analysis.disturbance.energy_gain",
+    "hinf_pdc": "gains.disturbance.energy_gain",
+    "hinf_pdc_condition": "gains.disturbance.energy_gain_sums",
     "input_rate_bound": "analysis.actuator_rates",
-    "latex": "typeset",
-    "lqr_pdc": "synthesis.regulator",
-    "lqr_pdc_condition": "synthesis.cost_condition",
-    "markdown": "typeset",
+    "latex": "condition.typeset",
+    "lqr_pdc": "gains.cost.regulator",
+    "lqr_pdc_condition": "gains.cost.condition",
+    "markdown": "condition.typeset",
     "max_box_enlargement": "analysis.box_enlargement",
     "max_decay_rate": "analysis.decay_rate",
     "neighbouring_rules": "sums.membership_shape",
-    "objective_below": "alternatives.objective_limit",
-    "observer": "synthesis.observation",
-    "observer_condition": "synthesis.observation",
-    "optimise": "solver.stages",
-    "optimise_by_rounds": "solver.item_rounds",
-    "pdc": "synthesis.compensation",
-    "pdc_condition": "synthesis.compensation_condition",
-    "peak_gain": "analysis.peak_to_peak",
-    "peak_gain_condition": "analysis.peak_condition",
-    "peak_pdc": "performance.peak_gain_design",
-    "peak_pdc_condition": "performance.peak_gain_sums",
+    "objective_below": "refutation.objective_limit",
+    "observer": "gains.observer",
+    "observer_condition": "gains.observer",
+    "optimise": "decision.decide",
+    "optimise_by_rounds": "decision.item_rounds",
+    "pdc": "gains.decay.pdc",
+    "pdc_condition": "gains.decay.condition",
+    "peak_gain": "analysis.disturbance.peak_to_peak",
+    "peak_gain_condition": "analysis.disturbance.peak_condition",
+    "peak_pdc": "gains.disturbance.peak_gain",
+    "peak_pdc_condition": "gains.disturbance.peak_gain_sums",
     "polynomial_lyapunov": "varying.constant_parameters",
     "polynomial_lyapunov_condition": "varying.constant_parameters",
     "product_bounds": "sums.membership_shape",
     "product_rules": "sums.corner_rules",
-    "relaxation_ladder": "synthesis.ladder",
+    "relaxation_ladder": "gains.decay.relaxation_table",
     "relaxation_named": "sums.relaxations",
     "relaxation_size": "sums.relaxation_sizes",
-    "rigorous_no": "solver.refutation",
+    "rigorous_no": "refutation.refutation",
     "robust_hinf_norm": "varying.robust_gain",
     "robust_hinf_norm_condition": "varying.robust_gain",
     "robust_lyapunov": "analysis.norm_bounded",
     "robust_lyapunov_condition": "analysis.norm_bounded",
-    "secant_vertices": "synthesis.secant_family",
-    "structured_pdc": "structured.design",
-    "structured_pdc_condition": "structured.slack",
-    "sweep": "solver.parameter_sweep",
-    "with_input_states": "synthesis.rate_limits",
+    "secant_vertices": "gains.secant_vertices",
+    "structured_pdc": "gains.structured.design",
+    "structured_pdc_condition": "gains.structured.slack_matrix",
+    "sweep": "parameter_search.parameter_sweep",
+    "with_input_states": "gains.requirements.rate_limits",
     "with_overlap": "sums.membership_shape",
     "with_shape": "sums.membership_shape",
 }

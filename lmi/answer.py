@@ -9,9 +9,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.lyapunov_family import LyapunovFamily
-from takagi.lmi.rung import Rung
-from takagi.lmi.term import Condition
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.polynomials.polynomial_lyapunov import LyapunovFamily
+from takagi.lmi.relaxation_result import Rung
 from takagi.models.errors import ModelError
 
 __all__ = ["Answer", "Design", "Status", "Try"]

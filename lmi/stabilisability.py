@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from takagi.lmi.term import Array
+from takagi.lmi.condition.term import Array
 from takagi.models.errors import ModelError
 
 __all__ = ["check_stabilisable", "fixed_mode"]

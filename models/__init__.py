@@ -17,21 +17,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.models.curve import Curve, interpolate_curve
-    from takagi.models.derivation import Derivation, Step
-    from takagi.models.embedding.feedback import Feedback, blended_feedback, product_memberships
-    from takagi.models.embedding.secant import Region, secant_embedding
-    from takagi.models.embedding.secant_family import SecantEmbedding
-    from takagi.models.enclosure.domain import Cell, Domain
-    from takagi.models.enclosure.interval import Interval
-    from takagi.models.enclosure.sampled import sampled_bounds
     from takagi.models.errors import ModelError
-    from takagi.models.library import built_in_models
+    from takagi.models.files.library import built_in_models
+    from takagi.models.intervals.interval import Interval
     from takagi.models.loading import load_model
+    from takagi.models.loops.secant.embedding import Region, secant_embedding
+    from takagi.models.loops.secant.feedback import Feedback, blended_feedback, product_memberships
+    from takagi.models.loops.secant.matrices import SecantEmbedding
     from takagi.models.plant.entries import plant_file_schema
     from takagi.models.plant.plant import Output, Parameter, Plant, Variable
-    from takagi.models.plant.table_function import table_function
-    from takagi.models.premise import Premise
+    from takagi.models.ranges.domain import Cell, Domain
+    from takagi.models.ranges.sampled import sampled_bounds
     from takagi.models.reduction.box_refinement import refine
     from takagi.models.reduction.cell_models import CellModels, ModelCell
     from takagi.models.reduction.error_bound import ErrorBound
@@ -42,8 +38,12 @@ if TYPE_CHECKING:
     from takagi.models.reduction.vertex_merging import merge_vertices
     from takagi.models.sector.model import sector_model
     from takagi.models.sector.rule_counting import RuleCount, rule_count
-    from takagi.models.surface import Surface
-    from takagi.models.ts_model import Matrices, TSModel
+    from takagi.models.splines.curve import Curve, interpolate_curve
+    from takagi.models.splines.surface import Surface
+    from takagi.models.splines.table_function import table_function
+    from takagi.models.ts.derivation import Derivation, Step
+    from takagi.models.ts.model import Matrices, TSModel
+    from takagi.models.ts.premise import Premise
     from takagi.models.turbine.data import Turbine
     from takagi.models.turbine.full_load import full_load_model
     from takagi.models.turbine.loader import nrel5mw
@@ -100,15 +100,15 @@ __all__ = [
 ]
 
 _HOME = {
-    "Cell": "enclosure.domain",
+    "Cell": "ranges.domain",
     "CellModels": "reduction.cell_models",
-    "Curve": "curve",
-    "Derivation": "derivation",
-    "Domain": "enclosure.domain",
+    "Curve": "splines.curve",
+    "Derivation": "ts.derivation",
+    "Domain": "ranges.domain",
     "ErrorBound": "reduction.error_bound",
-    "Feedback": "embedding.feedback",
-    "Interval": "enclosure.interval",
-    "Matrices": "ts_model",
+    "Feedback": "loops.secant.feedback",
+    "Interval": "intervals.interval",
+    "Matrices": "ts.model",
     "MergedModel": "reduction.reduced_model",
     "ModelCell": "reduction.cell_models",
     "ModelError": "errors",
@@ -116,35 +116,35 @@ _HOME = {
     "Output": "plant.plant",
     "Parameter": "plant.plant",
     "Plant": "plant.plant",
-    "Premise": "premise",
+    "Premise": "ts.premise",
     "ReducedModel": "reduction.reduced_model",
-    "Region": "embedding.secant",
+    "Region": "loops.secant.embedding",
     "RuleCount": "sector.rule_counting",
-    "SecantEmbedding": "embedding.secant_family",
-    "Step": "derivation",
-    "Surface": "surface",
-    "TSModel": "ts_model",
+    "SecantEmbedding": "loops.secant.matrices",
+    "Step": "ts.derivation",
+    "Surface": "splines.surface",
+    "TSModel": "ts.model",
     "Turbine": "turbine.data",
     "Variable": "plant.plant",
     "WindObserver": "turbine.wind_observer",
-    "blended_feedback": "embedding.feedback",
-    "built_in_models": "library",
+    "blended_feedback": "loops.secant.feedback",
+    "built_in_models": "files.library",
     "full_load_model": "turbine.full_load",
-    "interpolate_curve": "curve",
+    "interpolate_curve": "splines.curve",
     "load_model": "loading",
     "merge_vertices": "reduction.vertex_merging",
     "mode_spectrum": "reduction.rule_tensor",
     "nrel5mw": "turbine.loader",
     "partial_load_model": "turbine.partial_load",
     "plant_file_schema": "plant.entries",
-    "product_memberships": "embedding.feedback",
+    "product_memberships": "loops.secant.feedback",
     "reduce_rules": "reduction.tensor_reduction",
     "refine": "reduction.box_refinement",
     "rule_count": "sector.rule_counting",
-    "sampled_bounds": "enclosure.sampled",
-    "secant_embedding": "embedding.secant",
+    "sampled_bounds": "ranges.sampled",
+    "secant_embedding": "loops.secant.embedding",
     "sector_model": "sector.model",
-    "table_function": "plant.table_function",
+    "table_function": "splines.table_function",
     "wind_observer_model": "turbine.wind_observer",
 }
 

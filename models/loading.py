@@ -22,13 +22,13 @@ def load_model(name_or_path: str | Path) -> Plant | Turbine:
     ModelError : neither a built-in name nor a readable file, a file of another kind, or one that
         is malformed; the message names file, line, field and what was expected.
     """
-    from takagi.models.document import read_document
-    from takagi.models.library import resolve_model
+    from takagi.models.files.library import resolve_model
+    from takagi.models.files.toml_document import read_document
 
     document = read_document(resolve_model(name_or_path))
     kind = document.data.get("kind")
     if kind == "plant":
-        from takagi.models.plant.loader import load_plant
+        from takagi.models.plant_files.loader import load_plant
 
         return load_plant(name_or_path)
     if kind == "turbine":

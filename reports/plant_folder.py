@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.certificates.plant_design import PlantDesign
+    from takagi.certificates.design.plant.design import PlantDesign
 
 __all__ = ["plant_files"]
 
@@ -19,10 +19,10 @@ def plant_files(design: PlantDesign, *, tell: Callable[[str], None] | None = Non
     Names: ``gains.json`` (not for an analysis), ``certificate.json``, ``report.html``,
     ``figures/<name>.svg`` and the numbers beside them, ``figures/<name>.csv``.
     """
-    from takagi.certificates.document import dumps
-    from takagi.reports.gain_file import dump_gains
-    from takagi.reports.plant.page import plant_report_files
-    from takagi.reports.plant_gain_file import plant_gain_file
+    from takagi.certificates.document.certificate_file import dumps
+    from takagi.reports.gains_file.plant import plant_gain_file
+    from takagi.reports.gains_file.turbine import dump_gains
+    from takagi.reports.sections.plant.page import plant_report_files
 
     report = plant_report_files(design, tell=tell)
     found: Files = {}

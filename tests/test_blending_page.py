@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Verdict
-from takagi.certificates.plant_design import certify_plant
+from takagi.certificates.design.plant.design import certify_plant
 from takagi.models import ModelError, load_model
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.entries import ActuatorEntry, EffortEntry

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.document import dumps
-from takagi.certificates.plant_design import PlantDesign, PlantSettings, design_plant
+from takagi.certificates.design.plant.design import PlantDesign, PlantSettings, design_plant
+from takagi.certificates.document.certificate_file import dumps
 from takagi.cli.main import main
-from takagi.models.plant.loader import load_plant, plant_files
-from takagi.reports.gain_file import dump_gains
-from takagi.reports.plant_gain_file import plant_gain_file
+from takagi.models.plant_files.loader import load_plant, plant_files
+from takagi.reports.gains_file.plant import plant_gain_file
+from takagi.reports.gains_file.turbine import dump_gains
 from tests.test_ci_page import PLANT
 
 FOLDER = Path(__file__).parents[1] / "docs" / "ci"

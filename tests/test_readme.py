@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from takagi.cli.verbs import VERBS
+from takagi.cli.verb_table import VERBS
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -46,7 +46,7 @@ def test_every_verb_is_in_the_table() -> None:
 def test_every_option_in_the_pages_exists() -> None:
     """An option that was renamed leaves no trace in the documentation."""
     ours = "design|certify|report|check|simulate|appendix|models"
-    source = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "cli").glob("*.py"))
+    source = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "cli").rglob("*.py"))
     text = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8")
     lines = [line for line in text.splitlines() if re.search(rf"takagi ({ours})|^\| `--", line)]
     options = {name for line in lines for name in re.findall(r"--([a-z][a-z-]+)", line)}

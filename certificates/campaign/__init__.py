@@ -1,11 +1,12 @@
 """Thousands of random runs of a certified loop, inside and outside of what its certificate says.
 
-    loop, patches     plant, law and claim as numbers, from the certificate's document alone
-    motion            the nonlinear loop of docs/coherent-loop.md, n runs at once
-    plants, winds     starts, plants and winds of the certified class; adversaries
-    bounds            every bound of the certificate, as a share that must not exceed 1
-    batch, runs       steps that end at wind nodes, and records: ``run_campaign``
-    beyond, breaks    campaigns that leave the certificate, and what breaks first in them
+    loop, spline_patches    plant, law and claim as numbers, from the certificate's document alone
+    motion                  the nonlinear loop of docs/coherent-loop.md, n runs at once
+    plants, winds           starts, plants and winds of the certified class; adversaries
+    bounds                  every bound of the certificate, as a share that must not exceed 1
+    batch, runs             steps that end at wind nodes, and records: ``run_campaign``
+    outside                 campaigns that leave the certificate
+    first_breaks            what breaks first in them
     trial_plant, trial_laws, trials    any law after a disturbance: does it stay, cycle, or leave
 
 Nothing here is used by a proof, and nothing of the proofs is used here.
@@ -17,10 +18,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.certificates.campaign.beyond import INSIDE, STANDARD, Beyond, beyond_of
     from takagi.certificates.campaign.bounds import BOUNDS
-    from takagi.certificates.campaign.breaks import Break, breaks_of
+    from takagi.certificates.campaign.first_breaks import Break, breaks_of
     from takagi.certificates.campaign.loop import CertifiedLoop, certified_loop
+    from takagi.certificates.campaign.outside import INSIDE, STANDARD, Beyond, beyond_of
     from takagi.certificates.campaign.runs import Campaign, run_campaign
     from takagi.certificates.campaign.winds import PLAYERS
 
@@ -41,15 +42,15 @@ __all__ = [
 
 _HOME = {
     "BOUNDS": "bounds",
-    "INSIDE": "beyond",
+    "INSIDE": "outside",
     "PLAYERS": "winds",
-    "STANDARD": "beyond",
-    "Beyond": "beyond",
-    "Break": "breaks",
+    "STANDARD": "outside",
+    "Beyond": "outside",
+    "Break": "first_breaks",
     "Campaign": "runs",
     "CertifiedLoop": "loop",
-    "beyond_of": "beyond",
-    "breaks_of": "breaks",
+    "beyond_of": "outside",
+    "breaks_of": "first_breaks",
     "certified_loop": "loop",
     "run_campaign": "runs",
 }

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.campaign.beyond import Beyond
 from takagi.certificates.campaign.bounds import BOUNDS, DECAYS, Rest, decay_shares, rest_of, shares
 from takagi.certificates.campaign.loop import CertifiedLoop
 from takagi.certificates.campaign.motion import (
@@ -26,6 +25,7 @@ from takagi.certificates.campaign.motion import (
     error_state,
     step,
 )
+from takagi.certificates.campaign.outside import Beyond
 from takagi.certificates.campaign.plants import drawn_starts, inertia_factors, wake_fits
 from takagi.certificates.campaign.winds import PLAYERS, Answer, Player, Seen
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.campaign.patches import Patches, spline_patches
+from takagi.certificates.campaign.spline_patches import Patches, spline_patches
 from takagi.models.errors import ModelError
 
 __all__ = ["PEAKS", "CertifiedLoop", "certified_loop"]

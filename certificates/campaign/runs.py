@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates.campaign.batch import Records, run_batch
-from takagi.certificates.campaign.beyond import INSIDE, Beyond
 from takagi.certificates.campaign.bounds import BOUNDS
 from takagi.certificates.campaign.loop import CertifiedLoop, certified_loop
+from takagi.certificates.campaign.outside import INSIDE, Beyond
 from takagi.models.errors import ModelError
 
 __all__ = ["DURATION", "TOLERANCE", "Campaign", "run_campaign"]

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.campaign.patches import Patches, spline_patches
+from takagi.certificates.campaign.spline_patches import Patches, spline_patches
 
 __all__ = ["Asked", "Rotor", "TrialLaw", "advance", "rotor_of"]
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from takagi.certificates.checker.controller.content import file_content
 from takagi.certificates.checker.kernel.reader import Number, digest
-from takagi.certificates.document import as_read
+from takagi.certificates.document.certificate_file import as_read
 
 __all__ = ["bound", "gain_file_of", "plain"]
 

@@ -13,14 +13,14 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.plant_text import rational_symbol, text_data
+from takagi.certificates.document.plant_text import rational_symbol, text_data
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.enclosure.interval import Interval
-    from takagi.models.ts_model import TSModel
+    from takagi.models.intervals.interval import Interval
+    from takagi.models.ts.model import TSModel
 
 __all__ = ["removable_points"]
 
@@ -76,7 +76,7 @@ def _vanishing(
 
 
 def _low(part: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> float:
-    from takagi.models.sector.ball import expression_range
+    from takagi.models.ranges.expression_range import expression_range
 
     if part.is_Symbol:
         return float(box[part].lower)
@@ -194,7 +194,7 @@ class _Trial:
         return True
 
     def near(self, value: float, x: float, row: dict[sp.Symbol, float]) -> bool:
-        from takagi.models.sector.ball import expression_value
+        from takagi.models.ranges.expression_range import expression_value
 
         exact = expression_value(self.expression, {**row, self.symbol: x})
         return math.isfinite(value) and abs(value - exact) <= NEAR * max(abs(exact), 1e-30)

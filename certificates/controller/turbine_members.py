@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.claim_summary import claim_summary
 from takagi.certificates.controller.plant_members import statement
+from takagi.certificates.design.claim_summary import claim_summary
 
 if TYPE_CHECKING:
-    from takagi.certificates.turbine_design import TurbineDesign
+    from takagi.certificates.design.turbine.design import TurbineDesign
 
 __all__ = ["turbine_members"]
 

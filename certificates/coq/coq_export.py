@@ -14,10 +14,10 @@ from importlib.resources import files
 from typing import Any
 
 from takagi.certificates.coq.numerals import shorter, text_of, whole_numbers
-from takagi.certificates.cross_check.exact import is_definite
-from takagi.certificates.cross_check.obligation import Definite, Obligations
+from takagi.certificates.cross_check.kernel.exact import is_definite
+from takagi.certificates.cross_check.kernel.obligation import Definite, Obligations
+from takagi.certificates.cross_check.kernel.reading import NotReplayed, Refusal
 from takagi.certificates.cross_check.opinion import claims_of
-from takagi.certificates.cross_check.reading import NotReplayed, Refusal
 
 __all__ = ["CoqFile", "coq_file"]
 
@@ -46,7 +46,7 @@ def coq_file(document: Mapping[str, Any]) -> CoqFile:
 
     Parameters
     ----------
-    document : as ``cross_check.reading.load`` returns it, numbers as they are written.
+    document : as ``cross_check.kernel.reading.load`` returns it, numbers as they are written.
 
     Raises
     ------

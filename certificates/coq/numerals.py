@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from flint import fmpq, fmpq_mat
 
-from takagi.certificates.cross_check.exact import is_definite
+from takagi.certificates.cross_check.kernel.exact import is_definite
 
 __all__ = ["Shorter", "shorter", "text_of", "whole_numbers"]
 

@@ -1,16 +1,10 @@
 """A second checker, written separately, with FLINT: what another reading says of a certificate.
 
-    reading, exact        the file; exact matrices, definite by their characteristic polynomials
-    loop, plant           what claims are about: vertices, gains, mixtures; a plant's own vertices
-    pieces                the weights cut into pieces
-    obligation            a matrix that must be definite, a fact that must hold
-    decay, disturbed, limits, observing, fuzzy      claims about loops, as obligations
-    expression, algebra, interval, embedding        a plant is the blend of its vertices
-    coherent              the matrix inequalities of the turbine's claim
-    coherent_ranges, coherent_schedule      its ranges enclose the turbine, cell by cell
-    coherent_surface, coherent_numbers      the coefficient surface; the turbine, law and box
-    wind_rate, actuator_rates      what rests on the turbine's claim
-    opinion               what it says of a file; ``two_checkers`` puts it beside the first one's
+    kernel/     the file, exact matrices, and what has to hold
+    loop/       claims about the loop that model and gains make
+    plant/      a plant is contained in its model
+    turbine/    claims about a turbine's loop
+    opinion     what it says of a file; ``audit.two_checkers`` puts it beside the first one's
 
 It imports FLINT and the standard library, and nothing of the first checker, of models or solver.
 """
@@ -21,17 +15,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.certificates.cross_check.obligation import Definite, Fact
+    from takagi.certificates.cross_check.kernel.obligation import Definite, Fact
+    from takagi.certificates.cross_check.kernel.reading import Refusal
     from takagi.certificates.cross_check.opinion import Opinion, judge, judge_document
-    from takagi.certificates.cross_check.reading import Refusal
 
 __all__ = ["Definite", "Fact", "Opinion", "Refusal", "judge", "judge_document"]
 
 _HOME = {
-    "Definite": "obligation",
-    "Fact": "obligation",
+    "Definite": "kernel.obligation",
+    "Fact": "kernel.obligation",
     "Opinion": "opinion",
-    "Refusal": "reading",
+    "Refusal": "kernel.reading",
     "judge": "opinion",
     "judge_document": "opinion",
 }

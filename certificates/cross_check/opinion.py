@@ -13,10 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.cross_check import decay, disturbed, fuzzy, limits, observing
-from takagi.certificates.cross_check.loop import Loop, read_loop
-from takagi.certificates.cross_check.obligation import Definite, Obligation, Obligations
-from takagi.certificates.cross_check.reading import (
+from takagi.certificates.cross_check.kernel.obligation import Definite, Obligation, Obligations
+from takagi.certificates.cross_check.kernel.reading import (
     NotReplayed,
     Refusal,
     Written,
@@ -28,6 +26,8 @@ from takagi.certificates.cross_check.reading import (
     stack,
     whole,
 )
+from takagi.certificates.cross_check.loop import decay, disturbed, fuzzy, limits, observing
+from takagi.certificates.cross_check.loop.loop import Loop, read_loop
 
 __all__ = ["NOT_REPLAYED", "Opinion", "claims_of", "judge", "judge_document", "obligations"]
 
@@ -151,10 +151,10 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
 def _resting(claim: Any, kind: str, document: Any) -> Obligations:
     """Return what a claim adds to the one that it rests on."""
     if kind == "wind-rate":
-        from takagi.certificates.cross_check.wind_rate import wind_rate
+        from takagi.certificates.cross_check.turbine.wind_rate import wind_rate
 
         return wind_rate(claim, document)
-    from takagi.certificates.cross_check.actuator_rates import actuator_rates
+    from takagi.certificates.cross_check.turbine.actuator_rates import actuator_rates
 
     return actuator_rates(claim, document)
 
@@ -174,23 +174,23 @@ def obligations(
     if kind in ("quadratic-decay", "no-common-quadratic"):
         return _own_matrices(claim, kind)
     if kind == "sector-embedding":
-        from takagi.certificates.cross_check.embedding import embedded
+        from takagi.certificates.cross_check.plant.embedding import embedded
 
         return embedded(model, gains)
     if kind == "secant-embedding":
-        from takagi.certificates.cross_check.secant import lies_in_secants
+        from takagi.certificates.cross_check.plant.secant import lies_in_secants
 
         return lies_in_secants(model, gains)
     if kind == "effort-blend":
-        from takagi.certificates.cross_check.blend import effort_blend
+        from takagi.certificates.cross_check.plant.blend import effort_blend
 
         return effort_blend(model, gains)
     if kind == "coherent-loop":
-        from takagi.certificates.cross_check.coherent import coherent_loop
+        from takagi.certificates.cross_check.turbine.loop_claim import coherent_loop
 
         return coherent_loop(claim, model, gains)
     if kind == "equilibrium":
-        from takagi.certificates.cross_check.equilibrium import equilibrium
+        from takagi.certificates.cross_check.turbine.equilibrium import equilibrium
 
         return equilibrium(claim, model, gains)
     return None

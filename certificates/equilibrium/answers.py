@@ -8,7 +8,7 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Checked
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 
 __all__ = ["ClosedLoopRests", "RestCell"]
 

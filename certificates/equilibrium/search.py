@@ -10,13 +10,13 @@ from typing import Any
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.equilibrium import RestReader, rest_reader
-from takagi.certificates.document import coherent_law_data, turbine_data
+from takagi.certificates.claims.turbine.published import paper_law_data
+from takagi.certificates.document.certificate_file import coherent_law_data, turbine_data
 from takagi.certificates.equilibrium.answers import ClosedLoopRests, RestCell
-from takagi.certificates.paper import paper_law_data
-from takagi.models.enclosure.interval import exact
 from takagi.models.errors import ModelError
-from takagi.models.law.coherent import CoherentLaw
-from takagi.models.law.paper import PaperLaw
+from takagi.models.intervals.interval import exact
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.published.law import PaperLaw
 from takagi.models.turbine.data import Turbine
 
 __all__ = ["closed_loop_equilibria"]

@@ -17,6 +17,9 @@ point, rounds it to short decimals, and lets the checker decide; what fails is b
     ObservedFeedback     decay of the loop with u = -K xhat
     attempts_at_all      all of them that a loop has a use for
 
+``loop/`` is the loop that they are about, and what they search it with; ``no_common_decay`` seeks
+the reason for a no; ``fuzzy_pieces`` and ``on_pieces`` work on pieces of the weights.
+
 Importing this package imports nothing heavy: names are looked up when they are used.
 """
 
@@ -27,19 +30,19 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from takagi.certificates.requests.all_claims import attempts_at_all
+    from takagi.certificates.requests.box_enlargement import BoxEnlargement
     from takagi.certificates.requests.decay import Decay
-    from takagi.certificates.requests.enlargement import BoxEnlargement
-    from takagi.certificates.requests.fuzzy import FuzzyDecay
+    from takagi.certificates.requests.fuzzy_decay import FuzzyDecay
+    from takagi.certificates.requests.gain_rounding import GainRounding
     from takagi.certificates.requests.h2_norm import H2Norm
     from takagi.certificates.requests.input_limits import InputLimits
     from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
     from takagi.certificates.requests.l2_gain import L2Gain
-    from takagi.certificates.requests.loop import Loop
+    from takagi.certificates.requests.loop.loop import Loop
     from takagi.certificates.requests.observer import ObservedFeedback, ObserverError
     from takagi.certificates.requests.peak import Peak
-    from takagi.certificates.requests.region import Poles
+    from takagi.certificates.requests.pole_region import Poles
     from takagi.certificates.requests.request import Attempt, Request
-    from takagi.certificates.requests.rounding import GainRounding
     from takagi.certificates.requests.transient import Transient
 
 __all__ = [
@@ -64,19 +67,19 @@ __all__ = [
 
 _HOME = {
     "Attempt": "request",
-    "BoxEnlargement": "enlargement",
+    "BoxEnlargement": "box_enlargement",
     "Decay": "decay",
-    "FuzzyDecay": "fuzzy",
-    "GainRounding": "rounding",
+    "FuzzyDecay": "fuzzy_decay",
+    "GainRounding": "gain_rounding",
     "H2Norm": "h2_norm",
     "InputLimits": "input_limits",
     "InvariantEllipsoid": "invariant_ellipsoid",
     "L2Gain": "l2_gain",
-    "Loop": "loop",
+    "Loop": "loop.loop",
     "ObservedFeedback": "observer",
     "ObserverError": "observer",
     "Peak": "peak",
-    "Poles": "region",
+    "Poles": "pole_region",
     "Request": "request",
     "Transient": "transient",
     "attempts_at_all": "all_claims",

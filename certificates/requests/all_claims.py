@@ -6,20 +6,20 @@ from collections.abc import Iterator
 
 from numpy.typing import ArrayLike
 
+from takagi.certificates.requests.box_enlargement import BoxEnlargement
 from takagi.certificates.requests.decay import Decay
-from takagi.certificates.requests.enlargement import BoxEnlargement
+from takagi.certificates.requests.gain_rounding import GainRounding
 from takagi.certificates.requests.h2_norm import H2Norm
 from takagi.certificates.requests.input_limits import InputLimits
 from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
 from takagi.certificates.requests.l2_gain import L2Gain
-from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.valid_level import box_rows
 from takagi.certificates.requests.observer import ObservedFeedback, ObserverError
 from takagi.certificates.requests.on_pieces import attempted
 from takagi.certificates.requests.peak import Peak
 from takagi.certificates.requests.request import Attempt, Request
-from takagi.certificates.requests.rounding import GainRounding
 from takagi.certificates.requests.transient import Transient
-from takagi.certificates.requests.valid_level import box_rows
 from takagi.models.errors import ModelError
 
 __all__ = ["attempts_at_all", "requests_for"]

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.requests.decimals import DIGITS, rounded_down, short
-from takagi.certificates.requests.float_filter import cannot_decrease
-from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, short
+from takagi.certificates.requests.loop.float_filter import cannot_decrease
+from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.single_matrix import equation_function, modal_function
 from takagi.certificates.requests.no_common_decay import no_common_decay
-from takagi.certificates.requests.one_blend import equation_function, modal_function
 from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.errors import ModelError
 

@@ -18,7 +18,7 @@ from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.fuzzy_decay import inequalities
 from takagi.certificates.checker.kinds.simplex_polynomial import Polynomial
-from takagi.certificates.requests.blend_points import (
+from takagi.certificates.requests.loop.weight_points import (
     Corners,
     Point,
     corners_of,

@@ -9,9 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.requests.decimals import rounded_up, short
-from takagi.certificates.requests.disturbed_loop import Output, disturbed_path, path_evidence
-from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.loop.decimals import rounded_up, short
+from takagi.certificates.requests.loop.disturbance_channel import (
+    Output,
+    disturbed_path,
+    path_evidence,
+)
+from takagi.certificates.requests.loop.loop import Loop
 from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.errors import ModelError
 
@@ -35,7 +39,7 @@ class H2Norm:
     Attributes
     ----------
     norm : None takes the least that is found, a little more.
-    disturbance, output : the path, as in ``disturbed_loop``.
+    disturbance, output : the path, as in ``loop.disturbance_channel``.
     """
 
     norm: float | None = None
@@ -62,7 +66,7 @@ class H2Norm:
         self, loop: Loop, path: tuple[Floats, Floats, Floats, Floats]
     ) -> Iterator[tuple[Floats, float]]:
         """Yield P of one vertex by its Lyapunov equation, and the norm that it shows."""
-        from takagi.lmi.analysis.gramian import gramian_with_room
+        from takagi.lmi.analysis.disturbance.gramian import gramian_with_room
 
         A, B, C, D = path
         if len(A) > 1 or (loop.sample_time is None and D.any()):

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.certificates.checker.kinds.input_rate import membership_corners, motion_rows
-from takagi.certificates.requests.decimals import rounded_down, rounded_up
-from takagi.certificates.requests.exact_floats import floats
 from takagi.certificates.requests.invariant_ellipsoid import candidate_set, claimed_sets
-from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up
+from takagi.certificates.requests.loop.exact_floats import floats
+from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.valid_level import gain_reaches
 from takagi.certificates.requests.request import Attempt, first_proved, or_else
-from takagi.certificates.requests.valid_level import gain_reaches
 from takagi.models.errors import ModelError
 
 __all__ = ["InputLimits"]

@@ -11,16 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
 from takagi.certificates.requests.decay import common_function
-from takagi.certificates.requests.decimals import rounded_down, short
-from takagi.certificates.requests.exact_floats import stack_of
-from takagi.certificates.requests.loop import Loop
-from takagi.certificates.requests.quadratic_motion import (
+from takagi.certificates.requests.loop.decimals import rounded_down, short
+from takagi.certificates.requests.loop.exact_floats import stack_of
+from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.quadratic_motion import (
     best_multiplier,
     box_corners,
     fall_rate,
 )
+from takagi.certificates.requests.loop.valid_level import box_rows, largest_level, state_halves
 from takagi.certificates.requests.request import Attempt, first_proved, or_else
-from takagi.certificates.requests.valid_level import box_rows, largest_level, state_halves
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:

@@ -10,11 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
-from takagi.certificates.requests.decimals import rounded_down, rounded_up, short
-from takagi.certificates.requests.disturbed_loop import Output, Path, disturbed_path, path_evidence
-from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up, short
+from takagi.certificates.requests.loop.disturbance_channel import (
+    Output,
+    Path,
+    disturbed_path,
+    path_evidence,
+)
+from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.valid_level import largest_level
 from takagi.certificates.requests.request import Attempt, first_proved
-from takagi.certificates.requests.valid_level import largest_level
 from takagi.models.errors import ModelError
 
 __all__ = ["L2Gain"]
@@ -38,7 +43,7 @@ class L2Gain:
     gain : in units of y over those of w; None takes the least that is found, a little more.
     energy_bound : W, so that no state leaves the box for |w|_2 <= W; "largest" takes what fits,
         or none where the model has no box.
-    disturbance, output : the path, as in ``disturbed_loop``.
+    disturbance, output : the path, as in ``loop.disturbance_channel``.
     """
 
     gain: float | None = None
@@ -70,7 +75,7 @@ class L2Gain:
 
     def _of_one_vertex(self, loop: Loop, path: Path) -> Iterator[tuple[Floats, float]]:
         """Yield P of one vertex by its Riccati equation, and the gain that it is to show."""
-        from takagi.lmi.analysis.bounded_real import bounded_real, norm_seen
+        from takagi.lmi.analysis.disturbance.bounded_real import bounded_real, norm_seen
 
         if len(path[0]) > 1 or loop.sample_time is not None:
             return

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.requests.blend_points import Point, points_of, weights_at
-from takagi.certificates.requests.decimals import short
-from takagi.certificates.requests.loop import Loop
-from takagi.certificates.requests.one_blend import equation_function
+from takagi.certificates.requests.loop.decimals import short
+from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.single_matrix import equation_function
+from takagi.certificates.requests.loop.weight_points import Point, points_of, weights_at
 from takagi.certificates.requests.request import Attempt
 
 if TYPE_CHECKING:

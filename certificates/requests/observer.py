@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.certificates.checker.kinds.observer import error_loops, joint_loops, secant_loops
-from takagi.certificates.requests.decimals import DIGITS, rounded_down, short
-from takagi.certificates.requests.exact_floats import as_read, stack_of
-from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, short
+from takagi.certificates.requests.loop.exact_floats import as_read, stack_of
+from takagi.certificates.requests.loop.loop import Loop
 from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.errors import ModelError
 

@@ -17,18 +17,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.requests.blend_points import grid
 from takagi.certificates.requests.decay import Decay, common_function, faster_function
-from takagi.certificates.requests.fuzzy import FuzzyDecay
+from takagi.certificates.requests.fuzzy_decay import FuzzyDecay
+from takagi.certificates.requests.gain_rounding import GainRounding
 from takagi.certificates.requests.h2_norm import H2Norm
 from takagi.certificates.requests.input_limits import InputLimits
 from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
 from takagi.certificates.requests.l2_gain import L2Gain
-from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.weight_points import grid
 from takagi.certificates.requests.observer import ObservedFeedback, ObserverError
 from takagi.certificates.requests.peak import Peak
 from takagi.certificates.requests.request import Attempt, Request
-from takagi.certificates.requests.rounding import GainRounding
 from takagi.certificates.requests.transient import Transient
 
 __all__ = ["attempted"]

@@ -13,12 +13,17 @@ from scipy.linalg import block_diag
 from scipy.optimize import minimize_scalar
 
 from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
-from takagi.certificates.requests.decimals import rounded_down, rounded_up, short
-from takagi.certificates.requests.disturbed_loop import Output, Path, disturbed_path, path_evidence
-from takagi.certificates.requests.loop import Loop
-from takagi.certificates.requests.quadratic_motion import best_multiplier
+from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up, short
+from takagi.certificates.requests.loop.disturbance_channel import (
+    Output,
+    Path,
+    disturbed_path,
+    path_evidence,
+)
+from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.quadratic_motion import best_multiplier
+from takagi.certificates.requests.loop.valid_level import gain_reaches, largest_level
 from takagi.certificates.requests.request import Attempt, first_proved, or_else
-from takagi.certificates.requests.valid_level import gain_reaches, largest_level
 from takagi.models.errors import ModelError
 
 __all__ = ["Peak"]
@@ -42,7 +47,7 @@ class Peak:
     disturbance_norm : b; None takes the largest that keeps the state in the model's box, at most
         1 where there is none.
     decay_rate : alpha [1/s] of the set; None looks for the best.
-    disturbance, output : the path, as in ``disturbed_loop``.
+    disturbance, output : the path, as in ``loop.disturbance_channel``.
     """
 
     gain: float | None = None
@@ -69,7 +74,7 @@ class Peak:
 
     def _by_equation(self, loop: Loop, evidence: dict[str, Any], path: Path) -> Attempt | None:
         """Return what P of one vertex by its Lyapunov equation shows; None where there is none."""
-        from takagi.lmi.analysis.reachable_set import OneVertex
+        from takagi.lmi.analysis.disturbance.reachable_set import OneVertex
 
         vertex = OneVertex.of(*(part[0] for part in path), step=loop.sample_time)
         rate = vertex.best_rate() if self.decay_rate is None else self.decay_rate

@@ -8,7 +8,7 @@ from itertools import chain
 from typing import Any, Protocol
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.loop.loop import Loop
 
 __all__ = ["Attempt", "Request", "first_proved", "or_else"]
 

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.certificates.requests.decay import common_function
-from takagi.certificates.requests.decimals import rounded_down, rounded_up, short
-from takagi.certificates.requests.loop import Loop
+from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up, short
+from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.valid_level import state_halves
 from takagi.certificates.requests.request import Attempt, first_proved
-from takagi.certificates.requests.valid_level import state_halves
 from takagi.models.errors import ModelError
 
 __all__ = ["Transient"]

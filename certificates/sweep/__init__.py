@@ -32,10 +32,22 @@ A module with maps of a law gives the command line two names, and its figures a 
     AXES       the ``AxisKind`` values that ``--over`` knows
     build      ``build(law, turbine, files, axes, tell) -> SweepMap``; raises ``ModelError`` where a
                value lies outside what the turbine's tables allow, naming the axis and the remedy
-    pages      in ``takagi.reports.sweep``: ``pages(result: SweepResult) -> {file name: content}``
+    pages      in ``takagi.reports.maps``: ``pages(result: SweepResult) -> {file name: content}``
 
-and a line in ``takagi.cli.sweep_laws``.  ``run_sweep(map, folder, workers=..., tell=...)`` makes
-the ``SweepResult``: the map and its points in the order of the grid.
+and a line in ``takagi.cli.verbs.sweep_maps``.  ``run_sweep(map, folder, workers=..., tell=...)``
+makes the ``SweepResult``: the map and its points in the order of the grid.
+
+The modules here:
+
+    axis, grid                     axes; what is asked and answered at the points
+    journal, lock                  a line for each finished point; one writer a file
+    runner, sending                several processes, and values as bytes for them
+    effort_sharing_map             the map of the effort-sharing law: overlap, gains, plant, class
+    effort_sharing_row             one point of it beside another law's map
+    published_map, published_point a published law over both overlaps; one pair of them
+    loop_settings, wind_ranges     the loop at a point; one range of winds by itself
+    loop_answer, loop_limits       what its certificate says; what limits it
+    trade_off, widest_set          wind class against overspeed; the function that bears most
 
 Importing this package imports nothing heavy: names are looked up when they are used.
 """

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.turbine.units import UNITS, to_si
+from takagi.models.files.turbine_units import UNITS, to_si
 
 __all__ = ["Axis", "AxisKind", "parse_axes"]
 

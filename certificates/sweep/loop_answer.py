@@ -9,12 +9,16 @@ import numpy as np
 
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.coherent import CoherentCandidate, coherent_claim
-from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
-from takagi.certificates.failing_winds import failing_winds
+from takagi.certificates.claims.turbine.effort_sharing import CoherentCandidate, coherent_claim
+from takagi.certificates.claims.turbine.failing_winds import failing_winds
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    coherent_law_data,
+    turbine_data,
+)
 from takagi.certificates.sweep.grid import UNDECIDED
 from takagi.certificates.sweep.wind_ranges import WindRange
-from takagi.models.law.coherent import CoherentLaw
+from takagi.models.laws.effort_sharing.law import CoherentLaw
 from takagi.models.turbine.aerodynamics import rotor_power
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind

@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
+from takagi.certificates.claims.turbine.wind_class import asked_rates
 from takagi.certificates.sweep.loop_settings import LoopSettings
 from takagi.certificates.sweep.widest_set import widest_functions
 from takagi.certificates.sweep.wind_ranges import WindRange, law_on
-from takagi.certificates.wind_class import asked_rates
-from takagi.models.embedding.coherent import CellLoop
-from takagi.models.embedding.loop_cell import LoopCell
-from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval
+from takagi.models.loops.effort_sharing.cells import CellLoop
+from takagi.models.loops.effort_sharing.loop_cell import LoopCell
 
 __all__ = ["COEFFICIENTS", "Limit", "what_limits"]
 

@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.certificates.coherent import WindClass
+from takagi.certificates.claims.turbine.effort_sharing import WindClass
 from takagi.certificates.sweep.axis import AxisKind
-from takagi.models.embedding.loop_cell import LoopBox, Uncertainty
-from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
-from takagi.models.law.coherent import CoherentLaw
-from takagi.models.surface import Surface
+from takagi.models.intervals.interval import Interval
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, Uncertainty
+from takagi.models.splines.surface import Surface
 from takagi.models.turbine.data import Turbine
 
 if TYPE_CHECKING:
-    from takagi.certificates.turbine_design import DesignSettings
+    from takagi.certificates.design.turbine.design import DesignSettings
 
 __all__ = ["AXES", "LoopSettings", "loop_at", "model_numbers"]
 
@@ -93,7 +93,7 @@ def loop_at(turbine: Turbine, asked: DesignSettings, at: Mapping[str, float]) ->
     ModelError : values for which there is no trim or no gain; names the wind and what to relax.
     """
     from takagi.lmi.turbine.effort import EffortSettings, effort_gains
-    from takagi.models.law.schedule import effort_schedule
+    from takagi.models.laws.effort_sharing.schedule import effort_schedule
 
     unknown = sorted(set(at) - {kind.name for kind in AXES})
     if unknown:

@@ -13,14 +13,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.sweep.axis import Axis
-from takagi.certificates.sweep.coherent_map import loop_settings
+from takagi.certificates.sweep.effort_sharing_map import loop_settings
 from takagi.certificates.sweep.grid import PARTLY, PROVED, UNDECIDED, SweepMap, Task
 from takagi.certificates.sweep.loop_answer import answer, energy_cost
 from takagi.certificates.sweep.loop_settings import AXES, LoopSettings, loop_at
 from takagi.certificates.sweep.widest_set import widest_candidate
 from takagi.certificates.sweep.wind_ranges import WindRange, law_on, wind_ranges
-from takagi.certificates.turbine_scale import default_settings
 from takagi.models.errors import ModelError
 from takagi.models.turbine.data import Turbine
 

@@ -2,8 +2,8 @@
 
 ``coherent_candidate`` looks for the function that bears most of the whole wind class in its worst
 cell.  Here that function is improved further, so that the mean over wind of the logarithms of the
-wind errors grows (``lmi.turbine.one_step_search`` with its gains fixed), and the cells may be those
-of a part of the winds.  The result is a candidate, as ever; the checker decides.
+wind errors grows (``lmi.turbine.one_step.joint_step`` with its gains fixed), and the cells may be
+those of a part of the winds.  The result is a candidate, as ever; the checker decides.
 """
 
 from __future__ import annotations
@@ -15,17 +15,21 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.coherent_bearing import AskedLoops, CoherentCandidate, borne_with
-from takagi.certificates.failing_winds import failing_winds
+from takagi.certificates.claims.turbine.failing_winds import failing_winds
+from takagi.certificates.claims.turbine.largest_wind_error import (
+    AskedLoops,
+    CoherentCandidate,
+    borne_with,
+)
+from takagi.certificates.claims.turbine.wind_class import asked_rates, calmer
 from takagi.certificates.sweep.loop_settings import LoopSettings
-from takagi.certificates.wind_class import asked_rates, calmer
 from takagi.lmi.analysis.invariant_ellipsoid import invariant_ellipsoid
-from takagi.lmi.turbine.one_step_borne import Functions, borne
-from takagi.lmi.turbine.one_step_family import Corners
-from takagi.lmi.turbine.one_step_search import Weights, joint_step
-from takagi.models.embedding.coherent import CellLoop
-from takagi.models.embedding.loop_cell import LoopBox, LoopCell
-from takagi.models.embedding.vertices import loop_vertices
+from takagi.lmi.turbine.one_step.joint_step import Weights, joint_step
+from takagi.lmi.turbine.one_step.loop_functions import Functions, borne
+from takagi.lmi.turbine.one_step.loop_of_gains import Corners
+from takagi.models.loops.effort_sharing.cells import CellLoop
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell
+from takagi.models.loops.effort_sharing.vertices import loop_vertices
 
 __all__ = ["widest_candidate", "widest_functions"]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from takagi.models.errors import ModelError
-from takagi.models.law.coherent import CoherentLaw, EffortGains
+from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
 

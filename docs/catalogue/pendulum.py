@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 
 from catalogue.github import github
 from catalogue.pendulum_bounds import bounds_table, table
-from takagi.certificates.certification import Certificate, certify
+from takagi.certificates.claims.plant.certification import Certificate, certify
 from takagi.models import TSModel, load_model, sector_model
-from takagi.models.derivation import Step
 from takagi.models.plant.plant import Plant
+from takagi.models.ts.derivation import Step
 from takagi.reports.figures import figure_to_svg
-from takagi.reports.plant.derivation_section import derivation_steps
-from takagi.reports.plant.plant_section import equations_latex, parameter_rows, variable_rows
-from takagi.reports.plant.readable import readable
-from takagi.reports.plant.weights_drawing import premise_curves, weights_figure
+from takagi.reports.figures.plant.weights import premise_curves, weights_figure
+from takagi.reports.page.readable_latex import readable
+from takagi.reports.sections.plant.derivation import derivation_steps
+from takagi.reports.sections.plant.plant import equations_latex, parameter_rows, variable_rows
 
 # What the kinds of claims on this page say.
 CLAIMS = {

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.models import TSModel
-from takagi.reports.plant.weights_drawing import PremiseCurve, premise_curves
+from takagi.reports.figures.plant.weights import PremiseCurve, premise_curves
 
 __all__ = ["bounds_table", "sampled_ranges", "table"]
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from catalogue.entry import GENERAL, Case, Entry, Sizes, plant
 from takagi.lmi import Condition
-from takagi.lmi.attraction.condition import attraction_condition
-from takagi.lmi.attraction.task import AttractionTask, task_of
+from takagi.lmi.gains.attraction.condition import attraction_condition
+from takagi.lmi.gains.attraction.request import AttractionTask, task_of
 
 __all__ = ["ENTRIES"]
 

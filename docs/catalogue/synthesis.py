@@ -16,7 +16,7 @@ from takagi.lmi import (
     pdc_condition,
     peak_pdc_condition,
 )
-from takagi.lmi.synthesis.limits import limits_of
+from takagi.lmi.gains.requirements.limits import limits_of
 
 __all__ = ["ENTRIES", "PAIRS"]
 

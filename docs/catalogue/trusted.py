@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates import certify
-from takagi.certificates.trusted import Trusted, check_counted
+from takagi.certificates.audit.trusted_lines import Trusted, check_counted
 
 __all__ = ["DECAY", "TURBINE", "block", "certificates", "decay", "page", "row"]
 
@@ -76,11 +76,11 @@ def decay() -> Mapping[str, Any]:
 
 def _turbine() -> Mapping[str, Any]:
     """Return a certificate of the default turbine: gains found first, which takes seconds."""
-    from takagi.certificates.coherent import coherent_candidate
-    from takagi.certificates.loop_claims import loop_document
+    from takagi.certificates.claims.turbine.effort_sharing import coherent_candidate
+    from takagi.certificates.claims.turbine.loop_claims import loop_document
     from takagi.lmi.turbine.effort import effort_gains
-    from takagi.models.law.coherent import CoherentLaw
-    from takagi.models.law.schedule import effort_schedule
+    from takagi.models.laws.effort_sharing.law import CoherentLaw
+    from takagi.models.laws.effort_sharing.schedule import effort_schedule
     from takagi.models.turbine.loader import nrel5mw
 
     turbine = nrel5mw()

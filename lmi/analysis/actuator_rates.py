@@ -23,8 +23,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.loop_pairs import gain_stack, pair_means, pairs_of
-from takagi.lmi.intake import Vertices, input_stack, sample_time_of, symmetric, vertex_stack
-from takagi.lmi.term import Array
+from takagi.lmi.argument_checks import (
+    Vertices,
+    input_stack,
+    sample_time_of,
+    symmetric,
+    vertex_stack,
+)
+from takagi.lmi.condition.term import Array
 from takagi.models.errors import ModelError
 
 __all__ = ["input_rate_bound", "input_rate_rows", "membership_corners", "membership_rates"]

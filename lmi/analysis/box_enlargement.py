@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from takagi.lmi.analysis.common_quadratic import common_lyapunov, rate_of
 from takagi.lmi.analysis.growth_condition import box_enlargement_condition, growth_allowed
 from takagi.lmi.analysis.loop_growth import EnlargedLoops, Law, enlarged_loops
-from takagi.lmi.analysis.quadratic import common_lyapunov, rate_of
 from takagi.lmi.answer import Answer, Floats, Try
-from takagi.lmi.intake import Vertices, number, sample_time_of
-from takagi.lmi.solver.balance import state_units
-from takagi.lmi.solver.largest_parameter import Extreme, extreme_parameter
-from takagi.lmi.solver.outcome import promised
+from takagi.lmi.argument_checks import Vertices, number, sample_time_of
+from takagi.lmi.cone.balance import state_units
+from takagi.lmi.decision.outcome import promised
+from takagi.lmi.decision.vertex_rounds import ALL_AT_ONCE
+from takagi.lmi.parameter_search.largest_parameter import Extreme, extreme_parameter
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.solver.vertex_rounds import ALL_AT_ONCE
 
 __all__ = ["max_box_enlargement", "wide_box"]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.quadratic import (
+from takagi.lmi.analysis.common_quadratic import (
     answer_in_states,
     common_lyapunov_condition,
     rate_of,
@@ -15,15 +15,15 @@ from takagi.lmi.analysis.quadratic import (
     vertex_weight,
 )
 from takagi.lmi.answer import Answer, Floats, Try
-from takagi.lmi.evaluate import margin
-from takagi.lmi.intake import Vertices, number, sample_time_of, vertex_stack
-from takagi.lmi.solver.balance import state_units
-from takagi.lmi.solver.largest_parameter import extreme_parameter
-from takagi.lmi.solver.outcome import promised
-from takagi.lmi.solver.stages import Outcome, decide
+from takagi.lmi.argument_checks import Vertices, number, sample_time_of, vertex_stack
+from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.cone.balance import state_units
+from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.decision.outcome import promised
+from takagi.lmi.decision.vertex_rounds import first_vertices
+from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.solver.vertex_rounds import first_vertices
-from takagi.lmi.term import Condition
 
 __all__ = ["fast_decay", "max_decay_rate"]
 

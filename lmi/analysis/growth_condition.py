@@ -19,12 +19,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.loop_growth import EnlargedLoops
-from takagi.lmi.analysis.quadratic import vertex_weight
 from takagi.lmi.answer import Floats
-from takagi.lmi.intake import number
-from takagi.lmi.solver.balance import motion, nearest_power
-from takagi.lmi.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.argument_checks import number
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.cone.balance import motion, nearest_power
 
 __all__ = ["box_enlargement_condition", "growth_allowed"]
 

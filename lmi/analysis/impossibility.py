@@ -14,9 +14,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.lmi.intake import vertex_stack
-from takagi.lmi.solver.stages import decide
-from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.argument_checks import vertex_stack
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.decision.decide import decide
 
 __all__ = ["impossibility_condition", "impossibility_multipliers"]
 

@@ -21,9 +21,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.analysis.quadratic import common_lyapunov
-from takagi.lmi.solver.stages import optimise
-from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.analysis.common_quadratic import common_lyapunov
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.decision.decide import optimise
 from takagi.models.errors import ModelError
 
 __all__ = [

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.loop_pairs import gain_stack, pairs_of
 from takagi.lmi.answer import Floats
-from takagi.lmi.intake import Vertices, corners_of, input_stack, vertex_stack
+from takagi.lmi.argument_checks import Vertices, corners_of, input_stack, vertex_stack
 from takagi.models.errors import ModelError, did_you_mean
 
 __all__ = ["EnlargedLoops", "Law", "enlarged_loops"]

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Answer
-from takagi.lmi.term import Array
+from takagi.lmi.condition.term import Array
 from takagi.models.errors import ModelError
-from takagi.models.vertex_arrays import finite_array
+from takagi.models.ts.vertex_arrays import finite_array
 
 __all__ = ["gain_stack", "of_pairs", "pair_means", "pairs_of"]
 

@@ -15,7 +15,7 @@ import warnings
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.intake import rate_parameter
+from takagi.lmi.argument_checks import rate_parameter
 
 __all__ = ["states_of_mean"]
 

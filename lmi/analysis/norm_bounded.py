@@ -30,11 +30,11 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
+from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.loop_pairs import gain_stack, of_pairs, pair_means, pairs_of
 from takagi.lmi.analysis.pole_region import coefficient_latex
-from takagi.lmi.analysis.quadratic import vertex_weight
 from takagi.lmi.answer import Answer
-from takagi.lmi.intake import (
+from takagi.lmi.argument_checks import (
     Vertices,
     input_stack,
     number,
@@ -42,12 +42,12 @@ from takagi.lmi.intake import (
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.solver.balance import nearest_power, state_units
-from takagi.lmi.solver.diagnosis import binding_items
-from takagi.lmi.solver.stages import Outcome, decide
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.uncertainty import Channel, Uncertainty, channels_of
+from takagi.lmi.cone.balance import nearest_power, state_units
+from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.decision.diagnosis import binding_items
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.term import LMI, Array, Condition, Constant, Term, Unknown
-from takagi.lmi.uncertainty import Channel, Uncertainty, channels_of
 
 __all__ = ["robust_lyapunov", "robust_lyapunov_condition"]
 

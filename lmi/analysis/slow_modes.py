@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.intake import rate_parameter
+from takagi.lmi.argument_checks import rate_parameter
 
 __all__ = ["decays_exactly", "slow_vertex"]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from takagi.lmi.explaining.stuck_blend import StuckBlend
-from takagi.lmi.solver.diagnosis import Share, shares_in_words
+from takagi.lmi.decision.diagnosis import Share, shares_in_words
+from takagi.lmi.explaining.uncontrollable_blend import StuckBlend
 
 __all__ = ["NAMED", "Explanation", "PremiseRelief"]
 

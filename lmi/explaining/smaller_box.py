@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from takagi.lmi.term import Array
+from takagi.lmi.condition.term import Array
 from takagi.models import Premise, TSModel
 from takagi.models.errors import ModelError
 

@@ -12,9 +12,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from takagi.lmi.solver.program import ConeProgram, Raw
+from takagi.lmi.condition.unknown import triangle
+from takagi.lmi.cone.program import ConeProgram, Raw
 from takagi.lmi.solver.time_limit import out_of_time, remaining, stopped
-from takagi.lmi.unknown import triangle
 
 __all__ = ["with_cvxpy", "with_others"]
 

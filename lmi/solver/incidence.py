@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.solver.program import ConeProgram
-from takagi.lmi.term import Indices
+from takagi.lmi.condition.term import Indices
+from takagi.lmi.cone.program import ConeProgram
 
 __all__ = ["Incidence", "incidence"]
 

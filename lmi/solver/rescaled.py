@@ -18,8 +18,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from takagi.lmi.solver.balance import nearest_power
-from takagi.lmi.solver.program import ConeProgram, Raw
+from takagi.lmi.cone.balance import nearest_power
+from takagi.lmi.cone.program import ConeProgram, Raw
 
 __all__ = ["Scaling", "scaling_of"]
 

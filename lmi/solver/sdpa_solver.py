@@ -23,13 +23,13 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from takagi.lmi.solver.assemble import Cone
-from takagi.lmi.solver.choice import sdpa_iteration
+from takagi.lmi.condition.term import Indices
+from takagi.lmi.condition.unknown import triangle
+from takagi.lmi.cone.assemble import Cone
+from takagi.lmi.cone.program import ConeProgram, Raw
 from takagi.lmi.solver.incidence import incidence
-from takagi.lmi.solver.program import ConeProgram, Raw
+from takagi.lmi.solver.solver_choice import sdpa_iteration
 from takagi.lmi.solver.time_limit import remaining, stopped
-from takagi.lmi.term import Indices
-from takagi.lmi.unknown import triangle
 
 __all__ = ["sdpa_is_installed", "with_sdpa"]
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, is_dataclass, replace
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar, cast
 
-from takagi.lmi.intake import number
+from takagi.lmi.argument_checks import number
 from takagi.models.errors import ModelError
 
 __all__ = ["limited", "out_of_time", "remaining", "stopped"]

@@ -14,11 +14,11 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.labels import Labels
+from takagi.lmi.condition.item_labels import Labels
+from takagi.lmi.condition.term import LMI, Array, Indices, Term, Unknown
 from takagi.lmi.sums.corner_rules import Corners, product_rules
-from takagi.lmi.sums.parts import Fixed, Member, Part, Summand, changes_with_gain
+from takagi.lmi.sums.summands import Fixed, Member, Part, Summand, changes_with_gain
 from takagi.lmi.sums.weighted_sum import constant_of, same_term, term_of
-from takagi.lmi.term import LMI, Array, Indices, Term, Unknown
 from takagi.models.errors import ModelError
 
 __all__ = ["DoubleSum", "Fixed", "Member", "Part", "Posed", "Summand", "selections"]

@@ -15,9 +15,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from takagi.lmi.answer import Floats
-from takagi.lmi.multisimplex import Basis
+from takagi.lmi.condition.term import Indices, Unknown
+from takagi.lmi.polynomials.simplex_polynomials import Basis
 from takagi.lmi.sums.double_sum import DoubleSum, Part
-from takagi.lmi.term import Indices, Unknown
 
 __all__ = ["double_sums", "rate_parts", "rule_table", "swapped_rules"]
 

@@ -24,10 +24,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from takagi.lmi.condition.term import LMI, Array, Term, Unknown
 from takagi.lmi.sums.corner_rules import Corners, HasPremises, product_rules
 from takagi.lmi.sums.double_sum import DoubleSum, Part
 from takagi.lmi.sums.rule_pairs import SLACK_SHARE, slack_unknown
-from takagi.lmi.term import LMI, Array, Term, Unknown
 from takagi.models.errors import ModelError
 
 __all__ = ["neighbouring_rules", "product_bounds", "with_overlap", "with_shape"]

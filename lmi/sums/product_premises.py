@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from takagi.lmi.condition.term import LMI, Term, Unknown
 from takagi.lmi.sums.corner_rules import Corners, ProductRules, product_rules
 from takagi.lmi.sums.double_sum import DoubleSum, Posed, selections
 from takagi.lmi.sums.rule_pairs import slack_unknown
@@ -23,7 +24,6 @@ from takagi.lmi.sums.simplex_products import (
     simplexes_of,
 )
 from takagi.lmi.sums.slack_matrices import negative_whole
-from takagi.lmi.term import LMI, Term, Unknown
 from takagi.models.errors import ModelError
 
 __all__ = ["both_rules", "polya", "product", "product_liu_zhang"]

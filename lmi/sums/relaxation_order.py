@@ -6,8 +6,8 @@ import re
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.sums.relaxation_sizes import RelaxationSize
-from takagi.lmi.unknown import triangle
 
 __all__ = ["MOST_WORK", "NAMES", "PRODUCTS", "contains", "work_of"]
 

@@ -9,13 +9,13 @@ from math import comb, prod
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.sums.corner_rules import Corners
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.multisets import count_of
-from takagi.lmi.sums.parts import Part
 from takagi.lmi.sums.product_premises import both_rules
 from takagi.lmi.sums.simplex_products import simplexes_of
-from takagi.lmi.unknown import triangle
+from takagi.lmi.sums.summands import Part
 from takagi.models.errors import ModelError
 
 __all__ = ["MOST_ENTRIES", "RelaxationSize", "check_size", "relaxation_size", "size_of"]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from takagi.lmi.condition.term import LMI, Term, Unknown
 from takagi.lmi.sums.double_sum import DoubleSum, Summand
-from takagi.lmi.term import LMI, Term, Unknown
 
 __all__ = ["SLACK_SHARE", "pair_lmis", "rule_lmi", "slack_name", "slack_unknown", "together"]
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from takagi.lmi.condition.term import LMI, Indices, Term, Unknown
+from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.sums.double_sum import DoubleSum, Posed, selections
 from takagi.lmi.sums.rule_pairs import SLACK_SHARE, pair_lmis, slack_name, slack_unknown
-from takagi.lmi.term import LMI, Indices, Term, Unknown
-from takagi.lmi.unknown import triangle
 
 __all__ = ["kim_lee", "liu_zhang", "negative_whole"]
 

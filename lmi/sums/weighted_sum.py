@@ -9,8 +9,8 @@ from fractions import Fraction
 import numpy as np
 import scipy.sparse as sp
 
-from takagi.lmi.sums.parts import Fixed, Part, Summand, Weights
-from takagi.lmi.term import Array, Constant, Indices, Term
+from takagi.lmi.condition.term import Array, Constant, Indices, Term
+from takagi.lmi.sums.summands import Fixed, Part, Summand, Weights
 
 __all__ = ["constant_of", "same_term", "term_of"]
 

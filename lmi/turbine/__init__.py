@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortDesign, EffortSettings, effort_gains
-    from takagi.lmi.turbine.one_step import OneStepDesign, effort_loop_reach, one_step_gains
-    from takagi.lmi.turbine.one_step_family import LoopFamily
-    from takagi.lmi.turbine.one_step_objective import Objective
+    from takagi.lmi.turbine.one_step.design import OneStepDesign, effort_loop_reach, one_step_gains
+    from takagi.lmi.turbine.one_step.loop_of_gains import LoopFamily
+    from takagi.lmi.turbine.one_step.objective import Objective
     from takagi.lmi.turbine.regional import (
         FULL_LOAD,
         PARTIAL_LOAD,
@@ -54,16 +54,16 @@ _HOME = {
     "EffortDesign": "effort",
     "EffortSettings": "effort",
     "FULL_LOAD": "regional",
-    "LoopFamily": "one_step_family",
-    "Objective": "one_step_objective",
-    "OneStepDesign": "one_step",
+    "LoopFamily": "one_step.loop_of_gains",
+    "Objective": "one_step.objective",
+    "OneStepDesign": "one_step.design",
     "PARTIAL_LOAD": "regional",
     "RegionGains": "regional",
     "RegionalGains": "regional",
     "Requirement": "regional",
     "effort_gains": "effort",
-    "effort_loop_reach": "one_step",
-    "one_step_gains": "one_step",
+    "effort_loop_reach": "one_step.design",
+    "one_step_gains": "one_step.design",
     "region_gains": "regional",
     "regional_gain_condition": "regional_condition",
     "regional_gains": "regional",

@@ -21,11 +21,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.synthesis.guaranteed_cost import guaranteed_cost_gain
+from takagi.lmi.gains.cost.guaranteed_cost import guaranteed_cost_gain
 from takagi.models.errors import ModelError
-from takagi.models.law.coherent import EffortGains
-from takagi.models.law.effort import effort_ramp, effort_ramp_slope
-from takagi.models.law.schedule import EffortSchedule
+from takagi.models.laws.effort_sharing.law import EffortGains
+from takagi.models.laws.effort_sharing.schedule import EffortSchedule
+from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from takagi.lmi.solver.diagnosis import binding_items
-from takagi.lmi.solver.stages import Outcome, decide
-from takagi.lmi.term import Condition
-from takagi.lmi.turbine.region_task import RegionTask, Requirement
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.turbine.region_request import RegionTask, Requirement
 from takagi.models.turbine.regional_model import WIND_ESTIMATE
 
 __all__ = ["why_none"]

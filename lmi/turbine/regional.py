@@ -19,14 +19,14 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.analysis.quadratic import rate_of
+from takagi.lmi.analysis.common_quadratic import rate_of
 from takagi.lmi.answer import Status, Try
-from takagi.lmi.solver.stages import optimise
-from takagi.lmi.term import Condition
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.decision.decide import optimise
 from takagi.lmi.turbine.region_diagnosis import why_none
-from takagi.lmi.turbine.region_task import FULL_LOAD, PARTIAL_LOAD, Requirement, region_task
+from takagi.lmi.turbine.region_request import FULL_LOAD, PARTIAL_LOAD, Requirement, region_task
 from takagi.models.errors import ModelError
-from takagi.models.ts_model import TSModel
+from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.full_load import full_load_model
 from takagi.models.turbine.partial_load import partial_load_model

@@ -25,8 +25,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.synthesis.limits import initial_lmis, input_lmis, state_lmis
-from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.gains.requirements.limits import initial_lmis, input_lmis, state_lmis
 from takagi.models.errors import ModelError
 
 __all__ = ["ActuatorBound", "regional_gain_condition"]

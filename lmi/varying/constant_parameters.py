@@ -8,13 +8,13 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.quadratic import vertex_weight
+from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.answer import Answer
-from takagi.lmi.intake import Vertices, number, rate_parameter
-from takagi.lmi.multisimplex import Basis, Degrees
+from takagi.lmi.argument_checks import Vertices, number, rate_parameter
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.term import Condition
-from takagi.lmi.varying.family_answer import decided_family, no_family
+from takagi.lmi.varying.answer_in_states import decided_family, no_family
 from takagi.lmi.varying.lyapunov_forms import SOURCES, Form, check_form, form_lmis
 from takagi.lmi.varying.parameter_condition import Sought, unknown_family
 from takagi.lmi.varying.parameter_loop import Loop, loop_of

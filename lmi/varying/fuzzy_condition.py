@@ -20,15 +20,15 @@ from fractions import Fraction
 
 import numpy as np
 
-from takagi.lmi.analysis.quadratic import vertex_weight
+from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.answer import Floats
-from takagi.lmi.intake import rate_parameter
-from takagi.lmi.multisimplex import Basis, Degrees
+from takagi.lmi.argument_checks import rate_parameter
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees
+from takagi.lmi.polynomials.unknown_polynomial import Polynomial
 from takagi.lmi.sums.double_sum import DoubleSum, Part
 from takagi.lmi.sums.membership_parts import double_sums, rate_parts, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.term import LMI, Condition, Constant, Term, Unknown
-from takagi.lmi.unknown_polynomial import Polynomial
 from takagi.lmi.varying.lyapunov_forms import SOURCES, Form, check_form, form_lmis
 from takagi.lmi.varying.parameter_condition import (
     Sought,

@@ -23,9 +23,9 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from takagi.lmi.multisimplex import Basis
-from takagi.lmi.term import LMI, Term, Unknown
-from takagi.lmi.unknown_polynomial import Polynomial
+from takagi.lmi.condition.term import LMI, Term, Unknown
+from takagi.lmi.polynomials.simplex_polynomials import Basis
+from takagi.lmi.polynomials.unknown_polynomial import Polynomial
 from takagi.lmi.varying.parameter_condition import (
     Sought,
     decay_term,

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.multisimplex import Basis, Degrees, Known
-from takagi.lmi.term import LMI, Constant, Term, Unknown
-from takagi.lmi.unknown_polynomial import Polynomial
+from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
+from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
+from takagi.lmi.polynomials.unknown_polynomial import Polynomial
 from takagi.lmi.varying.parameter_motion import Motion
 from takagi.lmi.varying.parameter_terms import Coefficients, identity_like
 

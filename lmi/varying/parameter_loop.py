@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 from takagi.lmi.analysis.loop_pairs import gain_stack
 from takagi.lmi.analysis.slow_modes import slow_vertex
 from takagi.lmi.answer import Floats
-from takagi.lmi.intake import Vertices, input_stack, sample_time_of, vertex_stack
-from takagi.lmi.multisimplex import Known, marginals
-from takagi.lmi.solver.balance import state_units
-from takagi.lmi.term import Array
+from takagi.lmi.argument_checks import Vertices, input_stack, sample_time_of, vertex_stack
+from takagi.lmi.condition.term import Array
+from takagi.lmi.cone.balance import state_units
+from takagi.lmi.polynomials.simplex_polynomials import Known, marginals
 from takagi.lmi.varying.parameter_space import Space, space_of
 
 __all__ = ["Loop", "loop_of"]

@@ -16,8 +16,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.multisimplex import Basis, Degrees, Known
-from takagi.lmi.unknown_polynomial import Polynomial, substituted
+from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
+from takagi.lmi.polynomials.unknown_polynomial import Polynomial, substituted
 from takagi.lmi.varying.parameter_space import Space
 from takagi.lmi.varying.rate_polytopes import step_corners, velocity_corners
 from takagi.models.errors import ModelError

@@ -8,10 +8,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from takagi.lmi.labels import Labels
-from takagi.lmi.multisimplex import Basis, Degrees, Known
-from takagi.lmi.term import Array, Constant, Position, Term, Unknown
-from takagi.lmi.unknown_polynomial import Contributions, Polynomial, contributions
+from takagi.lmi.condition.item_labels import Labels
+from takagi.lmi.condition.term import Array, Constant, Position, Term, Unknown
+from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
+from takagi.lmi.polynomials.unknown_polynomial import Contributions, Polynomial, contributions
 from takagi.lmi.varying.parameter_motion import Motion
 
 __all__ = ["Coefficients", "identity_like"]

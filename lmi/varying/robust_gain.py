@@ -25,18 +25,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.channel import Channel, Units, channel_of, near_least
-from takagi.lmi.analysis.quadratic import vertex_weight
+from takagi.lmi.analysis.common_quadratic import vertex_weight
+from takagi.lmi.analysis.disturbance.channel import Channel, Units, channel_of, near_least
 from takagi.lmi.answer import Answer, Floats
-from takagi.lmi.evaluate import lmi_value
-from takagi.lmi.intake import Vertices, rate_parameter
-from takagi.lmi.multisimplex import Basis, Degrees, Known
-from takagi.lmi.solver.balance import state_units
-from takagi.lmi.solver.outcome import not_least
-from takagi.lmi.solver.stages import Outcome, optimise
+from takagi.lmi.argument_checks import Vertices, rate_parameter
+from takagi.lmi.condition.evaluate import lmi_value
+from takagi.lmi.condition.term import LMI, Condition, Term, Unknown
+from takagi.lmi.cone.balance import state_units
+from takagi.lmi.decision.decide import Outcome, optimise
+from takagi.lmi.decision.outcome import not_least
+from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.term import LMI, Condition, Term, Unknown
-from takagi.lmi.varying.family_answer import decided_family, family_in_states, no_family
+from takagi.lmi.varying.answer_in_states import decided_family, family_in_states, no_family
 from takagi.lmi.varying.parameter_condition import (
     Sought,
     direct_lmi,

@@ -8,11 +8,11 @@ from typing import Literal, TypeAlias
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Answer
-from takagi.lmi.intake import Vertices, number
-from takagi.lmi.multisimplex import Basis
+from takagi.lmi.argument_checks import Vertices, number
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.polynomials.simplex_polynomials import Basis
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.term import Condition
-from takagi.lmi.varying.family_answer import decided_family, no_family
+from takagi.lmi.varying.answer_in_states import decided_family, no_family
 from takagi.lmi.varying.fuzzy_condition import Question
 from takagi.lmi.varying.lyapunov_forms import Form
 from takagi.lmi.varying.parameter_loop import Loop, loop_of

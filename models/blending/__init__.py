@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from takagi.models.blending.blending import Actuator, Blending
-    from takagi.models.blending.hand_over import (
+    from takagi.models.blending.modelling import blended_model
+    from takagi.models.blending.run_time import RunningBlend
+    from takagi.models.blending.substitution import blended_plant
+    from takagi.models.ramps.exact_effort_ramp import (
         ramp,
         ramp_slope,
         share_range,
         share_value,
     )
-    from takagi.models.blending.modelling import blended_model
-    from takagi.models.blending.running import RunningBlend
-    from takagi.models.blending.substitution import blended_plant
 
 __all__ = [
     "Actuator",
@@ -38,21 +38,21 @@ __all__ = [
 ]
 
 _HOME = {
-    "Actuator": "blending",
-    "Blending": "blending",
-    "RunningBlend": "running",
-    "blended_model": "modelling",
-    "blended_plant": "substitution",
-    "ramp": "hand_over",
-    "ramp_slope": "hand_over",
-    "share_range": "hand_over",
-    "share_value": "hand_over",
+    "Actuator": "takagi.models.blending.blending",
+    "Blending": "takagi.models.blending.blending",
+    "RunningBlend": "takagi.models.blending.run_time",
+    "blended_model": "takagi.models.blending.modelling",
+    "blended_plant": "takagi.models.blending.substitution",
+    "ramp": "takagi.models.ramps.exact_effort_ramp",
+    "ramp_slope": "takagi.models.ramps.exact_effort_ramp",
+    "share_range": "takagi.models.ramps.exact_effort_ramp",
+    "share_value": "takagi.models.ramps.exact_effort_ramp",
 }
 
 
 def __getattr__(name: str) -> object:
     if name in _HOME:
-        return getattr(import_module(f"takagi.models.blending.{_HOME[name]}"), name)
+        return getattr(import_module(_HOME[name]), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from takagi.models.blending.hand_over import ramp, ramp_slope, share_range
-from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval
+from takagi.models.ramps.exact_effort_ramp import ramp, ramp_slope, share_range
 
 if TYPE_CHECKING:
     import sympy as sp

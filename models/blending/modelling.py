@@ -11,10 +11,10 @@ from takagi.models.sector.model import sector_model
 if TYPE_CHECKING:
     import sympy as sp
 
+    from takagi.models.equations.equilibrium import Rest
     from takagi.models.plant.plant import Plant
     from takagi.models.sector.choice import Choice
-    from takagi.models.sector.rest import Rest
-    from takagi.models.ts_model import TSModel
+    from takagi.models.ts.model import TSModel
 
 __all__ = ["blended_model"]
 

@@ -16,10 +16,10 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from takagi.models.blending.actuator_authority import check_reach
 from takagi.models.blending.blending import SHARE, Actuator, Blending
-from takagi.models.blending.reach import check_reach
-from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Parameter, Plant, Variable
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ class PlantSettings:
         the inputs.
     decay_rate : alpha [1/s] with V' <= -2 alpha V; ``"max"`` for nine tenths of the largest, which
         needs bounded gains; None for a moderate one, the last that is not bought by more than
-        doubled commands (``takagi.certificates.plant_gains``).
+        doubled commands (``takagi.certificates.design.plant.gains``).
     relaxation : of the double sum, as ``takagi.lmi.pdc`` names it; None takes all pairs of rules,
         and richer ones where these have no gains.
     input_limit : input -> largest deviation from its rest; one that is not named takes the range

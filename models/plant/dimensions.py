@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from takagi.models.errors import ModelError
-from takagi.models.plant.units import PURE, Dimension, parse_unit
+from takagi.models.files.units import PURE, Dimension, parse_unit
 
 if TYPE_CHECKING:
     import sympy as sp

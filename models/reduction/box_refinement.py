@@ -8,19 +8,19 @@ from fractions import Fraction
 from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeAlias
 
-from takagi.models.enclosure.interval import Interval, Number, exact
+from takagi.models.equations.equilibrium import Rest
+from takagi.models.equations.problem import Problem, box_in_fractions, problem_of_plant
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval, Number, exact
 from takagi.models.plant.plant import Plant
-from takagi.models.premise import Premise
 from takagi.models.reduction.cell_models import CellModels, ModelCell
 from takagi.models.reduction.hull_spread import HullSpread
-from takagi.models.sector.assemble import Factored, assemble
-from takagi.models.sector.bounding import bounded_premise, check_rule_count
+from takagi.models.sector.assembly import Factored, assemble
 from takagi.models.sector.choice import Choice, chosen_form
 from takagi.models.sector.model import MOST_RULES
-from takagi.models.sector.problem import Problem, box_in_fractions, problem_of_plant
-from takagi.models.sector.rest import Rest
-from takagi.models.ts_model import TSModel
+from takagi.models.sector.premise_bounds import bounded_premise, check_rule_count
+from takagi.models.ts.model import TSModel
+from takagi.models.ts.premise import Premise
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -155,7 +155,7 @@ class _Cutter:
         return halves
 
     def _range(self, expression: sp.Expr, box: Box, known: Interval) -> Interval:
-        from takagi.models.sector.ball import expression_range
+        from takagi.models.ranges.expression_range import expression_range
 
         return expression_range(expression, box, tolerance=ROUGH).outer.intersect(known)
 

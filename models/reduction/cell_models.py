@@ -9,9 +9,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.models.enclosure.interval import Interval, exact
 from takagi.models.errors import ModelError
-from takagi.models.ts_model import TSModel
+from takagi.models.intervals.interval import Interval, exact
+from takagi.models.ts.model import TSModel
 
 __all__ = ["CellModels", "ModelCell"]
 

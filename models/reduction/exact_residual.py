@@ -15,8 +15,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.models.enclosure.interval import exact
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import exact
 
 __all__ = ["Decimals", "residual", "root_above", "row_sums_are_one"]
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.models.enclosure.interval import exact
+from takagi.models.intervals.interval import exact
 from takagi.models.reduction.exact_residual import root_above
 
 __all__ = ["NormBlock", "block_around", "entry_blocks"]

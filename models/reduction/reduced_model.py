@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.models.errors import ModelError
-from takagi.models.premise import Premise
 from takagi.models.reduction.error_bound import LETTERS, ErrorBound, error_bound
 from takagi.models.reduction.exact_residual import residual, row_sums_are_one
 from takagi.models.reduction.rule_tensor import RuleTensor
-from takagi.models.ts_model import TSModel
+from takagi.models.ts.model import TSModel
+from takagi.models.ts.premise import Premise
 
 __all__ = ["MergedModel", "ReducedModel", "bounded_reduction"]
 

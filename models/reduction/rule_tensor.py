@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from takagi.models.errors import ModelError
 from takagi.models.reduction.error_bound import LETTERS, Place
-from takagi.models.ts_model import TSModel
+from takagi.models.ts.model import TSModel
 
 __all__ = ["RuleTensor", "mode_spectrum", "rule_tensor", "varying_entries"]
 

@@ -9,12 +9,12 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.models.enclosure.interval import Number, exact
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Number, exact
 from takagi.models.reduction.reduced_model import ReducedModel, bounded_reduction
 from takagi.models.reduction.rule_tensor import RuleTensor, rule_tensor
 from takagi.models.reduction.simplex_hull import simplex_weights
-from takagi.models.ts_model import TSModel
+from takagi.models.ts.model import TSModel
 
 __all__ = ["reduce_rules"]
 

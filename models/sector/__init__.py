@@ -21,9 +21,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.models.sector.assemble import Equations, Factored, assemble
-    from takagi.models.sector.ball import expression_range, expression_value
-    from takagi.models.sector.factor import factor
+    from takagi.models.ranges.expression_range import expression_range, expression_value
+    from takagi.models.sector.assembly import Equations, Factored, assemble
+    from takagi.models.sector.factorisation import factor
     from takagi.models.sector.model import sector_model
     from takagi.models.sector.rule_counting import RuleCount, rule_count
 
@@ -40,21 +40,21 @@ __all__ = [
 ]
 
 _HOME = {
-    "Factored": "assemble",
-    "Equations": "assemble",
-    "RuleCount": "rule_counting",
-    "assemble": "assemble",
-    "expression_range": "ball",
-    "expression_value": "ball",
-    "factor": "factor",
-    "rule_count": "rule_counting",
-    "sector_model": "model",
+    "Factored": "takagi.models.sector.assembly",
+    "Equations": "takagi.models.sector.assembly",
+    "RuleCount": "takagi.models.sector.rule_counting",
+    "assemble": "takagi.models.sector.assembly",
+    "expression_range": "takagi.models.ranges.expression_range",
+    "expression_value": "takagi.models.ranges.expression_range",
+    "factor": "takagi.models.sector.factorisation",
+    "rule_count": "takagi.models.sector.rule_counting",
+    "sector_model": "takagi.models.sector.model",
 }
 
 
 def __getattr__(name: str) -> object:
     if name in _HOME:
-        return getattr(import_module(f"takagi.models.sector.{_HOME[name]}"), name)
+        return getattr(import_module(_HOME[name]), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

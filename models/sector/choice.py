@@ -8,13 +8,13 @@ from itertools import islice, product
 from math import prod
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+from takagi.models.equations.problem import Problem
 from takagi.models.errors import ModelError
-from takagi.models.sector.assemble import Equations, Factored
-from takagi.models.sector.form import Form, Place, forms_of
+from takagi.models.sector.assembly import Equations, Factored
+from takagi.models.sector.factored_form import Form, Place, forms_of
+from takagi.models.sector.given_quotients import with_quotients, without_quotients
 from takagi.models.sector.hull_width import HullWidth
-from takagi.models.sector.problem import Problem
 from takagi.models.sector.terms import Option, RowTerm, Sum, row_terms
-from takagi.models.sector.wanted_quotients import with_quotients, without_quotients
 
 if TYPE_CHECKING:
     import sympy as sp

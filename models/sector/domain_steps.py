@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from takagi.models.derivation import Step
+from takagi.models.ts.derivation import Step
 
 if TYPE_CHECKING:
-    from takagi.models.enclosure.domain import Cell, Domain
-    from takagi.models.enclosure.interval import Interval
+    from takagi.models.intervals.interval import Interval
+    from takagi.models.ranges.domain import Cell, Domain
 
 __all__ = ["domain_steps"]
 

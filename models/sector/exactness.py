@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -84,7 +84,7 @@ def _row(
 
 def _agrees(place: str, rest: sp.Expr, sides: Mapping[sp.Symbol, Interval]) -> bool | None:
     """Return True when the balls at the points contain 0 and are small; None if none could tell."""
-    from takagi.models.sector.ball import expression_range
+    from takagi.models.ranges.expression_range import expression_range
 
     chance = random.Random(rest.count_ops())  # the same points each time
     symbols = sorted(rest.free_symbols, key=str)

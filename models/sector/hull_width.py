@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.models.enclosure.interval import Interval
-from takagi.models.enclosure.sampled import moved_into
-from takagi.models.sector.form import Form, Place
+from takagi.models.intervals.interval import Interval
+from takagi.models.ranges.sampled import moved_into
+from takagi.models.sector.factored_form import Form, Place
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.enclosure.domain import Domain
+    from takagi.models.ranges.domain import Domain
 
 __all__ = ["HullWidth"]
 

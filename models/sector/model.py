@@ -5,22 +5,22 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, overload
 
-from takagi.models.enclosure.interval import Number, exact
+from takagi.models.equations.problem import box_in_fractions
+from takagi.models.equations.symbolic_form import SymbolicForm
+from takagi.models.intervals.interval import Number, exact
 from takagi.models.plant.plant import Plant
-from takagi.models.sector.assemble import assemble
-from takagi.models.sector.bounding import Asked, Given, counted_premises
+from takagi.models.sector.arguments import posed
+from takagi.models.sector.assembly import assemble
 from takagi.models.sector.domain_steps import domain_steps
-from takagi.models.sector.posing import posed
-from takagi.models.sector.problem import box_in_fractions
-from takagi.models.sector.symbolic_form import SymbolicForm
-from takagi.models.ts_model import TSModel
+from takagi.models.sector.premise_bounds import Asked, Given, counted_premises
+from takagi.models.ts.model import TSModel
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.enclosure.domain import Domain
+    from takagi.models.equations.equilibrium import Rest
+    from takagi.models.ranges.domain import Domain
     from takagi.models.sector.choice import Choice
-    from takagi.models.sector.rest import Rest
 
 __all__ = ["sector_model"]
 

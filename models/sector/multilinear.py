@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.models.errors import ModelError
-from takagi.models.vertex_product import VertexProduct
+from takagi.models.ts.vertex_product import VertexProduct
 
 if TYPE_CHECKING:
     import sympy as sp

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from takagi.models.premise import Premise
+from takagi.models.ts.premise import Premise
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -65,9 +65,9 @@ def rule_count(
     ------
     ModelError : as ``sector_model``, but not for too many rules.
     """
-    from takagi.models.enclosure.interval import exact
-    from takagi.models.sector.bounding import Asked, bounded_premises
-    from takagi.models.sector.posing import posed
+    from takagi.models.intervals.interval import exact
+    from takagi.models.sector.arguments import posed
+    from takagi.models.sector.premise_bounds import Asked, bounded_premises
 
     given, sampled = options.pop("bounds", None), options.pop("sampled_bounds", ())
     tolerance = options.pop("tolerance", None)

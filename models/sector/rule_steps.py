@@ -8,9 +8,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.models.derivation import Step
-from takagi.models.premise import Premise
-from takagi.models.vertex_product import VertexProduct
+from takagi.models.ts.derivation import Step
+from takagi.models.ts.premise import Premise
+from takagi.models.ts.vertex_product import VertexProduct
 
 __all__ = ["rule_steps"]
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
-from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.sector.assemble import Equations
+    from takagi.models.sector.assembly import Equations
 
 __all__ = ["Option", "RowTerm", "Sum", "product_of", "row_terms", "terms_of"]
 

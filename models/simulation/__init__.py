@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from takagi.models.simulation.closed_loop import Diverged, Observer, simulate
     from takagi.models.simulation.history import History
     from takagi.models.simulation.metrics import Metrics, damage_equivalent_load, measure
-    from takagi.models.simulation.plant import Flag, Plant, design_plant, validation_plant
     from takagi.models.simulation.scenario import (
         Case,
         Result,
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
         transition_scenario,
         transition_winds,
     )
+    from takagi.models.simulation.turbine_plant import Flag, Plant, design_plant, validation_plant
     from takagi.models.simulation.turbulence import same_turbulence, turbulent_wind
     from takagi.models.simulation.wind import (
         WindSeries,
@@ -70,16 +70,16 @@ _HOME = {
     "BaselineLaw": "baseline",
     "Case": "scenario",
     "Diverged": "closed_loop",
-    "Flag": "plant",
+    "Flag": "turbine_plant",
     "History": "history",
     "Metrics": "metrics",
     "Observer": "closed_loop",
-    "Plant": "plant",
+    "Plant": "turbine_plant",
     "Result": "scenario",
     "WindSeries": "wind",
     "constant_wind": "wind",
     "damage_equivalent_load": "metrics",
-    "design_plant": "plant",
+    "design_plant": "turbine_plant",
     "gust_wind": "wind",
     "measure": "metrics",
     "paper_scenario": "scenario",
@@ -92,7 +92,7 @@ _HOME = {
     "transition_scenario": "scenario",
     "transition_winds": "scenario",
     "turbulent_wind": "turbulence",
-    "validation_plant": "plant",
+    "validation_plant": "turbine_plant",
 }
 
 

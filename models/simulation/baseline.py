@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.models.errors import ModelError
-from takagi.models.law.law import Command, Measurement
+from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import trim
 

@@ -1,9 +1,9 @@
 """A law on a plant in a wind: fixed-step Runge-Kutta, the law sampled and held.
 
 At every controller sample the law sees (speed, pitch, wind estimate) and what it sends holds until
-the next one, as in a digital controller (``takagi.models.law.sampled``); with a computation time it
-takes effect that much later.  Torque follows its command within the plant's rate limit, from sample
-to sample; pitch goes through the drive.  The observer takes one Euler step per sample.
+the next one, as in a digital controller (``takagi.models.laws.sampled``); with a computation time
+it takes effect that much later.  Torque follows its command within the plant's rate limit, from
+sample to sample; pitch goes through the drive.  The observer takes one Euler step per sample.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.models.errors import ModelError
-from takagi.models.law.law import Command, Law, Measurement
-from takagi.models.law.sampled import SampledLaw
+from takagi.models.laws.protocol import Command, Law, Measurement
+from takagi.models.laws.sampled import SampledLaw
 from takagi.models.simulation.dynamics import Dynamics, Loads, State, dynamics
 from takagi.models.simulation.history import History
-from takagi.models.simulation.plant import Flag, Plant
-from takagi.models.simulation.steps import (
+from takagi.models.simulation.time_steps import (
     fitting_step,
     sampled_program,
     step_counts,
     whole_steps,
 )
+from takagi.models.simulation.turbine_plant import Flag, Plant
 from takagi.models.simulation.wind import WindSeries
 
 __all__ = ["Diverged", "Observer", "simulate"]

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import NamedTuple
 
-from takagi.models.fast_surface import scalar_surface
-from takagi.models.simulation.plant import Flag, Plant
+from takagi.models.simulation.turbine_plant import Flag, Plant
 from takagi.models.simulation.wake import excess_sensitivity, wake_time_constant
+from takagi.models.splines.scalar_surface import scalar_surface
 from takagi.models.turbine.data import Turbine
 
 __all__ = ["Dynamics", "Loads", "dynamics"]

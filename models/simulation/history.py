@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.models.simulation.plant import Flag
+from takagi.models.simulation.turbine_plant import Flag
 from takagi.models.turbine.aerodynamics import rotor_thrust
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind, trim
@@ -34,7 +34,7 @@ class History:
     tower_displacement [m], tower_velocity [m/s] : fore-aft, at the top; 0 without a tower.
     tower_moment : fore-aft at the base, hub height times (stiffness x + damping x') [N m].
     plant_states : (n, m), ``plant_state_names``.   law_states : (n, k), ``law_state_names``.
-    flags : (n,) integers, sums of ``takagi.models.simulation.plant.Flag``.
+    flags : (n,) integers, sums of ``takagi.models.simulation.turbine_plant.Flag``.
     law_name, wind_name : words for tables.
     """
 

@@ -12,12 +12,12 @@ from types import MappingProxyType
 import numpy as np
 
 from takagi.models.errors import ModelError
-from takagi.models.law.law import Law
-from takagi.models.law.sampled import SampledLaw
+from takagi.models.laws.protocol import Law
+from takagi.models.laws.sampled import SampledLaw
 from takagi.models.simulation.closed_loop import Observer, simulate
 from takagi.models.simulation.history import History
 from takagi.models.simulation.metrics import Metrics, measure
-from takagi.models.simulation.plant import Plant, validation_plant
+from takagi.models.simulation.turbine_plant import Plant, validation_plant
 from takagi.models.simulation.turbulence import same_turbulence
 from takagi.models.simulation.wind import WindSeries, gust_wind, step_wind
 from takagi.models.turbine.data import Turbine

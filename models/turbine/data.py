@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
 
-from takagi.models.surface import Surface
+from takagi.models.splines.surface import Surface
 
 __all__ = ["Baseline", "Figure", "FrozenWake", "Turbine"]
 

@@ -17,9 +17,9 @@ factor was chosen.
 
 from __future__ import annotations
 
-from takagi.models.document import Document
+from takagi.models.files.toml_document import Document
 from takagi.models.turbine.data import FrozenWake, Turbine
-from takagi.models.turbine.fields import Field, column_at, text_at
+from takagi.models.turbine.file_figures import Field, column_at, text_at
 
 __all__ = ["WAKE", "read_frozen_wake"]
 

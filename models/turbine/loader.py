@@ -8,14 +8,14 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from takagi.models.document import Document, read_document
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.library import resolve_model
-from takagi.models.surface import Surface, interpolate
+from takagi.models.files.coefficient_table import CoefficientTable, read_coefficient_table
+from takagi.models.files.library import resolve_model
+from takagi.models.files.toml_document import Document, read_document
+from takagi.models.splines.surface import Surface, interpolate
 from takagi.models.turbine.data import Baseline, Figure, FrozenWake, Turbine
-from takagi.models.turbine.fields import Field, figure_at, read_figure, text_at
+from takagi.models.turbine.file_figures import Field, figure_at, read_figure, text_at
 from takagi.models.turbine.frozen_wake import WAKE, read_frozen_wake
-from takagi.models.turbine.tables import CoefficientTable, read_coefficient_table
 
 __all__ = ["load_turbine", "model_files", "nrel5mw"]
 
@@ -80,7 +80,7 @@ def load_turbine(path_or_name: str | Path) -> Turbine:
     """Return the turbine of a built-in name (``"nrel5mw"``) or of a TOML file.
 
     Every figure of the file is a table ``{ value = ..., unit = "...", source = "..." }``; the
-    units accepted are those of ``takagi.models.turbine.units``.
+    units accepted are those of ``takagi.models.files.turbine_units``.
 
     Raises
     ------

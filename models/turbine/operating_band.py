@@ -21,9 +21,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.models.branch_and_bound import Box, Range, range_over
-from takagi.models.enclosure.interval import Interval, Number, exact
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval, Number, exact
+from takagi.models.ranges.branch_and_bound import Box, Range, range_over
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.torque_slope import Slope, hold, slope_enclosure, slope_gradient
 from takagi.models.turbine.trim import trim

@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import math
 
-from takagi.models.derivation import Step
-from takagi.models.enclosure.interval import Number, exact
 from takagi.models.errors import ModelError
-from takagi.models.sector.assemble import Equations, Factored
-from takagi.models.ts_model import TSModel
+from takagi.models.intervals.interval import Number, exact
+from takagi.models.sector.assembly import Equations, Factored
+from takagi.models.ts.derivation import Step
+from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import operating_band
 from takagi.models.turbine.regional_model import (

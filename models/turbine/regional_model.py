@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from takagi.models.derivation import Step
-from takagi.models.enclosure.interval import exact
-from takagi.models.premise import Premise
-from takagi.models.sector.assemble import Equations, Factored, assemble
-from takagi.models.ts_model import TSModel
+from takagi.models.intervals.interval import exact
+from takagi.models.sector.assembly import Equations, Factored, assemble
+from takagi.models.ts.derivation import Step
+from takagi.models.ts.model import TSModel
+from takagi.models.ts.premise import Premise
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import OperatingBand
 

@@ -18,7 +18,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Literal, TypeAlias
 
-from takagi.models.enclosure.interval import Interval, exact
+from takagi.models.intervals.interval import Interval, exact
 from takagi.models.turbine.data import Turbine
 
 __all__ = ["Slope", "hold", "slope_enclosure", "slope_gradient"]

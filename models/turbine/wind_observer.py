@@ -26,13 +26,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.models.derivation import Step
-from takagi.models.enclosure.interval import Number, exact
 from takagi.models.errors import ModelError
-from takagi.models.fast_surface import scalar_surface
-from takagi.models.premise import Premise, round_outward
-from takagi.models.sector.assemble import Equations, Factored, assemble
-from takagi.models.ts_model import TSModel
+from takagi.models.intervals.interval import Number, exact
+from takagi.models.sector.assembly import Equations, Factored, assemble
+from takagi.models.splines.scalar_surface import scalar_surface
+from takagi.models.ts.derivation import Step
+from takagi.models.ts.model import TSModel
+from takagi.models.ts.premise import Premise, round_outward
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import OperatingBand, operating_band, slope_range
 from takagi.models.turbine.partial_load import lowest_wind

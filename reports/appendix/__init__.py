@@ -1,6 +1,14 @@
-"""The LaTeX appendix of a design: derivation, law, theorem, LMIs, gains, certificate, margins.
+r"""The LaTeX appendix of a design: derivation, law, theorem, LMIs, gains, certificate, margins.
 
-``appendix_files`` returns ``appendix.tex``, which compiles alone, its body for ``\\input`` into a
+    turbine_files, turbine_figures    a turbine's appendix: ``appendix_files``
+    turbine, regional, schedule       plant, regional models, the effort-sharing law's tables
+    blending                          the published coupling filter
+    conditions, certificate           inequalities that were solved, claims that were proved
+    robustness                        margins and responses at the trims
+    plant_files, plant_context        a plant's appendix, and what fills its templates
+    environment, tex                  jinja2 for LaTeX; numbers, units and words as LaTeX
+
+``appendix_files`` returns ``appendix.tex``, which compiles alone, its body for ``\input`` into a
 paper, and the figures.  Everything is typeset from the values that were solved and proved.
 """
 
@@ -10,11 +18,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.reports.appendix.files import appendix_files
+    from takagi.reports.appendix.turbine_files import appendix_files
 
 __all__ = ["appendix_files"]
 
-_HOME = {"appendix_files": "files"}
+_HOME = {
+    "appendix_files": "turbine_files",
+}
 
 
 def __getattr__(name: str) -> object:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from takagi.certificates.turbine_design import TurbineDesign
-from takagi.models.law.coupling_filter import CouplingFilter, coupling_filter
-from takagi.models.law.paper import PaperLaw
+from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.models.laws.published.coupling_filter import CouplingFilter, coupling_filter
+from takagi.models.laws.published.law import PaperLaw
 from takagi.reports.appendix.tex import Tex, fixed, matrix, scientific
 
 __all__ = ["blending_context", "filter_of"]

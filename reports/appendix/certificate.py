@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.turbine_design import TurbineDesign
+from takagi.certificates.design.turbine.design import TurbineDesign
 from takagi.reports.appendix.tex import Tex, decimal, escape, interval, matrix, span
-from takagi.reports.bounds import at_most_to
+from takagi.reports.page.rounded_bounds import at_most_to
 
 __all__ = ["certificate_context"]
 

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from takagi.certificates.coherent import CoherentCandidate
-from takagi.certificates.turbine_design import TurbineDesign
-from takagi.lmi.term import Condition
-from takagi.lmi.typeset import latex
+from takagi.certificates.claims.turbine.effort_sharing import CoherentCandidate
+from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.condition.typeset import latex
 from takagi.reports.appendix.tex import Tex, escape
 
 __all__ = ["conditions_context", "laid_out"]
@@ -21,7 +21,7 @@ def conditions_context(design: TurbineDesign) -> dict[str, object]:
 
 
 def laid_out(condition: Condition) -> list[tuple[Tex, Tex]]:
-    r"""Return (label, formula) per line of ``lmi.typeset.latex``.
+    r"""Return (label, formula) per line of ``lmi.condition.typeset.latex``.
 
     The labels of a condition may be as long as a sentence; beside a block matrix they would leave
     the page, so each goes above its formula.
@@ -87,7 +87,7 @@ def _entry(title: str, condition: Condition, remark: str) -> dict[str, object]:
 
 
 def _observer(design: TurbineDesign) -> Condition:
-    from takagi.lmi.synthesis.observation import observer_condition
+    from takagi.lmi.gains.observer import observer_condition
 
     return observer_condition(
         design.observer.model, decay_rate=design.observer.decay_rate, relaxation="common-gain"
@@ -96,7 +96,7 @@ def _observer(design: TurbineDesign) -> Condition:
 
 def _effort(design: TurbineDesign) -> Condition:
     """Return the guaranteed-cost condition of the first wind node; all nodes share its form."""
-    from takagi.lmi.synthesis.guaranteed_cost import guaranteed_cost_condition
+    from takagi.lmi.gains.cost.guaranteed_cost import guaranteed_cost_condition
     from takagi.lmi.turbine.effort import EffortSettings
 
     if design.effort is None:
@@ -111,7 +111,7 @@ def _effort(design: TurbineDesign) -> Condition:
 def _invariance(candidate: CoherentCandidate) -> Condition:
     """Return the invariance condition over all corners, at the stated class and multipliers."""
     from takagi.lmi.analysis.invariant_ellipsoid import invariant_ellipsoid_condition
-    from takagi.models.embedding.vertices import loop_vertices
+    from takagi.models.loops.effort_sharing.vertices import loop_vertices
 
     corners = [loop_vertices(cell) for cell in candidate.cells]
     d = [

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["render"]
 
-_TEMPLATES = ("takagi.reports.appendix.templates", "takagi.reports.plant.templates")
+_TEMPLATES = ("takagi.reports.appendix.templates", "takagi.reports.sections.plant.templates")
 
 
 def render(template: str, context: Mapping[str, object]) -> str:

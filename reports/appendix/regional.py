@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from takagi.lmi.turbine.regional import RegionGains
-from takagi.models.ts_model import TSModel
+from takagi.models.ts.model import TSModel
 from takagi.reports.appendix.tex import Tex, decimal, escape, fixed, matrix, scientific, unit
 
 __all__ = ["region_context", "rule_rows", "vertex_lines"]

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from takagi.certificates.turbine_design import TurbineDesign
-from takagi.reports.appendix.plant import DEGREES, table_winds
+from takagi.certificates.design.turbine.design import TurbineDesign
 from takagi.reports.appendix.tex import NONE, Tex, escape, fixed
-from takagi.reports.html.local_loops import LoopPoint, loop_points
+from takagi.reports.appendix.turbine import DEGREES, table_winds
+from takagi.reports.loops.turbine_local import LoopPoint, loop_points
 from takagi.reports.margins import Loops, Margins, disk_margin, loop_margins, loops_at_trim
 
 __all__ = ["TrimLoops", "margins_context", "trim_loops"]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from takagi.certificates.turbine_design import TurbineDesign
-from takagi.models.law.coherent import CoherentLaw
-from takagi.reports.appendix.plant import DEGREES
+from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.models.laws.effort_sharing.law import CoherentLaw
 from takagi.reports.appendix.tex import NONE, Tex, decimal, escape, fixed, scientific
+from takagi.reports.appendix.turbine import DEGREES
 
 __all__ = ["law_context"]
 

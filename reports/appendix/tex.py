@@ -15,7 +15,7 @@ from fractions import Fraction
 
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.models.enclosure.interval import exact
+from takagi.models.intervals.interval import exact
 
 __all__ = [
     "NONE",

@@ -1,9 +1,9 @@
 """A certificate against an earlier one: what got worse, what is lost, and what was changed.
 
-    figures       the numbers by which a claim is stronger or weaker, kind by kind
-    comparison    two certificates: every figure of the old one that the new one does not keep
-    changes       which parameter, gain or option differs
-    shown         the comparison as a table, Markdown, or plain data
+    claim_figures    the numbers by which a claim is stronger or weaker, kind by kind
+    comparison       two certificates: every figure of the old one that the new one does not keep
+    changes          which parameter, gain or option differs
+    formats          the comparison as a table, Markdown, or plain data
 
 Names are looked up when they are used.
 """
@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from takagi.reports.baseline.comparison import Comparison, compare_certificates
-    from takagi.reports.baseline.shown import as_data, as_markdown, as_text
+    from takagi.reports.baseline.formats import as_data, as_markdown, as_text
 
 __all__ = ["Comparison", "as_data", "as_markdown", "as_text", "compare_certificates"]
 
 _HOME = {
     "Comparison": "comparison",
-    "as_data": "shown",
-    "as_markdown": "shown",
-    "as_text": "shown",
+    "as_data": "formats",
+    "as_markdown": "formats",
+    "as_text": "formats",
     "compare_certificates": "comparison",
 }
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.reports.baseline.changes import Change, changes
-from takagi.reports.baseline.figures import (
+from takagi.reports.baseline.claim_figures import (
     Figure,
     Found,
     Profile,

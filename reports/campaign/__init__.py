@@ -1,9 +1,9 @@
 """Campaigns of random runs as tables, figures and files.
 
-    tables, summary      numbers as rows, JSON and CSV; a page in Markdown
-    pictures             figures
-    folder               everything that a campaign leaves, by file name
-    boundary             the published laws beside where they are proved
+    tables, summary    numbers as rows, JSON and CSV; a page in Markdown
+    figures            bounds used inside; how far and where runs leave the set outside
+    folder             everything that a campaign leaves, by file name
+    boundary           the published laws beside where they are proved
 
 Importing this package imports nothing heavy: names are looked up when they are used.
 """
@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 
 __all__ = ["CampaignReport", "campaign_files"]
 
-_HOME = {"CampaignReport": "folder", "campaign_files": "folder"}
+_HOME = {
+    "CampaignReport": "folder",
+    "campaign_files": "folder",
+}
 
 
 def __getattr__(name: str) -> object:

@@ -65,7 +65,7 @@ def campaign_files(report: CampaignReport) -> dict[str, bytes | str]:
 
 
 def _figures(report: CampaignReport) -> dict[str, Figure]:
-    from takagi.reports.campaign.pictures import first_breaks_figure, inside_figure, leaving_figure
+    from takagi.reports.campaign.figures import first_breaks_figure, inside_figure, leaving_figure
 
     found: dict[str, Figure] = {}
     if report.inside is not None:

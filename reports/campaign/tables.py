@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from takagi.certificates.campaign.beyond import INSIDE
 from takagi.certificates.campaign.bounds import BOUNDS
-from takagi.certificates.campaign.breaks import TABLE, breaks_of, overspeed
+from takagi.certificates.campaign.first_breaks import TABLE, breaks_of, overspeed
+from takagi.certificates.campaign.outside import INSIDE
 from takagi.certificates.campaign.runs import Campaign
 from takagi.certificates.campaign.winds import PLAYERS
 

@@ -1,5 +1,13 @@
 """Figures of the reports: each takes plain arrays and returns a matplotlib ``Figure``.
 
+    plant/                   the figures of a plant's design
+    operation, memberships   steady operation; the blending weights
+    cells, overlaps          what is certified over wind, and for which overlaps
+    equilibria               how often each loop rests
+    poles, bode              linear loops over wind
+    response, scenario       steps and gusts; the paper's scenario
+    style, writing           the one style; SVG, PDF and PNG
+
 One style for all, fit for colour-blind readers, a phone and a printed page; ``figure_to_svg`` and
 ``figure_to_pdf`` give the same bytes for the same numbers.
 """
@@ -12,12 +20,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from takagi.reports.figures.bode import BodeLine, bode_figure
     from takagi.reports.figures.cells import cells_figure
+    from takagi.reports.figures.equilibria import rests_figure
     from takagi.reports.figures.memberships import membership_figure
     from takagi.reports.figures.operation import power_surface_figure, trim_figure
     from takagi.reports.figures.overlaps import OverlapRow, overlaps_figure
     from takagi.reports.figures.poles import poles_figure
     from takagi.reports.figures.response import ResponseLine, response_figure
-    from takagi.reports.figures.rests import rests_figure
     from takagi.reports.figures.scenario import ScenarioRun, scenario_figure
     from takagi.reports.figures.style import decimate
     from takagi.reports.figures.writing import figure_to_pdf, figure_to_png, figure_to_svg
@@ -59,7 +67,7 @@ _HOME = {
     "poles_figure": "poles",
     "power_surface_figure": "operation",
     "response_figure": "response",
-    "rests_figure": "rests",
+    "rests_figure": "equilibria",
     "scenario_figure": "scenario",
     "trim_figure": "operation",
 }

@@ -1,7 +1,9 @@
 """Robustness of linear loops: classical and disk margins, and the turbine's loops at a trim.
 
-``loop_margins`` speaks of one loop, ``mimo_disk_margins`` of several at once; ``loops_at_trim``
-builds the turbine's two loops, each broken at its actuator with the other closed.
+margins, disk       one loop: ``loop_margins``; several at once: ``mimo_disk_margins``
+response            L(j omega), on a grid fine where the loop is lively
+turbine_dynamics    the turbine linearised at a trim
+turbine_loops       its two loops, each broken at its actuator with the other closed
 """
 
 from __future__ import annotations
@@ -16,7 +18,15 @@ if TYPE_CHECKING:
         disk_margin,
         mimo_disk_margins,
     )
-    from takagi.reports.margins.loops import (
+    from takagi.reports.margins.margins import Margins, loop_margins
+    from takagi.reports.margins.response import LoopResponse, loop_response
+    from takagi.reports.margins.turbine_dynamics import (
+        FirstOrderDrive,
+        SecondOrderDrive,
+        Tower,
+        linear_plant,
+    )
+    from takagi.reports.margins.turbine_loops import (
         LocalGains,
         Loops,
         break_loops,
@@ -26,14 +36,6 @@ if TYPE_CHECKING:
         plant_at_trim,
         torque_loop,
     )
-    from takagi.reports.margins.margins import Margins, loop_margins
-    from takagi.reports.margins.plant import (
-        FirstOrderDrive,
-        SecondOrderDrive,
-        Tower,
-        linear_plant,
-    )
-    from takagi.reports.margins.response import LoopResponse, loop_response
 
 __all__ = [
     "DiskMargin",
@@ -60,25 +62,25 @@ __all__ = [
 
 _HOME = {
     "DiskMargin": "disk",
-    "FirstOrderDrive": "plant",
-    "LocalGains": "loops",
+    "FirstOrderDrive": "turbine_dynamics",
+    "LocalGains": "turbine_loops",
     "LoopResponse": "response",
-    "Loops": "loops",
+    "Loops": "turbine_loops",
     "Margins": "margins",
     "MimoDiskMargins": "disk",
-    "SecondOrderDrive": "plant",
-    "Tower": "plant",
-    "break_loops": "loops",
-    "closed_loop_poles": "loops",
+    "SecondOrderDrive": "turbine_dynamics",
+    "Tower": "turbine_dynamics",
+    "break_loops": "turbine_loops",
+    "closed_loop_poles": "turbine_loops",
     "disk_margin": "disk",
-    "linear_plant": "plant",
+    "linear_plant": "turbine_dynamics",
     "loop_margins": "margins",
     "loop_response": "response",
-    "loops_at_trim": "loops",
+    "loops_at_trim": "turbine_loops",
     "mimo_disk_margins": "disk",
-    "pitch_loop": "loops",
-    "plant_at_trim": "loops",
-    "torque_loop": "loops",
+    "pitch_loop": "turbine_loops",
+    "plant_at_trim": "turbine_loops",
+    "torque_loop": "turbine_loops",
 }
 
 

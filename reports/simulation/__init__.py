@@ -1,10 +1,11 @@
 """`takagi simulate`: laws side by side in the same winds, as a table, figures and series.
 
-scenarios           the winds to choose from: the paper's, steps, gusts, a ramp
-laws                the laws to choose from, made from one design
-runs                every law in every wind; what went wrong is said, not hidden
-tables              rows, Markdown, CSV, JSON; the series of a run
-pictures, folder    the figures; everything that is written, by file name
+scenarios          the winds to choose from: the paper's, steps, gusts, a ramp
+laws, filed_law    the laws to choose from, made from one design; the law of a gain file
+runs               every law in every wind; what went wrong is said, not hidden
+tables             rows, Markdown, CSV, JSON; the series of a run
+figures, folder    the figures; everything that is written, by file name
+plant              a plant under its law, from chosen starts
 """
 
 from __future__ import annotations

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from takagi.certificates.checker.kernel.reader import member, number, read_json
-from takagi.certificates.gain_file_law import law_from_gains
+from takagi.certificates.design.given.runnable_law import law_from_gains
 from takagi.models.errors import ModelError
-from takagi.models.law.coherent import CoherentLaw
+from takagi.models.laws.effort_sharing.law import CoherentLaw
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.derating import derated

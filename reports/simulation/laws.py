@@ -9,13 +9,13 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.law.law import Law
+from takagi.models.laws.protocol import Law
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import Observer
 from takagi.models.turbine.data import Turbine
 
 if TYPE_CHECKING:
-    from takagi.certificates.turbine_design import DesignSettings, TurbineDesign
+    from takagi.certificates.design.turbine.design import DesignSettings, TurbineDesign
 
 __all__ = ["DEFAULT_LAWS", "LAW_NAMES", "ChosenLaws", "chosen_laws", "require_law_names"]
 
@@ -78,8 +78,8 @@ def chosen_laws(
     if asked_for == ("baseline",):
         return ChosenLaws({"baseline": BaselineLaw(turbine)}, None)
     # Imported here: the reference's own controller needs no solver.
-    from takagi.certificates.turbine_design import design_turbine
-    from takagi.certificates.turbine_scale import default_settings
+    from takagi.certificates.design.turbine.design import design_turbine
+    from takagi.certificates.design.turbine.scale import default_settings
 
     if settings is None:
         settings = replace(default_settings(turbine), synthesis="two-step")
@@ -107,7 +107,7 @@ def _law(name: str, design: TurbineDesign) -> Law:
         return design.law
     if name == "baseline":
         return BaselineLaw(design.turbine)
-    from takagi.certificates.paper_design import designed_law
+    from takagi.certificates.design.turbine.published_law import designed_law
 
     # The emitted law: what is certified and what is simulated read the same gains.
     asked = replace(design.settings, law=name)

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.law.sampled import SampledLaw, require_times
+from takagi.models.laws.sampled import SampledLaw, require_times
 from takagi.models.simulation.closed_loop import Diverged, Observer
 from takagi.models.simulation.history import History
 from takagi.models.simulation.metrics import Metrics
-from takagi.models.simulation.plant import Flag, Plant, validation_plant
 from takagi.models.simulation.scenario import Case, run_cases
-from takagi.models.simulation.steps import TIME_STEP, fitting_step
+from takagi.models.simulation.time_steps import TIME_STEP, fitting_step
+from takagi.models.simulation.turbine_plant import Flag, Plant, validation_plant
 from takagi.models.simulation.wind import WindSeries
 from takagi.models.turbine.data import Turbine
 from takagi.reports.simulation.laws import ChosenLaws

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from takagi.models.simulation.history import History
-from takagi.models.simulation.plant import Flag
+from takagi.models.simulation.turbine_plant import Flag
 from takagi.reports.simulation.laws import LAW_NAMES
 from takagi.reports.simulation.runs import Run, Simulation
 from takagi.reports.simulation.scenarios import SCENARIOS

@@ -10,11 +10,19 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker.kernel.reader import digest, read_text
-from takagi.certificates.coherent import CoherentCandidate, coherent_candidate, coherent_claim
-from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
+from takagi.certificates.claims.turbine.effort_sharing import (
+    CoherentCandidate,
+    coherent_candidate,
+    coherent_claim,
+)
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    coherent_law_data,
+    turbine_data,
+)
 from takagi.lmi.turbine.effort import effort_gains
-from takagi.models.law.coherent import CoherentLaw
-from takagi.models.law.schedule import effort_schedule
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
 

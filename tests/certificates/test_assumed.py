@@ -12,7 +12,7 @@ import pytest
 
 from takagi.certificates.checker.kernel.certificate import check, check_document
 from takagi.certificates.checker.words.assumed import ASSUMED, assumed
-from takagi.certificates.loop_claims import loop_claims
+from takagi.certificates.claims.turbine.loop_claims import loop_claims
 from takagi.cli.main import main
 from takagi.reports import ci_formats
 

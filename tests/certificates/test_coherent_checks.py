@@ -19,9 +19,9 @@ from takagi.certificates.checker.turbine.coherent_loop import Loop
 from takagi.certificates.checker.turbine.coherent_moving import Moving
 from takagi.certificates.checker.turbine.coherent_residual import residual
 from takagi.lmi.analysis.invariant_ellipsoid import largest_scale
-from takagi.models.embedding.coherent import CellLoop
-from takagi.models.embedding.vertices import loop_vertices
-from takagi.models.law.effort import effort_ramp
+from takagi.models.loops.effort_sharing.cells import CellLoop
+from takagi.models.loops.effort_sharing.vertices import loop_vertices
+from takagi.models.ramps.effort_ramp import effort_ramp
 from takagi.models.turbine.aerodynamics import rotor_torque
 
 

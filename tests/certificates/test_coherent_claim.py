@@ -12,13 +12,17 @@ from typing import Any
 
 import pytest
 
+from takagi.certificates.audit.two_checkers import cross_checked_document
 from takagi.certificates.checker import CertificateError, Verdict, check
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES
-from takagi.certificates.coherent import DEFAULT_UNCERTAINTY, coherent_candidate, coherent_claim
-from takagi.certificates.document import certificate_document, dumps
-from takagi.certificates.two_checkers import cross_checked_document
-from takagi.models.enclosure.interval import Interval
+from takagi.certificates.claims.turbine.effort_sharing import (
+    DEFAULT_UNCERTAINTY,
+    coherent_candidate,
+    coherent_claim,
+)
+from takagi.certificates.document.certificate_file import certificate_document, dumps
+from takagi.models.intervals.interval import Interval
 
 Document = dict[str, Any]
 Reseal = Callable[[Document], Document]

@@ -10,20 +10,28 @@ import pytest
 
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.coherent import (
+from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_BOX,
     DEFAULT_UNCERTAINTY,
     coherent_candidate,
     coherent_claim,
 )
-from takagi.certificates.coherent_synthesis import CoherentSynthesis, Synthesis, coherent_synthesis
-from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
-from takagi.certificates.turbine_design import DesignSettings, design_turbine
-from takagi.lmi.turbine import one_step_climb
-from takagi.models.embedding.loop_cell import Uncertainty
-from takagi.models.enclosure.interval import Interval
+from takagi.certificates.design.turbine.design import DesignSettings, design_turbine
+from takagi.certificates.design.turbine.effort_sharing_gains import (
+    CoherentSynthesis,
+    Synthesis,
+    coherent_synthesis,
+)
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    coherent_law_data,
+    turbine_data,
+)
+from takagi.lmi.turbine.one_step import iteration as one_step_climb
 from takagi.models.errors import ModelError
-from takagi.models.law.coherent import CoherentLaw, EffortGains
+from takagi.models.intervals.interval import Interval
+from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+from takagi.models.loops.effort_sharing.loop_cell import Uncertainty
 from takagi.models.turbine.loader import model_files, nrel5mw
 from tests.certificates.conftest import Built
 

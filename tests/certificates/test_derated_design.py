@@ -11,12 +11,16 @@ import pytest
 from takagi.certificates.checker.kernel.certificate import check
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.coherent import coherent_candidate, coherent_claim
-from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
-from takagi.certificates.provenance import provenance
+from takagi.certificates.claims.turbine.effort_sharing import coherent_candidate, coherent_claim
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    coherent_law_data,
+    turbine_data,
+)
+from takagi.certificates.document.provenance import provenance
 from takagi.lmi.turbine.effort import effort_gains
-from takagi.models.law.coherent import CoherentLaw
-from takagi.models.law.schedule import effort_schedule
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.turbine import nrel5mw
 from takagi.models.turbine.derating import derated
 from takagi.models.turbine.loader import model_files

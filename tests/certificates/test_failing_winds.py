@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from takagi.certificates.failing_winds import failing_winds
-from takagi.models.embedding.loop_cell import LoopCell
-from takagi.models.enclosure.interval import Interval
+from takagi.certificates.claims.turbine.failing_winds import failing_winds
+from takagi.models.intervals.interval import Interval
+from takagi.models.loops.effort_sharing.loop_cell import LoopCell
 
 
 def cell(

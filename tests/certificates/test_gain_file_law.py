@@ -13,16 +13,16 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, law_from_gains
-from takagi.certificates.document import coherent_law_data
-from takagi.certificates.paper import paper_law_data
-from takagi.certificates.paper_design import designed_law
-from takagi.certificates.turbine_design import TurbineDesign
+from takagi.certificates.claims.turbine.published import paper_law_data
+from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.certificates.design.turbine.published_law import designed_law
+from takagi.certificates.document.certificate_file import coherent_law_data
 from takagi.models.errors import ModelError
-from takagi.models.law import CoherentLaw, EffortGains, Law, Measurement, effort_schedule
-from takagi.models.law.feedforward import no_feedforward
+from takagi.models.laws import CoherentLaw, EffortGains, Law, Measurement, effort_schedule
+from takagi.models.laws.effort_sharing.feedforward import no_feedforward
 from takagi.models.turbine import Turbine, nrel5mw
 from takagi.models.turbine.derating import derated
-from takagi.reports.gain_file import dump_gains, gain_file
+from takagi.reports.gains_file.turbine import dump_gains, gain_file
 
 TURBINE = nrel5mw()
 
@@ -137,7 +137,7 @@ def test_laws_of_the_paper_come_back_with_their_turbine(
     data["partial"]["pitch"][3] += 1e-9
     # The models are made once: they are what is compared, not how they are made.
     made = [law.partial, law.full]
-    monkeypatch.setattr("takagi.certificates.gain_file_law._schedules", lambda *_: made)
+    monkeypatch.setattr("takagi.certificates.design.given.runnable_law._schedules", lambda *_: made)
     with pytest.raises(CertificateError, match=r"not made for this turbine: partial\.pitch"):
         law_from_gains(stored(data, tmp_path), TURBINE)
 

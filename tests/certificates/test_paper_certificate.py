@@ -15,8 +15,7 @@ from scipy.integrate import solve_ivp
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.document import certificate_document, turbine_data
-from takagi.certificates.paper import (
+from takagi.certificates.claims.turbine.published import (
     PaperCandidate,
     merged,
     overlap_candidates,
@@ -25,11 +24,12 @@ from takagi.certificates.paper import (
     paper_law_data,
     with_overlaps,
 )
-from takagi.models.law.coupling_filter import coupling_filter
-from takagi.models.law.law import Measurement
-from takagi.models.law.paper import PaperLaw, PaperLawName, paper_law
-from takagi.models.law.paper_equilibrium import equilibrium
-from takagi.models.law.regional_schedule import RegionalSchedule, regional_schedule
+from takagi.certificates.document.certificate_file import certificate_document, turbine_data
+from takagi.models.laws.protocol import Measurement
+from takagi.models.laws.published.coupling_filter import coupling_filter
+from takagi.models.laws.published.equilibrium import equilibrium
+from takagi.models.laws.published.law import PaperLaw, PaperLawName, paper_law
+from takagi.models.laws.published.regional_schedule import RegionalSchedule, regional_schedule
 from takagi.models.turbine.aerodynamics import rotor_torque
 from takagi.models.turbine.loader import nrel5mw
 from tests.paper_models import regional_models
@@ -292,8 +292,8 @@ def test_the_report_reads_every_number_of_the_checkers_words(name: PaperLawName)
     from types import SimpleNamespace
     from typing import cast
 
-    from takagi.certificates.turbine_design import TurbineDesign
-    from takagi.reports.overlap_claims import overlap_claims
+    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.reports.loops.overlap_claims import overlap_claims
 
     found = candidate(name)
     whole = document(found.law, paper_claim(found))

@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.plant_design import (
+from takagi.certificates.design.plant.design import (
     NoPlantDesign,
     PlantDesign,
     certify_plant,
@@ -17,7 +17,7 @@ from takagi.certificates.plant_design import (
     rounded_gains,
 )
 from takagi.models import Interval, ModelError, Plant, Variable, load_model
-from takagi.models.library import built_in_kinds
+from takagi.models.files.library import built_in_kinds
 from takagi.models.plant.design_settings import PlantSettings
 
 X, V, U = sp.symbols("x v u", real=True)

@@ -13,9 +13,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from takagi.models.law.coherent import CoherentLaw
-from takagi.models.law.effort import effort_ramp, effort_ramp_slope
-from takagi.models.law.law import Measurement
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.protocol import Measurement
+from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
 from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
 

@@ -13,10 +13,10 @@ from typing import Any
 
 import pytest
 
+from takagi.certificates.audit.trusted_lines import FOLDER, Trusted, check_counted, code_lines
 from takagi.certificates.checker import CertificateError, Verdict, check
 from takagi.certificates.checker.words import decay as decay_words
-from takagi.certificates.loop_claims import loop_claims
-from takagi.certificates.trusted import FOLDER, Trusted, check_counted, code_lines
+from takagi.certificates.claims.turbine.loop_claims import loop_claims
 from takagi.cli.main import main
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"

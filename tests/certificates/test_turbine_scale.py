@@ -8,16 +8,28 @@ from fractions import Fraction
 import pytest
 
 from takagi.certificates.checker.kernel.certificate import check_document
-from takagi.certificates.coherent import DEFAULT_BOX, coherent_candidate, coherent_claim
-from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
-from takagi.certificates.provenance import provenance
-from takagi.certificates.turbine_design import DesignSettings
-from takagi.certificates.turbine_scale import default_settings, region_requirements, scaled_box
+from takagi.certificates.claims.turbine.effort_sharing import (
+    DEFAULT_BOX,
+    coherent_candidate,
+    coherent_claim,
+)
+from takagi.certificates.design.turbine.design import DesignSettings
+from takagi.certificates.design.turbine.scale import (
+    default_settings,
+    region_requirements,
+    scaled_box,
+)
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    coherent_law_data,
+    turbine_data,
+)
+from takagi.certificates.document.provenance import provenance
 from takagi.lmi.turbine.effort import EffortSettings, effort_gains
 from takagi.lmi.turbine.regional import FULL_LOAD, PARTIAL_LOAD
 from takagi.models import ModelError
-from takagi.models.law.coherent import CoherentLaw
-from takagi.models.law.schedule import effort_schedule
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.turbine.loader import load_turbine, model_files, nrel5mw
 from takagi.models.turbine.trim import TABLE_SHARE, reference_speed
 

@@ -16,12 +16,12 @@ from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.coherent import DEFAULT_UNCERTAINTY, coherent_claim
+from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_UNCERTAINTY, coherent_claim
 from takagi.certificates.cross_check import judge_document
-from takagi.certificates.cross_check.reading import Refusal
-from takagi.certificates.given_law import certify_law
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.design.given.turbine_law import certify_law
 from takagi.models.errors import ModelError
-from takagi.models.library import data_folder
+from takagi.models.files.library import data_folder
 from tests.certificates.conftest import resealed
 
 
@@ -49,7 +49,7 @@ def test_without_the_frozen_wake_the_table_does_not_count(
     def begun(*_: Any, **__: Any) -> None:
         raise RuntimeError("begun")
 
-    monkeypatch.setattr("takagi.certificates.given_law.coherent_candidate", begun)
+    monkeypatch.setattr("takagi.certificates.design.given.turbine_law.coherent_candidate", begun)
     asked = replace(DEFAULT_UNCERTAINTY, frozen_wake=False)
     with pytest.raises(RuntimeError, match="begun"):
         certify_law(built.turbine, replace(built.law, schedule=schedule), uncertainty=asked)

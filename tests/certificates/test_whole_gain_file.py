@@ -15,19 +15,19 @@ from takagi.certificates.checker.files.gain_file import compare_gains
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import OtherGains
 from takagi.certificates.controller.content import bound, gain_file_of
-from takagi.certificates.document import (
+from takagi.certificates.design.plant.design import PlantDesign, design_plant
+from takagi.certificates.document.certificate_file import (
     certificate_document,
     coherent_law_data,
     dumps,
     turbine_data,
 )
-from takagi.certificates.plant_design import PlantDesign, design_plant
 from takagi.cli.main import main
-from takagi.models.law import CoherentLaw, EffortGains, effort_schedule
-from takagi.models.plant.loader import load_plant, plant_files
+from takagi.models.laws import CoherentLaw, EffortGains, effort_schedule
+from takagi.models.plant_files.loader import load_plant, plant_files
 from takagi.models.turbine import nrel5mw
-from takagi.reports.gain_file import dump_gains
-from takagi.reports.plant_gain_file import plant_gain_file
+from takagi.reports.gains_file.plant import plant_gain_file
+from takagi.reports.gains_file.turbine import dump_gains
 
 Capture = pytest.CaptureFixture[str]
 Change = Callable[[dict[str, Any]], object]

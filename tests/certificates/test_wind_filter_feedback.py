@@ -27,11 +27,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from takagi.certificates.turbine_scale import default_settings
+from takagi.certificates.design.turbine.scale import default_settings
 from takagi.lmi.turbine.effort import effort_gains
-from takagi.models.law.coherent import CoherentLaw
-from takagi.models.law.law import Measurement
-from takagi.models.law.schedule import effort_schedule
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.laws.protocol import Measurement
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import load_turbine
 from takagi.models.turbine.wind_observer import WindObserver

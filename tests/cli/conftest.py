@@ -13,7 +13,7 @@ import pytest
 from tests.cli.cubic import CUBIC
 
 if TYPE_CHECKING:
-    from takagi.certificates.turbine_design import TurbineDesign
+    from takagi.certificates.design.turbine.design import TurbineDesign
 
 Files = dict[str, bytes | str]
 
@@ -26,8 +26,8 @@ def finished(turbine_design: TurbineDesign) -> TurbineDesign:
 
 def drawn(design: TurbineDesign, *, tell: Callable[..., None] | None = None) -> Files:
     """The files of a design, figures and report replaced by a word: they are tested elsewhere."""
-    from takagi.certificates.document import dumps
-    from takagi.reports.gain_file import dump_gains, gain_file
+    from takagi.certificates.document.certificate_file import dumps
+    from takagi.reports.gains_file.turbine import dump_gains, gain_file
 
     if tell is not None:
         tell("report")
@@ -42,9 +42,9 @@ def drawn(design: TurbineDesign, *, tell: Callable[..., None] | None = None) -> 
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the verbs write a folder without drawing it."""
-    module: Any = ModuleType("takagi.reports.design_folder")
+    module: Any = ModuleType("takagi.reports.turbine_folder")
     module.design_files = drawn
-    monkeypatch.setitem(sys.modules, "takagi.reports.design_folder", module)
+    monkeypatch.setitem(sys.modules, "takagi.reports.turbine_folder", module)
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def asked(
     finished: TurbineDesign, undrawn: None, monkeypatch: pytest.MonkeyPatch
 ) -> Mapping[str, Any]:
     """Let the verbs meet the finished design; the mapping holds what they asked for."""
-    from takagi.certificates import turbine_design
+    from takagi.certificates.design.turbine import design as turbine_design
 
     seen: dict[str, Any] = {}
 

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from takagi.cli.main import main
-from takagi.models.library import data_folder
+from takagi.models.files.library import data_folder
 
 Capture = pytest.CaptureFixture[str]
 
@@ -34,7 +34,7 @@ def never(monkeypatch: pytest.MonkeyPatch) -> None:
     def design_turbine(*_: Any, **__: Any) -> None:
         raise AssertionError("the long work began")
 
-    monkeypatch.setattr("takagi.certificates.turbine_design.design_turbine", design_turbine)
+    monkeypatch.setattr("takagi.certificates.design.turbine.design.design_turbine", design_turbine)
 
 
 @pytest.fixture
@@ -184,7 +184,7 @@ def test_an_answer_for_machines_stays_json(
         tell("gains of the coherent law")
         raise ModelError("no gain at wind 11.4 m/s")
 
-    monkeypatch.setattr("takagi.certificates.turbine_design.design_turbine", design_turbine)
+    monkeypatch.setattr("takagi.certificates.design.turbine.design.design_turbine", design_turbine)
     options = ["--out", str(tmp_path / "out"), "--json", "--bandwidth", "4"]
 
     assert main(["design", "nrel5mw", *options]) == 1
@@ -283,7 +283,7 @@ def test_an_interrupt_leaves_nothing(
     def design_turbine(*_: Any, **__: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("takagi.certificates.turbine_design.design_turbine", design_turbine)
+    monkeypatch.setattr("takagi.certificates.design.turbine.design.design_turbine", design_turbine)
 
     assert main(["design", "nrel5mw", "--out", str(tmp_path / "out")]) == 130
 

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from takagi.certificates.checker import Verdict, check
-from takagi.certificates.document import coherent_law_data, dumps
-from takagi.certificates.given_law import coherent_law_from_data, read_law
+from takagi.certificates.design.given.turbine_law import coherent_law_from_data, read_law
+from takagi.certificates.document.certificate_file import coherent_law_data, dumps
 from takagi.cli.main import main
 
 if TYPE_CHECKING:
-    from takagi.certificates.turbine_design import TurbineDesign
+    from takagi.certificates.design.turbine.design import TurbineDesign
 
 Capture = pytest.CaptureFixture[str]
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from takagi.certificates.document import certificate_document, dumps
+from takagi.certificates.document.certificate_file import certificate_document, dumps
 from takagi.cli.main import main
 from tests.cli.cubic import CUBIC
 
 if TYPE_CHECKING:
-    from takagi.certificates.turbine_design import TurbineDesign
+    from takagi.certificates.design.turbine.design import TurbineDesign
 
 Capture = pytest.CaptureFixture[str]
 

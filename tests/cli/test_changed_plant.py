@@ -12,12 +12,12 @@ import pytest
 from takagi.certificates.checker import CertificateError, check
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import digest
-from takagi.certificates.document import as_read
-from takagi.certificates.plant_design import PlantDesign, certify_filed, design_plant
+from takagi.certificates.design.plant.design import PlantDesign, certify_filed, design_plant
+from takagi.certificates.document.certificate_file import as_read
 from takagi.cli.main import main
-from takagi.models.plant.loader import load_plant, plant_files
-from takagi.reports.gain_file import dump_gains
-from takagi.reports.plant_gain_file import plant_gain_file
+from takagi.models.plant_files.loader import load_plant, plant_files
+from takagi.reports.gains_file.plant import plant_gain_file
+from takagi.reports.gains_file.turbine import dump_gains
 
 Capture = pytest.CaptureFixture[str]
 PENDULUM = """

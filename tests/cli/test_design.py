@@ -16,7 +16,7 @@ from takagi.certificates.checker import Checked, Claim, Verdict, check
 from takagi.cli.main import main
 
 if TYPE_CHECKING:
-    from takagi.certificates.turbine_design import TurbineDesign
+    from takagi.certificates.design.turbine.design import TurbineDesign
 
 Capture = pytest.CaptureFixture[str]
 FILES = ["certificate.json", "figures", "figures/bode.svg", "gains.json", "report.html"]
@@ -134,7 +134,7 @@ def test_what_is_not_proved_is_written_and_returns_one(
     claim = Claim("loop", Verdict.UNDECIDED, "wind 11.4 to 11.5 m/s: a corner fails")
     undecided = replace(finished, checked=Checked.of([claim, *finished.checked.claims[1:]], []))
     monkeypatch.setattr(
-        "takagi.certificates.turbine_design.design_turbine", lambda *_, **__: undecided
+        "takagi.certificates.design.turbine.design.design_turbine", lambda *_, **__: undecided
     )
 
     assert main(["design", "nrel5mw", "--out", str(tmp_path)]) == 1
@@ -157,7 +157,7 @@ def test_a_second_design_replaces_the_first_and_leaves_the_rest(asked: Any, tmp_
 
 def test_the_synthesis_that_is_asked_for_reaches_the_design(asked: Any, tmp_path: Path) -> None:
     """One step is the default; --two-step and --objective set their fields."""
-    from takagi.lmi.turbine.one_step_objective import OBJECTIVES
+    from takagi.lmi.turbine.one_step.objective import OBJECTIVES
 
     main(["design", "nrel5mw", "--out", str(tmp_path)])
     assert asked["settings"].synthesis == "one-step"

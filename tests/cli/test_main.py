@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.cli.errors import guard
 from takagi.cli.main import main
-from takagi.cli.verbs import VERBS, Verb
+from takagi.cli.verb_table import VERBS, Verb
 from takagi.models.errors import ModelError
 
 Capture = pytest.CaptureFixture[str]

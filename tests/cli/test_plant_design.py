@@ -11,7 +11,7 @@ import pytest
 
 from takagi.certificates.checker import Verdict, check
 from takagi.cli.main import main
-from takagi.models.library import data_folder
+from takagi.models.files.library import data_folder
 
 Capture = pytest.CaptureFixture[str]
 
@@ -68,8 +68,9 @@ def drawn() -> None:
 @pytest.fixture(autouse=True)
 def undrawn(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the verbs write a folder without drawing it, unless a test wants it drawn."""
-    from takagi.reports.html.page import ReportFiles
-    from takagi.reports.plant import latex, page
+    from takagi.reports.appendix import plant_files as latex
+    from takagi.reports.sections.plant import page
+    from takagi.reports.sections.turbine.page import ReportFiles
 
     if "drawn" in request.fixturenames:
         return

@@ -20,10 +20,10 @@ Capture = pytest.CaptureFixture[str]
 @pytest.fixture
 def gains(cubic: Path, tmp_path: Path) -> Path:
     """The gain file of a design, without its drawings."""
-    from takagi.certificates.plant_design import PlantDesign, design_plant
-    from takagi.models.plant.loader import load_plant, plant_files
-    from takagi.reports.gain_file import dump_gains
-    from takagi.reports.plant_gain_file import plant_gain_file
+    from takagi.certificates.design.plant.design import PlantDesign, design_plant
+    from takagi.models.plant_files.loader import load_plant, plant_files
+    from takagi.reports.gains_file.plant import plant_gain_file
+    from takagi.reports.gains_file.turbine import dump_gains
 
     found = design_plant(load_plant(cubic), files=plant_files(cubic))
     assert isinstance(found, PlantDesign)
@@ -117,9 +117,9 @@ def test_a_proof_about_vertices_alone_is_no_proof_about_the_plant(
     verb: str, cubic: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where the equations cannot be written into the certificate: status 1, and it is said."""
-    from takagi.certificates import plant_certificate
-    from takagi.reports.html.page import ReportFiles
-    from takagi.reports.plant import page
+    from takagi.certificates.claims.plant import certificate as plant_certificate
+    from takagi.reports.sections.plant import page
+    from takagi.reports.sections.turbine.page import ReportFiles
 
     nothing: tuple[None, list[object], tuple[str]] = (
         None,

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.document import coherent_law_data
+from takagi.certificates.document.certificate_file import coherent_law_data
 from takagi.cli.main import main
-from takagi.models.law import CoherentLaw, EffortGains, effort_schedule
+from takagi.models.laws import CoherentLaw, EffortGains, effort_schedule
 from takagi.models.turbine import Turbine, nrel5mw
 from takagi.models.turbine.derating import derated
 

@@ -10,9 +10,9 @@ import pytest
 
 from takagi.certificates.sweep.grid import Task
 from takagi.certificates.sweep.journal import NAME
-from takagi.cli import sweep as verb
 from takagi.cli.main import main
-from takagi.cli.sweep_laws import LAWS, SweptLaw
+from takagi.cli.verbs import sweep as verb
+from takagi.cli.verbs.sweep_maps import LAWS, SweptLaw
 from tests.certificates.sweep.toy import product
 
 Capture = pytest.CaptureFixture[str]

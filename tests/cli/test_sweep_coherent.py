@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from takagi.cli.sweep import run
+from takagi.cli.verbs.sweep import run
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi.multisimplex import Basis, Known, marginals
-from takagi.lmi.unknown_polynomial import Polynomial, contributions, substituted
+from takagi.lmi.polynomials.simplex_polynomials import Basis, Known, marginals
+from takagi.lmi.polynomials.unknown_polynomial import Polynomial, contributions, substituted
 
 Floats = NDArray[np.float64]
 simplexes = st.lists(st.tuples(st.integers(1, 4), st.integers(0, 3)), min_size=1, max_size=3)

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.lmi import common_lyapunov_condition
-from takagi.lmi.evaluate import lmi_value
-from takagi.lmi.restriction import restricted
-from takagi.lmi.term import LMI, Constant, Term, Unknown
+from takagi.lmi.condition.evaluate import lmi_value
+from takagi.lmi.condition.selected_items import restricted
+from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
 from takagi.models.errors import ModelError
 
 COUNT = 7

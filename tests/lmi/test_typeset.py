@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from takagi.lmi import LMI, Condition, Constant, Term, Unknown, latex, markdown
-from takagi.lmi.synthesis.compensation_condition import pdc_condition
-from takagi.lmi.typeset import lmi_latex
+from takagi.lmi.condition.typeset import lmi_latex
+from takagi.lmi.gains.decay.condition import pdc_condition
 from takagi.models import Premise, TSModel
 
 

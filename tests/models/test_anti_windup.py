@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.models.law import CoherentLaw, EffortGains, effort_schedule
+from takagi.models.laws import CoherentLaw, EffortGains, effort_schedule
 from takagi.models.simulation import History, constant_wind, design_plant, simulate
 from takagi.models.turbine import Turbine, nrel5mw
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from takagi.models.errors import ModelError
-from takagi.models.law import Law, Measurement
+from takagi.models.laws import Law, Measurement
 from takagi.models.simulation import (
     BaselineLaw,
     constant_wind,

@@ -8,11 +8,15 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from takagi.models.errors import ModelError
-from takagi.models.law.coherent import CoherentLaw, EffortGains
-from takagi.models.law.effort import effort_ramp
-from takagi.models.law.feedforward import Feedforward, known_rate_feedforward, no_feedforward
-from takagi.models.law.law import Measurement
-from takagi.models.law.schedule import EffortSchedule, effort_schedule
+from takagi.models.laws.effort_sharing.feedforward import (
+    Feedforward,
+    known_rate_feedforward,
+    no_feedforward,
+)
+from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
+from takagi.models.laws.protocol import Measurement
+from takagi.models.ramps.effort_ramp import effort_ramp
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
 

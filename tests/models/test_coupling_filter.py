@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models.errors import ModelError
-from takagi.models.law.coupling_filter import CouplingFilter, Variant, coupling_filter
-from takagi.models.law.ramps import Ramp, Shape
+from takagi.models.laws.published.coupling_filter import CouplingFilter, Variant, coupling_filter
+from takagi.models.ramps.membership_ramp import Ramp, Shape
 from takagi.models.turbine.loader import nrel5mw
 
 TURBINE = nrel5mw()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from takagi.models.errors import ModelError
-from takagi.models.law.schedule import effort_schedule
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.turbine import (
     Turbine,
     nrel5mw,

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models.errors import ModelError
-from takagi.models.law.effort import effort_ramp, effort_ramp_slope
-from takagi.models.law.schedule import (
+from takagi.models.laws.effort_sharing.schedule import (
     EffortSchedule,
     effort_schedule,
     frozen_wake_effectiveness,
 )
+from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
 from takagi.models.turbine.aerodynamics import rotor_torque
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw

@@ -13,10 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import Domain, Interval, ModelError, interpolate_curve, table_function
-from takagi.models.enclosure import Evidence, evidence_data, evidence_of_data
-from takagi.models.enclosure.expression_text import expression_text
-from takagi.models.premise import round_outward
+from takagi.models.expressions.writer import expression_text
+from takagi.models.ranges import Evidence, evidence_data, evidence_of_data
 from takagi.models.sector import expression_range
+from takagi.models.ts.premise import round_outward
 
 X, Y = sp.symbols("x y", real=True)
 BOX = {X: Interval.of(-1, "1.4"), Y: Interval.of("0.3", 2)}

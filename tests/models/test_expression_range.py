@@ -14,11 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import interpolate_curve, table_function
-from takagi.models.enclosure import Cell, Domain, Evidence, Interval, replay, sampled_bounds
-from takagi.models.enclosure.table_balls import TableBalls, ball_of
 from takagi.models.errors import ModelError
+from takagi.models.ranges import Cell, Domain, Evidence, Interval, replay, sampled_bounds
+from takagi.models.ranges.table_balls import TableBalls, ball_of
 from takagi.models.sector import expression_range
-from takagi.models.surface import interpolate
+from takagi.models.splines.surface import interpolate
 
 X, Y, Z = sp.symbols("x y z", real=True)
 BOX = {X: Interval.of(-1, "1.4"), Y: Interval.of("0.3", 2)}

@@ -16,8 +16,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, Turbine, built_in_models, load_model
-from takagi.models.law.schedule import frozen_wake_effectiveness
-from takagi.models.library import data_folder
+from takagi.models.files.coefficient_table import read_coefficient_table
+from takagi.models.files.library import data_folder
+from takagi.models.files.turbine_units import UNITS
+from takagi.models.laws.effort_sharing.schedule import frozen_wake_effectiveness
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.turbine import (
     load_turbine,
@@ -26,9 +28,7 @@ from takagi.models.turbine import (
     rotor_torque,
     rotor_torque_gradient,
 )
-from takagi.models.turbine.tables import read_coefficient_table
 from takagi.models.turbine.trim import TABLE_SHARE, optimal_torque_constant, trim
-from takagi.models.turbine.units import UNITS
 
 FILES = ("iea15mw.toml", "iea15mw_cp.csv", "iea15mw_ct.csv")
 
@@ -188,7 +188,7 @@ def test_the_baseline_rests_at_the_trim() -> None:
     turbine = iea()
     law = BaselineLaw(turbine)
     point = trim(turbine, 16.0)
-    from takagi.models.law.law import Measurement
+    from takagi.models.laws.protocol import Measurement
 
     command = law.command(
         law.initial_state(16.0), Measurement(point.rotor_speed, point.pitch, 16.0)

@@ -21,7 +21,7 @@ from takagi.models import (
     load_model,
     partial_load_model,
 )
-from takagi.models.library import built_in_kinds
+from takagi.models.files.library import built_in_kinds
 from takagi.models.turbine import load_turbine, rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.operating_band import OperatingBand, operating_band, slope_range
 

@@ -10,17 +10,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.models.embedding.dual import Dual, larger
-from takagi.models.embedding.paper import PaperCell, disturbance_bound, enclosed_cell, wind_breaks
-from takagi.models.embedding.paper_tables import LoopFigures, loop_figures
-from takagi.models.embedding.patch_ranges import patch_ranges
-from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
-from takagi.models.law.coupling_filter import coupling_filter
-from takagi.models.law.law import Measurement
-from takagi.models.law.paper import PaperLaw, PaperLawName, paper_law
-from takagi.models.law.paper_equilibrium import equilibrium
-from takagi.models.law.regional_schedule import regional_schedule
+from takagi.models.intervals.dual import Dual, larger
+from takagi.models.intervals.interval import Interval
+from takagi.models.laws.protocol import Measurement
+from takagi.models.laws.published.coupling_filter import coupling_filter
+from takagi.models.laws.published.equilibrium import equilibrium
+from takagi.models.laws.published.law import PaperLaw, PaperLawName, paper_law
+from takagi.models.laws.published.regional_schedule import regional_schedule
+from takagi.models.loops.published.cells import (
+    PaperCell,
+    disturbance_bound,
+    enclosed_cell,
+    wind_breaks,
+)
+from takagi.models.loops.published.tables import LoopFigures, loop_figures
+from takagi.models.splines.patch_ranges import patch_ranges
 from takagi.models.turbine.aerodynamics import rotor_torque
 from takagi.models.turbine.loader import nrel5mw
 from tests.paper_models import regional_models

@@ -8,13 +8,13 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from takagi.models.embedding.coherent import CellLoop
-from takagi.models.embedding.loop_cell import LoopBox, Uncertainty
-from takagi.models.embedding.quick_ranges import quick_ranges
-from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
-from takagi.models.law.coherent import CoherentLaw, EffortGains
-from takagi.models.law.schedule import EffortSchedule
+from takagi.models.intervals.interval import Interval
+from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+from takagi.models.laws.effort_sharing.schedule import EffortSchedule
+from takagi.models.loops.effort_sharing.cells import CellLoop
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, Uncertainty
+from takagi.models.splines.approximate_ranges import quick_ranges
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
 

@@ -9,10 +9,10 @@ from scipy.integrate import solve_ivp
 from scipy.signal import step
 
 from takagi.models.errors import ModelError
-from takagi.models.law.law import Law, Measurement
-from takagi.models.law.paper import PaperLawName
-from takagi.models.law.reference_filter import FilteredReferenceLaw, ReferenceFilter
-from takagi.models.law.sampled import sampled
+from takagi.models.laws.protocol import Law, Measurement
+from takagi.models.laws.published.law import PaperLawName
+from takagi.models.laws.published.reference_filter import FilteredReferenceLaw, ReferenceFilter
+from takagi.models.laws.sampled import sampled
 from takagi.models.simulation import design_plant, simulate, step_wind
 from tests.models.test_paper_law import TURBINE, make_law
 

@@ -14,7 +14,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from takagi.models.errors import ModelError
-from takagi.models.law import (
+from takagi.models.laws import (
     CoherentLaw,
     Command,
     EffortGains,
@@ -22,7 +22,7 @@ from takagi.models.law import (
     SampledLaw,
     effort_schedule,
 )
-from takagi.models.law.sampled import sampled
+from takagi.models.laws.sampled import sampled
 from takagi.models.simulation import (
     BaselineLaw,
     History,
@@ -33,7 +33,7 @@ from takagi.models.simulation import (
     turbulent_wind,
     validation_plant,
 )
-from takagi.models.simulation.steps import fitting_step
+from takagi.models.simulation.time_steps import fitting_step
 from takagi.models.turbine import Turbine, nrel5mw, rotor_torque_gradient
 
 Array = NDArray[np.float64]
@@ -113,7 +113,7 @@ def test_a_ramp_is_fed_forward_at_its_own_rate(law: CoherentLaw, filter_time: fl
 
 def test_without_a_filter_the_state_keeps_its_wind(law: CoherentLaw) -> None:
     """tau_f = 0: nothing to discretise."""
-    from takagi.models.law.feedforward import no_feedforward
+    from takagi.models.laws.effort_sharing.feedforward import no_feedforward
 
     direct = replace(law, wind_filter=0.0, feedforward=no_feedforward(law.schedule))
 

@@ -17,10 +17,10 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from takagi.models import Interval, ModelError
-from takagi.models.embedding.feedback import Feedback, blended_feedback, product_memberships
-from takagi.models.embedding.secant import Region, secant_embedding
-from takagi.models.embedding.secant_entries import Form
-from takagi.models.embedding.secant_family import SecantCell, SecantEmbedding
+from takagi.models.loops.secant.embedding import Region, secant_embedding
+from takagi.models.loops.secant.entries import Form
+from takagi.models.loops.secant.feedback import Feedback, blended_feedback, product_memberships
+from takagi.models.loops.secant.matrices import SecantCell, SecantEmbedding
 from takagi.models.plant.plant import Plant, Variable
 
 X, V, U, W, P = sp.symbols("x v u w p", real=True)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from takagi.models.errors import ModelError
-from takagi.models.law import Command, Measurement
+from takagi.models.laws import Command, Measurement
 from takagi.models.simulation import (
     BaselineLaw,
     Flag,

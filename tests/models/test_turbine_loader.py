@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from takagi.models.errors import ModelError
-from takagi.models.library import built_in_models, data_folder, resolve_model
+from takagi.models.files.library import built_in_models, data_folder, resolve_model
+from takagi.models.files.turbine_units import UNITS, to_si
 from takagi.models.turbine import load_turbine, nrel5mw
-from takagi.models.turbine.units import UNITS, to_si
 
 Edit = Callable[[str, str], Path]
 

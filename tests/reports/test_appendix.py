@@ -19,7 +19,7 @@ from takagi.reports.appendix import appendix_files
 from takagi.reports.appendix.tex import Tex, decimal, escape, fixed, scientific, unit
 
 if TYPE_CHECKING:
-    from takagi.certificates.turbine_design import TurbineDesign
+    from takagi.certificates.design.turbine.design import TurbineDesign
 
 HOSTILE = r"50 % of a_1 & b^2 {x} \input{y} #3 $z$ ~ <|>"
 
@@ -57,9 +57,9 @@ def undrawn(patch: pytest.MonkeyPatch) -> None:
 
 def with_paper_law(design: TurbineDesign) -> TurbineDesign:
     """The same turbine with the published law and a claim that the checker leaves open."""
-    from takagi.models.law.coupling_filter import coupling_filter
-    from takagi.models.law.paper import paper_law
-    from takagi.models.law.regional_schedule import regional_schedule
+    from takagi.models.laws.published.coupling_filter import coupling_filter
+    from takagi.models.laws.published.law import paper_law
+    from takagi.models.laws.published.regional_schedule import regional_schedule
 
     turbine = design.turbine
     low, high = (region.require() for region in (design.regional.partial, design.regional.full))
@@ -144,7 +144,7 @@ def test_the_inequalities_are_those_of_the_solved_conditions(
     design: TurbineDesign, body: str
 ) -> None:
     """Every inequality of both regions' conditions stands there as ``lmi.typeset`` writes it."""
-    from takagi.lmi.typeset import lmi_latex
+    from takagi.lmi.condition.typeset import lmi_latex
 
     for region in (design.regional.partial, design.regional.full):
         assert all(lmi_latex(lmi) in body for lmi in region.condition.lmis)
@@ -255,7 +255,7 @@ def test_the_verb_writes_the_same_files_for_the_same_design(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     """Made a second time, by `takagi appendix`, every file has the same bytes; status 0."""
-    from takagi.certificates import turbine_design
+    from takagi.certificates.design.turbine import design as turbine_design
     from takagi.cli.main import main
 
     monkeypatch.setattr(turbine_design, "design_turbine", lambda *_, **__: design)
@@ -276,7 +276,7 @@ def test_the_verb_speaks_json_and_fails_an_open_certificate(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     """Status 1 where not everything is proved, and the files are listed."""
-    from takagi.certificates import turbine_design
+    from takagi.certificates.design.turbine import design as turbine_design
     from takagi.cli.main import main
 
     opened = replace(design, checked=Checked.of([Claim("c", Verdict.UNDECIDED, "why")], []))

@@ -15,7 +15,7 @@ from takagi.reports.appendix import appendix_files
 from takagi.reports.output import write_folder
 
 if TYPE_CHECKING:
-    from takagi.certificates.turbine_design import TurbineDesign
+    from takagi.certificates.design.turbine.design import TurbineDesign
 
 pytestmark = pytest.mark.tex
 
@@ -31,9 +31,9 @@ def design(turbine_design: TurbineDesign) -> TurbineDesign:
 
 def paper_design(design: TurbineDesign, name: str) -> TurbineDesign:
     """The same turbine with a published law and a claim of another kind, in hostile words."""
-    from takagi.models.law.coupling_filter import coupling_filter
-    from takagi.models.law.paper import PaperLawName, paper_law
-    from takagi.models.law.regional_schedule import regional_schedule
+    from takagi.models.laws.published.coupling_filter import coupling_filter
+    from takagi.models.laws.published.law import PaperLawName, paper_law
+    from takagi.models.laws.published.regional_schedule import regional_schedule
 
     turbine = design.turbine
     which: PaperLawName = "paper" if name == "paper" else "paper-two-integrators"

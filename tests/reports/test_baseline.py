@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.reports.baseline import (
     Comparison,
     as_data,

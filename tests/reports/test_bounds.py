@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.reports.bounds import at_least, at_least_to, at_most, at_most_to
-from takagi.reports.html import text
+from takagi.reports.page import text
+from takagi.reports.page.rounded_bounds import at_least, at_least_to, at_most, at_most_to
 
 DECIMALS = st.decimals("-1000", "1000", places=7, allow_nan=False).map(float)
 

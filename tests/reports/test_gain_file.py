@@ -12,12 +12,12 @@ import pytest
 from pydantic import ValidationError
 
 from takagi.certificates.checker import CertificateError, check
-from takagi.certificates.document import dumps
-from takagi.certificates.turbine_design import TurbineDesign
-from takagi.models.law.law import Measurement
+from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.certificates.document.certificate_file import dumps
+from takagi.models.laws.protocol import Measurement
 from takagi.models.turbine.trim import trim
-from takagi.reports.gain_file import dump_gains, gain_file, gain_file_schema
-from takagi.reports.gain_file_schema import GainFile
+from takagi.reports.gains_file.schema import GainFile
+from takagi.reports.gains_file.turbine import dump_gains, gain_file, gain_file_schema
 
 
 def test_law_is_the_certificates(turbine_design: TurbineDesign) -> None:

@@ -14,27 +14,27 @@ import numpy as np
 import pytest
 
 from takagi.certificates.checker.kernel.result import Checked
+from takagi.certificates.claims.turbine.published import paper_law_data
 from takagi.certificates.controller.content import bound, gain_file_of
 from takagi.certificates.controller.plant_members import plant_members
-from takagi.certificates.document import certificate_document, coherent_law_data
-from takagi.certificates.model_data import pdc_law_data
-from takagi.certificates.paper import paper_law_data
-from takagi.certificates.paper_design import designed_law
-from takagi.certificates.plant_blend import unknown_premises
-from takagi.certificates.plant_embedding import law_members, plant_data
-from takagi.certificates.turbine_design import TurbineDesign
+from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.certificates.design.turbine.published_law import designed_law
+from takagi.certificates.document.certificate_file import certificate_document, coherent_law_data
+from takagi.certificates.document.model_data import pdc_law_data
+from takagi.certificates.document.plant_blend import unknown_premises
+from takagi.certificates.document.plant_embedding import law_members, plant_data
 from takagi.models.blending.modelling import blended_model
-from takagi.models.law.coherent import CoherentLaw
-from takagi.models.law.feedforward import no_feedforward
-from takagi.models.law.law import Law, Measurement
-from takagi.models.law.pdc import PdcLaw
-from takagi.models.law.sampled import SampledLaw, sampled
-from takagi.models.library import built_in_kinds, data_folder
-from takagi.models.plant.loader import load_plant
+from takagi.models.files.library import built_in_kinds, data_folder
+from takagi.models.laws.effort_sharing.feedforward import no_feedforward
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.pdc import PdcLaw
+from takagi.models.laws.protocol import Law, Measurement
+from takagi.models.laws.sampled import SampledLaw, sampled
 from takagi.models.plant.plant import Plant
+from takagi.models.plant_files.loader import load_plant
 from takagi.models.sector.model import sector_model
 from takagi.models.turbine.trim import trim
-from takagi.reports.gain_file import dump_gains, gain_file
+from takagi.reports.gains_file.turbine import dump_gains, gain_file
 
 PAGE = (Path(__file__).parents[2] / "docs" / "gain-file.md").read_text(encoding="utf-8")
 """The page."""

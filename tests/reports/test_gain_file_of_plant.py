@@ -11,12 +11,12 @@ import sympy as sp
 from pydantic import ValidationError
 
 from takagi.certificates.checker import check
-from takagi.certificates.document import dumps
-from takagi.certificates.plant_design import PlantDesign, design_plant
+from takagi.certificates.design.plant.design import PlantDesign, design_plant
+from takagi.certificates.document.certificate_file import dumps
 from takagi.models import Interval, Plant, Variable
-from takagi.reports.gain_file import dump_gains
-from takagi.reports.plant_gain_file import PlantGainFile, plant_gain_file, plant_gain_file_schema
-from takagi.reports.plant_simulation import simulate_plant, simulation_data
+from takagi.reports.gains_file.plant import PlantGainFile, plant_gain_file, plant_gain_file_schema
+from takagi.reports.gains_file.turbine import dump_gains
+from takagi.reports.simulation.plant import simulate_plant, simulation_data
 
 X, V, F = sp.symbols("x v F", real=True)
 

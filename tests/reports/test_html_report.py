@@ -15,25 +15,25 @@ import numpy as np
 import pytest
 
 from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
-from takagi.certificates.claim_summary import claim_summary
-from takagi.certificates.document import dumps
-from takagi.certificates.turbine_design import DesignSettings, TurbineDesign
-from takagi.cli.design_summary import as_text
-from takagi.models.law.coupling_filter import coupling_filter
-from takagi.models.law.law import Measurement
-from takagi.models.law.paper import paper_law
-from takagi.models.law.regional_schedule import regional_schedule
+from takagi.certificates.design.claim_summary import claim_summary
+from takagi.certificates.design.turbine.design import DesignSettings, TurbineDesign
+from takagi.certificates.document.certificate_file import dumps
+from takagi.cli.terminal.turbine_summary import as_text
+from takagi.models.laws.protocol import Measurement
+from takagi.models.laws.published.coupling_filter import coupling_filter
+from takagi.models.laws.published.law import paper_law
+from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.turbine.loader import nrel5mw
-from takagi.reports.design_folder import design_files
-from takagi.reports.html.cells_section import cells_section
-from takagi.reports.html.gains_section import gains_section
-from takagi.reports.html.local_loops import loop_points
-from takagi.reports.html.loops_section import poles_section
-from takagi.reports.html.page import render
-from takagi.reports.html.text import Section, at_least, at_most, fixed, powers, significant
-from takagi.reports.html.verdict_section import verdict_section
+from takagi.reports.loops.overlap_claims import gap_words, overlap_claims, wind_words
+from takagi.reports.loops.turbine_local import loop_points
 from takagi.reports.margins import LocalGains, closed_loop_poles
-from takagi.reports.overlap_claims import gap_words, overlap_claims, wind_words
+from takagi.reports.page.text import Section, at_least, at_most, fixed, powers, significant
+from takagi.reports.sections.turbine.cells import cells_section
+from takagi.reports.sections.turbine.gains import gains_section
+from takagi.reports.sections.turbine.loops import poles_section
+from takagi.reports.sections.turbine.page import render
+from takagi.reports.sections.turbine.verdict import verdict_section
+from takagi.reports.turbine_folder import design_files
 
 VOID = {"area", "base", "br", "col", "hr", "img", "input", "link", "meta", "source", "wbr"}
 FIGURES = {

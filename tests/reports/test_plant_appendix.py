@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
-from takagi.certificates.plant_design import PlantDesign
+from takagi.certificates.design.plant.design import PlantDesign
 from takagi.reports.output import write_folder
-from takagi.reports.plant import plant_appendix
+from takagi.reports.sections.plant import plant_appendix
 from tests.reports.plant_designs import design_of
 
 WIDEST = 20.0  # pt that a line may stick out

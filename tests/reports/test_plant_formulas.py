@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 from takagi.models import load_model, sector_model
 from takagi.models.errors import ModelError
-from takagi.models.library import built_in_kinds
+from takagi.models.files.library import built_in_kinds
 from takagi.models.plant.plant import Plant
-from takagi.reports.plant.mathml import mathml
-from takagi.reports.plant.plant_section import equations_latex
-from takagi.reports.plant.readable import readable, shortens
+from takagi.reports.page.mathml import mathml
+from takagi.reports.page.readable_latex import readable, shortens
+from takagi.reports.sections.plant.plant import equations_latex
 
 PLANTS = sorted(name for name, kind in built_in_kinds().items() if kind == "plant")
 SYMBOLS = sp.symbols("x angle z1 omega delta_x rate", real=True)

@@ -8,14 +8,14 @@ import control
 import numpy as np
 import pytest
 
-from takagi.certificates.plant_design import PlantDesign
+from takagi.certificates.design.plant.design import PlantDesign
 from takagi.models.errors import ModelError
-from takagi.reports.plant.gains_section import gain_columns, largest_commands
-from takagi.reports.plant.local_loops import local_loops, pair_poles
-from takagi.reports.plant.motion import plant_rate
-from takagi.reports.plant.phase_drawing import ellipse, planes
-from takagi.reports.plant.plant_loop import plant_loop
-from takagi.reports.plant.weights_drawing import premise_curves
+from takagi.reports.figures.plant.phase_plane import ellipse, planes
+from takagi.reports.figures.plant.weights import premise_curves
+from takagi.reports.loops.plant_local import local_loops, pair_poles
+from takagi.reports.loops.plant_loop import plant_loop
+from takagi.reports.loops.plant_motion import plant_rate
+from takagi.reports.sections.plant.gains import gain_columns, largest_commands
 from tests.reports.plant_designs import design_of
 
 PENDULUM, DISCRETE, ANALYSIS = "cart_pole", "truck_trailer", "dayawansa_martin"

@@ -11,13 +11,13 @@ import scipy.linalg
 import sympy as sp
 
 from takagi.models import load_model, sector_model
-from takagi.models.enclosure.interval import Interval
+from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Parameter, Plant, Variable
-from takagi.reports.plant.gains_section import largest_commands
-from takagi.reports.plant.motion import around, motions, plant_rate, starts
-from takagi.reports.plant.motion_section import motion_section, settling_time
-from takagi.reports.plant.plant_loop import PlantLoop, plant_loop
-from takagi.reports.plant.plates import Drawn
+from takagi.reports.figures.plant.captioned import Drawn
+from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
+from takagi.reports.loops.plant_motion import around, motions, plant_rate, starts
+from takagi.reports.sections.plant.gains import largest_commands
+from takagi.reports.sections.plant.motion import motion_section, settling_time
 from tests.reports.plant_designs import design_of
 
 PENDULUM, DISCRETE, ANALYSIS = "cart_pole", "truck_trailer", "dayawansa_martin"

@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 
 from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
-from takagi.certificates.plant_design import PlantDesign, design_plant
+from takagi.certificates.design.plant.design import PlantDesign, design_plant
 from takagi.models.plant.plant import Plant
-from takagi.reports.html.page import ReportFiles
-from takagi.reports.html.text import decimal
-from takagi.reports.plant import plant_figures, plant_report, plant_report_files
-from takagi.reports.plant.claims import proved_kinds
+from takagi.reports.loops.proved_kinds import proved_kinds
+from takagi.reports.page.text import decimal
+from takagi.reports.sections.plant import plant_figures, plant_report, plant_report_files
+from takagi.reports.sections.turbine.page import ReportFiles
 from tests.reports.plant_designs import design_of
 
 VOID = {"br", "col", "hr", "img", "input", "link", "meta"}

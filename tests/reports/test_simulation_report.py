@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.models.errors import ModelError
-from takagi.models.law.law import Command, Measurement
+from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import Diverged
 from takagi.models.simulation.history import History
@@ -32,7 +32,7 @@ from takagi.reports.simulation import (
     simulation_files,
     table_rows,
 )
-from takagi.reports.simulation.pictures import slug
+from takagi.reports.simulation.figures import slug
 from takagi.reports.simulation.tables import COLUMNS, notes
 
 TURBINE = nrel5mw()

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from takagi.certificates.coherent_synthesis import CoherentSynthesis
-from takagi.certificates.turbine_design import TurbineDesign
-from takagi.lmi.turbine.one_step import OneStepDesign
-from takagi.lmi.turbine.one_step_borne import Functions
-from takagi.lmi.turbine.one_step_value import Reached
-from takagi.reports.html.gains_section import gains_section
-from takagi.reports.html.page import render
-from takagi.reports.html.synthesis_table import synthesis_table
-from takagi.reports.synthesis_summary import synthesis_summary, synthesis_words
+from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.certificates.design.turbine.effort_sharing_gains import CoherentSynthesis
+from takagi.lmi.turbine.one_step.design import OneStepDesign
+from takagi.lmi.turbine.one_step.loop_functions import Functions
+from takagi.lmi.turbine.one_step.value import Reached
+from takagi.reports.loops.synthesis_summary import synthesis_summary, synthesis_words
+from takagi.reports.sections.turbine.gains import gains_section
+from takagi.reports.sections.turbine.page import render
+from takagi.reports.sections.turbine.synthesis_table import synthesis_table
 
 
 @pytest.fixture

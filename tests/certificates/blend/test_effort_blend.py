@@ -16,8 +16,8 @@ from takagi.certificates import Verdict
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.cross_check import judge_document
-from takagi.certificates.cross_check.reading import Refusal
-from takagi.certificates.plant_design import PlantDesign, certify_plant
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.design.plant.design import PlantDesign, certify_plant
 from takagi.models.plant.design_settings import PlantSettings
 from tests.certificates.kinds.test_damage import resealed
 from tests.models.blending.plants import plant_of
@@ -193,7 +193,7 @@ def test_a_plant_behind_a_blend_needs_the_claim_beside_its_file(tmp_path: Path) 
 
 
 def design_of_file(path: Path) -> PlantDesign:
-    from takagi.models.plant.loader import load_plant, plant_files
+    from takagi.models.plant_files.loader import load_plant, plant_files
 
     def one(model: Any) -> Any:
         return np.array([GAIN] * len(model.A))
@@ -202,7 +202,7 @@ def design_of_file(path: Path) -> PlantDesign:
 
 
 def dumped(document: Data) -> str:
-    from takagi.certificates.document import dumps
+    from takagi.certificates.document.certificate_file import dumps
 
     return dumps(document)
 

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Verdict
-from takagi.certificates.plant_design import PlantDesign, certify_plant
+from takagi.certificates.design.plant.design import PlantDesign, certify_plant
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
-from takagi.reports.plant.motion import motions
-from takagi.reports.plant.plant_loop import plant_loop
+from takagi.reports.loops.plant_loop import plant_loop
+from takagi.reports.loops.plant_motion import motions
 from tests.models.blending.plants import plant_of
 
 GAINS = [[40.0, 20.0]]

@@ -19,7 +19,7 @@ from takagi.certificates.campaign.motion import (
 )
 from takagi.certificates.campaign.plants import drawn_starts, quadratic, wake_fits
 from takagi.certificates.campaign.winds import Seen, error_rate
-from takagi.models.law.law import Measurement
+from takagi.models.laws.protocol import Measurement
 from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
 
 Scene = tuple[CertifiedLoop, np.ndarray, At, Drive]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import NdBSpline
 
-from takagi.certificates.campaign.patches import Axis, spline_patches
+from takagi.certificates.campaign.spline_patches import Axis, spline_patches
 from takagi.models.errors import ModelError
 
 

@@ -11,12 +11,12 @@ from takagi.certificates.campaign.loop import certified_loop
 from takagi.certificates.campaign.trial_laws import coherent_trial, paper_trial
 from takagi.certificates.campaign.trial_plant import Asked, Rotor, advance, rotor_of
 from takagi.certificates.campaign.trials import CYCLES, LOST, STAYS, Disturbance, tried
-from takagi.certificates.document import turbine_data
-from takagi.certificates.paper import paper_law_data
-from takagi.models.law.coupling_filter import coupling_filter
-from takagi.models.law.law import Measurement
-from takagi.models.law.paper import PaperLaw, paper_law
-from takagi.models.law.regional_schedule import regional_schedule
+from takagi.certificates.claims.turbine.published import paper_law_data
+from takagi.certificates.document.certificate_file import turbine_data
+from takagi.models.laws.protocol import Measurement
+from takagi.models.laws.published.coupling_filter import coupling_filter
+from takagi.models.laws.published.law import PaperLaw, paper_law
+from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.full_load import full_load_model
 from takagi.models.turbine.loader import nrel5mw

@@ -13,7 +13,7 @@ from takagi.certificates import certify
 from takagi.certificates.requests import FuzzyDecay, Loop, attempts_at_all
 from takagi.lmi import observer, pdc
 from takagi.models import TSModel, sector_model
-from takagi.models.plant.loader import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.test_damage import damage, documents, paths, resealed
 
 __all__ = ["PLANTS", "all_kinds", "mutants", "plant_certificate"]

@@ -9,8 +9,13 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.two_checkers import Comparison, Row, cross_checked, cross_checked_document
-from takagi.cli.check import run as check_verb
+from takagi.certificates.audit.two_checkers import (
+    Comparison,
+    Row,
+    cross_checked,
+    cross_checked_document,
+)
+from takagi.cli.verbs.check import run as check_verb
 from tests.certificates.cross.documents import PLANTS, all_kinds, mutants, plant_certificate
 from tests.certificates.kinds.test_damage import resealed
 
@@ -110,7 +115,7 @@ def test_difference_is_shown_and_fails(
     whole: dict[str, Data], tmp_path: Path, monkeypatch: Any, capsys: Any
 ) -> None:
     """A second checker that sees nothing makes the verb end with 1."""
-    from takagi.certificates.cross_check import exact, obligation
+    from takagi.certificates.cross_check.kernel import exact, obligation
 
     path = tmp_path / "certificate.json"
     path.write_text(json.dumps(whole["lorenz"]))

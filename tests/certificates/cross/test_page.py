@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
+from takagi.certificates.audit.two_checkers import cross_checked
 from takagi.certificates.cross_check import judge
+from takagi.certificates.cross_check.kernel.reading import load
 from takagi.certificates.cross_check.opinion import claims_of
-from takagi.certificates.cross_check.reading import load
-from takagi.certificates.two_checkers import cross_checked
 from takagi.cli.main import main
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"

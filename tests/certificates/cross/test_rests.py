@@ -13,20 +13,21 @@ import pytest
 from flint import fmpq
 from scipy.interpolate import BSpline
 
-from takagi.certificates.cross_check import equilibrium as rests
-from takagi.certificates.cross_check import judge_document, rest_balance
-from takagi.certificates.cross_check.coherent_numbers import Rotor
-from takagi.certificates.cross_check.coherent_surface import Span
-from takagi.certificates.cross_check.reading import loads
-from takagi.certificates.cross_check.rest_balance import Balance, Look, Looks
-from takagi.certificates.document import (
+from takagi.certificates.audit.two_checkers import cross_checked_document
+from takagi.certificates.claims.turbine.published import paper_law_data
+from takagi.certificates.cross_check import judge_document
+from takagi.certificates.cross_check.kernel.reading import loads
+from takagi.certificates.cross_check.turbine import equilibrium as rests
+from takagi.certificates.cross_check.turbine import torque_balance as rest_balance
+from takagi.certificates.cross_check.turbine.numbers import Rotor
+from takagi.certificates.cross_check.turbine.surface import Span
+from takagi.certificates.cross_check.turbine.torque_balance import Balance, Look, Looks
+from takagi.certificates.document.certificate_file import (
     certificate_document,
     coherent_law_data,
     dumps,
     turbine_data,
 )
-from takagi.certificates.paper import paper_law_data
-from takagi.certificates.two_checkers import cross_checked_document
 from tests.certificates.conftest import Built, resealed
 from tests.certificates.test_paper_certificate import TURBINE, make_law
 

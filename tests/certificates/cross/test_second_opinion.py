@@ -15,14 +15,14 @@ from hypothesis import strategies as st
 
 from takagi.certificates import certify
 from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.cross_check.algebra import Algebra
-from takagi.certificates.cross_check.exact import is_definite
-from takagi.certificates.cross_check.expression import minus, parsed, plus, value_of
-from takagi.certificates.cross_check.interval import Undefined, range_of
-from takagi.certificates.cross_check.reading import loads
-from takagi.certificates.document import certificate_document
+from takagi.certificates.cross_check.kernel.exact import is_definite
+from takagi.certificates.cross_check.kernel.reading import loads
+from takagi.certificates.cross_check.plant.algebra import Algebra
+from takagi.certificates.cross_check.plant.expression import minus, parsed, plus, value_of
+from takagi.certificates.cross_check.plant.interval import Undefined, range_of
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.models import sector_model
-from takagi.models.plant.loader import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import model_data
 from tests.certificates.kinds.test_damage import resealed
 

@@ -16,9 +16,9 @@ from scipy.interpolate import BSpline
 from takagi.certificates.checker.arithmetic.interval import ONE, enclose
 from takagi.certificates.checker.arithmetic.spline import Spline
 from takagi.certificates.cross_check import judge_document
-from takagi.certificates.cross_check.coherent_surface import Outside, Span, Surface
-from takagi.certificates.cross_check.reading import loads
-from takagi.certificates.document import dumps
+from takagi.certificates.cross_check.kernel.reading import loads
+from takagi.certificates.cross_check.turbine.surface import Outside, Span, Surface
+from takagi.certificates.document.certificate_file import dumps
 from tests.certificates.kinds.test_damage import resealed
 
 Data = dict[str, Any]

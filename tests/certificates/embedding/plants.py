@@ -11,12 +11,12 @@ from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Checked, Claim, in_words
 from takagi.certificates.checker.plant.sector_embedding import check_embedding
-from takagi.certificates.document import certificate_document
-from takagi.certificates.plant_embedding import embedding_claim, plant_data
+from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document.plant_embedding import embedding_claim, plant_data
 from takagi.models.blending import blended_model
-from takagi.models.plant.loader import load_plant
+from takagi.models.plant_files.loader import load_plant
 from takagi.models.sector.model import sector_model
-from takagi.models.ts_model import TSModel
+from takagi.models.ts.model import TSModel
 
 CLAIM = {"name": "the plant is its model", "kind": "sector-embedding"}
 

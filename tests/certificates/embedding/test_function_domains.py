@@ -10,7 +10,7 @@ from takagi.certificates import Verdict
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 
 Data = dict[str, Any]
 CLAIM = {"name": "tied", "kind": "sector-embedding"}

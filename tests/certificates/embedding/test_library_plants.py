@@ -10,9 +10,9 @@ import pytest
 from takagi.certificates import certify
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.plant.sector_embedding import plant_family
-from takagi.certificates.plant_embedding import plant_data
+from takagi.certificates.document.plant_embedding import plant_data
 from takagi.lmi import pdc
-from takagi.models.library import built_in_kinds
+from takagi.models.files.library import built_in_kinds
 from tests.certificates.embedding.plants import as_read, checked, library_model
 
 PLANTS = [name for name, kind in built_in_kinds().items() if kind == "plant"]

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.plant.sector_embedding import plant_family
-from takagi.certificates.plant_embedding import plant_data
-from takagi.models.enclosure.interval import Interval
+from takagi.certificates.document.plant_embedding import plant_data
+from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Output, Parameter, Plant, Variable
-from takagi.models.premise import round_outward
-from takagi.models.sector.ball import expression_range, expression_value
+from takagi.models.ranges.expression_range import expression_range, expression_value
 from takagi.models.sector.model import sector_model
+from takagi.models.ts.premise import round_outward
 from tests.certificates.embedding.plants import as_read, said_of
 
 Data = dict[str, Any]

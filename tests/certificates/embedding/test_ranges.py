@@ -14,15 +14,15 @@ from hypothesis import strategies as st
 from takagi.certificates import certify
 from takagi.certificates.checker import CertificateError
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.plant_embedding import plant_data
-from takagi.models.curve import Curve, interpolate_curve
-from takagi.models.enclosure.domain import Domain
-from takagi.models.enclosure.interval import Interval
+from takagi.certificates.document.plant_embedding import plant_data
+from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Plant, Variable
-from takagi.models.plant.table_function import table_function
+from takagi.models.ranges.domain import Domain
 from takagi.models.sector.model import sector_model
-from takagi.models.surface import Surface, interpolate
-from takagi.models.ts_model import TSModel
+from takagi.models.splines.curve import Curve, interpolate_curve
+from takagi.models.splines.surface import Surface, interpolate
+from takagi.models.splines.table_function import table_function
+from takagi.models.ts.model import TSModel
 from tests.certificates.embedding.plants import changed, one_state, said_of
 
 Data = dict[str, Any]

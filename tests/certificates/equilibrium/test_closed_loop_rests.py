@@ -11,10 +11,10 @@ from scipy.optimize import brentq
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.equilibrium import ClosedLoopRests, closed_loop_equilibria
 from takagi.models.errors import ModelError
-from takagi.models.law.coherent import CoherentLaw
-from takagi.models.law.law import Measurement
-from takagi.models.law.paper import PaperLawName
-from takagi.models.law.paper_equilibrium import equilibrium
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.protocol import Measurement
+from takagi.models.laws.published.equilibrium import equilibrium
+from takagi.models.laws.published.law import PaperLawName
 from takagi.models.turbine.aerodynamics import rotor_torque
 from tests.certificates.conftest import Built, resealed
 from tests.certificates.test_paper_certificate import TURBINE, make_law

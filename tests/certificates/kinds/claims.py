@@ -6,7 +6,7 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Claim
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 
 __all__ = ["law_data", "model_data", "said_of"]
 

@@ -12,8 +12,8 @@ import pytest
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.turbine.wind_rate import Range
+from takagi.certificates.claims.turbine.loop_claims import loop_claims
 from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.loop_claims import loop_claims
 
 RATE, ACTUATORS = 1, 2
 # Cells from 9 m/s on, where the torque is fed v_s', to beyond the last of them.

@@ -17,8 +17,8 @@ from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kinds.halvings import pieces
 from takagi.certificates.coq.coq_export import coq_file
 from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.cross_check.pieces import leaves
-from takagi.certificates.document import certificate_document
+from takagi.certificates.cross_check.loop.pieces import leaves
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import (
     Decay,
     FuzzyDecay,
@@ -230,7 +230,7 @@ def test_the_pieces_cover_all_weights(premises: int) -> None:
 
 
 def _written(claim: Data) -> Any:
-    from takagi.certificates.cross_check.reading import loads
+    from takagi.certificates.cross_check.kernel.reading import loads
 
     return loads(json.dumps(claim))
 

@@ -12,7 +12,7 @@ from takagi.certificates.requests import InputLimits, Loop
 from takagi.lmi import input_rate_bound, pdc
 from takagi.models import TSModel, sector_model
 from takagi.models.errors import ModelError
-from takagi.models.plant.loader import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Data = dict[str, Any]

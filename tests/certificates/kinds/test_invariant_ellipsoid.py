@@ -18,11 +18,11 @@ from takagi.certificates.checker.words.ellipsoid_size import (
     square_root_below,
     volume_below,
 )
-from takagi.certificates.model_data import ts_model_data
+from takagi.certificates.document.model_data import ts_model_data
 from takagi.certificates.requests import InvariantEllipsoid, Loop
 from takagi.models import TSModel, sector_model
 from takagi.models.errors import ModelError
-from takagi.models.plant.loader import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Data = dict[str, Any]

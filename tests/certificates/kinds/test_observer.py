@@ -13,11 +13,11 @@ from takagi.certificates.checker.kernel.family import read_family
 from takagi.certificates.checker.kernel.result import in_words
 from takagi.certificates.checker.kinds.observer import check_observer
 from takagi.certificates.requests import Loop, ObservedFeedback, ObserverError
-from takagi.certificates.requests.exact_floats import as_read
+from takagi.certificates.requests.loop.exact_floats import as_read
 from takagi.lmi import observer, pdc, secant_vertices
 from takagi.models import TSModel, sector_model
 from takagi.models.errors import ModelError
-from takagi.models.plant.loader import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Data = dict[str, Any]

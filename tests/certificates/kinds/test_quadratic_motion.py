@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from takagi.certificates.requests.quadratic_motion import best_multiplier, fall_rate, held_level
+from takagi.certificates.requests.loop.quadratic_motion import (
+    best_multiplier,
+    fall_rate,
+    held_level,
+)
 
 
 @pytest.mark.parametrize("rate", [1.0, 1.1, 3.3])

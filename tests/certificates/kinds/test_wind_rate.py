@@ -10,8 +10,8 @@ import pytest
 
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.claims.turbine.wind_rate_claim import rate_range, wind_rate_claim
 from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.known_wind import rate_range, wind_rate_claim
 
 PROVED, UNDECIDED = "PROVED", "UNDECIDED"
 # Of a law whose wind is measured [s]: with it a known wind may move fast, and thresholds are plain.

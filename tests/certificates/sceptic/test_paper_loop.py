@@ -21,13 +21,13 @@ from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.coherent_inputs import Plant
 from takagi.certificates.checker.turbine.paper_inputs import Overlaps, PaperLaw
 from takagi.certificates.checker.turbine.paper_loop import Ends, Loop
-from takagi.certificates.document import certificate_document, turbine_data
-from takagi.certificates.paper import paper_law_data
-from takagi.models.law import paper as model
-from takagi.models.law.coupling_filter import coupling_filter
-from takagi.models.law.law import Measurement
-from takagi.models.law.ramps import Shape
-from takagi.models.law.regional_schedule import regional_schedule
+from takagi.certificates.claims.turbine.published import paper_law_data
+from takagi.certificates.document.certificate_file import certificate_document, turbine_data
+from takagi.models.laws.protocol import Measurement
+from takagi.models.laws.published import law as model
+from takagi.models.laws.published.coupling_filter import coupling_filter
+from takagi.models.laws.published.regional_schedule import regional_schedule
+from takagi.models.ramps.membership_ramp import Shape
 from takagi.models.turbine.aerodynamics import rotor_torque
 from takagi.models.turbine.loader import nrel5mw
 from tests.paper_models import regional_models

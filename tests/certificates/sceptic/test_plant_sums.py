@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.plant_embedding import plant_data
-from takagi.models.plant.loader import load_plant
+from takagi.certificates.document.plant_embedding import plant_data
+from takagi.models.plant_files.loader import load_plant
 from takagi.models.sector.model import sector_model
 from tests.certificates.embedding.plants import changed, said_of
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from takagi.certificates.audit.two_checkers import cross_checked_document
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Claim
-from takagi.certificates.document import certificate_document
-from takagi.certificates.two_checkers import cross_checked_document
+from takagi.certificates.document.certificate_file import certificate_document
 from tests.certificates.kinds.claims import law_data, model_data
 
 Data = dict[str, Any]

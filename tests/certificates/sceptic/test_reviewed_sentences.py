@@ -12,7 +12,7 @@ import pytest
 from takagi.certificates import Verdict, certify, check
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.cross_check import judge_document
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import InputLimits, L2Gain, Peak
 from takagi.certificates.requests.request import Request
 from takagi.models import Plant, TSModel, load_model, sector_model

@@ -12,10 +12,15 @@ import pytest
 
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.coherent import coherent_candidate, coherent_claim
-from takagi.certificates.document import certificate_document, coherent_law_data, turbine_data
+from takagi.certificates.claims.turbine.effort_sharing import coherent_candidate, coherent_claim
+from takagi.certificates.design.turbine.scale import default_settings
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    coherent_law_data,
+    turbine_data,
+)
 from takagi.certificates.sweep.axis import Axis, parse_axes
-from takagi.certificates.sweep.coherent_map import build, point
+from takagi.certificates.sweep.effort_sharing_map import build, point
 from takagi.certificates.sweep.grid import Task, canonical
 from takagi.certificates.sweep.loop_answer import checked, energy_cost
 from takagi.certificates.sweep.loop_limits import COEFFICIENTS, what_limits
@@ -23,11 +28,10 @@ from takagi.certificates.sweep.loop_settings import AXES, LoopSettings, loop_at,
 from takagi.certificates.sweep.trade_off import READY_MADE, claim_on
 from takagi.certificates.sweep.widest_set import widest_candidate
 from takagi.certificates.sweep.wind_ranges import WindRange, law_on, wind_ranges
-from takagi.certificates.turbine_scale import default_settings
 from takagi.models.errors import ModelError
-from takagi.models.law.coherent import CoherentLaw, EffortGains
-from takagi.models.law.law import Measurement
-from takagi.models.law.schedule import effort_schedule
+from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.laws.protocol import Measurement
 from takagi.models.turbine.loader import nrel5mw
 
 # A few cells, so that a claim takes a second: where torque hands over to pitch.

@@ -9,18 +9,23 @@ import pytest
 
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Checked, Verdict
-from takagi.certificates.document import certificate_document, turbine_data
-from takagi.certificates.paper import paper_candidate, paper_claim, paper_law_data, with_overlaps
-from takagi.certificates.sweep import paper_point
+from takagi.certificates.claims.turbine.published import (
+    paper_candidate,
+    paper_claim,
+    paper_law_data,
+    with_overlaps,
+)
+from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.certificates.document.certificate_file import certificate_document, turbine_data
+from takagi.certificates.sweep import published_point as paper_point
 from takagi.certificates.sweep.axis import Axis, parse_axes
-from takagi.certificates.sweep.coherent_row import coherent_row
+from takagi.certificates.sweep.effort_sharing_row import coherent_row
 from takagi.certificates.sweep.grid import Task
-from takagi.certificates.sweep.paper_map import AXES, build, default_winds, point, windows
-from takagi.certificates.sweep.paper_point import LADDER, certified_windows, overlap_point
-from takagi.certificates.turbine_design import TurbineDesign
+from takagi.certificates.sweep.published_map import AXES, build, default_winds, point, windows
+from takagi.certificates.sweep.published_point import LADDER, certified_windows, overlap_point
 from takagi.models.errors import ModelError
-from takagi.models.law.paper import PaperLawName
-from takagi.models.law.paper_equilibrium import equilibrium
+from takagi.models.laws.published.equilibrium import equilibrium
+from takagi.models.laws.published.law import PaperLawName
 from takagi.models.turbine.loader import nrel5mw
 from tests.certificates.test_paper_certificate import LAWS, make_law
 
@@ -118,7 +123,7 @@ def test_only_the_checker_proves(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_tasks_name_the_overlaps() -> None:
     """The map's point function hands its task's values on, in their units."""
-    from takagi.certificates.sweep.paper_map import Prepared
+    from takagi.certificates.sweep.published_map import Prepared
 
     at = {"speed-overlap": 0.08, "torque-overlap": 1500.0}
     task = Task(at, {}, Prepared(make_law("paper"), WINDS[:1]))
@@ -155,7 +160,7 @@ def test_the_coherent_law_beside(
     turbine_design: TurbineDesign, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its windows have the decay rates of its certificate's cells; damaged, they are not proved."""
-    from takagi.certificates.sweep import coherent_row as module
+    from takagi.certificates.sweep import effort_sharing_row as module
 
     monkeypatch.setattr(module, "design_turbine", lambda *_: turbine_design)
     swept = coherent_row(TURBINE, WINDS)
@@ -176,7 +181,7 @@ def test_the_coherent_law_beside(
 
 def test_one_axis_keeps_the_other_overlap(monkeypatch: pytest.MonkeyPatch) -> None:
     """An axis that is not given has the design's value; winds are settings, not points."""
-    from takagi.certificates.sweep import paper_map
+    from takagi.certificates.sweep import published_map as paper_map
 
     monkeypatch.setattr(paper_map, "_law", lambda name, _: make_law(name))
     swept = build("paper", TURBINE, (), parse_axes(["wind=6,12"], AXES), never)

@@ -28,11 +28,11 @@ from takagi.lmi import (
     pdc_condition,
     rigorous_no,
 )
-from takagi.lmi.alternatives.adjoint import adjoint
-from takagi.lmi.alternatives.definiteness import is_definite, is_semidefinite
-from takagi.lmi.solver.stages import decide
-from takagi.lmi.synthesis.limits import limits_of
-from takagi.lmi.term import Array
+from takagi.lmi.condition.term import Array
+from takagi.lmi.decision.decide import decide
+from takagi.lmi.gains.requirements.limits import limits_of
+from takagi.lmi.refutation.adjoint import adjoint
+from takagi.lmi.refutation.definiteness import is_definite, is_semidefinite
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from takagi.lmi.analysis.bounded_real import bounded_real, norm_seen
-from takagi.lmi.analysis.channel import channel_of
-from takagi.lmi.analysis.energy_gain import energy_gain_of
+from takagi.lmi.analysis.disturbance.bounded_real import bounded_real, norm_seen
+from takagi.lmi.analysis.disturbance.channel import channel_of
+from takagi.lmi.analysis.disturbance.energy_gain import energy_gain_of
 from tests.lmi.norms import hamiltonian_norm
 
 LESS = 1e-6

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.lmi import common_lyapunov
-from takagi.lmi.analysis.quadratic import rates_of
+from takagi.lmi.analysis.common_quadratic import rates_of
 
 Floats = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from takagi.lmi import (
     latex,
     max_decay_rate,
 )
-from takagi.lmi.analysis.quadratic import rates_of
+from takagi.lmi.analysis.common_quadratic import rates_of
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

@@ -22,10 +22,10 @@ from takagi.lmi import (
     pdc,
     polynomial_lyapunov,
 )
-from takagi.lmi.alternatives.definiteness import is_definite
 from takagi.lmi.analysis.slow_modes import decays_exactly, slow_vertex
-from takagi.lmi.exact import fractions
-from takagi.lmi.solver.stages import decide
+from takagi.lmi.condition.exact import fractions
+from takagi.lmi.decision.decide import decide
+from takagi.lmi.refutation.definiteness import is_definite
 from takagi.models import TSModel
 
 pytestmark = pytest.mark.numeric

@@ -7,11 +7,11 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import Answer, h2_norm, h2_norm_condition, hinf_norm, hinf_norm_condition, peak_gain
-from takagi.lmi.analysis.channel import channel_of
-from takagi.lmi.analysis.energy_gain import energy_gain_of
-from takagi.lmi.analysis.output_variance import variance_shown
-from takagi.lmi.analysis.peak_to_peak import peak_shown
-from takagi.lmi.solver.stages import optimise
+from takagi.lmi.analysis.disturbance.channel import channel_of
+from takagi.lmi.analysis.disturbance.energy_gain import energy_gain_of
+from takagi.lmi.analysis.disturbance.output_variance import variance_shown
+from takagi.lmi.analysis.disturbance.peak_to_peak import peak_shown
+from takagi.lmi.decision.decide import optimise
 from takagi.models import TSModel
 
 Floats = NDArray[np.float64]

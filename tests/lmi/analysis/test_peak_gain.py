@@ -13,8 +13,8 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 from scipy.optimize import minimize_scalar
 
 from takagi.lmi import Answer, expressed, latex, peak_gain, peak_gain_condition
-from takagi.lmi.analysis.channel import channel_of
-from takagi.lmi.analysis.peak_to_peak import peak_shown
+from takagi.lmi.analysis.disturbance.channel import channel_of
+from takagi.lmi.analysis.disturbance.peak_to_peak import peak_shown
 from takagi.models import ModelError, TSModel
 from tests.lmi.norms import sampled
 

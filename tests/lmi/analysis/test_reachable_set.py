@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import peak_gain
-from takagi.lmi.analysis.channel import channel_of
-from takagi.lmi.analysis.peak_to_peak import peak_shown
-from takagi.lmi.analysis.reachable_set import OneVertex
+from takagi.lmi.analysis.disturbance.channel import channel_of
+from takagi.lmi.analysis.disturbance.peak_to_peak import peak_shown
+from takagi.lmi.analysis.disturbance.reachable_set import OneVertex
 
 Floats = NDArray[np.float64]
 

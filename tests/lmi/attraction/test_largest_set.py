@@ -10,13 +10,13 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import LMI, Condition, Constant, Term, Unknown
-from takagi.lmi.attraction.largest_set import (
+from takagi.lmi.decision.decide import optimise
+from takagi.lmi.gains.attraction.set_size import (
     Measure,
     points_measure,
     trace_measure,
     volume_measure,
 )
-from takagi.lmi.solver.stages import optimise
 
 Floats = NDArray[np.float64]
 

@@ -7,11 +7,11 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import LMI, Unknown, latex
-from takagi.lmi.attraction.saturation import dead_zone_sum, polytope_sums, secant_sums
-from takagi.lmi.evaluate import lmi_value
+from takagi.lmi.condition.evaluate import lmi_value
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.gains.attraction.saturation import dead_zone_sum, polytope_sums, secant_sums
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.term import Condition
 from takagi.models import ModelError
 
 Floats = NDArray[np.float64]

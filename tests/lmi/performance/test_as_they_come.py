@@ -17,8 +17,8 @@ from takagi.certificates.requests.h2_norm import H2Norm
 from takagi.certificates.requests.l2_gain import L2Gain
 from takagi.certificates.requests.peak import Peak
 from takagi.lmi import h2_pdc, hinf_norm, hinf_pdc, pdc, peak_pdc
+from takagi.lmi.cone.balance import balanced_states
 from takagi.lmi.solver import solve
-from takagi.lmi.solver.balance import balanced_states
 from takagi.models import TSModel
 from tests.lmi.compleib import SYSTEMS
 from tests.lmi.norms import hamiltonian_norm

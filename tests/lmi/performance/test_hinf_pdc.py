@@ -11,8 +11,8 @@ from scipy.linalg import solve_continuous_are
 from scipy.optimize import minimize_scalar
 
 from takagi.lmi import Design, expressed, hinf_norm, hinf_pdc, hinf_pdc_condition, latex
-from takagi.lmi.evaluate import margin
-from takagi.lmi.performance.units import PerformanceUnits
+from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.gains.disturbance.coordinates import PerformanceUnits
 from takagi.models import ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS, System, ac15, mfp, tg1
 from tests.lmi.norms import frequency_norm, hamiltonian_norm

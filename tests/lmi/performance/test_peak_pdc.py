@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from takagi.lmi import Design, expressed, latex, peak_gain, peak_pdc, peak_pdc_condition
-from takagi.lmi.evaluate import margin
-from takagi.lmi.performance import peak_gain_design
+from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.gains.disturbance import peak_gain as peak_gain_design
 from takagi.models import ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS
 from tests.lmi.norms import sampled

@@ -18,11 +18,12 @@ from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.requests.h2_norm import H2Norm
 from takagi.lmi import h2_pdc
 from takagi.lmi.answer import Design
-from takagi.lmi.performance import design, regulated
-from takagi.lmi.performance.disturbed_plant import plant_of
-from takagi.lmi.performance.gramian_bound import least_variance
-from takagi.lmi.performance.units import guessed_regulator
-from takagi.lmi.solver.stages import optimise
+from takagi.lmi.decision.decide import optimise
+from takagi.lmi.gains.disturbance import design
+from takagi.lmi.gains.disturbance import riccati_bound as regulated
+from takagi.lmi.gains.disturbance.coordinates import guessed_regulator
+from takagi.lmi.gains.disturbance.disturbed_plant import plant_of
+from takagi.lmi.gains.disturbance.gramian_bound import least_variance
 from takagi.models import TSModel
 from tests.lmi.compleib import SYSTEMS
 from tests.lmi.performance.disturbed import two_rules

@@ -29,7 +29,7 @@ from takagi.lmi import (
     polynomial_lyapunov_condition,
     robust_hinf_norm,
 )
-from takagi.lmi.term import Condition
+from takagi.lmi.condition.term import Condition
 from takagi.models import Premise, TSModel, sector_model
 from tests.lmi.compleib import SYSTEMS
 from tests.lmi.norms import third_order

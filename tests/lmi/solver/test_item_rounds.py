@@ -18,9 +18,9 @@ from takagi.lmi import (
     optimise,
     optimise_by_rounds,
 )
-from takagi.lmi.evaluate import margin
-from takagi.lmi.solver import item_rounds
-from takagi.lmi.solver.item_rounds import ALL_AT_ONCE
+from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.decision import item_rounds
+from takagi.lmi.decision.item_rounds import ALL_AT_ONCE
 
 pytestmark = pytest.mark.numeric
 

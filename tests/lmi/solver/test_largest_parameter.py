@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from takagi.lmi import common_lyapunov_condition, expressed, pdc_condition
 from takagi.lmi.analysis.growth_condition import box_enlargement_condition
 from takagi.lmi.analysis.loop_growth import enlarged_loops
-from takagi.lmi.solver.largest_parameter import extreme_parameter
-from takagi.lmi.solver.multiplier_bound import adjoint, excluded_from
-from takagi.lmi.solver.parameter_pencil import allowed_value
-from takagi.lmi.solver.stages import decide
-from takagi.lmi.synthesis.limits import limits_of
-from takagi.lmi.term import Condition
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.decision.decide import decide
+from takagi.lmi.gains.requirements.limits import limits_of
+from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
+from takagi.lmi.parameter_search.multiplier_bound import adjoint, excluded_from
+from takagi.lmi.parameter_search.parameter_pencil import allowed_value
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

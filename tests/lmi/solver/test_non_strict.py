@@ -25,10 +25,10 @@ from takagi.lmi import (
     optimise_by_rounds,
     pdc_condition,
 )
-from takagi.lmi.evaluate import margin, shares
-from takagi.lmi.solver import stages
-from takagi.lmi.solver.largest_parameter import extreme_parameter
-from takagi.lmi.solver.program import ConeProgram, Raw
+from takagi.lmi.condition.evaluate import margin, shares
+from takagi.lmi.cone.program import ConeProgram, Raw
+from takagi.lmi.decision import decide as stages
+from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.solver.solve import Session, attempts
 from takagi.models import ModelError, TSModel
 

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.lmi import common_lyapunov_condition, max_decay_rate, pdc_condition
+from takagi.lmi.analysis.common_quadratic import rate_of
 from takagi.lmi.analysis.decay_rate import fast_decay
-from takagi.lmi.analysis.quadratic import rate_of
-from takagi.lmi.solver.parameter_path import follow_path
-from takagi.lmi.solver.parameter_pencil import ParameterPencil
+from takagi.lmi.parameter_search.parameter_path import follow_path
+from takagi.lmi.parameter_search.parameter_pencil import ParameterPencil
 from takagi.models import TSModel
 
 Floats = NDArray[np.float64]

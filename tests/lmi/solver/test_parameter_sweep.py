@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.lmi import Condition, common_lyapunov_condition, decide, optimise, sweep
-from takagi.lmi.solver import parameter_sweep
-from takagi.lmi.solver.assemble import assemble
+from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
+from takagi.lmi.cone.assemble import assemble
+from takagi.lmi.parameter_search import parameter_sweep
 from takagi.lmi.solver.solve import Session
-from takagi.lmi.term import LMI, Constant, Term, Unknown
 from takagi.models import ModelError
 
 SLOW = np.array([[-1.0, 2.0], [-3.0, -4.0]])

@@ -26,10 +26,10 @@ from takagi.lmi import (
     pdc_condition,
     rigorous_no,
 )
-from takagi.lmi.alternatives.definiteness import is_definite, is_semidefinite
-from takagi.lmi.solver.stages import decide
-from takagi.lmi.synthesis.limits import Limits, limits_of
-from takagi.lmi.term import Condition
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.decision.decide import decide
+from takagi.lmi.gains.requirements.limits import Limits, limits_of
+from takagi.lmi.refutation.definiteness import is_definite, is_semidefinite
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

@@ -22,10 +22,10 @@ from takagi.lmi import (
     max_box_enlargement,
 )
 from takagi.lmi.analysis import box_enlargement
-from takagi.lmi.evaluate import margin
-from takagi.lmi.solver import stages
-from takagi.lmi.solver.outcome import NEAR, Outcome, measured
-from takagi.lmi.solver.program import ConeProgram, Raw
+from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.cone.program import ConeProgram, Raw
+from takagi.lmi.decision import decide as stages
+from takagi.lmi.decision.outcome import NEAR, Outcome, measured
 from takagi.lmi.solver.solve import Session, again, attempts
 from takagi.models import TSModel
 

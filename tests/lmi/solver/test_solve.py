@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from takagi.lmi import LMI, Condition, Constant, Term, Unknown, common_lyapunov
-from takagi.lmi.analysis.quadratic import common_lyapunov_condition
-from takagi.lmi.evaluate import margin
-from takagi.lmi.solver import stages
-from takagi.lmi.solver.assemble import assemble
+from takagi.lmi.analysis.common_quadratic import common_lyapunov_condition
+from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.cone.assemble import assemble
+from takagi.lmi.decision import decide as stages
 from takagi.lmi.solver.cvxpy_solvers import with_cvxpy
 from takagi.lmi.solver.solve import ConeProgram, Raw, Row, Session, attempts, cone_program
 

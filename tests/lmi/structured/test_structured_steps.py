@@ -7,12 +7,12 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import Unknown, structured_pdc_condition
-from takagi.lmi.evaluate import lmi_value
-from takagi.lmi.performance.disturbed_plant import DisturbedPlant
-from takagi.lmi.solver.stages import decide
-from takagi.lmi.structured.slack import slack_gains
-from takagi.lmi.structured.structure import structure_of
-from takagi.lmi.structured.sums import Gains, Objective, loop_sum
+from takagi.lmi.condition.evaluate import lmi_value
+from takagi.lmi.decision.decide import decide
+from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
+from takagi.lmi.gains.structured.slack_matrix import slack_gains
+from takagi.lmi.gains.structured.structure import structure_of
+from takagi.lmi.gains.structured.sums import Gains, Objective, loop_sum
 from takagi.lmi.sums.rule_pairs import pair_lmis
 from takagi.models import TSModel
 

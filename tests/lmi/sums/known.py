@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi import LMI, Condition, Unknown
-from takagi.lmi.solver.stages import optimise
+from takagi.lmi.decision.decide import optimise
 from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
 from takagi.lmi.sums.relaxations import relaxation_named
 

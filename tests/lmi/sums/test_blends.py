@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from takagi.lmi import pdc, pdc_condition, rigorous_no
-from takagi.lmi.evaluate import lmi_value
-from takagi.lmi.sums.blends import at_blends, blends_of, number_of_blends
-from takagi.lmi.synthesis.compensation_design import decided
-from takagi.lmi.synthesis.compensation_task import task_of
+from takagi.lmi.condition.evaluate import lmi_value
+from takagi.lmi.gains.decay.design import decided
+from takagi.lmi.gains.decay.request import task_of
+from takagi.lmi.sums.membership_points import at_blends, blends_of, number_of_blends
 from takagi.models import Premise, TSModel
 
 

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.lmi import LMI, Condition, Constant, Term, Unknown, pdc
-from takagi.lmi.evaluate import lmi_value
-from takagi.lmi.solver.stages import decide
+from takagi.lmi.condition.evaluate import lmi_value
+from takagi.lmi.decision.decide import decide
+from takagi.lmi.gains.requirements.closed_loop import closed_loop
 from takagi.lmi.sums.corner_rules import ProductRules, product_rules
 from takagi.lmi.sums.double_sum import DoubleSum, Part
 from takagi.lmi.sums.relaxation_sizes import relaxation_size
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.synthesis.closed_loop import closed_loop
 from takagi.models import ModelError, Premise, TSModel
 from tests.lmi.sums.known import (
     bound,

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi import LMI, Condition, Unknown, pdc_condition
-from takagi.lmi.solver.stages import Outcome, decide
+from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.gains.requirements.limits import Limits
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.synthesis.limits import Limits
 from takagi.models import TSModel
 
 Floats = NDArray[np.float64]

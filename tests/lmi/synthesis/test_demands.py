@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import Design, NormBounded, Region, pdc, pdc_condition, relaxation_ladder
-from takagi.lmi.synthesis.demands import Demands
+from takagi.lmi.gains.requirements.requirements import Demands
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

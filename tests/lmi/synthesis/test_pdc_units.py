@@ -11,13 +11,14 @@ import pytest
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi import pdc
-from takagi.lmi.solver.stages import Outcome, decide
-from takagi.lmi.synthesis import compensation_design, largest_rate
-from takagi.lmi.synthesis.compensation_design import decided
-from takagi.lmi.synthesis.compensation_task import task_of
-from takagi.lmi.synthesis.decided import held
-from takagi.lmi.synthesis.rate_limits import with_input_states
-from takagi.lmi.term import Condition
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.gains.decay import design as compensation_design
+from takagi.lmi.gains.decay import largest_rate
+from takagi.lmi.gains.decay.design import decided
+from takagi.lmi.gains.decay.limited_outcome import held
+from takagi.lmi.gains.decay.request import task_of
+from takagi.lmi.gains.requirements.rate_limits import with_input_states
 from takagi.models import TSModel
 from tests.lmi.synthesis.placed import pendulum
 

@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import Unknown, input_rate_bound, pdc, with_input_states
-from takagi.lmi.synthesis.limits import initial_lmis
-from takagi.lmi.synthesis.rate_limits import rate_sums
+from takagi.lmi.gains.requirements.limits import initial_lmis
+from takagi.lmi.gains.requirements.rate_limits import rate_sums
 from takagi.models import ModelError, TSModel
 from tests.lmi.synthesis.placed import Added, More, pendulum, placed
 

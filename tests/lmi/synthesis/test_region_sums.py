@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from takagi.lmi import Condition, Region, d_stability, latex, pdc_condition
-from takagi.lmi.synthesis.region_sums import region_sums
+from takagi.lmi.gains.requirements.region_sums import region_sums
 from takagi.models import TSModel
 from tests.lmi.synthesis.placed import More, blends, nothing, pendulum, placed
 

@@ -9,11 +9,11 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import NormBounded, Region, Unknown, robust_lyapunov
+from takagi.lmi.condition.uncertainty import Uncertainty
+from takagi.lmi.gains.requirements.closed_loop import closed_loop
+from takagi.lmi.gains.requirements.region_sums import region_sums
+from takagi.lmi.gains.requirements.robust_sums import with_uncertainty
 from takagi.lmi.sums.double_sum import DoubleSum
-from takagi.lmi.synthesis.closed_loop import closed_loop
-from takagi.lmi.synthesis.region_sums import region_sums
-from takagi.lmi.synthesis.uncertainty import with_uncertainty
-from takagi.lmi.uncertainty import Uncertainty
 from takagi.models import ModelError, TSModel
 from tests.lmi.synthesis.placed import Added, More, blends, nothing, pendulum, placed
 

@@ -10,8 +10,8 @@ import pytest
 
 from takagi.lmi.turbine.effort import EffortDesign, EffortSettings, effort_gains
 from takagi.models.errors import ModelError
-from takagi.models.law.effort import effort_ramp
-from takagi.models.law.schedule import EffortSchedule, effort_schedule
+from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
+from takagi.models.ramps.effort_ramp import effort_ramp
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
 

@@ -11,18 +11,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.lmi.evaluate import lmi_value
-from takagi.lmi.term import Unknown
-from takagi.lmi.turbine.one_step import OneStepDesign, effort_loop_reach, one_step_gains
-from takagi.lmi.turbine.one_step_condition import Around, motion_lmi, shortfall
-from takagi.lmi.turbine.one_step_family import LoopFamily
-from takagi.lmi.turbine.one_step_motion import motion
-from takagi.lmi.turbine.one_step_objective import Objective
-from takagi.models.embedding.loop_cell import LoopBox, Uncertainty
-from takagi.models.enclosure.interval import Interval
+from takagi.lmi.condition.evaluate import lmi_value
+from takagi.lmi.condition.term import Unknown
+from takagi.lmi.turbine.one_step.condition import Around, motion_lmi, shortfall
+from takagi.lmi.turbine.one_step.design import OneStepDesign, effort_loop_reach, one_step_gains
+from takagi.lmi.turbine.one_step.loop_of_gains import LoopFamily
+from takagi.lmi.turbine.one_step.motion import motion
+from takagi.lmi.turbine.one_step.objective import Objective
 from takagi.models.errors import ModelError
-from takagi.models.law.coherent import CoherentLaw, EffortGains
-from takagi.models.law.schedule import EffortSchedule, effort_schedule
+from takagi.models.intervals.interval import Interval
+from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, Uncertainty
 from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw

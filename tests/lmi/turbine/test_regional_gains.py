@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from takagi.lmi.turbine.region_task import Requirement, region_task
+from takagi.lmi.turbine.region_request import Requirement, region_task
 from takagi.lmi.turbine.regional import (
     FULL_LOAD,
     PARTIAL_LOAD,
@@ -22,8 +22,8 @@ from takagi.lmi.turbine.regional import (
     regional_gains,
 )
 from takagi.models.errors import ModelError
-from takagi.models.law.regional_schedule import regional_schedule
-from takagi.models.ts_model import TSModel
+from takagi.models.laws.published.regional_schedule import regional_schedule
+from takagi.models.ts.model import TSModel
 from takagi.models.turbine.aerodynamics import rotor_torque
 from takagi.models.turbine.loader import nrel5mw
 from takagi.models.turbine.trim import trim

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from takagi.lmi import LMI, Condition, Constant, Term, Unknown, polynomial_lyapunov_condition
-from takagi.lmi.solver.stages import optimise
+from takagi.lmi.decision.decide import optimise
 
 
 @pytest.mark.parametrize("polya", range(5))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from takagi.models import ModelError, Plant, TSModel
 from takagi.models.blending import RunningBlend, blended_model
-from takagi.models.law import PdcLaw
+from takagi.models.laws import PdcLaw
 from tests.models.blending.plants import ROOM, plant_of
 
 Floats = NDArray[np.float64]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from takagi.models.embedding.coherent import coherent_cells
-from takagi.models.embedding.loop_cell import LoopCell
-from takagi.models.law.coherent import CoherentLaw, EffortGains
-from takagi.models.law.schedule import effort_schedule
+from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.loops.effort_sharing.cells import coherent_cells
+from takagi.models.loops.effort_sharing.loop_cell import LoopCell
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
 from tests.models.loop.loop_points import (

@@ -15,12 +15,12 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.models.embedding.loop_cell import LoopBox, LoopCell, Uncertainty
-from takagi.models.enclosure.interval import Interval
-from takagi.models.law.coherent import CoherentLaw
-from takagi.models.law.effort import effort_ramp, effort_ramp_slope
-from takagi.models.law.law import Command, Measurement
-from takagi.models.law.schedule import EffortSchedule
+from takagi.models.intervals.interval import Interval
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.schedule import EffortSchedule
+from takagi.models.laws.protocol import Command, Measurement
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, Uncertainty
+from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
 from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from takagi.models.embedding.coherent import coherent_cells
-from takagi.models.embedding.loop_cell import LoopCell
-from takagi.models.law.coherent import CoherentLaw
-from takagi.models.law.feedforward import Feedforward, known_rate_feedforward
-from takagi.models.law.law import Measurement
+from takagi.models.laws.effort_sharing.feedforward import Feedforward, known_rate_feedforward
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.protocol import Measurement
+from takagi.models.loops.effort_sharing.cells import coherent_cells
+from takagi.models.loops.effort_sharing.loop_cell import LoopCell
 from takagi.models.turbine.data import Turbine
 from tests.models.loop.loop_points import (
     BOX,

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.models.embedding.coherent import coherent_cells
-from takagi.models.embedding.jet import Jet
-from takagi.models.embedding.loop_cell import LoopBox, LoopCell, Uncertainty
-from takagi.models.embedding.vertices import loop_vertices
-from takagi.models.enclosure.interval import Interval
 from takagi.models.errors import ModelError
-from takagi.models.law.coherent import CoherentLaw
+from takagi.models.intervals.interval import Interval
+from takagi.models.intervals.jet import Jet
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.loops.effort_sharing.cells import coherent_cells
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, Uncertainty
+from takagi.models.loops.effort_sharing.vertices import loop_vertices
 from takagi.models.turbine.data import Turbine
 from tests.models.loop.loop_points import (
     BOX,

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from takagi.models.embedding.coherent import coherent_cells
-from takagi.models.embedding.loop_cell import LoopCell
-from takagi.models.law.coherent import CoherentLaw
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.loops.effort_sharing.cells import coherent_cells
+from takagi.models.loops.effort_sharing.loop_cell import LoopCell
 from takagi.models.turbine.aerodynamics import rotor_torque
 from takagi.models.turbine.data import Turbine
 from tests.models.loop.loop_points import (

@@ -17,8 +17,8 @@ from takagi.models import (
     sector_model,
     table_function,
 )
-from takagi.models.plant.coverage import check_coverage
-from takagi.models.plant.table_function import TableFunction
+from takagi.models.plant.table_coverage import check_coverage
+from takagi.models.splines.table_function import TableFunction
 
 X, U = sp.symbols("x u", real=True)
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from takagi.models import ModelError
-from takagi.models.library import built_in_kinds
-from takagi.models.plant.design_section import load_settings
+from takagi.models.files.library import built_in_kinds
 from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant_files.design_section import load_settings
 
 PLANT = """
 format = 1

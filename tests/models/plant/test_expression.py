@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import ModelError
-from takagi.models.plant.expression import FUNCTIONS, Scope, parse_expression
-from takagi.models.sector.ball import expression_value
+from takagi.models.expressions.parser import FUNCTIONS, Scope, parse_expression
+from takagi.models.ranges.expression_range import expression_value
 
 X, Y, K, THETA = (sp.Symbol(name, real=True) for name in ("x", "y", "k", "theta"))
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from takagi.models import ModelError, load_model
-from takagi.models.plant.expression import FUNCTIONS
-from takagi.models.plant.units import parse_unit
+from takagi.models.expressions.parser import FUNCTIONS
+from takagi.models.files.units import parse_unit
 
 ROOT = Path(__file__).resolve().parents[3]
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
 from takagi.models import Curve, Interval, ModelError, interpolate_curve, table_function
-from takagi.models.plant.table_function import TableFunction
-from takagi.models.surface import Surface, interpolate
+from takagi.models.splines.surface import Surface, interpolate
+from takagi.models.splines.table_function import TableFunction
 
 X, Y = sp.symbols("x y", real=True)
 POINTS = np.array([-2.0, -1.0, 0.5, 1.0, 2.0, 3.5])

@@ -23,8 +23,8 @@ from takagi.models import (
     reduce_rules,
     sector_model,
 )
-from takagi.models.enclosure.domain import Domain
-from takagi.models.enclosure.interval import exact
+from takagi.models.intervals.interval import exact
+from takagi.models.ranges.domain import Domain
 from takagi.models.reduction.reduced_model import ReducedModel, bounded_reduction
 from takagi.models.reduction.rule_tensor import rule_tensor
 

@@ -11,9 +11,9 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.certificates.model_data import ts_model_data
-from takagi.certificates.plant_embedding import is_embedded
-from takagi.lmi.attraction.box import state_box_of
+from takagi.certificates.document.model_data import ts_model_data
+from takagi.certificates.document.plant_embedding import is_embedded
+from takagi.lmi.gains.attraction.state_box import state_box_of
 from takagi.models import Cell, Domain, Interval, ModelError, TSModel, rule_count, sector_model
 from takagi.models.plant.plant import Plant, Variable
 

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import Domain, Interval, ModelError, sector_model
-from takagi.models.enclosure import evidence_data, evidence_of_data
-from takagi.models.enclosure.combination import combined
 from takagi.models.plant.plant import Plant, Variable
+from takagi.models.ranges import evidence_data, evidence_of_data
+from takagi.models.ranges.linear_combination import combined
 from takagi.models.sector import expression_range, expression_value
 
 X, Y, W, U = sp.symbols("x y w u", real=True)

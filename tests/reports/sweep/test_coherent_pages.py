@@ -12,8 +12,8 @@ import pytest
 
 from takagi.certificates.sweep.axis import Axis
 from takagi.certificates.sweep.grid import PointResult, SweepMap, SweepResult, Task
-from takagi.reports.sweep.coherent_pages import pages
-from takagi.reports.sweep.coherent_rows import Line, front, guaranteed_pairs
+from takagi.reports.maps.effort_sharing_pages import pages
+from takagi.reports.maps.effort_sharing_rows import Line, front, guaranteed_pairs
 
 RANGES = (("partial load", 3.0, 10.0), ("full load", 13.0, 25.0))
 WHY = "wind cell [3, 3.25] m/s: the box leaves the table; reduce the speed error | or the share"

@@ -13,10 +13,10 @@ import pytest
 
 from takagi.certificates.sweep.axis import Axis
 from takagi.certificates.sweep.grid import PointResult, SweepMap, SweepResult
-from takagi.certificates.sweep.paper_point import WindowResult, point_result
-from takagi.reports.sweep.paper_overlaps import edges
-from takagi.reports.sweep.paper_pages import figures, tables
-from takagi.reports.sweep.paper_rows import grid, reason_counts
+from takagi.certificates.sweep.published_point import WindowResult, point_result
+from takagi.reports.maps.published_overlaps import edges
+from takagi.reports.maps.published_pages import figures, tables
+from takagi.reports.maps.published_rows import grid, reason_counts
 
 WINDS = [(6.0, 6.004), (12.0, 12.004)]
 SETTINGS = {

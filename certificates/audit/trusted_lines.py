@@ -1,0 +1,198 @@
+"""What a verdict ran through: the checker's files and lines of code, counted while it checks.
+
+A *line of code* is a line that is neither blank nor comment nor docstring.  A file of
+``certificates/checker/`` is counted, with all its lines, when the check has loaded it: the checker
+is loaded anew for that, whatever the process has loaded before.  A line is *executed* when the
+statement that it belongs to has begun; of a definition that is the line that defines, executed as
+the file is loaded, and its body when it is called.
+
+Files of ``words/`` are loaded after the last verdict stands, and are counted apart.  Beside these
+files the interpreter and the standard library are trusted.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import CodeType, FrameType, ModuleType
+from typing import Any
+
+__all__ = ["File", "Trusted", "check_counted", "code_lines"]
+
+CHECKER = "takagi.certificates.checker"
+FOLDER = Path(__file__).parents[1] / "checker"
+WORDS = "words"
+Lines = dict[str, set[int]]
+
+
+@dataclass(frozen=True)
+class File:
+    """One file of the checker: its place in ``certificates/checker/``, lines of code, executed."""
+
+    place: str
+    lines: int
+    executed: int
+
+
+@dataclass(frozen=True)
+class Trusted:
+    """Files that a verdict ran through, and those that put it in words afterwards."""
+
+    files: list[File]
+    words: list[File]
+
+    @property
+    def lines(self) -> int:
+        """Lines of code of the files that the verdict ran through."""
+        return sum(file.lines for file in self.files)
+
+    @property
+    def executed(self) -> int:
+        """How many of them were executed."""
+        return sum(file.executed for file in self.files)
+
+
+def check_counted(
+    certificate: Path | str, *, gains: Path | str | None = None, model: Path | str | None = None
+) -> tuple[Any, Trusted]:
+    """Return the verdict on a certificate, as ``check`` does, and what it ran through.
+
+    Raises
+    ------
+    CertificateError : as for ``check``.
+    """
+    from takagi.certificates.checker import CertificateError
+
+    executed: Lines = {}
+    with _loaded_anew():
+        refusal: type[Exception] = CertificateError
+        try:
+            with _followed(executed):
+                checker = importlib.import_module(CHECKER)
+                refusal = checker.CertificateError
+                checked = checker.check(certificate, gains=gains, model=model)
+        except refusal as error:
+            # The caller knows the class that was loaded before.
+            raise CertificateError(str(error)) from error
+        loaded = [module for name, module in sorted(sys.modules.items()) if _is_checker(name)]
+        files = [_counted(module, executed) for module in loaded]
+    said = [file for file in files if file.place.startswith(f"{WORDS}/")]
+    return checked, Trusted([file for file in files if file not in said and file.lines], said)
+
+
+def code_lines(source: str) -> set[int]:
+    """Return the numbers of the lines of a module that are code."""
+    words: set[int] = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            words |= set(range(node.lineno, (node.end_lineno or node.lineno) + 1))
+    return {
+        number
+        for number, line in enumerate(source.splitlines(), start=1)
+        if line.strip() and not line.strip().startswith("#") and number not in words
+    }
+
+
+def _is_checker(name: str) -> bool:
+    return name == CHECKER or name.startswith(f"{CHECKER}.")
+
+
+@contextmanager
+def _loaded_anew() -> Iterator[None]:
+    """Forget the checker's modules for a while, so that what is loaded is what is needed."""
+    before = {name: sys.modules.pop(name) for name in list(sys.modules) if _is_checker(name)}
+    owner = sys.modules[CHECKER.rpartition(".")[0]]
+    try:
+        yield
+    finally:
+        for name in list(sys.modules):
+            if _is_checker(name):
+                del sys.modules[name]
+        sys.modules.update(before)
+        owner.__dict__["checker"] = before[CHECKER]
+
+
+@contextmanager
+def _followed(executed: Lines) -> Iterator[None]:
+    """Note each line of the checker's files as it is executed."""
+    left: dict[CodeType, set[int]] = {}
+
+    def called(frame: FrameType, _event: str, _value: object) -> Any:
+        code = frame.f_code
+        if code not in left:
+            inside = Path(code.co_filename).resolve().is_relative_to(FOLDER.resolve())
+            left[code] = {line for *_, line in code.co_lines() if line} if inside else set()
+        # A function whose lines have all been seen runs on at full speed.
+        return at_line if left[code] else None
+
+    def at_line(frame: FrameType, event: str, _value: object) -> Any:
+        if event == "line":
+            code = frame.f_code
+            executed.setdefault(code.co_filename, set()).add(frame.f_lineno)
+            left[code].discard(frame.f_lineno)
+            if not left[code]:
+                return None
+        return at_line
+
+    before = sys.gettrace()
+    sys.settrace(called)
+    try:
+        yield
+    finally:
+        sys.settrace(before)
+
+
+def _counted(module: ModuleType, executed: Lines) -> File:
+    path = Path(str(module.__file__))
+    source = path.read_text(encoding="utf-8")
+    lines, seen = code_lines(source), executed.get(str(module.__file__), set())
+    reached: set[int] = set()
+    for statement in _statements(ast.parse(source).body, 1):
+        if not seen.isdisjoint(statement):
+            reached |= set(statement)
+    place = path.resolve().relative_to(FOLDER.resolve()).as_posix()
+    return File(place, len(lines), len(lines & reached))
+
+
+def _statements(block: Sequence[ast.stmt], start: int) -> Iterator[range]:
+    """Yield the lines of each statement, those of the statements inside it apart.
+
+    Parameters
+    ----------
+    start : the first line of the block; what stands before its first statement, such as ``else:``,
+        counts with that.
+    """
+    for statement in block:
+        inner = [
+            part
+            for name in ("body", "handlers", "orelse", "finalbody", "cases")
+            for part in getattr(statement, name, [])
+        ]
+        last = statement.end_lineno or statement.lineno
+        header = first_line(inner[0]) - 1 if inner else last
+        yield range(start, max(header, statement.lineno) + 1)
+        yield from _inside(statement, header + 1)
+        start = last + 1
+
+
+def first_line(node: ast.AST) -> int:
+    """Return the line a statement begins on, decorators included."""
+    decorators = getattr(node, "decorator_list", [])
+    return min(getattr(part, "lineno", 0) or 10**9 for part in (node, *decorators))
+
+
+def _inside(statement: ast.AST, start: int) -> Iterator[range]:
+    for name in ("body", "orelse", "finalbody"):
+        block = getattr(statement, name, [])
+        if block:
+            yield from _statements(block, start)
+            start = (block[-1].end_lineno or start) + 1
+        if name == "body":
+            for part in (*getattr(statement, "handlers", []), *getattr(statement, "cases", [])):
+                yield from _inside(part, start)
+                start = (part.body[-1].end_lineno or start) + 1

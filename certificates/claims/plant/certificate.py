@@ -1,0 +1,138 @@
+"""All that is claimed of a plant and its law in one certificate: what was asked, what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.claims.plant.certification import Certificate
+from takagi.certificates.claims.plant.sampled_premises import refuse_sampled
+from takagi.certificates.document.certificate_file import certificate_document, content_of
+from takagi.certificates.document.plant_embedding import plant_and_claim
+from takagi.certificates.document.provenance import provenance
+from takagi.certificates.requests.all_claims import requests_for
+from takagi.certificates.requests.decay import Decay
+from takagi.certificates.requests.input_limits import InputLimits
+from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.on_pieces import attempted
+from takagi.certificates.requests.pole_region import Poles
+from takagi.certificates.requests.request import Attempt, Request
+from takagi.models.errors import ModelError
+from takagi.models.plant.design_settings import PlantSettings
+
+if TYPE_CHECKING:
+    from takagi.lmi import Region
+    from takagi.models.ts.model import TSModel
+
+__all__ = ["Demands", "plant_certificate"]
+
+Floats = NDArray[np.float64]
+# Claims beside decay ask for a few solutions each; of more blends they take minutes.
+MOST_BLENDS = 2500
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Demands:
+    """What was asked of the gains, and has to be proved of them too.
+
+    Attributes
+    ----------
+    decay_rate : alpha in 1/s; None for none.
+    input_limits : (m,) largest deviations from rest; None for none.
+    region : of the poles; None for none.
+    """
+
+    decay_rate: float | None = None
+    input_limits: Floats | None = None
+    region: Region | None = None
+
+
+def plant_certificate(
+    model: TSModel,
+    gains: Floats | None,
+    settings: PlantSettings,
+    demands: Demands,
+    *,
+    files: Sequence[Path] = (),
+    law: Mapping[str, Any] | None = None,
+) -> Certificate:
+    """Return the certificate: the plant is the model, it decays, what was asked, what follows.
+
+    What was asked for is claimed whether it can be proved or not; of what follows beside it, only
+    what is proved, and ``tried`` says what is not.
+
+    Parameters
+    ----------
+    files : the data files the plant was read from; what they say is recorded.
+    law : a law with weights of its own, as it is to be written, with these gains; None for one with
+        the weights of the model.
+
+    Raises
+    ------
+    ModelError : a premise whose bounds are sampled.
+    """
+    refuse_sampled(model)
+    model_data, before, notes = plant_and_claim(model)
+    if model_data is not None and files:
+        model_data |= content_of(files)
+    loop = Loop.of(model, gains, model_data=model_data, law=law)
+    attempts, tried = _attempts(loop, demands)
+    document = certificate_document(
+        model=loop.model_data,
+        gains=loop.gains_data,
+        claims=[*before, *(attempt.claim for attempt in attempts)],
+        provenance=provenance(
+            settings, {str(attempt.claim["kind"]): attempt.solver for attempt in attempts}
+        ),
+        files=files,
+    )
+    words = (*notes, *(word for attempt in attempts for word in attempt.tried), *tried)
+    return Certificate(document, check_document(document), words)
+
+
+def _attempts(loop: Loop, demands: Demands) -> tuple[list[Attempt], list[str]]:
+    decay = attempted(Decay(), loop)
+    wanted = demands.decay_rate
+    if wanted is not None and not (decay.proved and decay.claim["decay_rate"] >= wanted):
+        decay = attempted(Decay(wanted), loop)
+    asked = [decay, *(attempted(request, loop) for request in _demanded(loop, demands))]
+    if not decay.proved:
+        return asked, ["without decay nothing else was tried"]
+    if len(loop.family.groups()) > MOST_BLENDS:
+        return asked, [f"more than {MOST_BLENDS} blends: nothing beside what was asked was tried"]
+    found: list[Attempt] = []
+    notes: list[str] = []
+    for request in requests_for(loop):
+        if isinstance(request, InputLimits) and demands.input_limits is not None:
+            continue
+        name = type(request).__name__
+        try:
+            attempt = attempted(request, loop)
+        except ModelError as error:
+            notes.append(f"{name}: {error}")
+            continue
+        if attempt.proved:
+            found.append(attempt)
+        else:
+            notes.append(f"{name}: not proved ({attempt.checked.text})")
+    return [*asked, *found], notes
+
+
+def _demanded(loop: Loop, demands: Demands) -> Iterator[Request]:
+    if loop.gains is None:
+        return
+    if demands.region is not None:
+        yield Poles(demands.region)
+    if demands.input_limits is not None:
+        if not any(side is not None for side in loop.family.box):
+            raise ModelError(
+                f"plant {loop.model.name!r}: its inputs are limited, but no state has a range, so "
+                "there is no set of states to keep the limits on; give the states ranges"
+            )
+        yield InputLimits(limits=demands.input_limits)

@@ -1,0 +1,113 @@
+"""The claims about a turbine's coherent loop: the loop itself, and what rests on it.
+
+What rests on it is kept where the checker proves it, given that the loop's own claim is; so that a
+file is not left undecided by a consequence that a design does not have.  Why one was left out goes
+into the file's provenance.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from takagi.certificates.checker.kernel.claim_kinds import replay
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict, in_words
+from takagi.certificates.claims.turbine.actuator_rates import actuator_rates_claim
+from takagi.certificates.claims.turbine.effort_sharing import CoherentCandidate, coherent_claim
+from takagi.certificates.claims.turbine.wind_rate_claim import wind_rate_claim
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    coherent_law_data,
+    turbine_data,
+)
+from takagi.certificates.document.provenance import provenance
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.turbine.data import Turbine
+
+__all__ = ["loop_claims", "loop_document"]
+
+Made = Callable[[], "dict[str, Any] | None"]
+
+
+def loop_document(
+    turbine: Turbine,
+    law: CoherentLaw,
+    candidate: CoherentCandidate,
+    asked: object,
+    *,
+    files: Sequence[Path] = (),
+) -> dict[str, Any]:
+    """Return the certificate of a coherent loop, with every claim that holds.
+
+    Parameters
+    ----------
+    asked : what the provenance records as the configuration.
+    files : the turbine's data files; the certificate records what they say.
+
+    Raises
+    ------
+    ModelError : the candidate has no P.
+    """
+    model, gains = turbine_data(turbine, files), coherent_law_data(law)
+    claims, left_out = loop_claims(model, gains, coherent_claim(candidate))
+    return certificate_document(
+        model=model,
+        gains=gains,
+        claims=claims,
+        provenance=provenance(asked, {"joint analysis": candidate.words, **left_out}),
+        files=files,
+    )
+
+
+def loop_claims(
+    model: Mapping[str, Any], gains: Mapping[str, Any], loop: Mapping[str, Any]
+) -> tuple[list[dict[str, Any]], dict[str, str]]:
+    """Return the claims in the file's order, and by kind why one was left out.
+
+    Parameters
+    ----------
+    model, gains : as the certificate states them.   loop : the claim ``coherent_claim`` states.
+    """
+    claims, left_out = [dict(loop)], {}
+
+    def actuators() -> dict[str, Any]:
+        rate = (claims[1], 1) if len(claims) > 1 else None
+        return actuator_rates_claim(model, gains, loop, wind_rate=rate)
+
+    rests: dict[str, Made] = {
+        "wind-rate": lambda: wind_rate_claim(loop, float(gains["wind_filter"])),
+        "actuator-rates": actuators,
+    }
+    for kind, make in rests.items():
+        try:
+            claim = make()
+        except Refused as reason:
+            # The loop's numbers are not such that anything follows; its own verdict says why.
+            claim, why = None, str(reason)
+        else:
+            why = "nothing to claim" if claim is None else _open(claim, model, gains, claims)
+        if claim is None or why:
+            left_out[kind] = f"not claimed: {why}"
+        else:
+            claims.append(claim)
+    return claims, left_out
+
+
+def _open(
+    claim: Mapping[str, Any],
+    model: Mapping[str, Any],
+    gains: Mapping[str, Any],
+    earlier: Sequence[Mapping[str, Any]],
+) -> str:
+    """Return why the checker would not prove a claim that rests on earlier ones, or nothing."""
+    parts = {"model": model, "gains": gains, "claims": [*earlier, claim]}
+    data, place = read_text(json.dumps(parts), "candidate"), len(earlier)
+    below: list[Outcome] = [
+        Claim(str(one["kind"]), Verdict.PROVED, "taken as proved") for one in earlier
+    ]
+    found = replay(data["claims"][place], data, None, below, f"claims[{place}]")
+    return "" if found.verdict is Verdict.PROVED else in_words(found).text

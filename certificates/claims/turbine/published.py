@@ -1,0 +1,263 @@
+"""The claims about a law of the paper: its data, the cells that were found, a grid of overlaps.
+
+Nothing is proved here.  The result is candidate claims; ``takagi.certificates.checker`` decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from takagi.certificates.claims.turbine.published_search import (
+    NARROWEST,
+    FoundCell,
+    PaperSearch,
+    Unproved,
+    search_cells,
+)
+from takagi.models.laws.published.coupling_filter import CouplingFilter
+from takagi.models.laws.published.equilibrium_point import Equilibrium
+from takagi.models.laws.published.law import PaperLaw
+from takagi.models.laws.published.regional_schedule import RegionalSchedule
+from takagi.models.loops.published.tables import schedule_band
+from takagi.models.ramps.membership_ramp import Ramp
+from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
+
+__all__ = [
+    "WINDOW",
+    "PaperCandidate",
+    "claiming_what_holds",
+    "merged",
+    "overlap_candidates",
+    "paper_candidate",
+    "paper_claim",
+    "paper_law_data",
+    "with_overlaps",
+]
+
+Span = tuple[float, float]
+
+# Shares of the law's overlaps that the grid of further claims takes.
+SHARES = (0.5, 1.0, 2.0)
+# Of each m/s the grid looks at a window of this width [m/s].
+WINDOW = 0.03
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PaperCandidate:
+    """What is believed of a law over some winds.
+
+    Attributes
+    ----------
+    winds : the ranges that were asked for [m/s].
+    cells : those that hold;  unproved : ranges without one, each with a reason.
+    rests : wind [m/s] -> where the law rests, at the ends of all cells that were looked at.
+    """
+
+    law: PaperLaw
+    winds: tuple[Span, ...]
+    cells: tuple[FoundCell, ...]
+    unproved: tuple[Unproved, ...]
+    rests: Mapping[float, Equilibrium] = field(default_factory=dict)
+
+    @property
+    def covered(self) -> list[Span]:
+        """The winds of the cells, as disjoint ranges [m/s]."""
+        return merged([found.cell.wind for found in self.cells])
+
+
+def merged(spans: Sequence[Span]) -> list[Span]:
+    """Return the union of ranges as disjoint ranges, in order."""
+    found: list[Span] = []
+    for low, high in sorted(spans):
+        if found and low <= found[-1][1]:
+            found[-1] = (found[-1][0], max(high, found[-1][1]))
+        else:
+            found.append((low, high))
+    return found
+
+
+def paper_candidate(
+    law: PaperLaw,
+    *,
+    winds: Sequence[Span] | None = None,
+    narrowest: float | None = None,
+    ladder: tuple[float, ...] = (),
+) -> PaperCandidate:
+    """Return cells in which the loop with a law of the paper contracts, at constant winds.
+
+    Parameters
+    ----------
+    winds : ranges [m/s]; None takes cut-in to cut-out.
+    narrowest : a failing cell is halved down to this width [m/s]; None takes the default.
+    ladder : half widths in speed [rad/s] of the sets to try, from the largest down; empty takes a
+        small one and grows it as far as it goes.
+
+    Raises
+    ------
+    ModelError : a law that no claim covers (another filter, gains that depend on the premise d).
+    """
+    width = NARROWEST if narrowest is None else narrowest
+    search = PaperSearch.of(law, narrowest=width, ladder=ladder)
+    asked = tuple(winds) if winds else ((law.turbine.cut_in, law.turbine.cut_out),)
+    found = [cell for span in asked for cell in search_cells(search, span)]
+    return PaperCandidate(
+        law,
+        asked,
+        tuple(cell for cell in found if isinstance(cell, FoundCell)),
+        tuple(cell for cell in found if isinstance(cell, Unproved)),
+        search.points,
+    )
+
+
+def overlap_candidates(law: PaperLaw) -> Iterator[PaperCandidate]:
+    """Yield candidates for other overlaps, half to twice the law's, at narrow windows of wind.
+
+    One window of ``WINDOW`` m/s per m/s is looked at, from half a metre per second above cut-in
+    on.  Each candidate claims the windows that were found, and lists the others as not proved.
+    """
+    coupling, turbine = law.coupling, law.turbine
+    starts = np.arange(turbine.cut_in + 0.5, turbine.cut_out, 1.0)
+    windows = [(float(v), float(np.round(v + WINDOW, 9))) for v in starts]
+    for speed in SHARES:
+        for torque in SHARES:
+            if speed == torque == 1.0:
+                continue
+            moved = with_overlaps(
+                law,
+                speed_overlap=_short(coupling.speed_ramp.width * speed),
+                torque_overlap=_short(coupling.torque_overlap * torque),
+            )
+            yield claiming_what_holds(paper_candidate(moved, winds=windows, narrowest=WINDOW / 8))
+
+
+def claiming_what_holds(candidate: PaperCandidate) -> PaperCandidate:
+    """Return the candidate about the windows that are covered whole; unchanged without any."""
+    covered = candidate.covered
+    holding = [
+        (low, high)
+        for low, high in candidate.winds
+        if any(start <= low and high <= stop for start, stop in covered)
+    ]
+    return replace(candidate, winds=tuple(holding)) if holding else candidate
+
+
+def with_overlaps(law: PaperLaw, *, speed_overlap: float, torque_overlap: float) -> PaperLaw:
+    """Return the law with other overlaps [rad/s, N m]; the ramp keeps its placement."""
+    old: CouplingFilter = law.coupling
+    ramp = old.speed_ramp
+    below = (law.speed_setpoint - ramp.start) / ramp.width
+    start = _short(law.speed_setpoint - below * speed_overlap, 12)
+    coupling = replace(
+        old,
+        speed_ramp=Ramp(start, speed_overlap, ramp.shape),
+        torque_overlap=torque_overlap,
+        minimum_torque=old.rated_torque - torque_overlap,
+    )
+    return replace(law, coupling=coupling)
+
+
+def paper_claim(candidate: PaperCandidate) -> dict[str, Any]:
+    """Return the claim as plain data; numbers are decimals, written as they are proved."""
+    coupling = candidate.law.coupling
+    n = 3 if candidate.law.tracking_time is None else 4
+    return {
+        "name": f"law {candidate.law.name}, speed overlap {coupling.speed_ramp.width:g} rad/s, "
+        f"torque overlap {coupling.torque_overlap:g} N m",
+        "kind": "paper-loop",
+        "state": ["rotor speed [rad/s]", "pitch [rad]", *candidate.law.state_names][:n],
+        "speed_ramp_start": coupling.speed_ramp.start,
+        "speed_overlap": coupling.speed_ramp.width,
+        "torque_overlap": coupling.torque_overlap,
+        "winds": [list(span) for span in candidate.winds],
+        "cells": [_cell(found) for found in candidate.cells],
+        "unproved": [
+            {"wind": list(gap.wind), "reason": gap.reason} for gap in _joined(candidate.unproved)
+        ],
+    }
+
+
+def _cell(found: FoundCell) -> dict[str, Any]:
+    cell = found.cell
+    return {
+        "wind": list(cell.wind),
+        "rest": found.rest,
+        "centre": cell.centre.tolist(),
+        "box": cell.box.tolist(),
+        "P": found.P.tolist(),
+        "corners": [
+            {"low": low.tolist(), "high": high.tolist()}
+            for low, high in zip(cell.low, cell.high, strict=True)
+        ],
+        "disturbance": cell.disturbance.tolist(),
+        "decay_rate": found.decay_rate,
+        "multiplier": found.multiplier,
+    }
+
+
+def _joined(gaps: Sequence[Unproved]) -> list[Unproved]:
+    """Return neighbouring ranges as one, with the first one's reason."""
+    found: list[Unproved] = []
+    for gap in sorted(gaps, key=lambda g: g.wind):
+        if found and gap.wind[0] <= found[-1].wind[1]:
+            found[-1] = Unproved((found[-1].wind[0], gap.wind[1]), found[-1].reason)
+        else:
+            found.append(gap)
+    return found
+
+
+def paper_law_data(law: PaperLaw) -> dict[str, Any]:
+    """Return the law as plain data, the same in gain file and certificate.
+
+    ``partial`` and ``full`` hold the trim table that the premises refer to, the premises' bounds,
+    the rules as corners of the premises, and the gains per rule with the published signs.
+    """
+    turbine, coupling = law.turbine, law.coupling
+    data: dict[str, Any] = {
+        "name": law.name,
+        "states": 3 if law.tracking_time is None else 4,
+        "speed_setpoint": law.speed_setpoint,
+        "minimum_rotor_speed": turbine.minimum_rotor_speed,
+        "optimal_tip_speed_ratio": optimal_tip_speed_ratio(turbine),
+        "largest_tip_speed_ratio": TABLE_SHARE * turbine.torque.x_range[1],
+        "cut_in": turbine.cut_in,
+        "cut_out": turbine.cut_out,
+        "rated_torque": coupling.rated_torque,
+        "pitch_min": turbine.pitch_min,
+        "pitch_max": turbine.pitch_max,
+        "coupling": {
+            "variant": coupling.variant,
+            "speed_ramp_start": coupling.speed_ramp.start,
+            "speed_overlap": coupling.speed_ramp.width,
+            "speed_ramp_shape": coupling.speed_ramp.shape,
+            "torque_overlap": coupling.torque_overlap,
+            "minimum_torque": coupling.minimum_torque,
+            "top_torque": coupling.top_torque,
+        },
+        "partial": _region(law, law.partial),
+        "full": _region(law, law.full),
+    }
+    if law.tracking_time is not None:
+        data["tracking_time"] = law.tracking_time
+    return data
+
+
+def _region(law: PaperLaw, schedule: RegionalSchedule) -> dict[str, Any]:
+    band, model = schedule_band(law, schedule), schedule.model
+    return {
+        "wind": band.wind.tolist(),
+        "rotor_speed": band.rotor_speed.tolist(),
+        "pitch": band.pitch.tolist(),
+        "premises": {p.name: [float(p.lower), float(p.upper)] for p in model.premises},
+        "rules": [list(rule) for rule in model.rules],
+        "k_speed": schedule.k_x[:, 0].tolist(),
+        "k_pitch": schedule.k_x[:, 1].tolist(),
+        "k_integral": schedule.k_I.tolist(),
+    }
+
+
+def _short(value: float, digits: int = 9) -> float:
+    return float(f"{value:.{digits}g}")

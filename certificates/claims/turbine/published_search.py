@@ -1,0 +1,243 @@
+"""Cell by cell: a centre, a box and a P with which the loop of the paper's law contracts.
+
+Floating point; what is found is a candidate that the checker decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.analysis.interval_matrices import contraction, lyapunov_candidates
+from takagi.models.errors import ModelError
+from takagi.models.laws.published.equilibrium import equilibrium
+from takagi.models.laws.published.equilibrium_point import Equilibrium
+from takagi.models.laws.published.law import PaperLaw
+from takagi.models.loops.published.cells import (
+    PaperCell,
+    disturbance_bound,
+    enclosed_cell,
+    wind_breaks,
+)
+from takagi.models.loops.published.tables import LoopFigures, loop_figures
+
+__all__ = ["NARROWEST", "FoundCell", "PaperSearch", "Unproved", "search_cells"]
+
+Floats = NDArray[np.float64]
+
+# Half widths of the set in rotor speed [rad/s]: where to start, and what to grow to from there.
+STARTS = (0.001, 0.0005)
+LARGER = (0.002, 0.005, 0.015)
+# A proved decay rate is good enough at this share of the slowest that the loop has where it rests.
+BRISK = 0.1
+# Units in which the states' sizes are comparable: rad/s, rad, rad, rad.
+UNITS = np.array([0.01, 0.01, 0.1, 0.1])
+PROBE = 1e-6
+NARROWEST = 0.002
+# Where there is no equilibrium at either end, smaller cells than this are not looked at [m/s].
+HOPELESS = 0.1
+WIDEST = 0.5
+CENTRE_DIGITS = 9
+BOX_DIGITS = 3
+P_DIGITS = 6
+RESERVE = 0.97
+# Winds are decimals: their differences meet a width up to rounding alone.
+ROUNDED = 1 - 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FoundCell:
+    """A cell that is believed to hold: enclosures, P in units of the box, rates, kind of rest."""
+
+    cell: PaperCell
+    P: Floats
+    decay_rate: float
+    multiplier: float
+    rest: str
+
+
+@dataclass(frozen=True, slots=True)
+class Unproved:
+    """A range of winds without a cell, why, and whether narrower ones are not worth a try."""
+
+    wind: tuple[float, float]
+    reason: str
+    hopeless: bool = False
+
+
+@dataclass(slots=True, eq=False)
+class PaperSearch:
+    """The law, its figures, and the rest points found so far.
+
+    ``ladder``: half widths in speed [rad/s] to try from the largest down, until one contracts at
+    ``BRISK`` of the slowest rate that the loop has where it rests; empty takes the first of
+    ``STARTS`` and grows it as far as it goes.
+    """
+
+    law: PaperLaw
+    figures: LoopFigures
+    narrowest: float
+    ladder: tuple[float, ...] = ()
+    points: dict[float, Equilibrium] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls, law: PaperLaw, *, narrowest: float = NARROWEST, ladder: tuple[float, ...] = ()
+    ) -> PaperSearch:
+        return cls(law, loop_figures(law), narrowest, ladder)
+
+    def rest(self, wind: float) -> Equilibrium:
+        """Return where the law rests, computed once."""
+        if wind not in self.points:
+            self.points[wind] = equilibrium(self.law, wind)
+        return self.points[wind]
+
+    def cell(self, wind: tuple[float, float]) -> FoundCell | Unproved:
+        """Return a cell with P, or why there is none."""
+        ends = [self.rest(v) for v in wind]
+        without = [point for point in ends if point.kind in ("none", "continuum")]
+        if without:
+            return Unproved(wind, _without(without[0]), hopeless=len(without) == len(ends))
+        centre = np.round(
+            [
+                [p.rotor_speed, max(p.pitch, self.figures.pitch_limits[0]), *p.integrals]
+                for p in ends
+            ],
+            CENTRE_DIGITS,
+        )
+        return self._around(wind, centre, _kind(ends))
+
+    def _around(self, wind: tuple[float, float], centre: Floats, rest: str) -> FoundCell | Unproved:
+        units = UNITS[: centre.shape[1]]
+        try:
+            bound = disturbance_bound(self.figures, wind, centre)
+            probe = enclosed_cell(self.figures, wind, centre, units * PROBE, bound)
+        except ModelError as error:
+            return Unproved(wind, str(error))
+        # The probe's units are all scaled alike, which leaves A as it is.
+        middle = (probe.low + probe.high) / 2
+        candidates = lyapunov_candidates(middle)
+        if not candidates:
+            return Unproved(wind, "the loop is not stable where it rests")
+        if self.ladder:
+            slowest = -max(np.linalg.eigvals(A).real.max() for A in middle)
+            return self._laddered(wind, centre, bound, candidates, rest, slowest)
+        best: FoundCell | None = None
+        for size in STARTS:
+            best = best or self._sized(wind, centre, bound, candidates, size, rest)
+        if best is None:
+            return Unproved(wind, "no quadratic function contracts on the boxes that were tried")
+        for size in LARGER:
+            larger = self._sized(wind, centre, bound, candidates, size, rest)
+            if larger is None:
+                return best
+            best = larger
+        return best
+
+    def _laddered(
+        self,
+        wind: tuple[float, float],
+        centre: Floats,
+        bound: Floats,
+        candidates: list[Floats],
+        rest: str,
+        slowest: float,
+    ) -> FoundCell | Unproved:
+        best: FoundCell | None = None
+        for size in self.ladder:
+            found = self._sized(wind, centre, bound, candidates, size, rest)
+            if found is not None and (best is None or found.decay_rate > best.decay_rate):
+                best = found
+            if best is not None and best.decay_rate >= BRISK * slowest:
+                break
+        if best is not None:
+            return best
+        return Unproved(
+            wind,
+            f"stable where it rests (slowest at {slowest:.2g} 1/s), but no quadratic function "
+            f"contracts on sets of {self.ladder[-1]:g} to {self.ladder[0]:g} rad/s in speed",
+        )
+
+    def _sized(
+        self,
+        wind: tuple[float, float],
+        centre: Floats,
+        bound: Floats,
+        candidates: list[Floats],
+        size: float,
+        rest: str,
+    ) -> FoundCell | None:
+        units = UNITS[: centre.shape[1]]
+        for P in candidates:
+            try:
+                found = self._with(wind, centre, units, P, size, bound)
+            except ModelError:
+                # This box leaves what may be enclosed; another shape may not.
+                continue
+            if found is not None:
+                return FoundCell(*found, rest)
+        return None
+
+    def _with(
+        self,
+        wind: tuple[float, float],
+        centre: Floats,
+        units: Floats,
+        P: Floats,
+        size: float,
+        bound: Floats,
+    ) -> tuple[PaperCell, Floats, float, float] | None:
+        extent = np.sqrt(np.diag(np.linalg.inv(P)))
+        box = units * extent / (units[0] * extent[0]) * size
+        box = np.array([float(f"{r:.{BOX_DIGITS}g}") for r in box])
+        cell = enclosed_cell(self.figures, wind, centre, box, bound)
+        scaled = P * np.outer(box / units, box / units)
+        # The set touches the box in its tightest direction, with a little room for rounding.
+        scaled *= np.diag(np.linalg.inv(scaled)).max() * (1 + 1e-5)
+        scaled = np.round(scaled, P_DIGITS)
+        if np.linalg.eigvalsh(scaled)[0] <= 0:
+            return None
+        shown = contraction(scaled, cell.low, cell.high, cell.disturbance)
+        if shown is None:
+            return None
+        rate = np.floor(RESERVE * shown.decay_rate * 1e7) / 1e7
+        alpha = np.round(shown.multiplier, 9)
+        return (cell, scaled, float(rate), float(alpha)) if rate > 0 else None
+
+
+def search_cells(search: PaperSearch, winds: tuple[float, float]) -> Iterator[FoundCell | Unproved]:
+    """Yield cells over a range of winds, halved where they fail, down to the narrowest."""
+    breaks = wind_breaks(search.figures, *winds)
+    for low, high in zip(breaks, breaks[1:], strict=False):
+        pieces = max(1, int(np.ceil((high - low) / WIDEST - 1e-9)))
+        nodes = [float(v) for v in np.round(np.linspace(low, high, pieces + 1), 9)]
+        for wind in zip(nodes, nodes[1:], strict=False):
+            yield from _halved(search, wind)
+
+
+def _halved(search: PaperSearch, wind: tuple[float, float]) -> Iterator[FoundCell | Unproved]:
+    found = search.cell(wind)
+    low, high = wind
+    narrowest = search.narrowest
+    if isinstance(found, Unproved) and found.hopeless:
+        narrowest = max(narrowest, HOPELESS / 2)
+    if isinstance(found, FoundCell) or high - low < 2 * narrowest * ROUNDED:
+        yield found
+        return
+    middle = round((low + high) / 2, 9)
+    yield from _halved(search, (low, middle))
+    yield from _halved(search, (middle, high))
+
+
+def _without(point: Equilibrium) -> str:
+    if point.kind == "none":
+        return f"no equilibrium at {point.wind:.6g} m/s"
+    return f"a continuum of equilibria at {point.wind:.6g} m/s"
+
+
+def _kind(ends: list[Equilibrium]) -> str:
+    kinds = {point.kind for point in ends}
+    return kinds.pop() if len(kinds) == 1 else "shifted"

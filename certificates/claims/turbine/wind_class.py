@@ -1,0 +1,112 @@
+"""The wind class that a claim about the coherent loop is tried with, cell by cell."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.analysis.invariant_ellipsoid import largest_scale
+from takagi.models.loops.effort_sharing.cells import CellLoop
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell
+from takagi.models.loops.effort_sharing.vertices import loop_vertices
+
+__all__ = ["CellClass", "WindClass", "asked_rates", "calmer", "cell_class"]
+
+Floats = NDArray[np.float64]
+
+# The rate asked for is lowered where it would leave the lag less than this share of the pitch
+# drive's rate, or disturb the speed by more than this share of what gain and signal can answer.
+DRIVE_SHARE = 0.45
+ANSWER_SHARE = 0.2
+# A cell gets a lower rate where it would bear less than these shares of the wind error asked for,
+# and of that borne at rest.
+LEAST_ERROR, LEAST_AT_REST = 0.4, 0.7
+LOWER, STEPS = 0.9, 50
+# Kept back from what floating point finds, so that the rounded decimals still prove.
+RESERVE = 0.985
+
+
+@dataclass(frozen=True, slots=True)
+class WindClass:
+    """What is asked of a claim: wind rates, and the proportions of wind errors.
+
+    A rate is lowered where the law's feed-forward or the pitch drive cannot follow it; the errors
+    that are stated are the largest that are then found.
+
+    Attributes
+    ----------
+    wind : nodes [m/s];  error : |v - v_s| [m/s];  rate : |v_s'| [m/s^2], linear between nodes.
+    """
+
+    wind: tuple[float, ...] = (3.0, 4.0, 6.0, 10.0, 11.5, 12.0, 12.5, 13.0, 25.0)
+    error: tuple[float, ...] = (0.02, 0.04, 0.1, 0.1, 0.08, 0.1, 0.12, 0.15, 0.2)
+    rate: tuple[float, ...] = (0.2, 0.2, 0.2, 0.2, 0.3, 0.5, 1.2, 2.0, 2.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CellClass:
+    """What one cell bears: its enclosure at the rate, multiplier, and wind error [m/s]."""
+
+    cell: LoopCell
+    multiplier: float
+    wind_error: float
+
+
+def asked_rates(loops: Sequence[CellLoop], box: LoopBox, shape: WindClass) -> list[Fraction]:
+    """Return the wind rate to enclose in each cell [m/s^2], in the decimals that are emitted."""
+    rates = []
+    for loop in loops:
+        wanted = float(np.interp(float(loop.law.wind.centre), shape.wind, shape.rate))
+        rate, answer = _down(wanted), loop.law.gamma.lower * box.speed_signal
+        for _ in range(STEPS):
+            if _bearable(loop, rate, answer):
+                break
+            rate = calmer(rate, LOWER)
+        rates.append(rate)
+    return rates
+
+
+def calmer(rate: Fraction, factor: float) -> Fraction:
+    """Return a lower rate, in the decimals that are emitted."""
+    return _down(factor * float(rate))
+
+
+def _bearable(loop: CellLoop, rate: Fraction, answer: Fraction) -> bool:
+    left = loop.moving.reference_slope(rate) * rate
+    room = loop.moving.drive_room(rate) >= min(
+        Fraction(str(DRIVE_SHARE)), loop.moving.drive_room(Fraction(0))
+    ) * Fraction(9, 10)
+    return room and left <= Fraction(str(ANSWER_SHARE)) * answer
+
+
+def cell_class(P: Floats, loop: CellLoop, rate: Fraction, asked_error: float) -> CellClass:
+    """Return the largest wind error that a cell bears with P, at the rate or a lower one.
+
+    The wind error is 0 where even a schedule wind at rest is too much.
+    """
+    at_rest = _borne(P, loop.enclosed(0), loop.widest_error)
+    least = min(LEAST_ERROR * asked_error, LEAST_AT_REST * at_rest.wind_error)
+    if at_rest.wind_error == 0:
+        return at_rest
+    for _ in range(STEPS):
+        found = _borne(P, loop.enclosed(rate), loop.widest_error)
+        if found.wind_error >= least:
+            return found
+        rate = calmer(rate, LOWER)
+    return at_rest
+
+
+def _borne(P: Floats, cell: LoopCell, widest: Fraction) -> CellClass:
+    v = loop_vertices(cell)
+    error, alpha = largest_scale(P, v.A, v.fixed, v.per_wind_error, limit=float(widest))
+    borne = math.floor(RESERVE * error * 1e5) / 1e5
+    return CellClass(cell, alpha if borne else 1.0, borne)
+
+
+def _down(value: float) -> Fraction:
+    return Fraction(math.floor(value * 1e5), 10**5)

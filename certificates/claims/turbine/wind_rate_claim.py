@@ -1,0 +1,216 @@
+r"""How fast a wind that the law knows may move: the candidate of a claim of kind ``wind-rate``.
+
+From the wind class of a coherent loop's claim, |v - v_s| <= delta_k and |v_s'| <= rho_k by wind
+cell, and the law's filter tau_f: the largest allowed schedule rate
+
+    phi = min(rho_k, (delta_k - eta) / tau_f)   at the law's nodes, the less of both cells'
+
+as lines between the nodes and a few winds more, nowhere steeper than STEEPEST / tau_f; and under it
+the largest r that the claim's inequalities leave, a linear program in r
+(``certificates/checker/turbine/wind_rate.py``).  Nothing is proved here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.certificates.checker.turbine.wind_rate import Range, left_behind
+from takagi.models.intervals.interval import exact
+
+__all__ = ["RateRange", "rate_range", "wind_rate_claim"]
+
+Floats = NDArray[np.float64]
+
+# tau_f times the slope of phi: its loss in r.  A step of the class is taken at most so steeply, and
+# in wide cells no less steeply than GENTLE, so that all of the cell but its edge has its full rate.
+STEEPEST, GENTLE = 0.3, 0.03
+# What is asked for in full load [m/s^2], the share of the wind error that this may take, and the
+# least error of the estimate worth a claim [m/s].
+FULL_LOAD_RATE, RATE_SHARE, LEAST_ERROR = 2.0, 0.7, 0.001
+DIGITS, CLOSE = 5, 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RateRange:
+    """One range of winds of a claim.
+
+    Attributes
+    ----------
+    wind : (n,) nodes [m/s];  estimate_rate : r, schedule_rate : phi [m/s^2], lines between them.
+    estimate_error : eta, what the estimate may be off by [m/s].
+    """
+
+    wind: Floats
+    estimate_rate: Floats
+    schedule_rate: Floats
+    estimate_error: float
+
+    def data(self) -> dict[str, Any]:
+        """Return the range as the claim states it."""
+        return {
+            "wind": self.wind.tolist(),
+            "estimate_rate": self.estimate_rate.tolist(),
+            "schedule_rate": self.schedule_rate.tolist(),
+            "estimate_error": self.estimate_error,
+        }
+
+
+def wind_rate_claim(
+    loop: Mapping[str, Any], wind_filter: float, *, place: int = 0
+) -> dict[str, Any] | None:
+    """Return the claim as plain data, or None where nothing can be claimed.
+
+    The first range covers all winds, known exactly.  A second one covers the winds in full load at
+    a rate of 2 m/s^2 (or the largest at cut-out, if that is less), known with the largest error
+    that is left; where the filter makes more than RATE_SHARE of the class out of that rate, at the
+    rate of which it makes so much.
+
+    Parameters
+    ----------
+    loop : a claim of kind ``coherent-loop``.   wind_filter : tau_f [s].
+    place : of that claim in the file.
+    """
+    if wind_filter <= 0:
+        return None
+    cells = loop["cells"]
+    whole = rate_range(cells, wind_filter)
+    if float(whole.estimate_rate.max()) <= 0:
+        return None
+    ranges = [whole]
+    upper = _full_load(cells, wind_filter)
+    if upper is not None:
+        ranges.append(upper)
+    low, high = cells[0]["wind"][0], cells[-1]["wind"][1]
+    return {
+        "name": f"wind rate, {low:g} to {high:g} m/s",
+        "kind": "wind-rate",
+        "loop": place,
+        "ranges": [one.data() for one in ranges],
+    }
+
+
+def rate_range(
+    cells: Sequence[Mapping[str, Any]], wind_filter: float, *, estimate_error: float = 0.0
+) -> RateRange:
+    """Return the largest rates over the winds of some adjacent cells.
+
+    Parameters
+    ----------
+    cells : as the claim of the loop states them.
+    estimate_error : eta [m/s]; where it exceeds a cell's wind error, the rate there is 0 and the
+        claim does not prove.
+    """
+    edges = np.array([cells[0]["wind"][0], *(cell["wind"][1] for cell in cells)], dtype=np.float64)
+    caps = _caps(cells, wind_filter, estimate_error)
+    nodes = np.array([_cone(s, edges, caps, STEEPEST / wind_filter) for s in edges])
+    wind, phi = _with_bends(edges, caps, nodes, GENTLE / wind_filter)
+    phi = _down(phi)
+    rows, most = _conditions(wind, phi, wind_filter)
+    rate = _down((1 - 1e-9) * _largest(rows, most, phi))
+    # The program's float ends a hair below phi where it is phi: taken where that still fits.
+    near = np.where(rate > phi - 2 * 10.0**-DIGITS, phi, rate)
+    near = np.where((rows[rows @ near > most + 1e-12] != 0).any(axis=0), rate, near)
+    fits = not left_behind(_exact(wind, near, phi, estimate_error), exact(wind_filter))
+    return RateRange(wind, near if fits else rate, phi, estimate_error)
+
+
+def _exact(wind: Floats, rate: Floats, phi: Floats, error: float) -> Range:
+    nodes, r, limit = ([exact(value) for value in column.tolist()] for column in (wind, rate, phi))
+    return Range(nodes, r, limit, exact(error))
+
+
+def _caps(cells: Sequence[Mapping[str, Any]], wind_filter: float, error: float) -> Floats:
+    left = np.array([cell["wind_error"] - error for cell in cells]) / wind_filter
+    return np.maximum(np.minimum([cell["wind_rate"] for cell in cells], left), 0.0)
+
+
+def _cone(s: float, edges: Floats, caps: Floats, slope: float) -> float:
+    """Return min_k cap_k + slope dist(s, cell k)."""
+    away = np.maximum(np.maximum(edges[:-1] - s, s - edges[1:]), 0.0)
+    return float(np.min(caps + slope * away))
+
+
+def _with_bends(edges: Floats, caps: Floats, nodes: Floats, slope: float) -> tuple[Floats, Floats]:
+    """Return winds and phi: the nodes, and in wide cells where a gentle rise meets the cap."""
+    found = dict(zip(edges.tolist(), nodes.tolist(), strict=True))
+    for k, cap in enumerate(caps.tolist()):
+        low, high = float(edges[k]), float(edges[k + 1])
+        left, right = (cap - found[end] for end in (low, high))
+        if 0 <= left and 0 <= right and left + right < slope * (high - low):
+            for at, rise in ((low + left / slope, left), (high - right / slope, right)):
+                if rise > 0:
+                    found[round(at, 4)] = cap
+    wind = sorted(found)
+    return np.array(wind), np.array([found[s] for s in wind])
+
+
+def _conditions(wind: Floats, phi: Floats, wind_filter: float) -> tuple[Floats, Floats]:
+    """Return rows and bounds: under ``rows @ r <= most`` the filter keeps to phi."""
+    rows, most = [], []
+    for i, (low, high) in enumerate(pairwise(wind.tolist())):
+        slope = (phi[i + 1] - phi[i]) / (high - low)
+        for ahead in (wind_filter, -wind_filter):
+            for s in _meetings(wind, low, high, low + ahead * phi[i], high + ahead * phi[i + 1]):
+                here = phi[i] + slope * (s - low)
+                seen = s + ahead * here
+                if wind[0] - CLOSE <= seen <= wind[-1] + CLOSE:
+                    rows.append(_weights(wind, seen))
+                    most.append(here * (1 + ahead * slope))
+    return np.array(rows), np.array(most)
+
+
+def _largest(rows: Floats, most: Floats, phi: Floats) -> Floats:
+    """Return r with rows r <= most, 0 <= r <= phi; the sum of its shares of phi is the largest."""
+    from scipy.optimize import linprog
+
+    scale = np.maximum(phi, 10.0**-DIGITS)
+    done = linprog(-np.ones(len(phi)), rows * scale, most, bounds=[(0, 1)] * len(phi))
+    return np.asarray(done.x * scale if done.status == 0 else np.zeros(len(phi)))
+
+
+def _meetings(wind: Floats, low: float, high: float, first: float, last: float) -> Iterator[float]:
+    """Yield a piece's ends, and the winds that the filter's lead carries to a node."""
+    yield low
+    yield high
+    for node in wind[(wind > min(first, last)) & (wind < max(first, last))]:
+        yield low + (high - low) * (float(node) - first) / (last - first)
+
+
+def _weights(wind: Floats, at: float) -> Floats:
+    """Return the row that gives r at a wind from r at the nodes."""
+    row = np.zeros(len(wind))
+    held = min(max(at, float(wind[0])), float(wind[-1]))
+    i = min(int(np.searchsorted(wind, held, side="right")) - 1, len(wind) - 2)
+    share = (held - wind[i]) / (wind[i + 1] - wind[i])
+    row[i : i + 2] = 1 - share, share
+    return row
+
+
+def _down(values: Floats) -> Floats:
+    """Round down to the decimals that are emitted; what is a decimal already stays."""
+    lowered: Floats = np.floor(values * 10**DIGITS + 1e-6) / 10**DIGITS
+    return np.maximum(lowered, 0.0)
+
+
+def _full_load(cells: Sequence[Mapping[str, Any]], wind_filter: float) -> RateRange | None:
+    """Return the range up to the last wind over which one rate holds, with the largest error."""
+    asked = min(FULL_LOAD_RATE, float(cells[-1]["wind_rate"]))
+    first = len(cells)
+    while first and cells[first - 1]["wind_rate"] >= asked:
+        first -= 1
+    upper = cells[first:]
+    borne = min(cell["wind_error"] for cell in upper)
+    asked = min(asked, math.floor(RATE_SHARE * borne / wind_filter * 1e4) / 1e4)
+    error = math.floor((borne - wind_filter * asked) * 1e4 * (1 + 1e-12)) / 1e4
+    if asked <= 0 or error < LEAST_ERROR:
+        return None
+    ends = np.array([upper[0]["wind"][0], upper[-1]["wind"][1]], dtype=np.float64)
+    rates = np.array([asked, asked])
+    return RateRange(ends, rates, rates, error)

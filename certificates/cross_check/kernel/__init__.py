@@ -1,0 +1,6 @@
+"""What all of the second checker uses.
+
+reading       a certificate file as plain data, with exact rationals
+exact         exact matrices, definite by their characteristic polynomials
+obligation    a matrix that must be definite, a fact that must hold
+"""

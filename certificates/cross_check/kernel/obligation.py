@@ -1,0 +1,45 @@
+"""What a claim comes down to: matrices that have to be definite, and facts about numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from flint import fmpq_mat
+
+from takagi.certificates.cross_check.kernel.exact import is_definite, is_symmetric
+
+__all__ = ["Definite", "Fact", "Obligation", "Obligations"]
+
+
+@dataclass(frozen=True, slots=True)
+class Definite:
+    """``matrix`` is symmetric and positive definite, or semidefinite where it is not strict.
+
+    ``label`` is made of the checker's own words, never of a text from the file.
+    """
+
+    label: str
+    matrix: fmpq_mat
+    strict: bool = True
+
+    @property
+    def holds(self) -> bool:
+        return is_definite(self.matrix, strict=self.strict)
+
+    @property
+    def is_symmetric(self) -> bool:
+        return is_symmetric(self.matrix)
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """Something decided on the way that is no definiteness."""
+
+    label: str
+    holds: bool
+
+
+Obligation: TypeAlias = Definite | Fact
+Obligations: TypeAlias = Iterator[Obligation]

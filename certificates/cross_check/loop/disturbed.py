@@ -1,0 +1,302 @@
+r"""Claims about a loop that something pushes: sets nothing leaves, gains, limits of inputs.
+
+    x' (or x+) = A x + E w,     y = C x + D w            along each mixture
+
+For V = x'Px the change V' (or V(x+) - V) is z' N z with z = (x, w) and
+
+    continuous   N = [[P A + A'P, P E], [E'P, 0]]
+    discrete     N = [[A'P A - P, A'P E], [E'P A, E'P E]].
+
+All inequalities below are written as -N + ... >= 0.  Sources: Boyd, El Ghaoui, Feron, Balakrishnan
+(1994), chapters 5 to 7; Scherer, Gahinet, Chilali (1997); recalled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any
+
+from flint import fmpq, fmpq_mat
+
+from takagi.certificates.cross_check.kernel.exact import (
+    blocks,
+    entries,
+    identity,
+    negative,
+    scaled,
+    transposed,
+    zeros,
+)
+from takagi.certificates.cross_check.kernel.obligation import Definite, Fact, Obligations
+from takagi.certificates.cross_check.kernel.reading import (
+    Refusal,
+    entry,
+    rational,
+    rationals,
+    stack,
+    table,
+)
+from takagi.certificates.cross_check.loop.loop import Loop, Mixture, Stack
+from takagi.certificates.cross_check.loop.pieces import mixtures
+
+__all__ = ["Kept", "change", "h2_norm", "invariant_ellipsoid", "kept_set", "l2_gain", "peak"]
+__all__ += ["reach", "stays", "within_box"]
+
+MOST_SIGNS = 1 << 10
+
+
+def change(loop: Loop, P: fmpq_mat, A: fmpq_mat, E: fmpq_mat) -> fmpq_mat:
+    """Return N of the module."""
+    if loop.step is None:
+        return blocks([[P * A + transposed(A) * P, P * E],
+                       [transposed(E) * P, zeros(E.ncols(), E.ncols())]])  # fmt: skip
+    both = blocks([[A, E]])
+    old = blocks([[P, zeros(loop.n, E.ncols())],
+                  [zeros(E.ncols(), loop.n), zeros(E.ncols(), E.ncols())]])  # fmt: skip
+    return transposed(both) * P * both - old
+
+
+@dataclass(frozen=True)
+class Way:
+    """One mixture from w to y."""
+
+    mixture: Mixture
+    A: fmpq_mat
+    E: fmpq_mat
+    C: fmpq_mat
+    D: fmpq_mat
+
+
+def _entering(claim: Any, loop: Loop) -> tuple[str, Stack]:
+    way = entry(claim, "disturbance")
+    found: Stack = ()
+    if isinstance(way, str):
+        found = {"disturbances": loop.E, "inputs": loop.B}.get(way, ())
+    if not found:
+        raise Refusal(f"disturbance: {str(way)!a} is no way into this model")
+    return str(way), found
+
+
+def _ways(claim: Any, loop: Loop) -> Iterator[Way]:
+    """Yield the way from w to y along each mixture; y of the claim, or else of the model."""
+    way, E = _entering(claim, loop)
+    F: Stack = ()
+    if "output" in claim:
+        given = entry(claim, "output")
+        m = loop.B[0].ncols() if loop.B else 0
+        C = stack(given, "C")
+        rows = C[0].nrows()
+        D, F = (stack(given, key) if key in given else () for key in ("D", "F"))
+        for found, width in ((C, loop.n), (D, m), (F, E[0].ncols())):
+            if found and (
+                (found[0].nrows(), found[0].ncols()) != (rows, width)
+                or len(found) not in (1, loop.rules)
+            ):
+                raise Refusal("output: C, D, F do not fit the model")
+            if loop.averages and len(found) > 1:
+                raise Refusal("output: blended by weights that are averages over a segment")
+        loop = replace(loop, C=C, D=D)
+    if not loop.C:
+        raise Refusal("there is no output")
+    direct = [stack for stack in (F, loop.D if way == "inputs" else ()) if stack]
+    for mixture in mixtures(claim, replace(loop, beside=(E, *direct))):
+        entering, *rest = (mixture.of(one) for one in mixture.loop.beside)
+        through = zeros(loop.C[0].nrows(), E[0].ncols())
+        for one in rest:
+            through = through + one
+        yield Way(mixture, mixture.A, entering, mixture.C, through)
+
+
+def l2_gain(claim: Any, loop: Loop) -> Obligations:
+    """|y|_2 <= g |w|_2 from rest: -N + [[0, 0], [0, g I]] - [C D]'[C D] / g > 0."""
+    P, g = table(claim, "P", (loop.n, loop.n)), rational(claim, "gain")
+    if g <= 0:
+        raise Refusal("gain: a positive number is needed")
+    yield Definite("P", P)
+    for way in _ways(claim, loop):
+        both = blocks([[way.C, way.D]])
+        supply = _lower_block(loop.n, scaled(g, identity(way.E.ncols())))
+        left = supply - change(loop, P, way.A, way.E) - scaled(1 / g, transposed(both) * both)
+        yield Definite(f"gain at {way.mixture.label}", left)
+    if "energy_bound" in claim:
+        bound = rational(claim, "energy_bound")
+        if bound <= 0:
+            raise Refusal("energy_bound: a positive number is needed")
+        limited = any(name in loop.inputs for name in loop.other_sides)
+        added = entry(claim, "disturbance") == "inputs"
+        yield Fact("no input with a range is pushed", not (added and limited))
+        yield from within_box(loop, P, g * bound**2)
+
+
+def _lower_block(n: int, corner: fmpq_mat) -> fmpq_mat:
+    m = corner.ncols()
+    return blocks([[zeros(n, n), zeros(n, m)], [zeros(m, n), corner]])
+
+
+def h2_norm(claim: Any, loop: Loop) -> Obligations:
+    """The mean of E|y|^2 is at most norm^2: -N_11 - C'C > 0, tr(E'PE + D'D) <= norm^2.
+
+    Weights that depend on the noise of the same instant would be correlated with it.
+    """
+    P, norm = table(claim, "P", (loop.n, loop.n)), rational(claim, "norm")
+    if norm <= 0:
+        raise Refusal("norm: a positive number is needed")
+    yield Definite("P", P)
+    for way in _ways(claim, loop):
+        still = change(loop, P, way.A, zeros(loop.n, 1))
+        top = fmpq_mat([row[: loop.n] for row in entries(still)[: loop.n]])
+        yield Definite(f"output at {way.mixture.label}", negative(top) - transposed(way.C) * way.C)
+        direct = sum((v**2 for row in entries(way.D) for v in row), fmpq(0))
+        yield Fact("noise does not reach y directly", loop.step is not None or direct == 0)
+        energy = transposed(way.E) * P * way.E
+        total = sum((energy[k, k] for k in range(energy.nrows())), direct)
+        yield Fact(f"variance at {way.mixture.label}", total <= norm**2)
+    noisy = loop.pushes if entry(claim, "disturbance") == "disturbances" else loop.inputs
+    unaware = not any(name in noisy for name in loop.seen_by)
+    yield Fact("premises do not depend on the noise of the same instant", unaware)
+
+
+@dataclass(frozen=True)
+class Kept:
+    """{x'Px <= c}, the speed s towards it, and what pushes: |w_k| <= b_k, or |w|_2 <= b."""
+
+    P: fmpq_mat
+    c: fmpq
+    s: fmpq
+    way: str
+    E: Stack
+    b: list[fmpq]
+    ball: bool
+    claim: Any
+
+    @property
+    def by_entry(self) -> list[fmpq]:
+        """A bound of each |w_k|; empty where nothing pushes."""
+        return self.b * self.E[0].ncols() if self.ball else self.b
+
+
+def kept_set(claim: Any, loop: Loop) -> Kept:
+    """Return the set that a claim says is never left.
+
+    Raises
+    ------
+    Refusal : numbers that are not positive, a push that the model does not have.
+    """
+    P = table(claim, "P", (loop.n, loop.n))
+    c, s = rational(claim, "level"), rational(claim, "multiplier")
+    if c <= 0 or s <= 0 or (loop.step is not None and s > 1):
+        raise Refusal("level and multiplier: positive, the second at most 1 in discrete time")
+    if "disturbance" not in claim:
+        return Kept(P, c, s, "", (), [], False, claim)
+    way, E = _entering(claim, loop)
+    ball = "disturbance_norm" in claim
+    if ball:
+        b = [rational(claim, "disturbance_norm")]
+    else:
+        b = rationals(claim, "disturbance_bounds", E[0].ncols())
+    if min(b) < 0 or 1 << (len(b) - 1) > MOST_SIGNS:
+        raise Refusal("bounds on the disturbance: not negative, and not too many")
+    return Kept(P, c, s, way, E, b, ball, claim)
+
+
+def stays(kept: Kept, loop: Loop) -> Obligations:
+    """V' <= s (c - V) while w keeps its bounds, along every mixture; and the set is in the box.
+
+    -N - s [[P, 0], [0, 0]] + s c (1 or w'w / b^2) >= 0, for w as large as it may be.
+    """
+    yield Definite("P", kept.P)
+    n = loop.n
+    for mixture in mixtures(kept.claim, replace(loop, beside=(kept.E,))):
+        for W in _loads(kept):
+            width = W.ncols() if kept.b else 1
+            E = mixture.of(mixture.loop.beside[0]) * W if kept.b else zeros(n, 1)
+            room = scaled(kept.s * kept.c, identity(width)) if kept.b else zeros(1, 1)
+            top = blocks([[scaled(kept.s, kept.P), zeros(n, width)],
+                          [zeros(width, n), negative(room)]])  # fmt: skip
+            left = negative(change(loop, kept.P, mixture.A, E) + top)
+            yield Definite(f"invariance at {mixture.label}", left, strict=False)
+    pushes = kept.by_entry
+    for name, side in loop.other_sides.items():
+        if kept.way == "disturbances" and _pushes(loop, name):
+            fits = pushes[loop.pushes.index(name)] <= _reach_of(side)
+            yield Fact("the disturbance stays in the box", fits)
+        elif kept.way != "disturbances" and _pushes(loop, name):
+            yield Fact("no disturbance stays in the box", _reach_of(side) >= 0)
+    yield from within_box(loop, kept.P, kept.c, pushes if kept.way == "inputs" else None)
+
+
+def _loads(kept: Kept) -> Iterator[fmpq_mat]:
+    if kept.ball:
+        yield scaled(kept.b[0], identity(kept.E[0].ncols()))
+    elif not kept.b:
+        yield zeros(1, 1)
+    else:
+        first, *rest = kept.b
+        for signs in product((1, -1), repeat=len(rest)):
+            yield fmpq_mat([[first], *([s * b] for s, b in zip(signs, rest, strict=True))])
+
+
+def _pushes(loop: Loop, name: str) -> bool:
+    if name not in loop.pushes:
+        return False
+    k = loop.pushes.index(name)
+    return any(E[i, k] != 0 for E in loop.E for i in range(loop.n))
+
+
+def _reach_of(side: tuple[fmpq, fmpq]) -> fmpq:
+    return min(-side[0], side[1])
+
+
+def reach(P: fmpq_mat, level: fmpq, row: fmpq_mat, limit: fmpq, label: str) -> Obligations:
+    """|row x| <= limit on {x'Px <= level}: limit^2 P - level row'row >= 0."""
+    yield Fact(f"{label}: there is room", limit >= 0)
+    yield Definite(label, scaled(limit**2, P) - scaled(level, transposed(row) * row), strict=False)
+
+
+def within_box(
+    loop: Loop, P: fmpq_mat, level: fmpq, added: list[fmpq] | None = None
+) -> Obligations:
+    """{x'Px <= level} keeps states, and inputs by each gain, in the ranges of the box."""
+    one = identity(loop.n)
+    for k, side in enumerate(loop.sides):
+        if side is not None:
+            row = fmpq_mat([entries(one)[k]])
+            yield from reach(P, level, row, _reach_of(side), f"state {k + 1} in the box")
+    for name, side in loop.other_sides.items():
+        if name not in loop.inputs:
+            continue
+        k = loop.inputs.index(name)
+        room = _reach_of(side) - (added[k] if added else fmpq(0))
+        yield Fact(f"input {k + 1}: there is room", room >= 0)
+        for j, K in enumerate(loop.K):
+            row = fmpq_mat([entries(K)[k]])
+            yield from reach(P, level, row, room, f"input {k + 1} by gain {j + 1} in the box")
+
+
+def invariant_ellipsoid(claim: Any, loop: Loop) -> Obligations:
+    """The set is not left, and lies in the box."""
+    yield from stays(kept_set(claim, loop), loop)
+
+
+def peak(claim: Any, loop: Loop) -> Obligations:
+    """|y| <= g b on the set, for |w|_2 <= b:
+
+    g^2 b^2 [[(1 - t) P / c, 0], [0, t I / b^2]] - [C D]'[C D] >= 0 with a share t.
+    """
+    kept = kept_set(claim, loop)
+    g = rational(claim, "gain")
+    t = rational(claim, "share") if "share" in claim else fmpq(0)
+    if not kept.ball or kept.b[0] == 0 or g <= 0 or not 0 <= t <= 1:
+        raise Refusal("a peak needs |w|_2 <= b, a gain, and a share from 0 to 1")
+    yield from stays(kept, loop)
+    b = kept.b[0]
+    for way in _ways(claim, loop):
+        both = blocks([[way.C, way.D]])
+        most = blocks([
+            [scaled(g**2 * b**2 * (1 - t) / kept.c, kept.P), zeros(loop.n, way.D.ncols())],
+            [zeros(way.D.ncols(), loop.n), scaled(g**2 * t, identity(way.D.ncols()))],
+        ])  # fmt: skip
+        left = most - transposed(both) * both
+        yield Definite(f"output at {way.mixture.label}", left, strict=False)

@@ -1,0 +1,293 @@
+r"""``fuzzy-decay``: V = x'P(w)x decays, with P a polynomial in weights w of one or more simplexes.
+
+    P(w) > 0
+    continuous   -(P G + G'P + 2 a P + sum_kc v_kc dP/dw_kc)(w) > 0    at each corner v of the rates
+    discrete     [[r P(w), G(w)'P_b], [P_b G(w), P_b]] > 0             for each coefficient P_b
+
+G(w) = A(w) - B(w) K(w).  A polynomial that is homogeneous in each simplex is positive on it when
+all its coefficients are, P_b for P(w) = sum_b multinomial_b w^b P_b included: the test here is of
+monomials after multiplying by (sum_c w_kc)^polya = 1.  With ``halvings`` it is made on each piece
+of the weights, w_kc = sum_j t_kj e_kjc with the weights e_kj at the corners of the piece.
+
+Polynomials are dictionaries {exponents: matrix}; an exponent is one flat tuple over all w_kc.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+from math import factorial, prod
+from typing import Any, TypeAlias
+
+from flint import fmpq, fmpq_mat
+
+from takagi.certificates.cross_check.kernel.exact import blocks, scaled, transposed
+from takagi.certificates.cross_check.kernel.obligation import Definite, Fact, Obligations
+from takagi.certificates.cross_check.kernel.reading import (
+    Refusal,
+    entry,
+    rational,
+    rational_row,
+    rationals,
+    table,
+    whole,
+)
+from takagi.certificates.cross_check.loop.decay import rate_of
+from takagi.certificates.cross_check.loop.loop import Loop, Stack
+from takagi.certificates.cross_check.loop.pieces import Ends, leaves
+
+__all__ = ["fuzzy_decay"]
+
+Exponent: TypeAlias = tuple[int, ...]
+Terms: TypeAlias = dict[Exponent, fmpq_mat]
+MOST_TERMS, HIGHEST, MOST_CORNERS = 20_000, 8, 4096
+
+
+class Simplexes:
+    """Where the weights live: so many corners in each simplex."""
+
+    def __init__(self, loop: Loop) -> None:
+        if loop.corners is None:
+            self.sizes = [loop.rules]
+            rows: list[tuple[int, ...]] = [(i,) for i in range(loop.rules)]
+        else:
+            self.sizes = [max(column) + 1 for column in zip(*loop.corners, strict=True)]
+            rows = [tuple(c) for c in loop.corners]
+        if prod(self.sizes) != len(rows):
+            raise Refusal("the rules leave out a combination of corners")
+        starts = [sum(self.sizes[:k]) for k in range(len(self.sizes))]
+        self.blocks = [range(s, s + n) for s, n in zip(starts, self.sizes, strict=True)]
+        self.width = sum(self.sizes)
+        self.of_rule = [self._monomial(row) for row in rows]
+
+    def _monomial(self, row: tuple[int, ...]) -> Exponent:
+        ones = {self.blocks[k][c] for k, c in enumerate(row)}
+        return tuple(int(i in ones) for i in range(self.width))
+
+    @property
+    def none(self) -> Exponent:
+        return (0,) * self.width
+
+    def stack(self, matrices: Stack) -> Terms:
+        """Return sum_i h_i X_i."""
+        if len(matrices) == 1:
+            return {self.none: matrices[0]}
+        return dict(zip(self.of_rule, matrices, strict=True))
+
+    def degrees(self, terms: Terms) -> list[int]:
+        """Return the degree in each simplex; every term has the same."""
+        a = next(iter(terms))
+        return [sum(a[i] for i in block) for block in self.blocks]
+
+    def raised(self, terms: Terms, degrees: list[int]) -> Terms:
+        """Return the polynomial in higher degrees, multiplied by (sum_c w_kc) = 1."""
+        for k, (now, wanted) in enumerate(zip(self.degrees(terms), degrees, strict=True)):
+            for _ in range(wanted - now):
+                found: Terms = {}
+                for a, X in terms.items():
+                    for i in self.blocks[k]:
+                        _put(found, (*a[:i], a[i] + 1, *a[i + 1 :]), X)
+                terms = found
+        return terms
+
+    def total(self, *parts: Terms) -> Terms:
+        """Return the sum, in the highest of the degrees."""
+        degrees = [max(d) for d in zip(*map(self.degrees, parts), strict=True)]
+        found: Terms = {}
+        for part in parts:
+            for a, X in self.raised(part, degrees).items():
+                _put(found, a, X)
+        return found
+
+    def exponents(self, degrees: list[int]) -> Iterator[Exponent]:
+        """Yield every exponent of these degrees."""
+        parts = [
+            [p for p in product(range(d + 1), repeat=n) if sum(p) == d]
+            for n, d in zip(self.sizes, degrees, strict=True)
+        ]
+        for chosen in product(*parts):
+            yield tuple(power for part in chosen for power in part)
+
+    def over(self, terms: Terms, ends: Ends) -> Terms:
+        """Return the polynomial in the t of the module, by multiplying out linear forms."""
+        found: Terms = {}
+        for a, X in terms.items():
+            whole = {self.none: fmpq(1)}
+            for block, rows in zip(self.blocks, ends, strict=True):
+                for c, i in enumerate(block):
+                    form = [(block[j], row[c]) for j, row in enumerate(rows) if row[c] != 0]
+                    for _ in range(a[i]):
+                        whole = _multiplied(whole, form)
+            for b, share in whole.items():
+                _put(found, b, scaled(share, X))
+        return found
+
+    def positive(self, terms: Terms, label: str, size: int) -> Obligations:
+        """Every coefficient is there, and definite."""
+        degrees = self.degrees(terms)
+        if prod((d + 1) ** n for n, d in zip(self.sizes, degrees, strict=True)) > 10**7:
+            raise Refusal("degrees that are too high")
+        nothing = fmpq_mat(size, size)
+        for k, a in enumerate(self.exponents(degrees)):
+            yield Definite(f"{label}, coefficient {k + 1}", terms.get(a, nothing))
+
+
+def _put(found: Terms, a: Exponent, X: fmpq_mat) -> None:
+    found[a] = found[a] + X if a in found else X
+    if len(found) > MOST_TERMS:
+        raise Refusal(f"more than {MOST_TERMS} coefficients")
+
+
+def _multiplied(whole: dict[Exponent, fmpq], form: list[tuple[int, fmpq]]) -> dict[Exponent, fmpq]:
+    """Return a polynomial of numbers times a linear form, a share for each variable."""
+    found: dict[Exponent, fmpq] = {}
+    for b, share in whole.items():
+        for i, slope in form:
+            place = (*b[:i], b[i] + 1, *b[i + 1 :])
+            found[place] = found.get(place, fmpq(0)) + share * slope
+    return found
+
+
+def _times(left: Terms, right: Terms) -> Terms:
+    found: Terms = {}
+    for (a, X), (b, Y) in product(left.items(), right.items()):
+        _put(found, tuple(map(sum, zip(a, b, strict=True))), X * Y)
+    return found
+
+
+def _each(terms: Terms, factor: fmpq | int) -> Terms:
+    return {a: scaled(factor, X) for a, X in terms.items()}
+
+
+def fuzzy_decay(claim: Any, loop: Loop) -> Obligations:
+    """See the module."""
+    where = Simplexes(loop)
+    a, polya = rational(claim, "decay_rate"), whole(claim, "polya")
+    if not 0 <= polya <= HIGHEST:
+        raise Refusal(f"polya: 0 to {HIGHEST} is needed")
+    yield Fact("the rate is not negative", a >= 0)
+    P, coefficients = _function(claim, loop, where)
+    if loop.averages and loop.rules > 1 and any(where.degrees(P)):
+        raise Refusal("P depends on weights that are averages over a segment")
+    if len(loop.K) > 1 and not loop.together:
+        raise Refusal("a law with weights of its own")
+    cut = _pieces(claim, loop, where)
+
+    def positive(terms: Terms, label: str, size: int) -> Obligations:
+        for k, ends in enumerate(cut, 1):
+            own = terms if ends is None else where.over(terms, ends)
+            said = label if ends is None else f"piece {k}, {label}"
+            yield from where.positive(_more(where, own, polya), said, size)
+
+    yield from positive(P, "P", loop.n)
+    G = where.stack(loop.A)
+    if loop.K:
+        G = where.total(G, _each(_times(where.stack(loop.B), where.stack(loop.K)), -1))
+    rate = rate_of(loop, a)
+    if loop.step is not None:
+        for k, Pb in enumerate(coefficients):
+            yield from positive(_jump(where, P, G, Pb, rate), f"next sample {k + 1}", 2 * loop.n)
+        return
+    PG = _times(P, G)
+    still = where.total(PG, {b: transposed(X) for b, X in PG.items()}, _each(P, rate))
+    for k, speeds in enumerate(_speeds(claim, where, P)):
+        moved = _along(where, P, speeds, loop.n)
+        left = _each(where.total(still, moved) if moved else still, -1)
+        yield from positive(left, f"corner {k + 1}", loop.n)
+
+
+def _pieces(claim: Any, loop: Loop, where: Simplexes) -> list[Ends | None]:
+    """Return the corners of each piece; None for the whole."""
+    if "halvings" not in claim:
+        return [None]
+    if loop.corners is not None and set(where.sizes) != {2}:
+        raise Refusal("halvings: the rules leave out a combination of corners")
+    return list(leaves(claim, where.sizes))
+
+
+def _more(where: Simplexes, terms: Terms, polya: int) -> Terms:
+    return where.raised(terms, [d + polya for d in where.degrees(terms)])
+
+
+def _function(claim: Any, loop: Loop, where: Simplexes) -> tuple[Terms, list[fmpq_mat]]:
+    """Return P(w), and the P_b."""
+    given = rationals(claim, "degrees", len(where.sizes))
+    if any(d.q != 1 or not 0 <= d <= HIGHEST for d in given):
+        raise Refusal(f"degrees: whole numbers from 0 to {HIGHEST}")
+    degrees = [int(d.p) for d in given]
+    listed, wanted = entry(claim, "P"), set(where.exponents(degrees))
+    if not isinstance(listed, list) or len(listed) != len(wanted):
+        raise Refusal(f"P: {len(wanted)} coefficients are needed")
+    terms: Terms = {}
+    found = []
+    for one in listed:
+        rows = entry(one, "powers")
+        if not isinstance(rows, list) or len(rows) != len(where.sizes):
+            raise Refusal("powers: a row for each simplex is needed")
+        flat = [v for row, n in zip(rows, where.sizes, strict=True)
+                for v in rational_row(row, "powers", n)]  # fmt: skip
+        a = tuple(int(v.p) if v.q == 1 else -1 for v in flat)
+        if a not in wanted or a in terms:
+            raise Refusal("powers: each exponent of the degrees once")
+        found.append(table(one, "matrix", (loop.n, loop.n)))
+        count = prod(factorial(d) for d in degrees) // prod(factorial(v) for v in a)
+        terms[a] = scaled(count, found[-1])
+    return terms, found
+
+
+def _jump(where: Simplexes, P: Terms, G: Terms, Pb: fmpq_mat, rate: fmpq) -> Terms:
+    zero = scaled(0, Pb)
+    moved = {a: Pb * X for a, X in G.items()}
+    return where.total(
+        {a: blocks([[scaled(rate, X), zero], [zero, zero]]) for a, X in P.items()},
+        {a: blocks([[zero, transposed(X)], [X, zero]]) for a, X in moved.items()},
+        {where.none: blocks([[zero, zero], [zero, Pb]])},
+    )
+
+
+def _speeds(claim: Any, where: Simplexes, P: Terms) -> Iterator[list[fmpq]]:
+    """Yield the corners of all rates, flat; zero where P does not depend on a simplex."""
+    listed = entry(claim, "rates")
+    if not isinstance(listed, list) or len(listed) != len(where.sizes):
+        raise Refusal("rates: a row for each simplex is needed")
+    parts = []
+    for row, n, degree in zip(listed, where.sizes, where.degrees(P), strict=True):
+        if row is None:
+            if degree:
+                raise Refusal("rates: P depends on weights that have no bound")
+            parts.append([[fmpq(0)] * n])
+            continue
+        bounds = rational_row(row, "rates", n)
+        if min(bounds) < 0 or n << (n - 1) > 8 * MOST_CORNERS:
+            raise Refusal("rates: not negative, and not of too many weights")
+        parts.append(list(map(list, sorted(set(map(tuple, _corners(bounds)))))))
+    if prod(map(len, parts)) > MOST_CORNERS:
+        raise Refusal("rates: too many corners")
+    for chosen in product(*parts):
+        yield [speed for part in chosen for speed in part]
+
+
+def _corners(bounds: list[fmpq]) -> Iterator[list[fmpq]]:
+    for free in range(len(bounds)):
+        for signs in product((-1, 1), repeat=len(bounds) - 1):
+            rest = iter(signs)
+            found = [fmpq(0) if c == free else next(rest) * b for c, b in enumerate(bounds)]
+            found[free] = -sum(found, fmpq(0))
+            if abs(found[free]) <= bounds[free]:
+                yield found
+
+
+def _along(where: Simplexes, P: Terms, speeds: list[fmpq], n: int) -> Terms:
+    """Return sum v_kc dP/dw_kc, in the degrees of P; empty where it is zero."""
+    found: Terms = {}
+    degrees = where.degrees(P)
+    for i, v in enumerate(speeds):
+        if v == 0:
+            continue
+        part: Terms = {
+            (*a[:i], a[i] - 1, *a[i + 1 :]): scaled(v * a[i], X) for a, X in P.items() if a[i]
+        }
+        if part:
+            for a, X in where.raised(part, degrees).items():
+                _put(found, a, X)
+    return found

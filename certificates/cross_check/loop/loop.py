@@ -1,0 +1,316 @@
+r"""The closed loop of a model and a law, and what it is a convex combination of.
+
+    x' (or x+) = sum_i sum_j h_i g_j (A_i - B_i K_j) x,     h, g >= 0, each with the sum one
+
+Terms whose products of weights always agree may be joined into their mean: (i, j) with (j, i) where
+g = h; with h_i = prod_k w_k,c(i,k) all pairs that have, premise by premise, the same two corners.
+``Mixture`` is such a set of pairs.  The loop is in the convex hull of its mixtures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+from typing import Any
+
+from flint import fmpq, fmpq_mat
+
+from takagi.certificates.cross_check.kernel.exact import mean
+from takagi.certificates.cross_check.kernel.reading import (
+    Refusal,
+    Written,
+    entry,
+    rational,
+    rationals,
+)
+from takagi.certificates.cross_check.kernel.reading import stack as read_stack
+
+__all__ = ["Loop", "Mixture", "close", "pick", "read_loop", "same_weights", "single"]
+
+Stack = Sequence[fmpq_mat]
+Side = tuple[fmpq, fmpq]
+MOST_MIXTURES = 200_000
+AXES = {"A": "nn", "B": "nm", "C": "pn", "D": "pm", "E": "nq"}
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """Matrices by rule; a stack of one stands for all rules, an empty one for none.
+
+    ``sides`` : range of each state, None where it has none; ``other_sides`` : of everything else
+    the box names.  ``premises`` : what weights are made of, to compare two sets of them.
+    ``seen_by`` : names that premises depend on, empty where the model does not say.  ``stated`` :
+    the model's count of rules, also for a claim that puts some of its matrices aside.
+    ``averages`` : the weights are means over the segment from rest to the state, as those of
+    secants are: no law, observer or output has them.
+    ``beside`` : stacks of a claim, by rule.
+    """
+
+    A: Stack
+    B: Stack = ()
+    C: Stack = ()
+    D: Stack = ()
+    E: Stack = ()
+    K: Stack = ()
+    step: fmpq | None = None
+    states: tuple[str, ...] = ()
+    inputs: tuple[str, ...] = ()
+    pushes: tuple[str, ...] = ()
+    sides: tuple[Side | None, ...] = ()
+    other_sides: dict[str, Side] = field(default_factory=dict)
+    corners: tuple[tuple[int, ...], ...] | None = None
+    premises: Any = None
+    seen_by: tuple[str, ...] = ()
+    together: bool = True
+    stated: int = 1
+    averages: bool = False
+    beside: tuple[Stack, ...] = ()
+
+    @property
+    def n(self) -> int:
+        return int(self.A[0].nrows())
+
+    @property
+    def rules(self) -> int:
+        stacks = (self.A, self.B, self.C, self.D, self.E)
+        return max(self.stated, *(len(one) for one in stacks))
+
+    def mixtures(self) -> list[Mixture]:
+        """Return the mixtures whose hull holds the loop."""
+        r, s = self.rules, len(self.K)
+        straight = s <= 1 or (self.together and len(self.B) <= 1 and len(self.D) <= 1)
+        if straight:
+            return [Mixture(self, ((i, i),)) for i in range(r)]
+        return [Mixture(self, pairs) for pairs in self.pairs(s)]
+
+    def pairs(self, gains: int) -> list[tuple[tuple[int, int], ...]]:
+        """Return all (rule, gain) sorted into sets with the same product of weights."""
+        if self.rules * gains > MOST_MIXTURES:
+            raise Refusal(f"{self.rules} rules and {gains} gains: too many pairs")
+        sets: dict[Any, list[tuple[int, int]]] = {}
+        for i in range(self.rules):
+            for j in range(gains):
+                if not self.together:
+                    key: Any = (i, j)
+                elif self.corners is None:
+                    key = (min(i, j), max(i, j))
+                else:
+                    key = tuple(
+                        (min(p, q), max(p, q))
+                        for p, q in zip(self.corners[i], self.corners[j], strict=True)
+                    )
+                sets.setdefault(key, []).append((i, j))
+        return [tuple(members) for members in sets.values()]
+
+
+@dataclass(frozen=True, slots=True)
+class Mixture:
+    """The mean of A_i - B_i K_j, and of what goes with it, over some pairs (i, j)."""
+
+    loop: Loop
+    pairs: tuple[tuple[int, int], ...]
+
+    @property
+    def label(self) -> str:
+        i, j = self.pairs[0]
+        return f"rules {i + 1}, {j + 1}"
+
+    @property
+    def A(self) -> fmpq_mat:
+        return self.closed(self.loop.A, self.loop.B)
+
+    @property
+    def C(self) -> fmpq_mat:
+        return self.closed(self.loop.C, self.loop.D)
+
+    @property
+    def K(self) -> fmpq_mat:
+        return mean(pick(self.loop.K, j) for _, j in self.pairs)
+
+    def of(self, matrices: Stack) -> fmpq_mat:
+        """Return the mean of what belongs to the rules i."""
+        return mean(pick(matrices, i) for i, _ in self.pairs)
+
+    def closed(self, X: Stack, Y: Stack) -> fmpq_mat:
+        """Return the mean of X_i - Y_i K_j."""
+        K = self.loop.K
+        if not K or not Y:
+            return self.of(X)
+        return mean(pick(X, i) - pick(Y, i) * pick(K, j) for i, j in self.pairs)
+
+
+def pick(matrices: Stack, i: int) -> fmpq_mat:
+    """Return matrix i of a stack, or the one that stands for all."""
+    if not matrices:
+        raise Refusal("a matrix that the model does not have is needed")
+    return matrices[0] if len(matrices) == 1 else matrices[i]
+
+
+def single(matrices: Stack) -> Stack:
+    """Return equal matrices as one."""
+    first = matrices[0]
+    return [first] if all(one == first for one in matrices) else list(matrices)
+
+
+def read_loop(model: Any, gains: Any) -> Loop:
+    """Return the loop of a certificate's model and gains.
+
+    Raises
+    ------
+    Refusal : another kind of model, shapes or names that do not fit.
+    """
+    kind = entry(model, "kind")
+    if kind == "takagi-sugeno":
+        loop = _vertices(model)
+    elif kind == "plant":
+        from takagi.certificates.cross_check.plant.plant import plant_loop
+
+        loop = plant_loop(model)
+    else:
+        raise Refusal(f"a model of kind {kind!a} has no vertices")
+    return loop if gains is None else close(loop, gains)
+
+
+def _vertices(model: Any) -> Loop:
+    stacks: dict[str, Stack] = {x: read_stack(model, x) for x in AXES if x == "A" or x in model}
+    size: dict[str, int] = {}
+    for x, matrices in stacks.items():
+        shape = matrices[0].nrows(), matrices[0].ncols()
+        for axis, length in zip(AXES[x], shape, strict=True):
+            if size.setdefault(axis, length) != length:
+                raise Refusal(f"{', '.join(stacks)} do not fit together")
+    counts = {len(matrices) for matrices in stacks.values()} - {1}
+    if len(counts) > 1:
+        raise Refusal(f"{', '.join(stacks)} do not have one count of rules")
+    rules = max(counts, default=1)
+    states = _names(model, "state_names", size["n"])
+    sides = _sides(model.get("box", {}))
+    corners, stated = _corners(model, rules), model.get("premises")
+    weights = same_weights(stated, corners)
+    if corners is not None:
+        _sum_to_one(stated, corners)
+    found: dict[str, Any] = {x: single(M) if x in "BD" else M for x, M in stacks.items()}
+    return Loop(
+        **found,
+        step=_step(model),
+        states=states,
+        inputs=_known(model, "input_names", size.get("m", 0)),
+        pushes=_known(model, "disturbance_names", size.get("q", 0)),
+        sides=tuple(sides.pop(name, None) for name in states),
+        other_sides=sides,
+        corners=corners,
+        premises=weights,
+        stated=rules,
+    )
+
+
+def _names(owner: Any, key: str, count: int) -> tuple[str, ...]:
+    found = entry(owner, key)
+    texts = isinstance(found, list) and all(
+        isinstance(name, str) and not isinstance(name, Written) for name in found
+    )
+    if not texts or not len(set(found)) == len(found) == count:
+        raise Refusal(f"{key}: {count} different names are needed")
+    return tuple(found)
+
+
+def _known(owner: Any, key: str, count: int) -> tuple[str, ...]:
+    return _names(owner, key, count) if count and key in owner else ()
+
+
+def _step(owner: Any) -> fmpq | None:
+    if entry(owner, "sample_time") is None:
+        return None
+    found = rational(owner, "sample_time")
+    if found <= 0:
+        raise Refusal("sample_time: a positive number is needed")
+    return found
+
+
+def _sides(box: Any) -> dict[str, Side]:
+    if not isinstance(box, dict):
+        raise Refusal("box: ranges by name are needed")
+    found = {}
+    for name in box:
+        low, high = rationals(box, name, 2)
+        if low >= high:
+            raise Refusal("box: a range that does not increase")
+        found[name] = (low, high)
+    return found
+
+
+def _corners(owner: Any, rules: int) -> tuple[tuple[int, ...], ...] | None:
+    if "rules" not in owner:
+        return None
+    listed = entry(owner, "rules")
+    if not isinstance(listed, list):
+        raise Refusal("rules: rows of 0 and 1 are needed")
+    rows = [rationals({"rules": row}, "rules") for row in listed]
+    found = tuple(tuple(int(c.p) if c in (0, 1) else 2 for c in row) for row in rows)
+    widths = {len(row) for row in found}
+    if any(2 in row for row in found) or len(widths) != 1 or len(set(found)) != rules:
+        raise Refusal(f"rules: {rules} different rows of 0 and 1 are needed")
+    if len(found) != rules:
+        raise Refusal(f"rules: {rules} rows are needed")
+    return found
+
+
+def same_weights(premises: Any, corners: tuple[tuple[int, ...], ...] | None) -> Any:
+    """Return what two sets of weights are compared by: premises as written, and corners."""
+    if not premises and not corners:
+        return None
+    if not isinstance(premises or [], list):
+        raise Refusal("premises: a list is needed")
+    said = tuple(
+        (*(_said(entry(one, key)) for key in ("name", "lower", "upper")),
+         _said(one.get("expression")))
+        for one in premises or []
+    )  # fmt: skip
+    return said, corners or ()
+
+
+def _said(value: Any) -> tuple[bool, str]:
+    """Return a part of a premise as written; a number differs from a text of the same letters."""
+    return isinstance(value, Written), repr(value if value is None else str(value))
+
+
+def _sum_to_one(premises: list[Any] | None, corners: tuple[tuple[int, ...], ...]) -> None:
+    """Refuse products of weights of which a corner is left out: they sum to less.
+
+    Of premises that are not stated one counts as constant whose end never changes.
+    """
+    if premises:
+        fixed = [rational(p, "lower") == rational(p, "upper") for p in premises]
+        sides = [[0] if one else [0, 1] for one in fixed]
+    else:
+        sides = [sorted(set(column)) for column in zip(*corners, strict=True)]
+    if sorted(corners) != list(product(*sides)):
+        raise Refusal(f"rules: the corners of {len(sides)} premises, each once")
+
+
+def close(loop: Loop, gains: Any) -> Loop:
+    """Return the loop with u = -sum_j g_j K_j x.
+
+    Raises
+    ------
+    Refusal : gains for other states, of another shape or sample time.
+    """
+    K = single(read_stack(gains, "K"))
+    m = loop.B[0].ncols() if loop.B else 0
+    if (K[0].nrows(), K[0].ncols()) != (m, loop.n):
+        raise Refusal(f"K: {m} by {loop.n} is needed")
+    if _step(gains) != loop.step or _names(gains, "state_names", loop.n) != loop.states:
+        raise Refusal("gains: their states or sample time are not the model's")
+    inputs = _known(gains, "input_names", m)
+    if inputs and loop.inputs and inputs != loop.inputs:
+        raise Refusal("gains: their inputs are not the model's")
+    corners = _corners(gains, len(K) if len(K) > 1 else loop.rules) or loop.corners
+    own = gains.get("premises")
+    same = same_weights(own, corners) == loop.premises
+    if own and corners and len(K) > 1 and not same:
+        _sum_to_one(own, corners)
+    same = same and not loop.averages and len(K) in (1, loop.rules)
+    if len(K) > 1 and any(name in loop.inputs for name in loop.seen_by):
+        same = False  # Its weights would follow from the command that they are needed for.
+    return replace(loop, K=K, together=same)

@@ -1,0 +1,111 @@
+r"""``observer`` and ``observed-feedback``: the error of an observer, and the loop through it.
+
+    e = x - xhat:    e' = sum h_i h_j (A_i - L_j C_i) e       (weights known to the observer)
+                     e' = sum h_i g_k (A_i + S_k - L C_i) e   (a part f(x) by its secants S_k)
+    z = (x, e):      z' = sum h_i h_j [[A_i - B_i K_j, B_i K_j], [0, A_i - L_j C_i]] z
+
+decay as in ``decay``.  Every variable that premises depend on must be an input, or a state that is
+an output by itself.  Weights that are averages over a segment can be known to no observer: where a
+matrix of the plant depends on them there is no such loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+from flint import fmpq_mat
+
+from takagi.certificates.cross_check.kernel.exact import blocks, entries, mean, zeros
+from takagi.certificates.cross_check.kernel.obligation import Definite, Fact, Obligations
+from takagi.certificates.cross_check.kernel.reading import Refusal, rational, stack, table
+from takagi.certificates.cross_check.loop.decay import decrease, rate_of
+from takagi.certificates.cross_check.loop.loop import Loop, Stack, pick, single
+from takagi.certificates.cross_check.loop.pieces import pieces
+
+__all__ = ["observed_feedback", "observer"]
+
+
+def observer(claim: Any, loop: Loop) -> Obligations:
+    """The error decays along every combination."""
+    L = _gains(claim, loop)
+    if "secants" in claim:
+        secants = stack(claim, "secants")
+        if (secants[0].nrows(), secants[0].ncols()) != (loop.n, loop.n):
+            raise Refusal("secants: square matrices of the states are needed")
+        if len(L) != 1:
+            raise Refusal("L: one matrix is needed beside secants")
+        found = (
+            pick(loop.A, i) + S - L[0] * pick(loop.C, i) for i in range(loop.rules) for S in secants
+        )
+    else:
+        plain = len(single(L)) == 1 or len(loop.C) == 1
+        found = (
+            mean(pick(one.A, i) - pick(one.beside[0], j) * pick(one.C, i) for i, j in pairs)
+            for one in pieces(claim, replace(loop, together=True, beside=(L,)))
+            for pairs in _pairs(one, plain)
+        )
+    yield from _falling(claim, loop, loop.n, found)
+
+
+def observed_feedback(claim: Any, loop: Loop) -> Obligations:
+    """State and error decay together."""
+    L = _gains(claim, loop)
+    if not loop.K or not loop.together:
+        raise Refusal("gains with the weights of the model are needed")
+    fixed = len(single(L)) == 1 and len(loop.K) == 1
+    plain = fixed or (len(loop.C) == 1 and len(loop.B) == 1)
+
+    def joint() -> Iterator[fmpq_mat]:
+        for one in pieces(claim, replace(loop, beside=(L,))):
+            for pairs in _pairs(one, plain):
+                push = mean(pick(one.B, i) * pick(one.K, j) for i, j in pairs)
+                state = mean(pick(one.A, i) for i, _ in pairs) - push
+                L_at = one.beside[0]
+                error = mean(pick(one.A, i) - pick(L_at, j) * pick(one.C, i) for i, j in pairs)
+                yield blocks([[state, push], [zeros(loop.n, loop.n), error]])
+
+    yield from _falling(claim, loop, 2 * loop.n, joint())
+
+
+def _gains(claim: Any, loop: Loop) -> Stack:
+    if loop.averages and any(len(M) > 1 for M in (loop.A, loop.B, loop.C, loop.D)):
+        raise Refusal("an observer cannot know weights that are averages over a segment")
+    if not loop.C:
+        raise Refusal("there is no output to observe from")
+    L = stack(claim, "L")
+    if (L[0].nrows(), L[0].ncols()) != (loop.n, loop.C[0].nrows()):
+        raise Refusal("L does not fit states and outputs")
+    if len(L) not in (1, loop.rules):
+        raise Refusal(f"L: one or {loop.rules} matrices are needed")
+    return L
+
+
+def _pairs(loop: Loop, plain: bool) -> list[tuple[tuple[int, int], ...]]:
+    if plain:
+        return [((i, i),) for i in range(loop.rules)]
+    return replace(loop, together=True).pairs(loop.rules)
+
+
+def _falling(claim: Any, loop: Loop, order: int, found: Iterator[fmpq_mat]) -> Obligations:
+    a, P = rational(claim, "decay_rate"), table(claim, "P", (order, order))
+    yield Fact("the rate is not negative", a >= 0)
+    yield Fact("premises are measured", all(_is_seen(loop, name) for name in loop.seen_by))
+    yield Definite("P", P)
+    rate = rate_of(loop, a)
+    for k, G in enumerate(found):
+        yield Definite(f"decrease along matrix {k + 1}", decrease(loop, P, G, rate))
+
+
+def _is_seen(loop: Loop, name: str) -> bool:
+    if name in loop.inputs:
+        return True
+    if name not in loop.states or len(loop.C) != 1:
+        return False
+    k = loop.states.index(name)
+    return any(
+        [j for j, v in enumerate(row) if v != 0] == [k]
+        and all(v == 0 for D in loop.D for v in entries(D)[i])
+        for i, row in enumerate(entries(loop.C[0]))
+    )

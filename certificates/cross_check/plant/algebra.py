@@ -1,0 +1,236 @@
+r"""Whether two trees are the same function: quotients of FLINT's polynomials over atoms.
+
+Atoms are variables, pi, and values of functions.  What is used of them:
+
+    sin, cos of sum_k n_k a_k     De Moivre for whole multiples of one unit a_k, the addition
+                                  theorem for sums; s^2 + c^2 = 1; right angles by their values
+    exp of sum_k n_k a_k          powers of exp(a_k); sinh, cosh, tanh are quotients of them
+    a^(p/q)                       powers of a root r with r^q = a
+    |a|                           |a|^2 = a^2
+
+The units a_k are found in a first pass: the greatest common divisor of all coefficients that a
+monomial has in any argument.  Polynomials are reduced by dividing by the relations in turn; each
+new atom comes first in the lexicographic order, so that a remainder is in older atoms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import comb, gcd, lcm
+from typing import Any, NamedTuple
+
+from flint import Ordering, fmpq, fmpq_mpoly, fmpq_mpoly_ctx
+
+from takagi.certificates.cross_check.kernel.reading import NotReplayed
+from takagi.certificates.cross_check.plant.expression import Tree
+
+__all__ = ["Algebra", "power_of", "product_of"]
+
+ATOMS, MOST_MULTIPLE, MOST_TERMS, MOST_PRODUCTS, MOST_BITS = 64, 32, 4_000, 200_000, 20_000
+
+
+def product_of(a: fmpq_mpoly, b: fmpq_mpoly) -> fmpq_mpoly:
+    """Return a product that does not take long.
+
+    Raises
+    ------
+    NotReplayed : it would.
+    """
+    if len(a) * len(b) > MOST_PRODUCTS:
+        raise NotReplayed("an identity of too many terms")
+    return a * b
+
+
+def power_of(a: fmpq_mpoly, p: int) -> fmpq_mpoly:
+    """Return a^p for p >= 0; see ``product_of``."""
+    longest = max(
+        (max(c.p.bit_length(), c.q.bit_length()) for c in map(fmpq, a.coeffs())), default=0
+    )
+    if comb(p + len(a), p) > MOST_PRODUCTS or p * longest > MOST_BITS:
+        raise NotReplayed("a power of too many terms or digits")
+    return a**p
+
+
+class Quotient(NamedTuple):
+    top: fmpq_mpoly
+    bottom: fmpq_mpoly
+
+
+class Algebra:
+    """Quotients of trees; ``trees`` are all whose functions will be met."""
+
+    def __init__(self, trees: Iterable[Tree]) -> None:
+        self.units: dict[Any, fmpq] = {}
+        self.context = fmpq_mpoly_ctx.get([f"t{k}" for k in range(ATOMS)], Ordering.lex)
+        self.collected: dict[Any, list[fmpq]] | None = {}
+        self._empty()
+        for tree in trees:
+            self.of(tree)
+        collected, self.collected = self.collected or {}, None
+        for key, values in collected.items():
+            below = lcm(*(int(v.q) for v in values))
+            self.units[key] = fmpq(gcd(*(int((v * below).p) for v in values)), below)
+        self._empty()
+
+    def _empty(self) -> None:
+        self.places: dict[Any, int] = {}
+        self.relations: list[fmpq_mpoly] = []
+        self.done: dict[Tree, Quotient] = {}
+
+    def vanishes(self, tree: Tree) -> bool:
+        """Return whether the tree is shown to be 0 wherever it is defined."""
+        return bool(self.reduced(self.of(tree).top).is_zero())
+
+    def reduced(self, polynomial: fmpq_mpoly) -> fmpq_mpoly:
+        """Return the remainder by all relations, the newest first."""
+        for relation in reversed(self.relations):
+            _, polynomial = divmod(polynomial, relation)
+        if len(polynomial) > MOST_TERMS:
+            raise NotReplayed("an identity of too many terms")
+        return polynomial
+
+    def of(self, tree: Tree) -> Quotient:
+        """Return the quotient that a tree is."""
+        if tree not in self.done:
+            self.done[tree] = self._lowest(self._of(tree))
+        return self.done[tree]
+
+    def _lowest(self, q: Quotient) -> Quotient:
+        top, bottom = self.reduced(q.top), self.reduced(q.bottom)
+        if bottom.is_zero():
+            raise NotReplayed("a denominator that is zero")
+        common = top.gcd(bottom)
+        return Quotient(top, bottom) if common.is_one() else Quotient(top / common, bottom / common)
+
+    def constant(self, value: fmpq | int) -> fmpq_mpoly:
+        return self.context.constant(fmpq(value))
+
+    def atom(self, key: Any) -> fmpq_mpoly:
+        """Return the generator of an atom; a new one comes before all older ones."""
+        if key not in self.places:
+            if len(self.places) == ATOMS:
+                raise NotReplayed("an identity of too many functions")
+            self.places[key] = ATOMS - 1 - len(self.places)
+        return self.context.gen(self.places[key])
+
+    def _of(self, tree: Tree) -> Quotient:
+        one = self.constant(1)
+        kind = tree[0]
+        if kind == "number":
+            return Quotient(self.constant(tree[1]), one)
+        if kind == "name":
+            return Quotient(self.atom(("name", tree[1])), one)
+        if kind in ("+", "*", "/"):
+            a, b = self.of(tree[1]), self.of(tree[2])
+            if kind == "+":
+                total = product_of(a.top, b.bottom) + product_of(b.top, a.bottom)
+                return Quotient(total, product_of(a.bottom, b.bottom))
+            if kind == "*":
+                return Quotient(product_of(a.top, b.top), product_of(a.bottom, b.bottom))
+            return Quotient(product_of(a.top, b.bottom), product_of(a.bottom, b.top))
+        if kind == "^":
+            return self._power(self.of(tree[1]), tree[2])
+        return self._call(tree[1], [self.of(part) for part in tree[2]])
+
+    def _power(self, base: Quotient, power: fmpq) -> Quotient:
+        p, q = int(power.p), int(power.q)
+        if q > 1:
+            atom = self._opaque(f"root {q}", [base], lambda r: r**q * base.bottom - base.top)
+            base = Quotient(atom, self.constant(1))
+        if p < 0:
+            base, p = Quotient(base.bottom, base.top), -p
+        return Quotient(power_of(base.top, p), power_of(base.bottom, p))
+
+    def _opaque(self, name: str, arguments: list[Quotient], relation: Any = None) -> fmpq_mpoly:
+        """Return the atom of a function of these arguments, the same for equal ones."""
+        said = tuple((str(a.top), str(a.bottom)) for a in map(_monic, arguments))
+        key = (name, said)
+        new = key not in self.places
+        atom = self.atom(key)
+        if new and relation is not None and all(a.bottom.is_constant() for a in arguments):
+            self.relations.append(relation(atom))
+        return atom
+
+    def _call(self, name: str, arguments: list[Quotient]) -> Quotient:
+        one = self.constant(1)
+        a = arguments[0]
+        if name in ("sin", "cos"):
+            return Quotient(self._circle(a)[name == "sin"], one)
+        if name == "tan":
+            cosine, sine = self._circle(a)
+            return Quotient(sine, cosine)
+        if name in ("exp", "sinh", "cosh", "tanh"):
+            up = self._exponential(a)
+            if name == "exp":
+                return up
+            square, both = up.top**2, up.bottom**2
+            if name == "tanh":
+                return Quotient(square - both, square + both)
+            half = 2 * up.top * up.bottom
+            return Quotient(square - both if name == "sinh" else square + both, half)
+        if name == "sqrt":
+            return self._power(a, fmpq(1, 2))
+        if name == "abs":
+            atom = self._opaque("abs", [a], lambda r: r**2 * a.bottom**2 - a.top**2)
+            return Quotient(atom, one)
+        return Quotient(self._opaque(name, arguments), one)
+
+    def _parts(self, kind: str, a: Quotient) -> list[tuple[Any, int, fmpq]]:
+        """Return (key, whole multiple of its unit, coefficient) of each term of an argument."""
+        keys = {place: key for key, place in self.places.items()}
+        found: list[tuple[Any, int, fmpq]] = []
+        for powers, factor in a.top.terms():
+            used = [(keys[k], p) for k, p in enumerate(powers) if p]
+            names = tuple(sorted(used))
+            if not a.bottom.is_constant() or any(k[0] != "name" for k, _ in used):
+                # Not a polynomial in variables: the whole argument is one angle.
+                whole = _monic(a)
+                return [((kind, (str(whole.top), str(whole.bottom))), 1, fmpq(1))]
+            key, c = (kind, names), fmpq(factor) / a.bottom.leading_coefficient()
+            if self.collected is not None:
+                self.collected.setdefault(key, []).append(c)
+                found.append(((key, (int(c.p), int(c.q))), 1, c))
+                continue
+            unit = self.units.get(key)
+            n = fmpq(0) if unit is None else c / unit
+            if unit is None or n.q != 1 or abs(n) > MOST_MULTIPLE:
+                raise NotReplayed("an angle with a multiple that was not met before")
+            found.append((key, int(n.p), c))
+        return found
+
+    def _circle(self, a: Quotient) -> tuple[fmpq_mpoly, fmpq_mpoly]:
+        """Return (cos a, sin a)."""
+        cosine, sine = self.constant(1), self.constant(0)
+        for key, n, c in self._parts("angle", a):
+            if key[1:] == (((("name", "pi"), 1),),) and (2 * c).q == 1:
+                turn = int((2 * c).p) % 4
+                c1, s1 = self.constant((1, 0, -1, 0)[turn]), self.constant((0, 1, 0, -1)[turn])
+                n = 1
+            else:
+                new = ("cos", key) not in self.places
+                c1 = self.atom(("cos", key))
+                s1 = self.atom(("sin", key))
+                if new:
+                    self.relations.append(s1**2 + c1**2 - 1)
+                s1 = -s1 if n < 0 else s1
+            for _ in range(abs(n)):
+                cosine, sine = (
+                    self.reduced(cosine * c1 - sine * s1),
+                    self.reduced(sine * c1 + cosine * s1),
+                )
+        return cosine, sine
+
+    def _exponential(self, a: Quotient) -> Quotient:
+        found = Quotient(self.constant(1), self.constant(1))
+        for key, n, _ in self._parts("exponent", a):
+            atom = self.atom(("exp", key)) ** abs(n)
+            if n > 0:
+                found = Quotient(found.top * atom, found.bottom)
+            else:
+                found = Quotient(found.top, found.bottom * atom)
+        return found
+
+
+def _monic(a: Quotient) -> Quotient:
+    lead = a.bottom.leading_coefficient()
+    return Quotient(a.top * (1 / lead), a.bottom * (1 / lead))

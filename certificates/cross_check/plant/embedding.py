@@ -1,0 +1,267 @@
+r"""``sector-embedding``: on its box the plant is the blend of its vertices.
+
+1. Equations, outputs and mass matrix are defined on the box, in every part; det M is not 0.
+2. M(x) (A(z(x)) dx + B(z(x)) du + E(z(x)) dw) = f, and C dx + D du = y - y at rest, by algebra.
+3. Every premise keeps its bounds, by bisection of ranges with rational ends.
+4. Entries are of degree one at most in each premise (``plant``).
+
+What is not decided here, such as ranges of tables or N / x^2 at x = 0, ends in ``NotReplayed``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+from typing import Any
+
+from flint import fmpq
+
+from takagi.certificates.cross_check.kernel.obligation import Fact, Obligations
+from takagi.certificates.cross_check.kernel.reading import NotReplayed, Refusal, entry, rationals
+from takagi.certificates.cross_check.plant.algebra import Algebra
+from takagi.certificates.cross_check.plant.expression import (
+    Tree,
+    minus,
+    names_in,
+    number,
+    plus,
+    put,
+    times,
+)
+from takagi.certificates.cross_check.plant.interval import Box, Interval, Undefined, range_of
+from takagi.certificates.cross_check.plant.plant import Plant, Variable, plant_loop, read_plant
+
+__all__ = ["Search", "embedded", "identical", "trim_fits", "within"]
+
+SHARES = (fmpq(2, 7), fmpq(5, 11), fmpq(11, 13), fmpq(1), fmpq(0))
+MOST_BOXES, MOST_ROWS = 6_000, 6
+TRIM = fmpq(1, 10**12)
+
+
+def embedded(model: Any, gains: Any) -> Obligations:
+    """Yield the facts of the module, in its order."""
+    if entry(model, "kind") != "plant":
+        raise Refusal("a claim about a plant, and the model is none")
+    plant = read_plant(model)
+    plant_loop(model)
+    if plant.form != "sector":
+        raise Refusal(f"embedding.form is {plant.form!a}, not 'sector'")
+    if gains is not None:
+        yield from trim_fits(plant, gains)
+    differences = _differences(plant)
+    at_zero = {v.symbol: number(0) for v in plant.variables}
+    algebra = Algebra([
+        *(tree for _, tree in differences),
+        *_numerators(plant.f + plant.outputs + [p.tree for p in plant.premises], at_zero),
+    ])  # fmt: skip
+    box = {v.symbol: v.side for v in plant.variables}
+    search = Search(algebra, box)
+    for label, tree in _parts(plant):
+        yield Fact(f"{label} is defined", search.holds(tree, lambda found: True))
+    if plant.mass is not None:
+        if len(plant.mass) > MOST_ROWS:
+            raise NotReplayed("a mass matrix of many rows")
+        away = search.holds(_determinant(plant.mass), _not_zero)
+        yield Fact("the mass matrix is regular", away)
+    for label, tree in differences:
+        yield Fact(label, identical(algebra, tree, box, label))
+    yield from within(plant, search)
+
+
+def within(plant: Plant, search: Search) -> Obligations:
+    """Yield that every premise keeps its bounds."""
+    for k, p in enumerate(plant.premises):
+        kept = search.holds(p.tree, _between(p.lower, p.upper))
+        yield Fact(f"premise {k + 1} keeps its bounds", kept)
+
+
+def identical(algebra: Algebra, tree: Tree, box: Box, label: str) -> bool:
+    """Return whether a tree is 0: True by algebra, False at a point of the box where it is not.
+
+    Raises
+    ------
+    NotReplayed : neither is found.
+    """
+    if algebra.vanishes(tree):
+        return True
+    if any(_is_not_zero(tree, box, share) for share in SHARES):
+        return False
+    raise NotReplayed(f"{label}: not shown to be an identity")
+
+
+def _is_not_zero(tree: Tree, box: Box, share: fmpq) -> bool:
+    """Return whether a tree differs from 0 at a point: so far along each side, each its own."""
+    place: dict[str, Interval] = {}
+    for k, name in enumerate(sorted(set(names_in(tree)) & set(box))):
+        low, high = box[name] or (fmpq(-1), fmpq(1))
+        turned = share * (k + 1)
+        part = share if share.q == 1 else turned - turned.p // turned.q
+        value = low + part * (high - low)
+        place[name] = (value, value)
+    try:
+        found = range_of(tree, place, lambda *_: False)
+    except (Undefined, NotReplayed):
+        return False
+    return _not_zero(found)
+
+
+def trim_fits(plant: Plant, gains: Any) -> Obligations:
+    """Yield that the law rests where the plant does."""
+    trim = entry(gains, "trim")
+    for key, variables in (("state", plant.states), ("input", plant.inputs)):
+        if variables:
+            for v, stated in zip(variables, rationals(trim, key, len(variables)), strict=True):
+                found = range_of(v.rest, {}, lambda *_: False)
+                off = TRIM * max(fmpq(1), abs(stated))
+                near = found is not None and max(abs(stated - end) for end in found) <= off
+                yield Fact("the law's trim is the plant's", near)
+
+
+def _parts(plant: Plant) -> list[tuple[str, Tree]]:
+    found = [(f"equation {k + 1}", tree) for k, tree in enumerate(plant.f)]
+    found += [(f"output {k + 1}", tree) for k, tree in enumerate(plant.outputs)]
+    return found + [("the mass matrix", tree) for row in plant.mass or [] for tree in row]
+
+
+def _numerators(trees: list[Tree], at_zero: dict[str, Tree]) -> list[Tree]:
+    """Return what may have to vanish with a denominator, for the algebra to know its angles."""
+    found: list[Tree] = []
+    for tree in trees:
+        if tree[0] == "/":
+            found.append(tree[1])
+            found += [put(tree[1], {name: at_zero[name]}) for name in set(names_in(tree[2]))
+                      if name in at_zero]  # fmt: skip
+        found += _numerators([part for part in tree[1:] if _is_tree(part)], at_zero)
+        if tree[0] == "call":
+            found += _numerators(list(tree[2]), at_zero)
+    return found
+
+
+def _is_tree(part: Any) -> bool:
+    return isinstance(part, tuple) and bool(part) and isinstance(part[0], str)
+
+
+def _differences(plant: Plant) -> list[tuple[str, Tree]]:
+    """Return what must be 0: the rows of step 2."""
+    z = {p.name: p.tree for p in plant.premises}
+    variables: dict[str, list[Variable]] = dict.fromkeys("AC", plant.states)
+    variables |= {"B": plant.inputs, "D": plant.inputs, "E": plant.pushes}
+
+    def rows(letters: str, count: int) -> list[Tree]:
+        found = [number(0)] * count
+        for letter in letters:
+            for i, row in enumerate(plant.entries.get(letter, [])):
+                for one, v in zip(row, variables[letter], strict=True):
+                    found[i] = plus(found[i], times(put(one, z), ("name", v.symbol)))
+        return found
+
+    rates = rows("ABE", len(plant.states))
+    if plant.step is not None:
+        rates = [plus(v.rest, rate) for v, rate in zip(plant.states, rates, strict=True)]
+    if plant.mass is not None:
+        whole = []
+        for row in plant.mass:
+            total = number(0)
+            for m, rate in zip(row, rates, strict=True):
+                total = plus(total, times(m, rate))
+            whole.append(total)
+        rates = whole
+    at_rest = {v.symbol: number(0) for v in plant.variables}
+    found = [(f"equation {k + 1}", plus(a, minus(b)))
+             for k, (a, b) in enumerate(zip(rates, plant.f, strict=True))]  # fmt: skip
+    for k, (a, y) in enumerate(zip(rows("CD", len(plant.outputs)), plant.outputs, strict=True)):
+        found.append((f"output {k + 1}", plus(a, plus(minus(y), put(y, at_rest)))))
+    return found
+
+
+def _determinant(rows: list[list[Tree]]) -> Tree:
+    """Return the determinant along the first row."""
+    if not rows:
+        return number(1)
+    total = number(0)
+    for j, one in enumerate(rows[0]):
+        if one != number(0):
+            minor = _determinant([[*row[:j], *row[j + 1 :]] for row in rows[1:]])
+            term = times(one, minor)
+            total = plus(total, minus(term) if j % 2 else term)
+    return total
+
+
+def _between(lower: fmpq, upper: fmpq) -> Callable[[Interval], bool]:
+    return lambda a: a is not None and lower <= a[0] and a[1] <= upper
+
+
+def _not_zero(a: Interval) -> bool:
+    return a is not None and not a[0] <= 0 <= a[1]
+
+
+class Search:
+    """Bisection of the box until a range is what it should be on every part."""
+
+    def __init__(self, algebra: Algebra, box: dict[str, Interval], *, limits: bool = True) -> None:
+        self.algebra, self.box, self.limits = algebra, box, limits
+        self.removed: dict[tuple[Tree, str], bool] = {}
+
+    def removable(self, top: Tree, name: str) -> bool:
+        """Return whether a numerator is shown to vanish where the variable is 0."""
+        if not self.limits:
+            return False
+        key = (top, name)
+        if key not in self.removed:
+            self.removed[key] = self.algebra.vanishes(put(top, {name: number(0)}))
+        return self.removed[key]
+
+    def holds(self, tree: Tree, good: Callable[[Interval], bool]) -> bool:
+        """Return True where every part of the box is good, False at a point that is not.
+
+        Raises
+        ------
+        NotReplayed : neither was found in ``MOST_BOXES`` boxes.
+        """
+        names = sorted(set(names_in(tree)) & set(self.box))
+        waiting: list[Box] = [{name: self.box[name] for name in names}]
+        for _ in range(MOST_BOXES):
+            if not waiting:
+                return True
+            box = waiting.pop()
+            if self._good(tree, box, good):
+                continue
+            sides = {n: side for n, side in box.items() if side is not None}
+            if self._bad_point(tree, box, good):
+                return False
+            wide = max(sides, key=lambda n: self._share(n, sides[n]), default="")
+            if not wide or sides[wide][0] == sides[wide][1]:
+                break
+            low, high = sides[wide]
+            middle = fmpq(0) if low < 0 < high else (low + high) / 2
+            waiting += [{**box, wide: (low, middle)}, {**box, wide: (middle, high)}]
+        raise NotReplayed("a range that this search does not settle")
+
+    def _share(self, name: str, side: tuple[fmpq, fmpq]) -> fmpq:
+        whole = self.box[name]
+        return fmpq(0) if whole is None else (side[1] - side[0]) / (whole[1] - whole[0])
+
+    def _good(self, tree: Tree, box: Box, good: Callable[[Interval], bool]) -> bool:
+        try:
+            return good(range_of(tree, box, self.removable))
+        except Undefined:
+            return False
+
+    def _bad_point(self, tree: Tree, box: Box, good: Callable[[Interval], bool]) -> bool:
+        """Return whether the value at a corner or the middle has no part in what is good."""
+        if any(side is None for side in box.values()):
+            return False
+        ends = [[(side[0], side[0]), (side[1], side[1])] for side in box.values() if side]
+        middle = tuple(((s[0] + s[1]) / 2,) * 2 for s in box.values() if s)
+        for place in [*product(*ends), middle] if len(ends) <= 4 else [middle]:
+            try:
+                a = range_of(tree, dict(zip(box, place, strict=True)), self.removable)
+            except Undefined as reason:
+                if reason.surely:
+                    return True
+                continue
+            # Two points of the range decide: where neither is good, and both are near, none is.
+            if a is not None and a[1] - a[0] < fmpq(1, 10**30):
+                if not good((a[0], a[0])) and not good((a[1], a[1])):
+                    return True
+        return False

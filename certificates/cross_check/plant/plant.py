@@ -1,0 +1,302 @@
+r"""A plant and its embedding, as trees; and the exact vertices that the embedding's entries make.
+
+    M(x) x' = f(x, u, w),    y = g(x, u),    x = x* + dx, u = u* + du, w = w* + dw
+
+Each entry of A, B, C, D, E is a polynomial of degree one at most in each premise, so that it is the
+blend of its values at the corners of the premises' bounds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from math import prod
+from typing import Any
+
+from flint import Ordering, fmpq, fmpq_mat, fmpq_mpoly, fmpq_mpoly_ctx
+
+from takagi.certificates.cross_check.kernel.reading import (
+    NotReplayed,
+    Refusal,
+    entry,
+    line,
+    rational,
+)
+from takagi.certificates.cross_check.loop.loop import Loop, Side, same_weights
+from takagi.certificates.cross_check.plant.algebra import power_of, product_of
+from takagi.certificates.cross_check.plant.expression import (
+    Tree,
+    names_in,
+    number,
+    parsed,
+    plus,
+    put,
+    value_of,
+)
+
+__all__ = ["Plant", "Premise", "Variable", "plant_loop", "read_plant"]
+
+MOST_VARIABLES, MOST_PREMISES, MOST_ENTRIES = 64, 12, 1 << 20
+LETTERS = {
+    "A": ("n", "n"),
+    "B": ("n", "m"),
+    "C": ("p", "n"),
+    "D": ("p", "m"),
+    "E": ("n", "q"),
+}
+FUNCTIONS = set(
+    "sin cos tan asin acos atan exp log sqrt sinh cosh tanh asinh acosh atanh abs erf sign".split()
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A state, input or disturbance; ``side`` is the range of what it deviates from its rest."""
+
+    name: str
+    symbol: str
+    unit: str
+    rest: Tree
+    side: Side | None
+
+    @property
+    def label(self) -> str:
+        return f"{self.symbol} [{self.unit}]"
+
+
+@dataclass(frozen=True, slots=True)
+class Premise:
+    """``tree`` is in the symbols of variables."""
+
+    name: str
+    tree: Tree
+    lower: fmpq
+    upper: fmpq
+
+
+@dataclass(frozen=True, slots=True)
+class Plant:
+    """Trees in the symbols of variables, parameters put in; entries in premise names."""
+
+    states: list[Variable]
+    inputs: list[Variable]
+    pushes: list[Variable]
+    step: fmpq | None
+    f: list[Tree]
+    mass: list[list[Tree]] | None
+    outputs: list[Tree]
+    premises: list[Premise]
+    entries: dict[str, list[list[Tree]]]
+    tables: tuple[str, ...]
+    form: str = "sector"
+
+    @property
+    def variables(self) -> list[Variable]:
+        return [*self.states, *self.inputs, *self.pushes]
+
+
+def read_plant(model: Any) -> Plant:
+    """Return the plant of a model of kind ``plant``.
+
+    Raises
+    ------
+    Refusal : a part is missing or does not fit, or a name stands for two things.
+    """
+    meaning: dict[str, Tree] = {}
+    tables, parameters = (model.get(key, {}) for key in ("tables", "parameters"))
+    if not isinstance(tables, dict) or not isinstance(parameters, dict):
+        raise Refusal("tables and parameters are objects")
+    taken = {*FUNCTIONS, "pi", *tables}
+    for name, value in parameters.items():
+        meaning[_new(name, taken)] = number(_constant(value))
+    groups = []
+    for key in ("states", "inputs", "disturbances"):
+        listed = model.get(key, [])
+        if not isinstance(listed, list):
+            raise Refusal(f"{key}: a list is needed")
+        groups.append([_variable(one, taken, meaning) for one in listed])
+    states, inputs, pushes = groups
+    count = len(states) + len(inputs) + len(pushes)
+    if not states or count > MOST_VARIABLES:
+        raise Refusal(f"1 to {MOST_VARIABLES} variables are needed")
+    step = None if entry(model, "sample_time") is None else rational(model, "sample_time")
+    if step is not None and step <= 0:
+        raise Refusal("sample_time: a positive number is needed")
+    n = len(states)
+    known = {v.symbol for group in groups for v in group}
+    own = set(meaning) - {v.symbol for group in groups for v in group if v.symbol != v.name}
+
+    def read(written: Any, names: set[str] = own) -> Tree:
+        tree = parsed(written, {name: t for name, t in meaning.items() if t[0] == "number"})
+        _understood(tree, names, tables)
+        return put(tree, meaning)
+
+    f = [read(one) for one in _rows(entry(model, "equations"), n)]
+    mass = None
+    if model.get("mass") is not None:
+        mass = [[read(one) for one in _rows(row, n)] for row in _rows(model["mass"], n)]
+    outputs = [read(entry(one, "expression")) for one in _rows(model.get("outputs", []))]
+    embedding = entry(model, "embedding")
+    premises = []
+    listed = _rows(entry(embedding, "premises"))
+    if len(listed) > MOST_PREMISES:
+        raise Refusal(f"at most {MOST_PREMISES} premises")
+    for one in listed:
+        lower, upper = _constant(entry(one, "lower")), _constant(entry(one, "upper"))
+        if lower > upper:
+            raise Refusal("a premise with its lower bound above the upper one")
+        tree = read(entry(one, "expression"), set(meaning) | known)
+        premises.append(Premise(line(one, "name"), tree, lower, upper))
+    for premise in premises:
+        _new(premise.name, taken)
+    size = {"n": n, "m": len(inputs), "p": len(outputs), "q": len(pushes)}
+    entries = {}
+    for letter, (rows, columns) in LETTERS.items():
+        if size[rows] and size[columns]:
+            given = _rows(entry(embedding, letter), size[rows])
+            entries[letter] = [[parsed(one) for one in _rows(row, size[columns])] for row in given]
+    form = line(embedding, "form") if "form" in embedding else "sector"
+    if form not in ("sector", "secant"):
+        raise Refusal(f"embedding.form: {form[:40]!a} is not 'sector' or 'secant'")
+    return Plant(
+        states, inputs, pushes, step, f, mass, outputs, premises, entries, tuple(tables), form
+    )
+
+
+def _rows(value: Any, count: int | None = None) -> list[Any]:
+    if not isinstance(value, list) or count not in (None, len(value)):
+        raise Refusal(f"a list of {count or 'some'} entries is needed")
+    return value
+
+
+def _new(name: str, taken: set[str]) -> str:
+    if name in taken or not name.isidentifier() or not name.isascii():
+        raise Refusal(f"{name[:40]!a} is no new name")
+    taken.add(name)
+    return name
+
+
+def _constant(value: Any) -> fmpq:
+    found = value_of(parsed(value))
+    if found is None:
+        raise NotReplayed("a number that is not written as a quotient")
+    return found
+
+
+def _understood(tree: Tree, names: set[str], tables: dict[str, Any]) -> None:
+    for name in names_in(tree):
+        if name not in names and name != "pi":
+            raise Refusal(f"the name {name[:40]!a} is not known")
+    for called in _calls(tree):
+        if called not in FUNCTIONS and called not in tables:
+            raise Refusal(f"the function {called[:40]!a} is not known")
+
+
+def _calls(tree: Tree) -> list[str]:
+    parts = tree[2] if tree[0] == "call" else [p for p in tree[1:] if isinstance(p, tuple)]
+    found = [tree[1]] if tree[0] == "call" else []
+    return found + [name for part in parts for name in _calls(part)]
+
+
+def _variable(given: Any, taken: set[str], meaning: dict[str, Tree]) -> Variable:
+    name, rest = line(given, "name"), parsed(entry(given, "rest"))
+    if list(names_in(rest)) not in ([], ["pi"]):
+        raise Refusal("rest: a number is needed")
+    resting = value_of(rest)
+    symbol = name if resting == 0 else line(given, "symbol")
+    _new(name, taken)
+    if symbol != name:
+        _new(symbol, taken)
+        meaning[symbol] = ("name", symbol)
+    elif resting != 0:
+        raise Refusal("symbol: the deviation needs a name of its own")
+    meaning[name] = plus(rest, ("name", symbol))
+    side = None
+    if given.get("range") is not None:
+        low, high = (_constant(end) for end in _rows(given["range"], 2))
+        if resting is None:
+            raise Refusal("range: its rest must be a rational number")
+        if not low <= resting <= high or low == high:
+            raise Refusal("range: it must increase, and contain the rest")
+        side = (low - resting, high - resting)
+    return Variable(name, symbol, line(given, "unit"), rest, side)
+
+
+def plant_loop(model: Any) -> Loop:
+    """Return the vertices, at the corners of the premises' bounds, the last changing first.
+
+    Raises
+    ------
+    Refusal : as ``read_plant``; or an entry that is not of degree one at most in each premise.
+    """
+    plant = read_plant(model)
+    bounds = [(p.lower,) if p.lower == p.upper else (p.lower, p.upper) for p in plant.premises]
+    picks = list(product(*(range(len(ends)) for ends in bounds)))
+    values = [[ends[k] for ends, k in zip(bounds, chosen, strict=True)] for chosen in picks]
+    context = fmpq_mpoly_ctx.get([p.name for p in plant.premises] or ["_"], Ordering.lex)
+    stacks: dict[str, Any] = {}
+    for letter, rows in plant.entries.items():
+        found = [[_affine(one, context, plant.form) for one in row] for row in rows]
+        varies = any(any(sum(e) for e in one.monoms()) for row in found for one in row)
+        places = values if varies else values[:1]
+        if len(places) * len(rows) * len(rows[0]) > MOST_ENTRIES:
+            raise Refusal("too many vertices")
+        stacks[letter] = [
+            fmpq_mat([[_at(one, place) for one in row] for row in found]) for place in places
+        ]
+    moving = [p for p in plant.premises if p.lower < p.upper]
+    used = {name for p in moving for name in names_in(p.tree)}
+    others = [*plant.inputs, *plant.pushes]
+    return Loop(
+        **stacks,
+        step=plant.step,
+        states=tuple(v.label for v in plant.states),
+        inputs=tuple(v.label for v in plant.inputs),
+        pushes=tuple(v.label for v in plant.pushes),
+        sides=tuple(v.side for v in plant.states),
+        other_sides={v.label: v.side for v in others if v.side is not None},
+        corners=tuple(picks),
+        premises=same_weights(model["embedding"]["premises"], tuple(picks)),
+        seen_by=tuple(v.label for v in plant.variables if v.symbol in used),
+        averages=plant.form == "secant",
+    )
+
+
+def _affine(tree: Tree, context: fmpq_mpoly_ctx, form: str) -> fmpq_mpoly:
+    found = _polynomial(tree, context)
+    if form == "secant" and any(sum(powers) > 1 for powers in found.monoms()):
+        raise Refusal("an entry with a product of premises: its mean is no product of means")
+    if any(power > 1 for powers in found.monoms() for power in powers):
+        raise Refusal("an entry with a premise to a power above one")
+    return found
+
+
+def _polynomial(tree: Tree, context: fmpq_mpoly_ctx) -> fmpq_mpoly:
+    if tree[0] == "number":
+        return context.constant(tree[1])
+    if tree[0] == "name" and tree[1] in context.names():
+        return context.gen(context.names().index(tree[1]))
+    if tree[0] in ("+", "*"):
+        a, b = (_polynomial(part, context) for part in tree[1:])
+        return a + b if tree[0] == "+" else product_of(a, b)
+    if tree[0] == "/":
+        a, b = (_polynomial(part, context) for part in tree[1:])
+        if not b.is_constant() or b.is_zero():
+            raise Refusal("an entry that is divided by more than a number")
+        return a * (1 / b.leading_coefficient())
+    if tree[0] == "^" and tree[2].q == 1 and tree[2] >= 0:
+        return power_of(_polynomial(tree[1], context), int(tree[2].p))
+    if tree[0] == "^" and tree[2].q == 1:
+        found = _polynomial(("/", number(1), tree[1]), context)
+        return power_of(found, -int(tree[2].p))
+    if tree[0] == "name":
+        raise Refusal(f"the premise {tree[1][:40]!a} is not known")
+    raise NotReplayed("an entry that is not written as a polynomial in premises")
+
+
+def _at(polynomial: fmpq_mpoly, place: list[fmpq]) -> fmpq:
+    total = fmpq(0)
+    for powers, factor in polynomial.terms():
+        used = (value for value, power in zip(place, powers, strict=False) if power)
+        total += fmpq(factor) * prod(used, start=fmpq(1))
+    return total

@@ -1,0 +1,89 @@
+r"""``secant-embedding``: differences of the plant from rest are blends of its vertices.
+
+f has continuous partial derivatives on the box, a convex set that contains the rest x*, so that
+
+    f(x) - f(x*) = (int_0^1 f_x(x* + s (x - x*)) ds) (x - x*),
+
+likewise for inputs, disturbances and outputs.  Entries that are affine in premises have as their
+mean along the segment their value at the means of the premises, which keep the bounds that the
+premises keep on the box.  Decided are, in this order:
+
+1. No absolute value; equations, outputs and each slope of them are defined on the box.
+2. At rest the equations are 0 (x* in discrete time).
+3. The slopes are the entries, by algebra; no output has a slope in a disturbance.
+4. Every premise keeps its bounds.
+
+Source: the mean value theorem in its integral form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from takagi.certificates.cross_check.kernel.obligation import Fact, Obligations
+from takagi.certificates.cross_check.kernel.reading import Refusal, entry
+from takagi.certificates.cross_check.plant.algebra import Algebra
+from takagi.certificates.cross_check.plant.embedding import Search, identical, trim_fits, within
+from takagi.certificates.cross_check.plant.expression import Tree, minus, number, plus, put
+from takagi.certificates.cross_check.plant.plant import Plant, Variable, plant_loop, read_plant
+from takagi.certificates.cross_check.plant.slope import has_kink, slope_of
+
+__all__ = ["lies_in_secants"]
+
+
+def lies_in_secants(model: Any, gains: Any) -> Obligations:
+    """Yield the facts of the module, in its order."""
+    if entry(model, "kind") != "plant":
+        raise Refusal("a claim about a plant, and the model is none")
+    plant = read_plant(model)
+    plant_loop(model)
+    if plant.form != "secant":
+        raise Refusal(f"embedding.form is {plant.form!a}, not 'secant'")
+    if plant.mass is not None:
+        raise Refusal("secants are of x' = f, without a mass matrix")
+    if gains is not None:
+        yield from trim_fits(plant, gains)
+    whole = [*plant.f, *plant.outputs]
+    yield Fact("there is no absolute value", not any(map(has_kink, whole)))
+    slopes = list(_slopes(plant))
+    resting = list(_at_rest(plant))
+    differences = [*resting, *((label, plus(a, minus(b))) for label, a, b in slopes)]
+    algebra = Algebra([tree for _, tree in differences])
+    box = {v.symbol: v.side for v in plant.variables}
+    # Slopes have to exist everywhere: no quotient is taken for its limit.
+    smooth = Search(algebra, box, limits=False)
+    named = [(f"part {k + 1}", tree) for k, tree in enumerate(whole)]
+    for label, tree in [*named, *((label, a) for label, a, _ in slopes)]:
+        yield Fact(f"{label} is defined", smooth.holds(tree, lambda found: True))
+    for label, tree in differences:
+        yield Fact(label, identical(algebra, tree, box, label))
+    yield from within(plant, Search(algebra, box))
+
+
+def _at_rest(plant: Plant) -> Iterator[tuple[str, Tree]]:
+    """Yield (label, what must be 0) for the point of rest."""
+    zero = {v.symbol: number(0) for v in plant.variables}
+    for state, tree in zip(plant.states, plant.f, strict=True):
+        target = number(0) if plant.step is None else state.rest
+        yield f"{state.name} is at rest", plus(put(tree, zero), minus(target))
+
+
+def _slopes(plant: Plant) -> Iterator[tuple[str, Tree, Tree]]:
+    """Yield (label, slope, what the embedding says it is)."""
+    meaning = {p.name: p.tree for p in plant.premises}
+    groups: list[tuple[str, list[Tree], list[Variable]]] = [
+        ("A", plant.f, plant.states),
+        ("B", plant.f, plant.inputs),
+        ("E", plant.f, plant.pushes),
+        ("C", plant.outputs, plant.states),
+        ("D", plant.outputs, plant.inputs),
+    ]
+    for letter, rows, columns in groups:
+        for i, tree in enumerate(rows):
+            for j, v in enumerate(columns):
+                said = put(plant.entries[letter][i][j], meaning)
+                yield f"{letter}[{i + 1}][{j + 1}]", slope_of(tree, v.symbol), said
+    for i, tree in enumerate(plant.outputs):
+        for v in plant.pushes:
+            yield f"output {i + 1} by {v.name}", slope_of(tree, v.symbol), number(0)

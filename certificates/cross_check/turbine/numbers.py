@@ -1,0 +1,150 @@
+"""What the coherent loop's claim is about: turbine, law, box and uncertainty, as exact numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from flint import fmpq
+
+from takagi.certificates.cross_check.kernel.reading import Refusal, entry, rational, rationals
+from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_slope
+from takagi.certificates.cross_check.turbine.surface import Span, Surface
+
+__all__ = ["Cell", "Rotor", "Turbine"]
+
+CONSTANTS = (
+    "torque_constant",
+    "rotor_radius",
+    "gear_ratio",
+    "pitch_time_constant",
+    "pitch_rate_limit",
+    "rated_rotor_speed",
+)
+ZERO, FULL = fmpq(0), fmpq(1)
+
+
+class Rotor:
+    """The plant and the law's tables.
+
+    ``c``, ``rated``, ``m`` : torque constant, rated torque on the low-speed side, and n_g E, each
+    over the nominal inertia J.
+    """
+
+    def __init__(self, model: Any, gains: Any) -> None:
+        if entry(model, "kind") != "turbine":
+            raise Refusal("a turbine is needed")
+        self._read_plant(model)
+        self._read_law(gains)
+        for name in ("pitch_min", "pitch_max"):
+            if rational(gains, name) != rational(model, name):
+                raise Refusal(f"{name}: the law's is not the turbine's")
+        self.pitch_min, self.pitch_max = (rational(gains, f"pitch_{end}") for end in ("min", "max"))
+        self.integral_limit = rational(gains, "integral_limit")
+
+    def _read_plant(self, model: Any) -> None:
+        values = {name: rational(model, name) for name in CONSTANTS}
+        n = values["gear_ratio"]
+        J = rational(model, "rotor_inertia") + n**2 * rational(model, "generator_inertia")
+        if J <= 0 or min(values.values()) <= 0:
+            raise Refusal("model: inertia and constants must be positive")
+        self.c, self.n_over_J = values["torque_constant"] / J, n / J
+        self.radius, self.drive = values["rotor_radius"], values["pitch_time_constant"]
+        self.rate_limit = values["pitch_rate_limit"]
+        self.surface = Surface(entry(model, "torque_surface"))
+
+    def _read_law(self, gains: Any) -> None:
+        self.wind = rationals(gains, "wind")
+        n = len(self.wind)
+        if n < 2 or any(a >= b for a, b in zip(self.wind, self.wind[1:], strict=False)):
+            raise Refusal("wind: two winds or more that increase are needed")
+        self.speed = rationals(gains, "rotor_speed", n)
+        self.effort = rationals(gains, "trim_effort", n)
+        self.effectiveness = rationals(gains, "effectiveness", n)
+        self.limit = rationals(gains, "effectiveness_limit", n)
+        self.proportional = rationals(gains, "proportional", n)
+        rates = rationals(gains, "integral_rate", n - 1)
+        self.ahead = rationals(gains, "inertia_feedforward", n - 1)
+        self.ahead_limit = rationals(gains, "feedforward_limit", n - 1)
+        self.lead, self.overlap = rational(gains, "pitch_lead"), rational(gains, "overlap")
+        self.torque, self.per_effort = (
+            rational(gains, "rated_torque"),
+            rational(gains, "effort_torque"),
+        )
+        tables = (*self.speed, *self.effectiveness, *self.proportional, *rates)
+        numbers = (self.wind[0], self.overlap, self.torque, self.per_effort)
+        if min(*tables, *numbers, rational(gains, "integral_limit")) <= 0:
+            raise Refusal("gains: winds, speeds, gains, effectiveness and limits must be positive")
+        if min(self.lead, *self.ahead_limit) < 0:
+            raise Refusal("gains: pitch_lead and feedforward_limit must not be negative")
+        fed = self.lead != 0 or any(f != 0 for f in self.ahead)
+        if fed and rational(gains, "wind_filter") <= 0:
+            raise Refusal("wind_filter: what feeds a wind's rate forward needs a filter")
+        self.m, self.rated = self.n_over_J * self.per_effort, self.n_over_J * self.torque
+
+
+class Turbine(Rotor):
+    """Plant and law, with the box and the uncertainty of a claim about the loop."""
+
+    def __init__(self, claim: Any, model: Any, gains: Any) -> None:
+        super().__init__(model, gains)
+        box = entry(claim, "box")
+        names = ("speed_error", "effort_lag", "speed_signal", "wind_share")
+        sides = [rational(box, name) for name in names]
+        self.speed_error, self.effort_lag, self.speed_signal, self.wind_share = sides
+        if min(sides) <= 0 or self.wind_share >= 1:
+            raise Refusal("box: sides must be positive, and wind_share below 1")
+        uncertainty = entry(claim, "uncertainty")
+        light, heavy = rationals(uncertainty, "inertia", 2)
+        if light <= 0 or heavy < light:
+            raise Refusal("inertia: 0 < low <= high is needed")
+        self.kappa = Span(1 / heavy, 1 / light)
+        self.frozen = entry(uncertainty, "frozen_wake")
+        if type(self.frozen) is not bool:
+            raise Refusal("frozen_wake: true or false is needed")
+        said = "power_coefficient" in uncertainty
+        worst, best = rationals(uncertainty, "power_coefficient", 2) if said else (FULL, FULL)
+        if worst <= 0 or worst > 1 or best < 1:
+            raise Refusal("power_coefficient: 0 < low <= 1 <= high is needed")
+        self.power = Span(worst, best)
+
+    def cell(self, k: int) -> Cell:
+        """Return what holds between winds k and k + 1."""
+        return Cell(self, k)
+
+
+class Cell:
+    """Schedule winds from node k to node k + 1, and what the law's tables are over them."""
+
+    def __init__(self, turbine: Turbine, k: int) -> None:
+        self.turbine, self.k = turbine, k
+        self.wind = Span(turbine.wind[k], turbine.wind[k + 1])
+        self.b, self.frozen = self._over(turbine.effectiveness), self._over(turbine.limit)
+        self.gamma, self.effort = self._over(turbine.proportional), self._over(turbine.effort)
+        self.kappa, eps = turbine.kappa, turbine.overlap
+        signal = Span(-turbine.speed_signal, turbine.speed_signal)
+        self.efforts = self.effort + self.gamma * signal
+        self.shed = Span(ramp(self.efforts.low, eps), ramp(self.efforts.high, eps))
+        self.share = Span(ramp_slope(self.efforts.low, eps), ramp_slope(self.efforts.high, eps))
+        zeta = turbine.effort_lag
+        self.owed = Span(max(self.shed.low - zeta, ZERO), self.shed.high + zeta)
+        self.band = self.owed / self.b + Span(turbine.pitch_min, turbine.pitch_min)
+
+    def _over(self, column: list[fmpq]) -> Span:
+        return Span.of(column[self.k], column[self.k + 1])
+
+    def slope(self, column: list[fmpq]) -> fmpq:
+        """Return the slope of a table over wind, one number in the cell."""
+        return (column[self.k + 1] - column[self.k]) / (self.wind.high - self.wind.low)
+
+    def ratio(self, error: fmpq, away: fmpq) -> Span:
+        """Return R (omega* + e) / (v_s + d), |e| <= error, |d| <= away.
+
+        It is a quotient of lines in v_s, hence monotone in each of v_s, e, d: ends at the corners.
+        """
+        ends = []
+        for i in (self.k, self.k + 1):
+            for e in (-error, error):
+                for d in (-away, away):
+                    wind = self.turbine.wind[i] + d
+                    ends.append(self.turbine.radius * (self.turbine.speed[i] + e) / wind)
+        return Span.of(*ends)

@@ -1,0 +1,172 @@
+r"""That the stated ranges of the coherent loop's coefficients enclose the turbine, cell by cell.
+
+With c = torque_constant / J, J the inertia on the low-speed side, m = n_g E / J, the efforts U
+between the least and the largest q* + gamma s, |s| <= box, and pitch
+
+    beta - beta_min  in  [max(psi(U_low) - zeta, 0), psi(U_high) + zeta] / b                 (band)
+
+each cell of the law's winds has, with lambda = R omega / v (``coherent_loop`` has the matrices),
+
+    a = kappa p c R v c_Q,lambda                             omega* -+ box, band
+    S = kappa s,  s = -p c v^2 c_Q,beta / b up to b_fw / b    omega*, band
+    G = kappa gamma (m - F (m - s)),  F = psi'(U)            along beta = beta_min + psi(U) / b
+    wind gain  p c v (2 c_Q - lambda c_Q,lambda)             omega* -+ box, band, v -+ its share
+    residual   max |r(v_k)| + w^2 / 8 sup |r''|,  r = c v^2 c_Q + m psi(-q*) - n_g T_rated / J,
+               and |p - 1| of the trim's torque
+
+p is the true over the tabulated power coefficient.
+
+over products of intervals, U in pieces; what moves with v_s' is in ``moving_schedule``.
+Derived in docs/coherent-loop.md, sections Speed, Effort lag, Family and Residual.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from flint import fmpq
+
+from takagi.certificates.cross_check.kernel.obligation import Fact, Obligations
+from takagi.certificates.cross_check.kernel.reading import rational, rationals
+from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_slope
+from takagi.certificates.cross_check.turbine.moving_schedule import schedule
+from takagi.certificates.cross_check.turbine.numbers import Cell, Turbine
+from takagi.certificates.cross_check.turbine.surface import Outside, Span
+
+__all__ = ["enclosed"]
+
+PARTS = 8  # of the ramp, along which share and slope go together
+ZERO = fmpq(0)
+
+
+def enclosed(turbine: Turbine, cell: Any, k: int) -> Obligations:
+    """Yield that every stated range and size of one cell holds what the plant can show."""
+    label = f"cell {k + 1}"
+    at = turbine.cell(k)
+    try:
+        for name, span in _ranges(at):
+            low, high = rationals(cell, name, 2)
+            yield Fact(f"{label}: range of {name}", low <= span.low and span.high <= high)
+        for name, size in _sizes(at):
+            yield Fact(f"{label}: size of {name}", size <= rational(cell, name))
+        most = turbine.pitch_min + (at.owed / at.b).high
+        yield Fact(f"{label}: pitch below its limit", most <= turbine.pitch_max)
+        yield from schedule(at, cell, label)
+    except Outside as reason:
+        yield Fact(f"{label}: enclosure ({reason})", False)
+
+
+def _ranges(at: Cell) -> list[tuple[str, Span]]:
+    turbine = at.turbine
+    ratio = at.ratio(turbine.speed_error, ZERO)
+    steep = turbine.surface.over(ratio, at.band, 1, 0) * at.wind
+    return [
+        ("stiffness", at.kappa * turbine.power * steep.times(turbine.c * turbine.radius)),
+        ("loop_gain", at.kappa * at.gamma * _held(at)),
+        ("lag_gain", at.kappa * _pitch_gain(at, at.band)),
+        ("share_gain", Span(at.share.low * at.gamma.low, at.share.high * at.gamma.high)),
+    ]
+
+
+def _pitch_gain(at: Cell, pitch: Span) -> Span:
+    """Return the range of s = -dT/dbeta / (J b) over a pitch range at the reference speed."""
+    turbine = at.turbine
+    slope = turbine.surface.over(at.ratio(ZERO, ZERO), pitch, 0, 1)
+    found = -(at.wind.squared() * slope * turbine.power).times(turbine.c) / at.b
+    if not turbine.frozen:
+        return found
+    return Span(found.low, max(found.high, (at.frozen / at.b).high))
+
+
+def _held(at: Cell) -> Span:
+    """Return the range of m - F (m - s): in each part F and s belong to one and the same U."""
+    turbine, eps = at.turbine, at.turbine.overlap
+    m = Span(turbine.m, turbine.m)
+    start, stop = max(at.efforts.low, -eps), min(at.efforts.high, eps)
+    ends = {at.efforts.low, at.efforts.high}
+    if start < stop:
+        ends |= {start + (stop - start) * i / PARTS for i in range(PARTS + 1)}
+    cuts = sorted(ends)
+    found = []
+    for low, high in zip(cuts[:-1] or cuts, cuts[1:] or cuts, strict=True):
+        share = Span(ramp_slope(low, eps), ramp_slope(high, eps))
+        if share.high == 0:
+            found.append(m)
+            continue
+        curve = Span(ramp(low, eps), ramp(high, eps)) / at.b
+        pitch = curve + Span(turbine.pitch_min, turbine.pitch_min)
+        found.append(m - share * (m - _pitch_gain(at, pitch)))
+    total = found[0]
+    for one in found[1:]:
+        total = total.hull(one)
+    return total
+
+
+def _sizes(at: Cell) -> list[tuple[str, fmpq]]:
+    turbine = at.turbine
+    away = turbine.wind_share * turbine.wind[at.k]
+    ratio = at.ratio(turbine.speed_error, away)
+    value = turbine.surface.over(ratio, at.band)
+    inner = value.times(fmpq(2)) - ratio * turbine.surface.over(ratio, at.band, 1, 0)
+    wind = at.wind + Span(-away, away)
+    return [
+        ("inertia_gain", at.kappa.high),
+        ("wind_gain", (inner * wind * turbine.power).times(turbine.c).size),
+        ("residual", _residual(at)),
+    ]
+
+
+def _residual(at: Cell) -> fmpq:
+    turbine, width = at.turbine, at.wind.high - at.wind.low
+    r = max(_at_node(at, 0), _at_node(at, 1)) + width**2 / 8 * _bend(at).size
+    # (s - 1) c v^2 c_Q at the trim, where c v^2 c_Q = r + rated - m psi(-q*), psi monotone.
+    off = max(1 - turbine.power.low, turbine.power.high - 1)
+    asked = [
+        turbine.rated - turbine.m * ramp(-q, turbine.overlap)
+        for q in (at.effort.low, at.effort.high)
+    ]
+    return r + off * (r + max(abs(each) for each in asked))
+
+
+def _at_node(at: Cell, side: int) -> fmpq:
+    """Return |r| at one end of the cell."""
+    turbine, i = at.turbine, at.k + side
+    eps, q, v = turbine.overlap, turbine.effort[i], turbine.wind[i]
+    x = turbine.radius * turbine.speed[i] / v
+    y = turbine.pitch_min + ramp(q, eps) / turbine.effectiveness[i]
+    torque = turbine.surface.over(Span(x, x), Span(y, y)).times(turbine.c * v**2)
+    left = turbine.m * ramp(-q, eps) - turbine.rated
+    return (torque + Span(left, left)).size
+
+
+def _bend(at: Cell) -> Span:
+    """Return the range of r'' = c (v^2 C)'' + m psi''(-q*) q*'^2, C(v) = c_Q(lambda, beta)."""
+    turbine, eps, v = at.turbine, at.turbine.overlap, at.wind
+    # omega* = w_0 + w_1 v, so lambda = R (w_0 / v + w_1).
+    w0 = turbine.radius * (turbine.speed[at.k] - at.slope(turbine.speed) * turbine.wind[at.k])
+    cube = Span(v.low**3, v.high**3)
+    x = at.ratio(ZERO, ZERO)
+    x1 = Span(-w0, -w0) / v.squared()
+    x2 = Span(2 * w0, 2 * w0) / cube
+    # p = psi(q*) / b:  p b = psi,  p' b + p b' = psi',  p'' b + 2 p' b' = psi''.
+    q, q1, b1 = at.effort, at.slope(turbine.effort), at.slope(turbine.effectiveness)
+    p = Span(ramp(q.low, eps), ramp(q.high, eps)) / at.b
+    gained = Span(ramp_slope(q.low, eps), ramp_slope(q.high, eps)).times(q1)
+    p1 = (gained - p.times(b1)) / at.b
+    p2 = (_kink(q, eps).times(q1**2) - p1.times(2 * b1)) / at.b
+    y = p + Span(turbine.pitch_min, turbine.pitch_min)
+
+    over = turbine.surface.over
+    cx, cy = over(x, y, 1, 0), over(x, y, 0, 1)
+    first = cx * x1 + cy * p1
+    second = over(x, y, 2, 0) * x1.squared() + over(x, y, 0, 2) * p1.squared()
+    second += (over(x, y, 1, 1) * x1 * p1).times(fmpq(2)) + cx * x2 + cy * p2
+    torque = over(x, y).times(fmpq(2)) + (v * first).times(fmpq(4)) + v.squared() * second
+    reserve = _kink(-q, eps).times(turbine.m * q1**2)
+    return torque.times(turbine.c) + reserve
+
+
+def _kink(s: Span, eps: fmpq) -> Span:
+    """Return the range of psi'' over a span of efforts."""
+    inside = s.high > -eps and s.low < eps
+    return Span(ZERO, 1 / (2 * eps) if inside else ZERO)

@@ -1,0 +1,221 @@
+r"""Ranges of the turbine's coefficient surface over rectangles, and arithmetic with ranges.
+
+    s(x, y) = sum_ij c_ij N_i(x) N_j(y)      N_i cubic B-splines on clamped knots
+
+On a patch between knots the basis functions are polynomials, which the recursion of Cox and
+de Boor gives in powers of the distance u from the patch's left end,
+
+    N_{i,p}(x) = (x - t_i) / (t_{i+p} - t_i) N_{i,p-1} + (t_{i+p+1} - x) / (...) N_{i+1,p-1} .
+
+With u = u_0 + h t, t in [0, 1], a polynomial sum_k a_k t^k of degree n lies between the least and
+the greatest of b_i = sum_{k <= i} C(i, k) / C(n, k) a_k, its Bernstein coefficients.  All of it is
+exact; only the ends of a range are rounded, outward.
+
+Source: de Boor (2001), A Practical Guide to Splines, ch. IX and X; Farin (2002), Curves and
+Surfaces for CAGD, ch. 5; recalled.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from dataclasses import dataclass
+from functools import cache
+from math import comb, prod
+from typing import Any
+
+from flint import fmpq, fmpq_mat, fmpq_poly
+
+from takagi.certificates.cross_check.kernel.reading import NotReplayed, Refusal, rationals, table
+
+__all__ = ["Outside", "Span", "Surface"]
+
+DEGREE, BITS, MOST_PATCHES = 3, 80, 400
+MOST_FUNCTIONS = 128  # of one direction
+# What the format allows: a coefficient of torque is a fraction of 1.
+NARROWEST, LARGEST = fmpq(1, 1000), 1024
+
+
+class Outside(Exception):
+    """A range that leaves the table."""
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """The numbers from ``low`` to ``high``; sums, products and quotients of these hold all."""
+
+    low: fmpq
+    high: fmpq
+
+    @classmethod
+    def of(cls, *values: fmpq) -> Span:
+        """Return the least span that holds some numbers."""
+        return cls(min(values), max(values))
+
+    def hull(self, other: Span) -> Span:
+        return Span(min(self.low, other.low), max(self.high, other.high))
+
+    def __add__(self, other: Span) -> Span:
+        return Span(self.low + other.low, self.high + other.high)
+
+    def __neg__(self) -> Span:
+        return Span(-self.high, -self.low)
+
+    def __sub__(self, other: Span) -> Span:
+        return self + (-other)
+
+    def __mul__(self, other: Span) -> Span:
+        if other.low == other.high:
+            return self.times(other.low)
+        return Span.of(*(a * b for a in (self.low, self.high) for b in (other.low, other.high)))
+
+    def times(self, factor: fmpq) -> Span:
+        ends = self.low * factor, self.high * factor
+        return Span(*ends) if factor >= 0 else Span(*ends[::-1])
+
+    def __truediv__(self, other: Span) -> Span:
+        if other.low <= 0 <= other.high:
+            raise Outside("a denominator that may be zero")
+        return self * Span(1 / other.high, 1 / other.low)
+
+    def squared(self) -> Span:
+        ends = Span.of(self.low**2, self.high**2)
+        return Span(fmpq(0), ends.high) if self.low < 0 < self.high else ends
+
+    def rounded(self) -> Span:
+        """Return the span with ends that are multiples of 2^-80, rounded outward."""
+        one = 1 << BITS
+        down = (int(self.low.p) * one) // int(self.low.q)
+        up = -((-int(self.high.p) * one) // int(self.high.q))
+        return Span(fmpq(down, one), fmpq(up, one))
+
+    @property
+    def size(self) -> fmpq:
+        return max(abs(self.low), abs(self.high))
+
+
+class _Side:
+    """Knots of one direction; per patch the basis functions in powers of u."""
+
+    def __init__(self, owner: Any, key: str) -> None:
+        knots = rationals(owner, key)
+        breaks = knots[DEGREE : len(knots) - DEGREE]
+        clamped = len(set(knots[: DEGREE + 1])) == 1 == len(set(knots[-DEGREE - 1 :]))
+        rises = all(a < b for a, b in zip(breaks, breaks[1:], strict=False))
+        if len(knots) < 2 * DEGREE + 2 or not clamped or not rises:
+            raise Refusal(f"{key}: clamped knots of a cubic spline that increase are needed")
+        if any(b - a < NARROWEST for a, b in zip(breaks, breaks[1:], strict=False)):
+            raise Refusal(f"{key}: knots closer than a thousandth")
+        self.knots, self.breaks = knots, breaks
+        self.count = len(knots) - DEGREE - 1
+        if self.count > MOST_FUNCTIONS:
+            raise NotReplayed(f"{key}: a surface with more than {MOST_FUNCTIONS} functions a side")
+        self._bases: dict[int, fmpq_mat] = {}
+
+    def patches(self, over: Span) -> list[tuple[int, fmpq, fmpq]]:
+        """Return (patch, u_0, h) of every patch that a span meets, u = u_0 + h t."""
+        if over.low < self.breaks[0] or over.high > self.breaks[-1]:
+            raise Outside("a range that leaves the coefficient table")
+        found, wider = [], over.rounded()
+        # A patch that only ends, or begins, where the span begins, or ends, is met in a point.
+        first = max(0, bisect_left(self.breaks, wider.low) - 1)
+        last = min(len(self.breaks) - 1, bisect_right(self.breaks, wider.high))
+        for k in range(first, last):
+            a, b = self.breaks[k], self.breaks[k + 1]
+            low, high = max(a, wider.low), min(b, wider.high)
+            if low <= high:
+                found.append((k, low - a, high - low))
+        return found
+
+    def basis(self, patch: int) -> fmpq_mat:
+        """Return (4, 4): row i has the coefficients of N_{patch + i} by powers of u."""
+        if patch not in self._bases:
+            a, t, at = self.breaks[patch], self.knots, patch + DEGREE
+            u = fmpq_poly([0, 1])
+            level = {at: fmpq_poly([1])}
+            for p in range(1, DEGREE + 1):
+                risen = {}
+                for i in range(at - p, at + 1):
+                    total = fmpq_poly([0])
+                    if i in level:
+                        total += (u + (a - t[i])) * (1 / (t[i + p] - t[i])) * level[i]
+                    if i + 1 in level:
+                        share = 1 / (t[i + p + 1] - t[i + 1])
+                        total += (-u + (t[i + p + 1] - a)) * share * level[i + 1]
+                    risen[i] = total
+                level = risen
+            rows = [[level[i][k] for k in range(DEGREE + 1)] for i in range(patch, at + 1)]
+            self._bases[patch] = fmpq_mat(rows)
+        return self._bases[patch]
+
+
+@cache
+def _shares(order: int) -> list[list[list[tuple[int, int, fmpq]]]]:
+    """Return for row i and column j of the map below the terms (power of start, of width, share).
+
+    (d/du)^order u^j = j!/(j - order)! u^m with m = j - order, and
+    u^m = sum_k C(m, k) start^(m-k) (h t)^k.
+    """
+    n = DEGREE - order
+    return [
+        [
+            [
+                (m - k, k, fmpq(comb(i, k) * comb(m, k) * prod(range(m + 1, j + 1)), comb(n, k)))
+                for k in range(min(i, m) + 1)
+            ]
+            for j in range(DEGREE + 1)
+            for m in (j - order,)
+        ]
+        for i in range(n + 1)
+    ]
+
+
+def _to_bernstein(order: int, start: fmpq, width: fmpq) -> fmpq_mat:
+    """Return the map from powers of u to the Bernstein coefficients of a derivative."""
+    of_start, of_width = ([x**k for k in range(DEGREE + 1)] for x in (start, width))
+    return fmpq_mat(
+        [
+            [
+                sum((share * of_start[p] * of_width[q] for p, q, share in parts), fmpq(0))
+                for parts in row
+            ]
+            for row in _shares(order)
+        ]
+    )
+
+
+class Surface:
+    """The bicubic spline c_Q(lambda, beta) of a turbine's certificate."""
+
+    def __init__(self, owner: Any) -> None:
+        self.x, self.y = _Side(owner, "tip_speed_ratio_knots"), _Side(owner, "pitch_knots")
+        self.c = table(owner, "coefficients", (self.x.count, self.y.count))
+        if any(abs(c) > LARGEST for c in self.c.entries()):
+            raise Refusal(f"coefficients: one beyond {LARGEST} in size")
+        self._patches: dict[tuple[int, int], fmpq_mat] = {}
+
+    def over(self, x: Span, y: Span, dx: int = 0, dy: int = 0) -> Span:
+        """Return a span that holds d^(dx+dy) s / dx^dx dy^dy over a rectangle.
+
+        Raises
+        ------
+        Outside : the rectangle leaves the table.
+        """
+        columns, rows = self.y.patches(y), self.x.patches(x)
+        if len(columns) * len(rows) > MOST_PATCHES:
+            raise NotReplayed("a range over more patches of the surface than are enclosed here")
+        across = [(j, _to_bernstein(dy, *part).transpose()) for j, *part in columns]
+        ends = []
+        for i, *part in rows:
+            along = _to_bernstein(dx, *part)
+            for j, right in across:
+                found = (along * self._patch(i, j) * right).entries()
+                ends += [min(found), max(found)]
+        return Span.of(*ends).rounded()
+
+    def _patch(self, i: int, j: int) -> fmpq_mat:
+        """Return the coefficients of the patch's polynomial by powers of u (rows) and of v."""
+        if (i, j) not in self._patches:
+            n = DEGREE + 1
+            local = fmpq_mat([[self.c[i + k, j + m] for m in range(n)] for k in range(n)])
+            self._patches[i, j] = self.x.basis(i).transpose() * local * self.y.basis(j)
+        return self._patches[i, j]

@@ -1,0 +1,216 @@
+r"""The balance of torques of a turbine at rest with the coherent law, over rectangles.
+
+    f = c v^2 c_Q(lambda, beta) - (T_rated n_g / J - m psi(-U))_+,     U = q* + gamma (e - x),
+    beta = min(beta_min + psi(U) / b, beta_max),      lambda = R (omega* + e) / v
+
+    inside   e = 0,    x in [-X, X]
+    upper    x = X,    e <= 0:  lambda from the table's lower end to lambda* = R omega* / v
+    lower    x = -X,   e >= 0:  lambda from lambda* to the table's upper end
+
+With F = psi'(U), s = -c v^2 c_Q,beta / b (0 where beta is held) and m (0 where torque is), let
+
+    D = m (1 - F) + F s,            linear in each of F, m and s: its range is that of its corners.
+
+Then, a dash being a slope of the law's tables over v and U_v = q*' + gamma' (e - x) + gamma e_v,
+
+    inside      df/dx = gamma D:  where that is positive, a part of [-X, X] has at most one zero
+    at a limit  df/dlambda = c v^2 c_Q,lambda - gamma (v / R) D,      e_v = lambda / R - omega*',
+                df/dv = 2 c v c_Q - U_v D + s psi(U) b' / b
+
+and f lies in f(middle) + (df/dlambda) (lambda - middle) + (df/dv) (v - middle).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flint import fmpq
+
+from takagi.certificates.cross_check.kernel.reading import NotReplayed
+from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_slope
+from takagi.certificates.cross_check.turbine.numbers import Rotor
+from takagi.certificates.cross_check.turbine.surface import Span
+
+__all__ = ["Balance", "Look", "Looks", "middle", "settled"]
+
+MOST_LOOKS = 60_000
+ZERO, FULL = fmpq(0), fmpq(1)
+
+
+class Looks:
+    """How often a balance may still be enclosed."""
+
+    def __init__(self) -> None:
+        self.left = MOST_LOOKS
+
+    def count(self) -> None:
+        self.left -= 1
+        if self.left < 0:
+            raise NotReplayed(f"more than {MOST_LOOKS} enclosures")
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """f over a rectangle of winds and curve: its sign, or 0; whether it rises along the curve.
+
+    ``whole`` where all of the rectangle lies in the coefficient table, ``empty`` where none does.
+    """
+
+    sign: int = 0
+    rises: bool = False
+    whole: bool = True
+    empty: bool = False
+
+
+def settled(x: Span, sign: int) -> bool:
+    """Whether the sign of f on a part of [-X, X] is one that no wake changes."""
+    return (sign < 0 and x.high <= 0) or (sign > 0 and x.low >= 0)
+
+
+class Balance:
+    """f for winds between two nodes of the law's tables."""
+
+    def __init__(self, rotor: Rotor, k: int, winds: Span, looks: Looks) -> None:
+        self.rotor, self.k, self.winds, self.looks = rotor, k, winds, looks
+        # A quotient of lines in v, hence monotone.
+        ends = [rotor.radius * self._at(rotor.speed, v) / v for v in (winds.low, winds.high)]
+        self.trim_ratio = Span.of(*ends)
+
+    def inside(self, x: Span) -> Look:
+        efforts = [
+            self._at(self.rotor.effort, v) - self._at(self.rotor.proportional, v) * integral
+            for v in (self.winds.low, self.winds.high)
+            for integral in (x.low, x.high)
+        ]
+        at = self._state(self.winds, self.trim_ratio, Span.of(*efforts))
+        if at is None:
+            return Look(whole=False, empty=True)
+        rises = at.whole and not settled(x, _sign(at.f)) and at.demand().low > 0
+        return Look(_sign(at.f), rises, at.whole)
+
+    def upper(self, ratio: Span) -> Look:
+        return self._at_limit(ratio, self.rotor.integral_limit)
+
+    def lower(self, ratio: Span) -> Look:
+        return self._at_limit(ratio, -self.rotor.integral_limit)
+
+    def _at_limit(self, ratio: Span, x: fmpq) -> Look:
+        winds = self.winds
+        signal, efforts = self._limited(winds, ratio, x)
+        at = self._state(winds, ratio, efforts)
+        if at is None:
+            return Look(whole=False, empty=True)
+        sign = _sign(at.f)
+        if sign or not at.whole:
+            return Look(sign, whole=at.whole)
+        v, tip = middle(winds), middle(ratio)
+        central = self._state(v, tip, self._limited(v, tip, x)[1])
+        if central is None or not central.whole:
+            return Look()
+        by_wind, by_ratio = self.slopes(at, winds, signal)
+        return Look(_sign(central.f + by_ratio * (ratio - tip) + by_wind * (winds - v)))
+
+    def slopes(self, at: _State, winds: Span, signal: Span) -> tuple[Span, Span]:
+        """Return df/dv and df/dlambda at a limit; ``signal`` is e - x."""
+        rotor, ratio = self.rotor, at.ratio
+        demand, gamma = at.demand(), self._over(rotor.proportional, winds)
+        by_ratio = at.push * at.slope(1, 0) - gamma * winds.times(1 / rotor.radius) * demand
+        turn = ratio.times(1 / rotor.radius) - self._slope(rotor.speed)
+        moved = self._slope(rotor.effort) + self._slope(rotor.proportional) * signal
+        by_wind = winds.times(2 * rotor.c) * at.quotient - (moved + gamma * turn) * demand
+        by_wind += at.pitching * at.shed * self._slope(rotor.effectiveness) / at.b
+        return by_wind, by_ratio
+
+    def _limited(self, winds: Span, ratio: Span, x: fmpq) -> tuple[Span, Span]:
+        """Return e - x and U; e = lambda v / R - omega* is a line in v and in lambda."""
+        errors = [
+            tip * v / self.rotor.radius - self._at(self.rotor.speed, v)
+            for v in (winds.low, winds.high)
+            for tip in (ratio.low, ratio.high)
+        ]
+        signal = Span(min(errors) - x, max(errors) - x)
+        gamma = self._over(self.rotor.proportional, winds)
+        return signal, self._over(self.rotor.effort, winds) + gamma * signal
+
+    def _state(self, winds: Span, ratio: Span, efforts: Span) -> _State | None:
+        """Return what the rotor does; None where its pitch leaves the table all over."""
+        self.looks.count()
+        b = self._over(self.rotor.effectiveness, winds)
+        return _State.of(self.rotor, winds, ratio, efforts, b)
+
+    def _over(self, column: list[fmpq], winds: Span) -> Span:
+        return Span.of(*(self._at(column, v) for v in (winds.low, winds.high)))
+
+    def _slope(self, column: list[fmpq]) -> Span:
+        nodes, k = self.rotor.wind, self.k
+        slope = (column[k + 1] - column[k]) / (nodes[k + 1] - nodes[k])
+        return Span(slope, slope)
+
+    def _at(self, column: list[fmpq], wind: fmpq) -> fmpq:
+        return column[self.k] + self._slope(column).low * (wind - self.rotor.wind[self.k])
+
+
+@dataclass(frozen=True, slots=True)
+class _State:
+    """The rotor over a rectangle of winds and tip-speed ratios, with the efforts asked for.
+
+    ``f`` is the balance, ``push`` c v^2, ``quotient`` c_Q, ``shed`` psi(U); ``whole`` where no
+    pitch of it leaves the table, else ``f`` is about those that do not.
+    """
+
+    rotor: Rotor
+    ratio: Span
+    efforts: Span
+    pitch: Span
+    b: Span
+    shed: Span
+    push: Span
+    quotient: Span
+    f: Span
+    whole: bool
+
+    @classmethod
+    def of(cls, rotor: Rotor, winds: Span, ratio: Span, efforts: Span, b: Span) -> _State | None:
+        eps, table = rotor.overlap, rotor.surface.y.breaks
+        shed = Span(ramp(efforts.low, eps), ramp(efforts.high, eps))
+        asked = shed / b + Span(rotor.pitch_min, rotor.pitch_min)
+        pitch = Span(min(asked.low, rotor.pitch_max), min(asked.high, rotor.pitch_max))
+        if pitch.low > table[-1]:
+            return None
+        kept = Span(pitch.low, min(pitch.high, table[-1]))
+        push, quotient = winds.squared().times(rotor.c), rotor.surface.over(ratio, kept)
+        left = [rotor.rated - rotor.m * ramp(-u, eps) for u in (efforts.low, efforts.high)]
+        f = push * quotient - Span(max(left[0], ZERO), max(left[1], ZERO))
+        whole = pitch.high <= table[-1]
+        return cls(rotor, ratio, efforts, kept, b, shed, push, quotient, f, whole)
+
+    def slope(self, dx: int, dy: int) -> Span:
+        """Return the range of a derivative of c_Q."""
+        return self.rotor.surface.over(self.ratio, self.pitch, dx, dy)
+
+    @property
+    def pitching(self) -> Span:
+        """s, with 0 where pitch may be held at its largest."""
+        s = -(self.push * self.slope(0, 1)) / self.b
+        free = self.rotor.pitch_min + (self.shed / self.b).high <= self.rotor.pitch_max
+        return s if free else s.hull(Span(ZERO, ZERO))
+
+    def demand(self) -> Span:
+        """Return the range of D."""
+        rotor, eps, s = self.rotor, self.rotor.overlap, self.pitching
+        free = rotor.m * ramp(-self.efforts.low, eps) <= rotor.rated
+        corners = [
+            m * (FULL - F) + F * pitching
+            for m in (rotor.m if free else ZERO, rotor.m)
+            for F in (ramp_slope(self.efforts.low, eps), ramp_slope(self.efforts.high, eps))
+            for pitching in (s.low, s.high)
+        ]
+        return Span.of(*corners)
+
+
+def _sign(f: Span) -> int:
+    return 1 if f.low > 0 else -1 if f.high < 0 else 0
+
+
+def middle(span: Span) -> Span:
+    return Span((span.low + span.high) / 2, (span.low + span.high) / 2)

@@ -1,0 +1,121 @@
+"""Gains of a blended plant by its regions: sought without errors, put on all rules of the model.
+
+The rules of the model with errors are corners of premises that the law knows and of errors that it
+does not.  Each takes the gain of that rule of the model without errors which has the same corners
+of what is known; so gains differ only with what is known.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.certificates.document.plant_blend import blend_of, unknown_premises
+from takagi.models.blending.blending import SHARE
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from takagi.lmi import Design
+    from takagi.models.plant.design_settings import PlantSettings
+    from takagi.models.plant.plant import Plant
+    from takagi.models.ts.model import TSModel
+
+__all__ = ["Errorless", "errorless", "expanded", "one_gain"]
+
+ONE_GAIN = "common-gain"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Errorless:
+    """The plant whose actuators do what they are told, and its model."""
+
+    plant: Plant
+    model: TSModel
+
+
+def errorless(
+    plant: Plant, model: TSModel, asked: PlantSettings
+) -> tuple[Errorless, NDArray[np.intp]] | None:
+    """Return the plant without errors, and for each rule of ``model`` the rule that it takes.
+
+    None where the model without errors has no premise in the share, or one that is not found in
+    ``model``.
+    """
+    from takagi.models.blending.modelling import blended_model
+    from takagi.models.blending.substitution import blended_plant
+
+    blending = blend_of(model)
+    if blending is None:
+        return None
+    sure = replace(
+        blending,
+        low=replace(blending.low, error=Fraction(0)),
+        high=replace(blending.high, error=Fraction(0)),
+    )
+    nominal = blended_plant(sure)
+    found = blended_model(nominal, choice=asked.choice, rest=asked.rest, share_apart=True)
+    places = _places(found, model)
+    if places is None or not any(_in_share(e) for e in _expressions(found)):
+        return None
+    numbers = {rule: k for k, rule in enumerate(found.rules)}
+    rules = [numbers[tuple(rule[place] for place in places)] for rule in model.rules]
+    return Errorless(nominal, found), np.array(rules, dtype=np.intp)
+
+
+def expanded(design: Design, rules: NDArray[np.intp]) -> Design:
+    """Return the design with the gain of ``rules[i]`` in rule i."""
+    gains = np.asarray(design.require()[0])
+    return replace(design, gains=gains[rules])
+
+
+def _places(found: TSModel, model: TSModel) -> list[int] | None:
+    """Return which premise of ``model`` is each one of ``found``, up to a constant."""
+    known = [not unknown for unknown in unknown_premises(model)]
+    given = _expressions(model)
+    places = []
+    for premise, expression in zip(found.premises, _expressions(found), strict=True):
+        width = premise.upper - premise.lower
+        same = [
+            k
+            for k, other in enumerate(given)
+            if known[k]
+            and not (other - expression).simplify().free_symbols
+            and abs((model.premises[k].upper - model.premises[k].lower) - width) <= width / 10**6
+        ]
+        if not same:
+            return None
+        places.append(same[0])
+    return places
+
+
+def _expressions(model: TSModel) -> list[sp.Expr]:
+    form = None if model.derivation is None else model.derivation.form
+    return [] if form is None else list(form.factored.premises.values())
+
+
+def _in_share(expression: sp.Expr) -> bool:
+    return any(str(symbol) in (SHARE, f"delta_{SHARE}") for symbol in expression.free_symbols)
+
+
+def one_gain(model: TSModel, asked: PlantSettings) -> tuple[PlantSettings, tuple[str, ...]]:
+    """Return the settings, with one gain for all rules where a premise is not known to the law.
+
+    Raises
+    ------
+    ModelError : another relaxation was asked for.
+    """
+    if not any(unknown_premises(model)):
+        return asked, ()
+    if asked.relaxation not in (None, ONE_GAIN):
+        raise ModelError(
+            f"relaxation {asked.relaxation!r} makes a gain for each rule, but the errors of the "
+            f"blended actuators are not known to a law; leave it out, or give {ONE_GAIN!r}"
+        )
+    note = "the errors of the actuators are not measured: one gain for all rules"
+    return replace(asked, relaxation=ONE_GAIN), (note,)

@@ -1,0 +1,323 @@
+"""From a plant to a checked design: model, gains as they are emitted, certificate.
+
+The one place where the floors below meet for plants in general: everything that leaves the house
+(gain file, report, simulation) reads the ``PlantDesign`` made here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.certificates.claims.plant.certificate import Demands, plant_certificate
+from takagi.certificates.design.plant.gains import Found, demands_of, find_gains, regional_gains
+from takagi.certificates.design.step_clock import StepClock
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant.plant import Plant
+
+if TYPE_CHECKING:
+    from takagi.certificates.checker.kernel.result import Checked, Verdict
+    from takagi.certificates.claims.plant.certification import Certificate
+    from takagi.lmi import Design
+    from takagi.models.laws.pdc import PdcLaw
+    from takagi.models.ts.model import TSModel
+
+__all__ = [
+    "NoPlantDesign",
+    "PlantDesign",
+    "PlantSettings",
+    "certify_filed",
+    "certify_plant",
+    "design_plant",
+]
+
+Floats = NDArray[np.float64]
+Tell = Callable[[str], None]
+# Significant digits of the emitted gains; more where fewer cannot be proved.
+DIGITS = (4, 6, 9)
+# Asking again for what would help takes some fifty designs.
+MOST_EXPLAINED = 32
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlantDesign:
+    """A finished design, or a finished analysis of a plant without inputs.
+
+    Attributes
+    ----------
+    settings : what was asked for.
+    model : the Takagi-Sugeno model, equal to the plant on its box.
+    design : gains as the solver left them, with P and the answer; None for an analysis, and for
+        gains that were given.
+    gains : K (r, m, n) of u - u* = -sum_i h_i K_i (x - x*), short decimals: those that are emitted
+        and proved.  None for an analysis.
+    law : the same with premises and trim, to be evaluated at run time; None for an analysis.
+    certificate : what is claimed of ``model`` and ``gains``, and what the checker says about it.
+    notes : in words, what was chosen where nothing was asked, and what was backed off.
+    seconds : step -> time it took.
+    """
+
+    plant: Plant
+    settings: PlantSettings
+    model: TSModel
+    design: Design | None
+    gains: Floats | None
+    law: PdcLaw | None
+    certificate: Certificate
+    notes: tuple[str, ...] = ()
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def checked(self) -> Checked:
+        """Verdict per claim."""
+        return self.certificate.checked
+
+    @property
+    def document(self) -> Mapping[str, Any]:
+        """The certificate as it is written."""
+        return self.certificate.document
+
+    @property
+    def verdict(self) -> Verdict:
+        """PROVED, DISPROVED or UNDECIDED, of what the certificate is about."""
+        return self.certificate.verdict
+
+    @property
+    def is_about_plant(self) -> bool:
+        """Whether the certificate has the plant's equations, not the model's vertices alone."""
+        return bool(self.document["model"]["kind"] == "plant")
+
+    @property
+    def proved(self) -> bool:
+        """Whether everything is proved, and of the plant itself."""
+        return self.is_about_plant and self.verdict.name == "PROVED"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NoPlantDesign:
+    """There are no gains for what was asked, or none were found.
+
+    Attributes
+    ----------
+    design : the last answer of the solver layer, with its diagnosis.
+    reason : in words: what binds, and what would help.
+    """
+
+    plant: Plant
+    settings: PlantSettings
+    model: TSModel
+    design: Design
+    reason: str
+
+
+def design_plant(
+    plant: Plant,
+    settings: PlantSettings | None = None,
+    *,
+    files: Sequence[Path] = (),
+    tell: Tell | None = None,
+) -> PlantDesign | NoPlantDesign:
+    """Return model, gains, law and certificate of a plant; without inputs, an analysis.
+
+    The gains are rounded to short decimals first; what is claimed and proved is about these.
+
+    Parameters
+    ----------
+    settings : what is asked for; None leaves every choice.
+    files : the data files the plant was read from; the certificate records their SHA-256.
+    tell : called with a word before each step.
+
+    Raises
+    ------
+    ModelError : the plant has no Takagi-Sugeno model on its box, or the settings make no sense
+        for it.
+    """
+    asked = settings or PlantSettings()
+    clock = StepClock(tell)
+    model = _model(plant, asked, clock)
+    work = _Work(plant, asked, model, demands_of(plant, model, asked), tuple(files), clock)
+    if not plant.inputs:
+        return work.certified(None, None, ("no inputs: an analysis",))
+    with clock("gains"):
+        regional = regional_gains(plant, model, asked)
+    if regional is not None:
+        first = _rounded(work, regional)
+        if first.proved:
+            return first
+    with clock("gains"):
+        found = find_gains(plant, model, asked)
+    if not found.design.found:
+        with clock("what would help"):
+            reason = _reason(found, model)
+        return NoPlantDesign(plant, asked, model, found.design, reason)
+    return _rounded(work, found)
+
+
+def certify_plant(
+    plant: Plant,
+    gains: Callable[[TSModel], Floats] | ArrayLike,
+    settings: PlantSettings | None = None,
+    *,
+    files: Sequence[Path] = (),
+    tell: Tell | None = None,
+) -> PlantDesign:
+    """Return the same for gains that exist, as they stand.
+
+    Parameters
+    ----------
+    gains : K (r, m, n), or a function that returns them for the model, e.g. from a gain file.
+    settings : ``choice`` and ``rest`` decide what the rules are; a decay rate, limits of inputs and
+        a region of poles that are asked for have to be proved.
+
+    Raises
+    ------
+    ModelError : as ``design_plant``, and gains that do not fit the model.
+    """
+    asked = settings or PlantSettings()
+    clock = StepClock(tell)
+    model = _model(plant, asked, clock)
+    K = gains(model) if callable(gains) else np.asarray(gains, dtype=np.float64)
+    work = _Work(plant, asked, model, demands_of(plant, model, asked), tuple(files), clock)
+    return work.certified(K, None, ("gains were given",))
+
+
+def certify_filed(
+    plant: Plant,
+    path: Path,
+    settings: PlantSettings | None = None,
+    *,
+    files: Sequence[Path] = (),
+    tell: Tell | None = None,
+) -> PlantDesign:
+    """Return the same for the law of a gain file, also where the plant has changed since.
+
+    The file's premises are kept where the new equations can be written in them; else the law has
+    weights of its own, and ``law`` of the answer is None: it cannot be run with the model.
+
+    Raises
+    ------
+    ModelError : as ``design_plant``.
+    CertificateError : the gain file is unreadable, or not for this plant.
+    """
+    from takagi.certificates.design.given.kept_model import law_for
+
+    asked = settings or PlantSettings()
+    clock = StepClock(tell)
+    given = law_for(plant, _model(plant, asked, clock), path, asked, files=files)
+    demands = demands_of(plant, given.model, asked)
+    work = _Work(plant, asked, given.model, demands, tuple(files), clock)
+    return work.certified(given.gains, None, given.notes, law=given.law)
+
+
+def _rounded(work: _Work, found: Found) -> PlantDesign:
+    """Return the design with gains of as few digits as can be proved."""
+    last: PlantDesign | None = None
+    for digits in DIGITS:
+        K = rounded_gains(np.asarray(found.design.require()[0]), digits)
+        notes = (*found.notes, f"gains to {digits} significant digits")
+        last = work.certified(K, found.design, notes)
+        if not _may_be_the_digits(last):
+            break
+    assert last is not None  # there is always a number of digits
+    return last
+
+
+def rounded_gains(gains: Floats, digits: int) -> Floats:
+    """Return gains to so many significant digits of the largest of each entry over the rules."""
+    largest = np.abs(gains).max(axis=0)
+    # An entry that is noise beside the others of its row: what it does to the command is nothing.
+    floor = np.where(largest > 0, largest, 1.0)
+    places = digits - 1 - np.floor(np.log10(floor)).astype(int)
+    rounded = [
+        [[round(float(v), int(p)) + 0.0 for v, p in zip(row, at, strict=True)]
+         for row, at in zip(K, places, strict=True)]
+        for K in gains
+    ]  # fmt: skip
+    return np.array(rounded)
+
+
+def _model(plant: Plant, asked: PlantSettings, clock: StepClock) -> TSModel:
+    from takagi.models.sector.model import sector_model
+
+    with clock("model"):
+        if plant.blending is not None:
+            from takagi.models.blending.modelling import blended_model
+
+            return blended_model(plant, choice=asked.choice, rest=asked.rest)
+        return sector_model(plant, choice=asked.choice, rest=asked.rest)
+
+
+def _may_be_the_digits(design: PlantDesign) -> bool:
+    """Return whether a claim about the gains is open: the embedding has nothing to do with them."""
+    claims = zip(design.document["claims"], design.checked.claims, strict=True)
+    return any(
+        claim["kind"] != "sector-embedding" and checked.verdict.name != "PROVED"
+        for claim, checked in claims
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Work:
+    """What is needed to certify gains of one model."""
+
+    plant: Plant
+    asked: PlantSettings
+    model: TSModel
+    demands: Demands
+    files: tuple[Path, ...]
+    clock: StepClock
+
+    def certified(
+        self,
+        gains: Floats | None,
+        design: Design | None,
+        notes: tuple[str, ...],
+        *,
+        law: Mapping[str, Any] | None = None,
+    ) -> PlantDesign:
+        with self.clock("exact proof"):
+            certificate = plant_certificate(
+                self.model, gains, self.asked, self.demands, files=self.files, law=law
+            )
+        if certificate.document["model"]["kind"] != "plant":
+            notes = (*certificate.tried[:1], *notes)
+        run = None
+        if gains is not None:
+            if law is None:
+                run = _law(self.model, gains, certificate.document["gains"])
+            certificate = self.bound(certificate, notes)
+        seconds = dict(self.clock.seconds)
+        parts = (self.plant, self.asked, self.model, design, gains, run, certificate)
+        return PlantDesign(*parts, notes, seconds)
+
+    def bound(self, certificate: Certificate, notes: tuple[str, ...]) -> Certificate:
+        """Return the certificate bound to the whole gain file of the law."""
+        from takagi.certificates.controller.content import bound
+        from takagi.certificates.controller.plant_members import plant_members
+
+        document = certificate.document
+        own = plant_members(self.plant, self.model, document["gains"], certificate.checked, notes)
+        return replace(certificate, document=bound(document, own))
+
+
+def _law(model: TSModel, gains: Floats, written: Mapping[str, Any]) -> PdcLaw:
+    from takagi.models.laws.pdc import PdcLaw
+
+    trim = written["trim"]
+    return PdcLaw(model, gains, np.array(trim["state"]), np.array(trim["input"]))
+
+
+def _reason(found: Found, model: TSModel) -> str:
+    """Return why there are no gains, and what would help where that can be asked."""
+    from takagi.lmi import explain
+
+    design = found.design
+    words = design.answer.diagnosis
+    if len(model.A) > MOST_EXPLAINED or not found.explainable:
+        return words
+    return f"{words}\n{explain(design, model, steps=4, **found.options)}"

@@ -1,0 +1,126 @@
+"""A model of a plant's slopes, for gains that need no measured premise."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Number, exact
+from takagi.models.plant.plant import Plant
+from takagi.models.ts.derivation import Derivation
+from takagi.models.ts.model import TSModel
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from takagi.models.equations.equilibrium import Rest
+    from takagi.models.equations.problem import Problem
+
+__all__ = ["secant_model"]
+
+MOST_RULES = 1024
+
+
+def secant_model(
+    plant: Plant,
+    *,
+    rest: Rest = "given",
+    tolerance: Number = "1e-3",
+    most_rules: int = MOST_RULES,
+) -> TSModel:
+    """Return vertices of [A B E] such that f(x, u, w) - f* is a blend of them times deviations.
+
+    Each slope of f that varies over the box is a premise of its own (or the multiple of one), whose
+    mean along the segment from rest lies in its range.  The weights move freely and no law can have
+    them: certify it with one gain for all rules.  Other than a sector model it holds with the same
+    vertices between any two points of the box, so also about other points of rest in it.
+
+    Parameters
+    ----------
+    rest, tolerance, most_rules : as of ``sector_model``.
+
+    Raises
+    ------
+    ModelError : a mass matrix, an absolute value, a slope that cannot be bounded, too many rules.
+
+    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 4.3 (recalled).
+    """
+    import sympy as sp
+
+    from takagi.models.equations.problem import box_in_fractions, problem_of_plant
+    from takagi.models.equations.symbolic_form import SymbolicForm
+    from takagi.models.sector.assembly import Factored
+    from takagi.models.sector.multilinear import vertex_product
+    from takagi.models.sector.premise_bounds import Asked, counted_premises
+
+    if plant.mass is not None:
+        raise ModelError(f"plant {plant.name!r} has a mass matrix; write it as x' = f(x, u, w)")
+    problem = problem_of_plant(plant, {}, rest)
+    slopes = _slopes(problem)
+    if any(entry.has(sp.Abs, sp.sign) for matrix in slopes.values() for entry in matrix):
+        raise ModelError(f"plant {plant.name!r} has an absolute value, whose slope jumps")
+    premises: dict[sp.Expr, sp.Symbol] = {}
+    matrices = {
+        letter: sp.Matrix(*matrix.shape, [_named(entry, premises) for entry in matrix])
+        for letter, matrix in slopes.items()
+    }
+    factored = Factored(matrices, {symbol: slope for slope, symbol in premises.items()})
+    asked = Asked({}, frozenset(), Fraction(exact(tolerance)))
+    members = counted_premises(problem, factored, asked, most_rules)
+    corners = [member.corners for member in members]
+    products = {
+        letter: vertex_product(matrix, list(factored.premises), corners, letter=letter)
+        for letter, matrix in matrices.items()
+        if letter == "A" or 0 not in matrix.shape
+    }
+    labels = problem.names or {}
+    return TSModel(
+        products["A"],
+        products.get("B"),
+        C=products.get("C"),
+        D=products.get("D"),
+        E=products.get("E"),
+        states=labels.get("states"),
+        inputs=labels.get("inputs"),
+        outputs=labels.get("outputs"),
+        disturbances=labels.get("disturbances"),
+        premises=members,
+        box=box_in_fractions(problem),
+        sample_time=plant.sample_time,
+        name=plant.name,
+        source=plant.source,
+        derivation=Derivation((), form=SymbolicForm(plant, problem, factored, "secant")),
+    )
+
+
+def _slopes(problem: Problem) -> dict[str, sp.Matrix]:
+    import sympy as sp
+
+    found = problem.equations
+    f, y = sp.Matrix(found.f), sp.Matrix(len(found.outputs), 1, list(found.outputs))
+
+    def by(rows: sp.Matrix, symbols: tuple[sp.Symbol, ...]) -> sp.Matrix:
+        return rows.jacobian(symbols) if rows and symbols else sp.zeros(rows.rows, len(symbols))
+
+    return {
+        "A": by(f, found.states),
+        "B": by(f, found.inputs),
+        "E": by(f, found.disturbances),
+        "C": by(y, found.states),
+        "D": by(y, found.inputs),
+    }
+
+
+def _named(slope: sp.Expr, premises: dict[sp.Expr, sp.Symbol]) -> sp.Expr:
+    """Return a slope as number + number * premise; the premise is made if it is not known."""
+    import sympy as sp
+
+    constant, varying = sp.expand(slope).as_independent(*slope.free_symbols, as_Add=True)
+    if not slope.free_symbols:
+        return slope
+    factor, bare = varying.as_content_primitive()
+    if bare not in premises and -bare in premises:
+        factor, bare = -factor, -bare
+    symbol = premises.setdefault(bare, sp.Symbol(f"s{len(premises) + 1}", real=True))
+    return constant + factor * symbol

@@ -1,0 +1,9 @@
+"""The design of a turbine's controller.
+
+design                  settings, models, gains, law, observer, certificate
+regions                 the model and the gains of each region by itself
+effort_sharing_gains    gains of the effort-sharing law and the candidate of its claim
+published_law           a design with a published law
+scale                   settings for a turbine of another size
+limits                  what is refused before the long work begins
+"""

@@ -1,0 +1,157 @@
+"""From regional gains to a checked design with one of the paper's laws."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.claims.turbine.published import (
+    PaperCandidate,
+    overlap_candidates,
+    paper_candidate,
+    paper_claim,
+    paper_law_data,
+)
+from takagi.certificates.design.step_clock import StepClock
+from takagi.certificates.document.certificate_file import certificate_document, turbine_data
+from takagi.certificates.document.provenance import provenance
+from takagi.models.turbine.data import Turbine
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.turbine.design import (
+        DesignSettings,
+        ObserverDesign,
+        TurbineDesign,
+    )
+    from takagi.lmi.turbine.regional import RegionalGains
+    from takagi.models.laws.published.law import PaperLaw
+    from takagi.models.ts.model import TSModel
+
+__all__ = ["designed_law", "paper_design"]
+
+Floats = NDArray[np.float64]
+
+# Decimals of the emitted gains: N m s/rad and N m/rad; s, - and 1/rad.
+TORQUE_DIGITS, PITCH_DIGITS = 1, 6
+
+
+def paper_design(
+    turbine: Turbine,
+    asked: DesignSettings,
+    models: tuple[TSModel, TSModel, RegionalGains],
+    observer: ObserverDesign,
+    files: Sequence[Path],
+    clock: StepClock,
+) -> TurbineDesign:
+    """Return the design with the law that ``asked.law`` names, and its checked certificate.
+
+    The claim about the chosen overlaps comes first; claims about other overlaps follow.
+
+    Raises
+    ------
+    ModelError : a region without gains (the diagnosis says why), or overlaps that do not fit.
+    """
+    from takagi.certificates.design.turbine.design import TurbineDesign
+
+    low, high, regional = models
+    with clock("law of the paper"):
+        law = designed_law(turbine, asked, models)
+    with clock("joint analysis, wind by wind"):
+        candidate = paper_candidate(law)
+    with clock("joint analysis for other overlaps"):
+        others = list(overlap_candidates(law))
+    with clock("exact proof"):
+        document = _document(turbine, asked, law, [candidate, *others], files)
+        checked = check_document(document)
+    return TurbineDesign(
+        turbine,
+        asked,
+        law,
+        low,
+        high,
+        regional,
+        None,
+        observer,
+        None,
+        document,
+        checked,
+        dict(clock.seconds),
+    )
+
+
+def _document(
+    turbine: Turbine,
+    asked: DesignSettings,
+    law: PaperLaw,
+    candidates: Sequence[PaperCandidate],
+    files: Sequence[Path],
+) -> dict[str, Any]:
+    return certificate_document(
+        model=turbine_data(turbine, files),
+        gains=paper_law_data(law),
+        claims=[paper_claim(candidate) for candidate in candidates],
+        provenance=provenance(asked, {"joint analysis": "Lyapunov equations, no solver"}),
+        files=files,
+    )
+
+
+def designed_law(
+    turbine: Turbine, asked: DesignSettings, models: tuple[TSModel, TSModel, RegionalGains]
+) -> PaperLaw:
+    """Return the law with emitted decimals as gains, equal at the two corners of the premise d.
+
+    No actuator answers to that premise alone, so that its two corners have the same gains up to
+    what a solver leaves; their mean is taken.
+    """
+    from takagi.models.laws.published.coupling_filter import coupling_filter
+    from takagi.models.laws.published.law import paper_law
+    from takagi.models.laws.published.regional_schedule import regional_schedule
+
+    low, high, regional = models
+    schedules = []
+    for model, region, digits in (
+        (low, regional.partial, TORQUE_DIGITS),
+        (high, regional.full, PITCH_DIGITS),
+    ):
+        k_x, k_I = region.require()
+        schedules.append(
+            regional_schedule(
+                turbine,
+                model,
+                k_x=_emitted(k_x, model, digits),
+                k_I=_emitted(k_I[:, None], model, digits)[:, 0],
+                speed_setpoint=asked.speed_setpoint,
+            )
+        )
+    return paper_law(
+        turbine,
+        partial=schedules[0],
+        full=schedules[1],
+        coupling=coupling_filter(
+            turbine,
+            speed_overlap=asked.speed_overlap,
+            torque_overlap=asked.torque_overlap,
+            placement=asked.ramp_placement,
+            shape=asked.ramp_shape,
+            speed_setpoint=asked.speed_setpoint,
+        ),
+        tracking_time=asked.tracking_time,
+        name="paper" if asked.law == "paper" else "paper-two-integrators",
+        speed_setpoint=asked.speed_setpoint,
+    )
+
+
+def _emitted(gains: Floats, model: TSModel, digits: int) -> Floats:
+    """Return gains rounded, and alike for rules that differ in their last premise alone."""
+    groups: dict[tuple[int, ...], list[int]] = {}
+    for i, rule in enumerate(model.rules):
+        groups.setdefault(tuple(rule[:-1]), []).append(i)
+    found = np.array(gains, dtype=np.float64)
+    for rows in groups.values():
+        found[rows] = np.round(found[rows].mean(axis=0), digits)
+    return found

@@ -1,0 +1,53 @@
+"""The regions of a turbine: their Takagi-Sugeno models, and gains for each by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+
+from takagi.certificates.design.turbine.scale import region_requirements
+from takagi.lmi.turbine.regional import RegionalGains, regional_gains
+from takagi.models.ts.model import TSModel
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.full_load import full_load_model
+from takagi.models.turbine.partial_load import partial_load_model
+
+__all__ = ["regional_design"]
+
+
+def _quiet(step: str) -> AbstractContextManager[None]:
+    return nullcontext()
+
+
+def regional_design(
+    turbine: Turbine,
+    *,
+    speed_setpoint: float | None = None,
+    step: Callable[[str], AbstractContextManager[None]] = _quiet,
+) -> tuple[TSModel, TSModel, RegionalGains]:
+    """Return the models of partial and full load, and the gains of both regions.
+
+    Parameters
+    ----------
+    speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated speed.
+    step : called with a word; what it returns is held around that step.
+
+    Raises
+    ------
+    ModelError : a set-point that the turbine does not have.
+    """
+    with step("partial-load model"):
+        low = partial_load_model(turbine, speed_setpoint=speed_setpoint)
+    with step("full-load model"):
+        high = full_load_model(turbine, speed_setpoint=speed_setpoint)
+    with step("regional gains"):
+        partial_load, full_load = region_requirements(turbine)
+        gains = regional_gains(
+            turbine,
+            partial_load=partial_load,
+            full_load=full_load,
+            partial_model=low,
+            full_model=high,
+            speed_setpoint=speed_setpoint,
+        )
+    return low, high, gains

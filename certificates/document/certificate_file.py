@@ -1,0 +1,140 @@
+"""The certificate file: model, law and claims as decimals, with hashes and provenance."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from takagi.certificates.checker.files.model_content import model_content
+from takagi.certificates.checker.kernel.certificate import FORMAT, VERSION
+from takagi.certificates.checker.kernel.reader import Number, digest
+from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.splines.surface import Surface
+from takagi.models.turbine.data import Turbine
+
+__all__ = ["as_read", "certificate_document", "coherent_law_data", "content_of", "dumps"]
+__all__ += ["files_sha256", "turbine_data"]
+
+STRING_OR_SEAM = re.compile(r'"(?:[^"\\]|\\.)*"|\},\{')
+
+
+def certificate_document(
+    *,
+    model: Mapping[str, Any],
+    gains: Mapping[str, Any] | None,
+    claims: Sequence[Mapping[str, Any]],
+    provenance: Mapping[str, Any],
+    files: Sequence[Path] = (),
+) -> dict[str, Any]:
+    """Return the whole certificate; its hashes are those of its own parts.
+
+    Parameters
+    ----------
+    files : of the model; the SHA-256 of their bytes, which no verdict depends on, stands in the
+        provenance.
+    """
+    if files:
+        provenance = {**provenance, "files_sha256": files_sha256(files)}
+    parts = {"model": dict(model), "gains": gains, "claims": list(claims)}
+    read_back = {key: as_read(value) for key, value in parts.items()}
+    hashes = {key: digest(value) for key, value in read_back.items()}
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        **parts,
+        "provenance": {**provenance, "sha256": hashes},
+    }
+
+
+def as_read(value: Any) -> Any:
+    """Return the value as the strict reader sees it: numbers as the text they are written as."""
+    return json.loads(json.dumps(value), parse_float=Number, parse_int=Number)
+
+
+def dumps(document: Mapping[str, Any]) -> str:
+    """Return the file's text: one line per cell or row, so that differences are readable."""
+    written = json.dumps(document, allow_nan=False, separators=(",", ":"))
+    # Strings are matched first, so that no text is broken where it happens to hold "},{".
+    return STRING_OR_SEAM.sub(lambda m: "},\n{" if m[0] == "},{" else m[0], written) + "\n"
+
+
+def files_sha256(files: Sequence[Path]) -> dict[str, str]:
+    """Return SHA-256 by name: the model's file, then its tables in its folder or below."""
+    folder = files[0].parent
+    return {
+        file.relative_to(folder).as_posix(): hashlib.sha256(file.read_bytes()).hexdigest()
+        for file in files
+    }
+
+
+def content_of(files: Sequence[Path]) -> dict[str, Any]:
+    """Return the member by which a certificate's model holds what its file says; {} for none."""
+    return {"model_file": model_content(files[0])} if files else {}
+
+
+def turbine_data(turbine: Turbine, files: Sequence[Path]) -> dict[str, Any]:
+    """Return the plant's numbers as the certificate states them.
+
+    Parameters
+    ----------
+    files : the data files they came from; what they say is recorded (``model_content``).
+    """
+    names = (
+        "torque_constant",
+        "rotor_radius",
+        "rotor_inertia",
+        "generator_inertia",
+        "gear_ratio",
+        "rated_rotor_speed",
+        "pitch_time_constant",
+        "pitch_rate_limit",
+        "pitch_min",
+        "pitch_max",
+        "torque_rate_limit",
+    )
+    return {
+        "kind": "turbine",
+        "name": turbine.name,
+        "units": "SI, angles in rad, generator inertia on the high-speed shaft",
+        **{name: float(getattr(turbine, name)) for name in names},
+        "torque_surface": _surface(turbine.torque),
+        **content_of(files),
+    }
+
+
+def _surface(surface: Surface) -> dict[str, Any]:
+    return {
+        "formula": "c_Q(lambda, beta) = sum_ij c_ij N_i(lambda) N_j(beta), cubic B-splines",
+        "tip_speed_ratio_knots": surface.x_knots.tolist(),
+        "pitch_knots": surface.y_knots.tolist(),
+        "coefficients": surface.coefficients.tolist(),
+    }
+
+
+def coherent_law_data(law: CoherentLaw) -> dict[str, Any]:
+    """Return the law as plain data, the same in gain file and certificate."""
+    table, gains, ahead = law.schedule, law.gains, law.feedforward
+    return {
+        "name": law.name,
+        "wind": table.wind.tolist(),
+        "rotor_speed": table.rotor_speed.tolist(),
+        "trim_effort": table.trim_effort.tolist(),
+        "effectiveness": table.effectiveness.tolist(),
+        "effectiveness_limit": table.effectiveness_limit.tolist(),
+        "overlap": table.overlap,
+        "proportional": gains.proportional.tolist(),
+        "integral_rate": gains.integral_rate.tolist(),
+        "inertia_feedforward": ahead.inertia.tolist(),
+        "feedforward_limit": ahead.effort_limit.tolist(),
+        "pitch_lead": ahead.pitch_lead,
+        "rated_torque": law.rated_torque,
+        "effort_torque": law.effort_torque,
+        "pitch_min": law.pitch_min,
+        "pitch_max": law.pitch_max,
+        "wind_filter": law.wind_filter,
+        "integral_limit": law.integral_limit,
+    }

@@ -1,0 +1,97 @@
+"""A Takagi-Sugeno model and its law as a certificate states them: decimals as they are emitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from takagi.models.ts.model import TSModel
+    from takagi.models.ts.premise import Premise
+
+__all__ = ["pdc_law_data", "ts_model_data"]
+
+Floats = NDArray[np.float64]
+
+
+def ts_model_data(model: TSModel) -> dict[str, Any]:
+    """Return the model of kind ``takagi-sugeno``: vertices, names, premises, rules, box.
+
+    A matrix that is the same in all rules is written once; one without columns or rows is left
+    out.  Every float stands as the shortest decimal that prints it, and a proof is about that.
+    """
+    stacks = {
+        letter: _stack(getattr(model, letter))
+        for letter in ("A", "B", "C", "D", "E")
+        if getattr(model, letter).size
+    }
+    data: dict[str, Any] = {
+        "kind": "takagi-sugeno",
+        "name": model.name,
+        "sample_time": model.sample_time,
+        "state_names": list(model.states),
+        "input_names": list(model.inputs),
+        "output_names": list(model.outputs),
+        "disturbance_names": list(model.disturbances),
+        **stacks,
+        "box": {
+            name: [_inside(low, 1), _inside(high, -1)]
+            for name, (low, high) in model.box.items()
+            # A box drawn around a band or a union of cells is not where the model holds.
+            if model.domain is None
+        },
+    }
+    return data | _weights(model.premises, model.rules)
+
+
+def pdc_law_data(model: TSModel, K: Floats) -> dict[str, Any]:
+    """Return u = -sum_j h_j K_j x with the weights of the model, as gain file and certificate say.
+
+    Parameters
+    ----------
+    K : (r, m, n), or (m, n) for one gain in all rules.
+    """
+    n, m = model.A.shape[1], model.B.shape[2]
+    return {
+        "name": "pdc",
+        "sample_time": model.sample_time,
+        "state_names": list(model.states),
+        "input_names": list(model.inputs),
+        **_weights(model.premises, model.rules),
+        "K": _stack(K.reshape(-1, m, n)),
+        "trim": {"state": [0.0] * n, "input": [0.0] * m},
+    }
+
+
+def _inside(end: Fraction, direction: int) -> float:
+    """Return the end of a range as a decimal that does not lie outside it."""
+    found = float(end)
+    while direction * (Fraction(repr(found)) - end) < 0:
+        found = float(np.nextafter(found, direction * np.inf))
+    return found
+
+
+def _stack(matrices: Floats) -> list[list[list[float]]]:
+    same = bool((matrices == matrices[0]).all())
+    return (matrices[:1] if same else matrices).tolist()  # type: ignore[no-any-return]
+
+
+def _weights(premises: Sequence[Premise], rules: Sequence[tuple[int, ...]]) -> dict[str, Any]:
+    if not premises:
+        return {}
+    return {
+        "premises": [
+            {
+                "name": premise.name,
+                "lower": float(premise.lower),
+                "upper": float(premise.upper),
+                "unit": premise.unit,
+            }
+            for premise in premises
+        ],
+        "rules": [list(rule) for rule in rules],
+    }

@@ -1,0 +1,68 @@
+"""A plant behind a blend, in a certificate: what the blend is, and the claim that it is the plant.
+
+The model of the certificate is the blended plant, with the share of the high actuator and the
+errors of both as signals; the claim ``effort-blend`` ties it to the plant with its two actuators.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from takagi.certificates.document.plant_text import number_data, text_data
+from takagi.models.blending.blending import EFFORT, RATE, SHARE
+
+if TYPE_CHECKING:
+    from takagi.models.blending.blending import Actuator, Blending
+    from takagi.models.ts.model import TSModel
+
+__all__ = ["blend_claim", "blend_data", "blend_of", "unknown_premises"]
+
+
+def blend_of(model: TSModel) -> Blending | None:
+    """Return the blend of the plant that a model was derived from; None where it has none."""
+    form = None if model.derivation is None else model.derivation.form
+    return None if form is None or form.plant is None else form.plant.blending
+
+
+def unknown_premises(model: TSModel) -> list[bool]:
+    """Return for each premise whether it depends on an actuator's error, which no law knows."""
+    blending = blend_of(model)
+    if blending is None or model.derivation is None or model.derivation.form is None:
+        return [False] * len(model.premises)
+    errors = {a.error_name for a in blending.actuators if a.error}
+    expressions = model.derivation.form.factored.premises.values()
+    return [bool(errors & {str(s) for s in e.free_symbols}) for e in expressions]
+
+
+def blend_data(blending: Blending) -> dict[str, Any]:
+    """Return the member ``blending`` of a certificate's model and law; numbers in SI."""
+    plant = blending.plant
+    return {
+        "effort": EFFORT,
+        "rate": RATE,
+        "share": SHARE,
+        "unit": blending.effort.unit,
+        "overlap": number_data(blending.overlap),
+        "low": _actuator(blending.low),
+        "high": _actuator(blending.high),
+        "equations": [text_data(row) for row in plant.equations],
+    }
+
+
+def blend_claim(model: TSModel) -> dict[str, Any]:
+    """Return the claim; it has no evidence, the checker bounds effectiveness by its own search."""
+    name = f"{model.name or 'the plant'} behind its blend, with both actuators within their limits"
+    return {"name": name, "kind": "effort-blend"}
+
+
+def _actuator(actuator: Actuator) -> dict[str, Any]:
+    side = actuator.variable.range
+    return {
+        "input": actuator.name,
+        "unit": actuator.variable.unit,
+        "direction": actuator.direction,
+        "effectiveness": text_data(actuator.effectiveness),
+        "idle": number_data(actuator.variable.rest),
+        "range": None if side is None else [number_data(side.lower), number_data(side.upper)],
+        "error": actuator.error_name if actuator.error else None,
+    }

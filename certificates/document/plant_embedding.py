@@ -1,0 +1,264 @@
+"""A plant and the model derived from it, as a certificate states them; the claim that ties them.
+
+The certificate has the plant's own equations, parameters and ranges, the premises with their
+bounds, and the entries of A, B, ... as text in the premises.  The checker works everything else
+out of these: that the entries give the equations, that the bounds hold, and the vertices.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.plant.sector_embedding import plant_family
+from takagi.certificates.document.plant_blend import blend_claim, blend_data, blend_of
+from takagi.certificates.document.plant_tables import tables_data
+from takagi.certificates.document.plant_text import number_data, rational_symbol, text_data
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from takagi.models.equations.problem import Problem
+    from takagi.models.equations.symbolic_form import SymbolicForm
+    from takagi.models.plant.plant import Variable
+    from takagi.models.ts.model import TSModel
+
+__all__ = ["embedding_claim", "is_embedded", "law_members", "plant_and_claim", "plant_data"]
+
+
+def is_embedded(model: TSModel) -> bool:
+    """Return whether the model carries the plant it was derived from, on a box."""
+    form = None if model.derivation is None else model.derivation.form
+    return form is not None and form.problem.domain is None and not model.sampled
+
+
+def plant_and_claim(
+    model: TSModel,
+) -> tuple[dict[str, Any] | None, list[dict[str, Any]], tuple[str, ...]]:
+    """Return what a certificate says of the model's plant, the claim in front, and notes.
+
+    ``(None, [], ())`` for a model that carries no plant; a plant that cannot be written is left
+    out too, and the note says why.
+    """
+    if not is_embedded(model):
+        return None, [], ()
+    try:
+        claims = [embedding_claim(model)]
+        if blend_of(model) is not None:
+            claims.append(blend_claim(model))
+        return plant_data(model), claims, ()
+    except ModelError as error:
+        return None, [], (f"claims about the vertices alone: {error}",)
+
+
+def law_members(model_data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return premises and trim of a law for a model of kind ``plant``; nothing for another kind.
+
+    The premises are those of the embedding, so that the checker sees that the law has the weights
+    of the model.  The trim is where the plant rests, in floats.
+    """
+    if model_data["kind"] != "plant":
+        return {}
+    trim = {
+        key: [float(_exact(variable["rest"])) for variable in model_data[group]]
+        for key, group in (("state", "states"), ("input", "inputs"))
+    }
+    blend = {"blending": model_data["blending"]} if "blending" in model_data else {}
+    return {"premises": model_data["embedding"]["premises"], "trim": trim, **blend}
+
+
+def _exact(rest: float | int | str) -> Fraction:
+    if not isinstance(rest, str):
+        return Fraction(repr(rest))
+    from takagi.certificates.checker.plant.reading import constant_bracket
+
+    low, high = constant_bracket(rest)
+    return (low + high) / 2
+
+
+def embedding_claim(model: TSModel) -> dict[str, Any]:
+    """Return the claim that the plant is the blend of the model's vertices on its box.
+
+    It has no evidence: the checker bounds the premises by a search of its own.
+    """
+    form = None if model.derivation is None else model.derivation.form
+    kind = "sector" if form is None else form.kind
+    name = "is its Takagi-Sugeno model" if kind == "sector" else "lies in its secants"
+    return {"name": f"{model.name or 'the plant'} {name}", "kind": f"{kind}-embedding"}
+
+
+def plant_data(model: TSModel) -> dict[str, Any]:
+    """Return the ``model`` member of kind ``plant`` for a model of ``sector_model``.
+
+    Numbers stand as decimals where they are such, else as text, e.g. ``"250/9"``; expressions in
+    the grammar of plant files.
+
+    Raises
+    ------
+    ModelError : a model that was not derived from symbols, whose bounds hold on a band or rest on
+        samples, with premises other than those of its derivation, or with an expression that the
+        grammar has no words for.
+    """
+    form = None if model.derivation is None else model.derivation.form
+    if form is None or not is_embedded(model):
+        raise ModelError(
+            f"model {model.name!r} does not carry a plant on a box with proved bounds; derive it "
+            "with sector_model, over a box"
+        )
+    data = {
+        "kind": "plant",
+        "name": model.name,
+        "source": model.source,
+        "sample_time": model.sample_time,
+        **_plant(form),
+        **_blend(model),
+        "embedding": _embedding(model, form),
+    }
+    _check_vertices(model, data)
+    return data
+
+
+# ---------------------------------------------------------------------- the plant
+
+
+def _plant(form: SymbolicForm) -> dict[str, Any]:
+    if form.plant is None:
+        return _given_equations(form.problem)
+    plant, problem = form.plant, form.problem
+    own: list[sp.Expr] = [*plant.equations, *(y.expression for y in plant.outputs)]
+    found: dict[str, Any] = {}
+    deviations = (
+        problem.equations.states,
+        problem.equations.inputs,
+        problem.equations.disturbances,
+    )
+    groups = (plant.states, plant.inputs, plant.disturbances)
+    for key, variables, symbols in zip(
+        ("states", "inputs", "disturbances"), groups, deviations, strict=True
+    ):
+        found[key] = [
+            _variable(variable, symbol, problem)
+            for variable, symbol in zip(variables, symbols, strict=True)
+        ]
+    found["parameters"] = {p.symbol.name: number_data(p.value) for p in plant.parameters}
+    found["equations"] = _texts(plant.equations)
+    found["outputs"] = [
+        {"name": y.name, "unit": y.unit, "expression": text}
+        for y, text in zip(plant.outputs, _texts(y.expression for y in plant.outputs), strict=True)
+    ]
+    if plant.mass is not None:
+        found["mass"] = [_texts(plant.mass.row(i)) for i in range(plant.mass.rows)]
+        own += list(plant.mass)
+    return found | tables_data([*own, *form.factored.premises.values()])
+
+
+def _variable(variable: Variable, symbol: sp.Symbol, problem: Problem) -> dict[str, Any]:
+    rest = problem.rest[variable.symbol]
+    found: dict[str, Any] = {"name": variable.name, "unit": variable.unit, "range": None}
+    if not rest.is_Rational:
+        found["rest"] = text_data(rest)
+    else:
+        resting = Fraction(int(rest.p), int(rest.q))
+        found["rest"] = number_data(resting)
+        # The box of the model, which may be less than the plant's ranges.
+        side = problem.box.get(symbol)
+        if side is not None:
+            found["range"] = [number_data(end + resting) for end in (side.lower, side.upper)]
+    return found if symbol.name == variable.name else found | {"symbol": symbol.name}
+
+
+def _blend(model: TSModel) -> dict[str, Any]:
+    blending = blend_of(model)
+    return {} if blending is None else {"blending": blend_data(blending)}
+
+
+def _given_equations(problem: Problem) -> dict[str, Any]:
+    """Return a plant that was given as expressions, which rests at the origin."""
+    equations = problem.equations
+
+    def listed(symbols: Iterable[sp.Symbol]) -> list[dict[str, Any]]:
+        sides = [problem.box.get(symbol) for symbol in symbols]
+        return [
+            {
+                "name": symbol.name,
+                "unit": equations.units.get(symbol, "-"),
+                "rest": 0,
+                "range": None
+                if side is None
+                else [number_data(side.lower), number_data(side.upper)],
+            }
+            for symbol, side in zip(symbols, sides, strict=True)
+        ]
+
+    return {
+        "states": listed(equations.states),
+        "inputs": listed(equations.inputs),
+        "disturbances": listed(equations.disturbances),
+        "parameters": {},
+        "equations": _texts(equations.f),
+        "outputs": [
+            {"name": f"y{k}", "unit": "-", "expression": text}
+            for k, text in enumerate(_texts(equations.outputs), start=1)
+        ],
+    } | tables_data([*equations.f, *equations.outputs])
+
+
+# ---------------------------------------------------------------------- premises and entries
+
+
+def _embedding(model: TSModel, form: SymbolicForm) -> dict[str, Any]:
+    factored = form.factored
+    names = [premise.name for premise in model.premises]
+    if names != [symbol.name for symbol in factored.premises]:
+        raise ModelError(
+            f"model {model.name!r} has the premises {', '.join(names)}, which are not those that "
+            "it was derived with; certify the model as sector_model returns it"
+        )
+    constants = {s: rational_symbol(v) for s, v in factored.constants.items()}
+    premises = [
+        {
+            "name": premise.name,
+            "expression": text_data(expression.xreplace(constants)),
+            "lower": number_data(premise.lower),
+            "upper": number_data(premise.upper),
+            "unit": premise.unit,
+        }
+        for premise, expression in zip(model.premises, factored.premises.values(), strict=True)
+    ]
+    matrices = {
+        letter: [_texts(matrix.xreplace(constants).row(i)) for i in range(matrix.rows)]
+        for letter, matrix in factored.matrices.items()
+        if 0 not in matrix.shape
+    }
+    kind = {} if form.kind == "sector" else {"form": form.kind}
+    return {**kind, "premises": premises, **matrices}
+
+
+def _check_vertices(model: TSModel, data: Mapping[str, Any]) -> None:
+    """Refuse what the checker cannot read, and a model whose vertices are not those of the data."""
+    read = read_text(json.dumps({"model": data}), "model")["model"]
+    try:
+        family = plant_family(read)
+    except CertificateError as error:
+        raise ModelError(
+            f"model {model.name!r}: its plant cannot be written into a certificate: {error}"
+        ) from error
+    for letter in ("A", "B", "C", "D", "E"):
+        stack, given = getattr(family, letter), getattr(model, letter)
+        exact = np.array([[[row / M.below for row in line] for line in M.rows] for M in stack])
+        if stack and not np.allclose(exact, given, rtol=1e-12, atol=1e-300):
+            raise ModelError(
+                f"model {model.name!r}: the vertices of {letter} are not those of its derivation; "
+                "certify the model as sector_model returns it"
+            )
+
+
+def _texts(expressions: Iterable[sp.Expr]) -> list[str]:
+    return [text_data(expression) for expression in expressions]

@@ -1,0 +1,54 @@
+"""Where a certificate comes from: configuration, versions, the solver's own words."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from dataclasses import is_dataclass
+from fractions import Fraction
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from takagi.models.intervals.interval import Interval
+
+__all__ = ["plain", "provenance"]
+
+LIBRARIES = ("takagi", "numpy", "scipy", "sympy", "clarabel", "python-flint")
+
+
+def provenance(settings: object, solver_words: Mapping[str, str]) -> dict[str, Any]:
+    """Return configuration, versions and solver words as plain data.
+
+    No time stamp: the same inputs give the same file.
+    """
+    return {
+        "configuration": plain(settings),
+        "solver": dict(solver_words),
+        "versions": {"python": platform.python_version(), **_versions()},
+    }
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for name in LIBRARIES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            # A checkout that is imported without being installed has no metadata.
+            found[name] = "not installed"
+    return found
+
+
+def plain(value: object) -> Any:
+    """Return dataclasses, intervals and rationals as what JSON knows."""
+    if isinstance(value, Interval):
+        return [float(value.lower), float(value.upper)]
+    if isinstance(value, Fraction):
+        return float(value)
+    if is_dataclass(value) and not isinstance(value, type):
+        return {name: plain(getattr(value, name)) for name in value.__dataclass_fields__}
+    if isinstance(value, Mapping):
+        return {name: plain(item) for name, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    return value

@@ -1,0 +1,71 @@
+"""Asks how much wider the premises' ranges may be before one quadratic function serves no more.
+
+Where it does not even serve the ranges as they are, it is asked for how much narrower ones: that is
+called a part of the box, not an enlargement.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, short
+from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.models.errors import ModelError
+
+__all__ = ["BoxEnlargement"]
+
+Floats = NDArray[np.float64]
+BACK_OFF = (0.999, 0.99, 0.95, 0.9, 0.75, 0.5, 0.0)
+# Where nothing ends it: the vertices do not differ.
+LARGEST = 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class BoxEnlargement:
+    """The largest theta with decay at ``decay_rate`` alpha [1/s]; the gains blend as they like."""
+
+    decay_rate: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.decay_rate) and self.decay_rate >= 0):
+            raise ModelError(
+                f"decay_rate = {self.decay_rate!r} was given; a number >= 0 [1/s] is needed"
+            )
+
+    def attempt(self, loop: Loop) -> Attempt:
+        """Return the claim ``box-enlargement``; theta is backed off until it proves."""
+        from takagi.lmi.analysis.box_enlargement import wide_box
+
+        answer = wide_box(
+            loop.model, gains=loop.gains, law="independent", decay_rate=self.decay_rate
+        )
+        solver = str(answer.solver.get("status", ""))
+        P, theta = np.eye(loop.A.shape[1]), 0.0
+        if answer.P is not None and answer.enlargement is not None:
+            P, theta = np.asarray(answer.P), min(answer.enlargement, LARGEST)
+        claims = [
+            self._claim(loop.model.name or "the model", rounded_down(share * theta), P, digits)
+            for share in BACK_OFF
+            for digits in DIGITS
+        ]
+        return first_proved(loop, claims, solver)
+
+    def _claim(
+        self, model: str, theta: float, P: Floats, digits: int
+    ) -> tuple[str, dict[str, Any]]:
+        """Return words for what is tried, and the claim."""
+        what, name = "enlargement", f"box enlargement of {model}"
+        if theta < 1:
+            what, name = "ranges shrunk to", f"part of the box of {model}"
+        return f"{what} {theta:.6g}, P to {digits} digits", {
+            "name": name,
+            "kind": "box-enlargement",
+            "decay_rate": self.decay_rate,
+            "enlargement": theta,
+            "P": short(P, digits).tolist(),
+        }

@@ -1,0 +1,167 @@
+"""Asks how far every emitted gain may move before the quadratic function serves no more."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.certificates.requests.decay import common_function
+from takagi.certificates.requests.loop.decimals import rounded_down, short
+from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.models.errors import ModelError
+
+__all__ = ["GainRounding"]
+
+Floats = NDArray[np.float64]
+# Of the decay rate that was found: rounding is paid for with speed.
+RATE_SHARE = 0.5
+BACK_OFF = (0.99, 0.9, 0.5, 0.1, 0.0)
+DIGITS = 9
+HALVINGS = 30
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GainRounding:
+    """The largest steps that all gains may be off by, with decay at ``decay_rate`` alpha [1/s].
+
+    Attributes
+    ----------
+    decay_rate : alpha that has to remain; None takes half of what is found.
+    absolute : (m, n), steps of which the largest multiple is sought; None seeks the largest
+        ``relative`` step, of each gain in terms of itself.
+    """
+
+    decay_rate: float | None = None
+    absolute: ArrayLike | None = None
+
+    def attempt(self, loop: Loop) -> Attempt:
+        """Return the claim ``gain-rounding``; the step is backed off until it proves.
+
+        Raises
+        ------
+        ModelError : there are no gains, or steps of another shape.
+        """
+        if loop.gains is None:
+            raise ModelError("there are no gains to be rounded; give gains, or leave this claim")
+        shape = _shape(self.absolute, loop)
+        answer = common_function(loop)
+        solver = str(answer.solver.get("status", ""))
+        rate = self.decay_rate
+        if rate is None:
+            rate = rounded_down(RATE_SHARE * min(max(answer.decay_rate or 0.0, 0.0), 1e6))
+        # The function of the fastest decay is often near singular; one for the rate that has to
+        # remain is better conditioned, and mostly leaves more room.
+        functions = [one.P for one in (common_function(loop, rate), answer) if one.P is not None]
+        searches = [
+            _Search.of(loop, short(np.asarray(P), DIGITS), rate, shape)
+            for P in functions or [np.eye(loop.A.shape[1])]
+        ]
+        best = max(searches, key=lambda search: search.largest[0])
+        return first_proved(loop, best.claims(), solver)
+
+
+def _shape(absolute: ArrayLike | None, loop: Loop) -> Floats | None:
+    if absolute is None:
+        return None
+    assert loop.gains is not None
+    found = np.asarray(absolute, dtype=np.float64)
+    wanted = loop.gains.shape[1:]
+    if found.shape != wanted or not (np.isfinite(found).all() and found.min() >= 0 and found.any()):
+        raise ModelError(
+            f"absolute has shape {found.shape}; steps >= 0 of shape {wanted}, one for each gain, "
+            "are needed, not all 0"
+        )
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """The exact inequality in floating point: its least eigenvalue over a step and a common tau."""
+
+    loop: Loop
+    P: Floats
+    rate: float
+    shape: Floats | None
+    kept: Floats
+    effect: Floats
+    unit: Floats
+    weights: Floats
+
+    @classmethod
+    def of(cls, loop: Loop, P: Floats, rate: float, shape: Floats | None) -> _Search:
+        assert loop.gains is not None
+        step = loop.sample_time
+        PG = P @ loop.A
+        if step is None:
+            kept = -(PG + PG.transpose(0, 2, 1) + 2 * rate * P)
+        else:
+            top = np.broadcast_to(np.exp(-2 * rate * step) * P, PG.shape)
+            low = np.broadcast_to(P, PG.shape)
+            kept = np.block([[top, PG.transpose(0, 2, 1)], [PG, low]])
+        r = len(loop.model.B)
+        columns = P @ loop.model.B
+        delta = np.abs(loop.gains) if shape is None else np.broadcast_to(shape, loop.gains.shape)
+        # A law with weights of its own has as many steps as gains.
+        delta = np.broadcast_to(delta, (r, *delta.shape[1:])) if len(delta) == 1 else delta
+        steps = np.einsum("jk,jkl->jkl", delta.sum(axis=2), delta)
+        # Inputs of different size are brought to one: tau_k is t over the size of column k.
+        sizes = np.sqrt(np.maximum((columns**2).sum(axis=1).max(axis=0), 1e-300))
+        reach = np.sqrt(np.maximum(steps.sum(axis=2).max(axis=0), 1e-300))
+        weights = reach / sizes
+        effect = loop.per_pair(np.einsum("ink,k,imk->inm", columns, weights, columns), "vertex")
+        unit = np.einsum("jkl,k->jl", steps, 1 / weights)
+        diagonal = loop.per_pair(unit[:, :, None] * np.eye(len(P)), "gain")
+        return cls(loop, P, rate, shape, kept, effect, diagonal, weights)
+
+    def holds(self, size: float, t: float) -> bool:
+        """Return whether all inequalities hold at a step and a factor of tau, in floats."""
+        effect, step = t * self.effect, size**2 / t * self.unit
+        whole = self.kept - effect - step if self.loop.sample_time is None else self.kept.copy()
+        if self.loop.sample_time is not None:
+            n = len(self.P)
+            whole[:, :n, :n] -= step
+            whole[:, n:, n:] -= effect
+        return bool(np.linalg.eigvalsh(whole)[:, 0].min() > 0)
+
+    def claims(self) -> Iterator[tuple[str, dict[str, Any]]]:
+        """Yield the claims, the largest step first."""
+        size, t = self.largest
+        assert self.loop.gains is not None
+        shape = np.zeros(self.loop.gains.shape[1:]) if self.shape is None else self.shape
+        tau = [float(f"{value:.4g}") for value in t * self.weights]
+        for share in BACK_OFF:
+            step = rounded_down(share * size, 3)
+            absolute = [[rounded_down(step * float(v), 3) for v in row] for row in shape]
+            relative = step if self.shape is None else 0.0
+            claim = {
+                "name": f"rounding of the gains of {self.loop.model.name or 'the model'}",
+                "kind": "gain-rounding",
+                "decay_rate": self.rate,
+                "relative": relative,
+                "absolute": absolute,
+                "tau": tau,
+                "P": self.P.tolist(),
+            }
+            yield f"gains off by {step:.3g} times themselves or the given steps", claim
+
+    @cached_property
+    def largest(self) -> tuple[float, float]:
+        """Return the largest step, and its factor of tau, over a grid of factors."""
+        best, at = 0.0, 1.0
+        for t in np.logspace(-8, 4, 73):
+            low, high = best, max(2 * best, 1e-6)
+            if not self.holds(low, t) or (best and not self.holds(1.01 * best, t)):
+                continue
+            while self.holds(high, t) and high < 1e6:
+                low, high = high, 4 * high
+            for _ in range(HALVINGS):
+                middle = (low + high) / 2
+                low, high = (middle, high) if self.holds(middle, t) else (low, middle)
+            best, at = low, float(t)
+        return best, at

@@ -1,0 +1,85 @@
+"""Which path from a disturbance to an output a request is about, and the path in floats."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.certificates.checker.kinds.disturbed_path import paths
+from takagi.certificates.requests.loop.exact_floats import as_read, floats
+from takagi.certificates.requests.loop.loop import Loop
+from takagi.models.errors import ModelError
+
+__all__ = ["Output", "Path", "WAYS", "disturbed_path", "path_evidence"]
+
+Floats = NDArray[np.float64]
+Path: TypeAlias = tuple[Floats, Floats, Floats, Floats]
+Output: TypeAlias = Sequence[ArrayLike | None]
+"""(C, D, F) of y = C x + D u + F w, each (r, ., .) or (., .); D and F may be None or left out."""
+WAYS = ("disturbances", "inputs")
+
+
+def path_evidence(loop: Loop, disturbance: str | None, output: Output | None) -> dict[str, Any]:
+    """Return what the claim says of the path.
+
+    Parameters
+    ----------
+    disturbance : "disturbances" (E), "inputs" (w is added to u), None takes the first there is.
+    output : see ``Output``; None takes the model's.
+
+    Raises
+    ------
+    ModelError : no such disturbance, no output, shapes; a matrix for each rule of a secant
+        embedding.
+    """
+    model = loop.model
+    found = {"disturbances": bool(loop.family.E), "inputs": bool(loop.family.B)}
+    way = disturbance or next((name for name in WAYS if found[name]), "disturbances")
+    if way not in WAYS or not found[way]:
+        raise ModelError(
+            f"disturbance {way!r}: the model {model.name!r} has none such; it needs a matrix E "
+            "('disturbances') or B ('inputs') that is not zero"
+        )
+    evidence: dict[str, Any] = {"disturbance": way}
+    if output is None:
+        if not loop.family.C:
+            raise ModelError(
+                f"model {model.name!r} has no output; give output=(C, D, F) for y = C x + D u + F w"
+            )
+        return evidence
+    if not 1 <= len(output) <= 3:
+        raise ModelError("output is (C, D, F), or its first one or two")
+    given = dict(zip("CDF", output, strict=False))
+    evidence["output"] = {
+        letter: _stack(letter, value, len(model.A))
+        for letter, value in given.items()
+        if value is not None
+    }
+    if any(len(stack) > 1 for stack in evidence["output"].values()):
+        loop.refuse_averages("output")
+    return evidence
+
+
+def disturbed_path(loop: Loop, evidence: dict[str, Any]) -> Path:
+    """Return A, B, C, D of the blends, (N, ., .) each, in the checker's order."""
+    found = list(paths(as_read(evidence), loop.seen, "claim"))
+    return (
+        np.array([floats(path.A) for path in found]),
+        np.array([floats(path.B) for path in found]),
+        np.array([floats(path.C) for path in found]),
+        np.array([floats(path.through) for path in found]),
+    )
+
+
+def _stack(letter: str, value: ArrayLike, rules: int) -> list[list[list[float]]]:
+    array = np.asarray(value, dtype=np.float64)
+    array = array[None] if array.ndim == 2 else array
+    if array.ndim != 3 or len(array) not in (1, rules) or not np.isfinite(array).all():
+        raise ModelError(
+            f"output: {letter} has shape {np.shape(value)}; a matrix, or one for each of {rules} "
+            "rules, is needed, all finite"
+        )
+    return array.tolist()  # type: ignore[no-any-return]

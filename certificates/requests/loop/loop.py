@@ -1,0 +1,219 @@
+"""The loop that requests are about: floats to find candidates, the checker's reading to prove."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.certificates.checker.kernel.claim_kinds import replay
+from takagi.certificates.checker.kernel.family import Family, read_family
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.result import Claim, Verdict, in_words
+from takagi.certificates.checker.kinds.averages import why_averages_fail
+from takagi.certificates.document.model_data import pdc_law_data, ts_model_data
+from takagi.certificates.document.plant_embedding import law_members
+from takagi.certificates.requests.loop.piece_search import Cuts
+from takagi.certificates.requests.loop.weight_points import Point, seen_at, weights_at
+from takagi.models.errors import ModelError
+from takagi.models.ts.vertex_arrays import finite_array
+
+if TYPE_CHECKING:
+    from takagi.models.ts.model import TSModel
+
+__all__ = ["Loop"]
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Loop:
+    """A model, closed by gains or as it is.
+
+    Attributes
+    ----------
+    gains : K (r, m, n) of u = -sum_j h_j K_j x; None for the model as it is.
+    model_data, gains_data : as they go into the file.
+    family : the checker's reading of both, exact.
+    pairs, sizes : (vertex, gain) of all blends one after the other, (2, pairs), and how many of
+        them each blend has, (N,).
+    shares : of each pair in its blend, (pairs,); they sum to 1 in each.
+    seen : the family whose blends these are, ``family`` itself or some points of its weights.
+    points : the weights of the blends, where they are points.
+    cuts : how many pieces of the weights a claim may still be tried on; None proves as it is.
+    """
+
+    model: TSModel
+    gains: Floats | None
+    model_data: Mapping[str, Any]
+    gains_data: Mapping[str, Any] | None
+    family: Family
+    pairs: Indices
+    sizes: Indices
+    shares: Floats
+    seen: Family
+    points: tuple[Point, ...] = ()
+    cuts: Cuts | None = None
+
+    @classmethod
+    def of(
+        cls,
+        model: TSModel,
+        gains: ArrayLike | None = None,
+        *,
+        model_data: Mapping[str, Any] | None = None,
+        law: Mapping[str, Any] | None = None,
+    ) -> Loop:
+        """Return the loop.
+
+        Parameters
+        ----------
+        gains : (r, m, n), or (m, n) for one gain in all rules.
+        model_data : what to write for the model; None writes the vertices.
+        law : what to write for the gains, with their ``K``; None writes K and the names.
+
+        Raises
+        ------
+        ModelError : gains of another shape, or that are not finite.
+        """
+        if law is not None and gains is None:
+            gains = law["K"]
+        K = None if gains is None else _gains(model, gains, own_rules=law is not None)
+        if model_data is None:
+            model_data = ts_model_data(model)
+        if law is None and K is not None:
+            law = pdc_law_data(model, K) | law_members(model_data)
+        family = read_family(_read(model_data), _read(law))
+        groups = [pairs for _, pairs in family.groups()]
+        every = np.array([pair for pairs in groups for pair in pairs], dtype=np.intp).T
+        sizes = np.array([len(pairs) for pairs in groups], dtype=np.intp)
+        shares = np.repeat(1 / sizes, sizes)
+        return cls(model, K, model_data, law, family, every, sizes, shares, family)
+
+    @property
+    def is_double_sum(self) -> bool:
+        """Whether blends of pairs stand beside the rules, and the law has the model's weights."""
+        return self.family.shared_weights and len(self.sizes) > self.family.rules
+
+    def at(self, points: Sequence[Point]) -> Loop:
+        """Return the loop whose blends are those of these weights, A(h) - B(h) K(h), alone.
+
+        It is what the loop can be at one instant, where ``A`` of the loop itself is a hull of it.
+        What is found for these points is then tried on pieces of the weights.
+        """
+        rows = [weights_at(self.family, point) for point in points]
+        used = [[i for i, share in enumerate(h) if share] for h in rows]
+        every = np.array([pair for some in used for pair in product(some, some)], dtype=np.intp).T
+        sizes = np.array([len(some) ** 2 for some in used], dtype=np.intp)
+        shares = [float(h[i] * h[j]) for h, s in zip(rows, used, strict=True) for i in s for j in s]
+        return replace(
+            self,
+            pairs=every,
+            sizes=sizes,
+            shares=np.array(shares),
+            seen=seen_at(self.family, rows),
+            points=tuple(points),
+            cuts=Cuts.of(self.family),
+        )
+
+    @property
+    def sample_time(self) -> float | None:
+        """T in s, None in continuous time."""
+        return self.model.sample_time
+
+    @property
+    def A(self) -> Floats:
+        """Closed-loop matrices of the blends, (N, n, n), in the order of ``family.blends()``."""
+        return self._closed(self.model.A, self.model.B)
+
+    @property
+    def C(self) -> Floats:
+        """Outputs of the blends, (N, p, n): means of C_i - D_i K_j."""
+        return self._closed(self.model.C, self.model.D)
+
+    @property
+    def E(self) -> Floats:
+        """Disturbance inputs of the blends, (N, n, q)."""
+        return self.per_pair(self.model.E, "vertex")
+
+    @property
+    def K(self) -> Floats:
+        """Gains of the blends, (N, m, n)."""
+        assert self.gains is not None
+        return self.per_pair(self.gains, "gain")
+
+    def per_pair(self, stack: Floats, of: Literal["vertex", "gain"]) -> Floats:
+        """Return the means over the pairs of each blend of what belongs to its vertices or gains.
+
+        ``stack`` is (r, ., .).
+        """
+        return self._means(stack[self.pairs[0 if of == "vertex" else 1]])
+
+    def refuse_averages(self, what: str) -> None:
+        """Refuse what needs the weights of a model that are averages nobody can evaluate.
+
+        Parameters
+        ----------
+        what : "observer", "function" or "output".
+
+        Raises
+        ------
+        ModelError : the model is a secant embedding.
+        """
+        if why := why_averages_fail(self.family, what):
+            raise ModelError(f"model {self.model.name!r}: {why}")
+
+    def replay(self, claim: Mapping[str, Any]) -> Claim:
+        """Return the checker's verdict on a claim about this loop.
+
+        Raises
+        ------
+        CertificateError : the claim is malformed.
+        """
+        read = read_text(json.dumps(claim), "claim")
+        return in_words(replay(read, None, self.family, [], "claim"))
+
+    def shown(self, claim: Mapping[str, Any]) -> tuple[Mapping[str, Any], Claim]:
+        """Return a claim with the pieces of the weights that it needs, and the verdict on it."""
+        checked = self.replay(claim)
+        if self.cuts is None or checked.verdict is not Verdict.UNDECIDED:
+            return claim, checked
+        halvings = self.cuts.halvings(read_text(json.dumps(claim), "claim"), self.family)
+        whole = {**claim, "halvings": halvings}
+        return (whole, self.replay(whole)) if halvings else (claim, checked)
+
+    def _closed(self, X: Floats, Y: Floats) -> Floats:
+        i, j = self.pairs
+        if self.gains is None:
+            return self._means(X[i])
+        return self._means(X[i] - Y[i] @ self.gains[j])
+
+    def _means(self, stack: Floats) -> Floats:
+        starts = np.concatenate([[0], np.cumsum(self.sizes)[:-1]])
+        return np.asarray(np.add.reduceat(self.shares[:, None, None] * stack, starts, axis=0))
+
+
+def _read(data: Mapping[str, Any] | None) -> Any:
+    return None if data is None else read_text(json.dumps(data), "model or gains")
+
+
+def _gains(model: TSModel, gains: ArrayLike, *, own_rules: bool) -> Floats:
+    K = finite_array("K", gains)
+    r, n, m = model.B.shape
+    if own_rules and K.ndim == 3 and K.shape[1:] == (m, n):
+        # A law with weights of its own may have another number of rules.
+        return K if np.any(K != K[0]) else np.broadcast_to(K[:1], (r, m, n)).copy()
+    if K.shape in ((m, n), (1, m, n)):
+        K = np.broadcast_to(K, (r, m, n)).copy()
+    if K.shape != (r, m, n):
+        raise ModelError(
+            f"gains have shape {K.shape}; {r} rules, {m} inputs and {n} states need "
+            f"({r}, {m}, {n}), or ({m}, {n}) for one gain in all rules"
+        )
+    return K

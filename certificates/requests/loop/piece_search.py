@@ -1,0 +1,144 @@
+r"""Seeks the pieces of the weights on which a claim can be shown one by one.
+
+The checker itself says which mean of pairs fails on a piece.  It is asked about the corners first:
+where one fails, a blend of the loop does, and no pieces help.  Then about the pairs, those first
+between which the double sum is bent most: the piece is cut there, which leaves a quarter of the
+bend.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.certificates.checker.kernel.claim_kinds import replay
+from takagi.certificates.checker.kernel.family import Blend, Family, Stack
+from takagi.certificates.checker.kernel.result import Verdict, in_words
+from takagi.certificates.checker.kinds.halvings import halved
+from takagi.certificates.requests.loop.weight_points import (
+    Point,
+    corners_of,
+    halved_corners,
+    point_at,
+    seen_at,
+    weights_at,
+)
+
+__all__ = ["Cuts"]
+
+FAILED = re.compile(r"rules? (\d+)(?: and (\d+))?$")
+# Pieces that are looked at for one request: of small loops, and a bound on the work for others.
+MOST_PIECES, MOST_WORK, EACH = 2000, 3e7, 2000
+
+
+@dataclass(slots=True)
+class Cuts:
+    """How many pieces may still be looked at, half of them for one claim.
+
+    ``failed`` : blends of the loop at which a claim failed, so that the next is tried there first.
+    """
+
+    left: int
+    failed: list[Point] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, family: Family) -> Cuts:
+        """Return what is fit for the size of a loop."""
+        work = len(family.groups()) * (family.order**4 + EACH)
+        return cls(min(MOST_PIECES, int(MOST_WORK / work)))
+
+    def halvings(self, claim: Any, family: Family) -> list[list[int]]:
+        """Return the tree of ``halvings`` by which a claim is shown; empty where none was found."""
+        most = self.left - self.left // 2
+        if self.failed:
+            seen = seen_at(family, [weights_at(family, point) for point in self.failed])
+            if replay(claim, None, seen, [], "claim").verdict is not Verdict.PROVED:
+                return []
+        found: list[list[int]] = []
+        left = [(_piece(family, ()), corners_of(family))]
+        while left and len(found) < most:
+            piece, places = left.pop()
+            checked = replay(claim, None, piece, [], "claim")
+            if checked.verdict is Verdict.PROVED:
+                found.append([])
+                continue
+            pair = FAILED.search(in_words(checked).text)
+            if pair is not None and pair[2] is None:
+                self.failed.append(point_at(family, places, int(pair[1]) - 1))
+            if pair is None or pair[2] is None:
+                break
+            premise, i, j = piece.between(int(pair[1]) - 1, int(pair[2]) - 1)
+            found.append([premise, i, j])
+            for step in ((premise, j, i), (premise, i, j)):
+                left.append((_piece(family, (*piece.path, step)), halved_corners(places, *step)))
+        else:
+            self.left -= len(found)
+            return [] if left else found
+        self.left -= len(found) + 1
+        return []
+
+
+@dataclass(frozen=True)
+class _Piece(Family):
+    """A loop whose blends are those of one piece of its weights, in the order to look at them.
+
+    The matrices are the loop's own, so that those of a claim fit beside them.
+    """
+
+    path: tuple[tuple[int, int, int], ...] = ()
+
+    @property
+    def own(self) -> Family:
+        """The loop on the piece."""
+        found = Family(**{one.name: getattr(self, one.name) for one in fields(Family)})
+        for step in self.path:
+            found = halved(found, *step)
+        return found
+
+    def blends(self, claim: Any = (), where: str = "") -> list[Blend]:
+        own = self.own
+        B, K, D = map(_floats, (own.B, own.K, own.D))
+
+        def straight(blend: Blend) -> float:
+            i, j = blend.pairs[0]
+            return -np.inf if i == j else -(_bend(B, K, i, j) + _bend(D, K, i, j))
+
+        return sorted(own.blends(), key=straight)
+
+    def between(self, first: int, second: int) -> tuple[int, int, int]:
+        """Return the premise in which a pair is bent most, and its corners; or the two rules."""
+        if self.corners is None:
+            return 0, first, second
+        own = self.own
+        B, K, D = map(_floats, (own.B, own.K, own.D))
+        place = {corner: i for i, corner in enumerate(self.corners)}
+        bends = {}
+        for p, pair in enumerate(zip(self.corners[first], self.corners[second], strict=True)):
+            if pair[0] != pair[1]:
+                across = [
+                    (i, place[(*corner[:p], 1 - corner[p], *corner[p + 1 :])])
+                    for corner, i in place.items()
+                ]
+                cuts = sum(step[0] == p for step in self.path)
+                bend = sum(_bend(B, K, i, j) + _bend(D, K, i, j) for i, j in across)
+                bends[p] = bend, -cuts
+        return max(bends, key=lambda p: bends[p]), 0, 1
+
+
+def _piece(family: Family, path: tuple[tuple[int, int, int], ...]) -> _Piece:
+    return _Piece(**{one.name: getattr(family, one.name) for one in fields(Family)}, path=path)
+
+
+def _bend(B: NDArray[np.float64], K: NDArray[np.float64], i: int, j: int) -> float:
+    """Return |(B_i - B_j)(K_i - K_j)|, by how much a mean of pairs is off a blend."""
+    if len(B) <= 1 or len(K) <= 1:
+        return 0.0
+    return float(np.linalg.norm((B[i] - B[j]) @ (K[i] - K[j])))
+
+
+def _floats(stack: Stack) -> NDArray[np.float64]:
+    return np.array([np.array(M.rows, dtype=float) / float(M.below) for M in stack])

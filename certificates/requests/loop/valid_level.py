@@ -1,0 +1,54 @@
+"""How large an ellipsoid may be, in floats: the box of the model, and the inputs it takes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
+from takagi.certificates.requests.loop.loop import Loop
+
+__all__ = ["box_rows", "gain_reaches", "largest_level", "state_halves"]
+
+Floats = NDArray[np.float64]
+# The checker decides with numbers as they are written; this much is left for their rounding.
+SPARE = 1e-9
+
+
+def state_halves(loop: Loop) -> Floats:
+    """Return (n,) half-widths of the box about 0, inf where it says nothing of a state."""
+    sides = loop.family.box or (None,) * loop.family.order
+    return np.array([np.inf if s is None else float(min(-s[0], s[1])) for s in sides])
+
+
+def box_rows(loop: Loop, added: Floats | None = None) -> Floats:
+    """Return rows a, (T, n), with |a x| <= 1 in the box: states, and inputs by u = -K_j x.
+
+    Parameters
+    ----------
+    added : (m,) bounds on what is added to the inputs from outside; None for nothing.
+    """
+    halves = state_halves(loop)
+    bounded = np.flatnonzero(np.isfinite(halves))
+    rows = [np.eye(len(halves))[bounded] / np.maximum(halves[bounded, None], 1e-300)]
+    if loop.gains is not None:
+        for k, side in bounded_inputs(loop.family).items():
+            room = float(min(-side[0], side[1])) - (0.0 if added is None else float(added[k]))
+            rows.append(loop.gains[:, k] / max(room, 1e-300))
+    return np.concatenate(rows)
+
+
+def largest_level(loop: Loop, P: Floats, added: Floats | None = None) -> float:
+    """Return about the largest c with {x'Px <= c} in the box, inf where nothing bounds it."""
+    rows = box_rows(loop, added)
+    if not len(rows):
+        return np.inf
+    reach = np.einsum("ti,ij,tj->t", rows, np.linalg.inv(P), rows)
+    return float((1 - SPARE) / reach.max()) if reach.max() > 0 else np.inf
+
+
+def gain_reaches(loop: Loop, P: Floats, level: float) -> Floats:
+    """Return (m,): the largest |K_j x|_k where x'Px <= level, over all gains."""
+    assert loop.gains is not None
+    squares = np.einsum("rmi,ij,rmj->rm", loop.gains, np.linalg.inv(P), loop.gains)
+    return np.asarray(np.sqrt(level * squares.max(axis=0)))

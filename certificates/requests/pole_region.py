@@ -1,0 +1,65 @@
+"""Asks for the eigenvalues of every blend to lie in a region of the complex plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.certificates.requests.loop.decimals import DIGITS, short
+from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.single_matrix import modal_function
+from takagi.certificates.requests.request import Attempt, first_proved
+
+if TYPE_CHECKING:
+    from takagi.lmi.condition.region import Region
+
+__all__ = ["Poles"]
+
+
+@dataclass(frozen=True, slots=True)
+class Poles:
+    """Eigenvalues of every blend in ``region``, a ``takagi.lmi.Region``, in 1/s.
+
+    Of a loop in discrete time they are those of the matrix itself: without unit, inside the unit
+    circle where the loop is stable.  L and M are written as decimals, and the claim is about these.
+    """
+
+    region: Region
+
+    def attempt(self, loop: Loop) -> Attempt:
+        """Return the claim ``region``; without a candidate it is one that the checker leaves open.
+
+        Raises
+        ------
+        ModelError : no region was given.
+        """
+        from takagi.lmi import d_stability
+
+        answer = d_stability(loop.A, self.region, sample_time=loop.sample_time)
+        solver = str(answer.solver.get("status", ""))
+        parts = [
+            {"L": np.asarray(L, dtype=float).tolist(), "M": np.asarray(M, dtype=float).tolist()}
+            for L, M in (part.matrices for part in self.region.parts)
+        ]
+        functions = [] if answer.P is None else [np.asarray(answer.P)]
+        modal = modal_function(loop.A[0]) if len(loop.A) == 1 else None
+        functions += [] if modal is None else [modal]
+        claims = [
+            (
+                f"poles in {self.region}, P to {digits} digits",
+                {
+                    "name": f"poles in {self.region}",
+                    "kind": "region",
+                    "parts": parts,
+                    "P": short(P, digits).tolist(),
+                },
+            )
+            for P in functions or [np.eye(loop.A.shape[1])]
+            for digits in DIGITS
+        ]
+        found = first_proved(loop, claims, solver)
+        if found.proved or answer.found:
+            return found
+        return replace(found, tried=(answer.diagnosis, *found.tried))

@@ -1,0 +1,9 @@
+"""What may be asked on the command line, and its translation into settings.
+
+model_kind             whether a MODEL is a turbine or another plant, and which options fit it
+design_options         what may be asked of a turbine's design
+law_options            of its law: set-points, schedule, ramps
+synthesis_options      of the search for its gains
+uncertainty_options    of its certificate: inertia, power coefficient, wake
+plant_options          what may be asked for a plant, over its file's ``[design]``
+"""

@@ -1,0 +1,246 @@
+"""What may be asked of a design on the command line, and its translation into settings.
+
+The options are declared once, as annotated types, and shared by the verbs that design.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from takagi.cli.options.law_options import (
+    OF_COHERENT,
+    OF_PAPER,
+    PitchEffectivenessShare,
+    RampPlacement,
+    RampShape,
+    TorqueSetpoint,
+    TrackingTime,
+    WindFilter,
+    law_settings,
+)
+from takagi.cli.options.synthesis_options import (
+    OF_SYNTHESIS,
+    ObjectiveName,
+    TwoStep,
+    synthesis_settings,
+)
+from takagi.cli.options.uncertainty_options import (
+    OF_UNCERTAINTY,
+    EquilibriumWake,
+    Inertia,
+    PowerCoefficient,
+    uncertainty_asked,
+)
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.turbine.design import DesignSettings
+    from takagi.models.turbine.data import Turbine
+
+__all__ = [
+    "Bandwidth",
+    "Law",
+    "Model",
+    "Overlap",
+    "SpeedOverlap",
+    "SpeedSetpoint",
+    "TorqueOverlap",
+    "design_settings",
+    "turbine_options",
+]
+
+COHERENT = "coherent"  # what a turbine gets where no law is asked for
+Model = Annotated[
+    str,
+    typer.Argument(
+        metavar="MODEL",
+        help="A built-in name (see `takagi models`) or the path of a TOML file.",
+        show_default=False,
+    ),
+]
+Law = Annotated[
+    str | None,
+    typer.Option(
+        "--law",
+        help=f"Turbines: coherent, paper or paper-two-integrators; {COHERENT} unless given.",
+        metavar="NAME",
+    ),
+]
+Overlap = Annotated[
+    float | None,
+    typer.Option(
+        help="Turbines: half the width of effort over which torque and pitch both act [rad/s^2]; "
+        "0.01 unless given. Law coherent."
+    ),
+]
+SpeedOverlap = Annotated[
+    float | None,
+    typer.Option(
+        help="Turbines: overlap of the coupling filter in rotor speed [rad/s]; 0.1 unless given. "
+        "Laws of the paper."
+    ),
+]
+TorqueOverlap = Annotated[
+    float | None,
+    typer.Option(
+        help="Turbines: overlap of the coupling filter in torque [N m]; 2000 unless given. Laws of "
+        "the paper."
+    ),
+]
+SpeedSetpoint = Annotated[
+    str | None,
+    typer.Option(
+        metavar="SPEED",
+        help="Turbines: de-rated rotor speed with its unit, 11.5rpm or 1.2rad/s; rated speed "
+        "unless given.",
+    ),
+]
+Bandwidth = Annotated[
+    float | None,
+    typer.Option(
+        help="Turbines: proportional action aimed at [1/s]; 0.6 unless given. Law coherent."
+    ),
+]
+
+
+def turbine_options(
+    law: Law = None,
+    overlap: Overlap = None,
+    speed_overlap: SpeedOverlap = None,
+    torque_overlap: TorqueOverlap = None,
+    speed_setpoint: SpeedSetpoint = None,
+    torque_setpoint: TorqueSetpoint = None,
+    pitch_effectiveness_share: PitchEffectivenessShare = None,
+    ramp_shape: RampShape = None,
+    ramp_placement: RampPlacement = None,
+    tracking_time: TrackingTime = None,
+    wind_filter: WindFilter = None,
+    bandwidth: Bandwidth = None,
+    inertia: Inertia = None,
+    power_coefficient: PowerCoefficient = None,
+    equilibrium_wake: EquilibriumWake = False,
+    two_step: TwoStep = False,
+    objective: ObjectiveName = None,
+) -> None:
+    """Declare what a design for a wind turbine may be asked for."""
+
+
+_OF_COHERENT = ("overlap", "bandwidth", *OF_UNCERTAINTY)
+_OF_PAPER = ("speed_overlap", "torque_overlap")
+
+
+def design_settings(
+    turbine: Turbine,
+    *,
+    law: str | None = None,
+    overlap: float | None = None,
+    speed_overlap: float | None = None,
+    torque_overlap: float | None = None,
+    speed_setpoint: str | None = None,
+    bandwidth: float | None = None,
+    inertia: tuple[str, str] | None = None,
+    power_coefficient: tuple[str, str] | None = None,
+    equilibrium_wake: bool = False,
+    two_step: bool = False,
+    objective: str | None = None,
+    **of_law: Any,
+) -> DesignSettings:
+    """Return what is asked for; an option that is not given keeps the library's default.
+
+    Raises
+    ------
+    ModelError : an option that makes no sense for the law or the turbine; names the option.
+    """
+    from takagi.certificates.design.turbine.limits import check_limits
+    from takagi.certificates.design.turbine.scale import default_settings
+    from takagi.lmi.turbine.effort import EffortSettings
+
+    law = COHERENT if law is None else law
+    given = {
+        "overlap": overlap,
+        "speed_overlap": speed_overlap,
+        "torque_overlap": torque_overlap,
+        "bandwidth": bandwidth,
+        "inertia": inertia,
+        "power_coefficient": power_coefficient,
+        "equilibrium_wake": equilibrium_wake or None,
+        "two_step": two_step or None,
+        "objective": objective,
+    }
+    numbers = {
+        name: _positive(name, value)
+        for name, value in given.items()
+        if isinstance(value, float | int) and not isinstance(value, bool)
+    }
+    setpoint = None if speed_setpoint is None else _setpoint(speed_setpoint, turbine)
+    asked = replace(
+        default_settings(turbine),
+        law=law,
+        speed_setpoint=setpoint,
+        **{name: value for name, value in numbers.items() if name != "bandwidth"},  # type: ignore[arg-type]
+    )
+    _check_law(law, {**given, **of_law})
+    asked = replace(asked, **law_settings(turbine, law=law, speed_setpoint=setpoint, **of_law))
+    asked = replace(asked, **synthesis_settings(two_step=two_step, objective=objective))
+    effort = asked.effort or EffortSettings()
+    if bandwidth is not None:
+        effort = replace(effort, bandwidth=bandwidth)
+    covered = uncertainty_asked(inertia, power_coefficient, equilibrium_wake)
+    if inertia is not None:
+        span = covered.inertia
+        effort = replace(effort, inertia=(float(span.lower), float(span.upper)))
+    asked = replace(asked, effort=effort, uncertainty=covered)
+    check_limits(turbine, asked)
+    return asked
+
+
+def _check_law(law: str, given: Mapping[str, object]) -> None:
+    """Refuse options that the law does not have: silently ignored, they would mislead."""
+    from takagi.models.errors import ModelError
+
+    of_coherent = (*_OF_COHERENT, *OF_COHERENT, *OF_SYNTHESIS)
+    foreign = (*_OF_PAPER, *OF_PAPER) if law == COHERENT else of_coherent
+    for name in foreign:
+        if given.get(name) is not None:
+            owner = "the laws of the paper" if law == COHERENT else "the law coherent"
+            raise ModelError(
+                f"option {_option(name)} belongs to {owner}, but --law {law} was asked for; leave "
+                "it out or choose the other law"
+            )
+
+
+def _positive(name: str, value: float) -> float:
+    from takagi.models.errors import ModelError
+
+    if not (math.isfinite(value) and value > 0):
+        raise ModelError(f"option {_option(name)}: {value:g} was given; it must be positive")
+    return float(value)
+
+
+def _option(name: str) -> str:
+    return "--" + name.replace("_", "-")
+
+
+def _setpoint(written: str, turbine: Turbine) -> float:
+    """Return the rotor speed [rad/s] that a number with its unit stands for."""
+    from takagi.models.errors import ModelError
+    from takagi.models.files.turbine_units import to_si
+    from takagi.models.turbine.trim import reference_speed
+
+    found = re.fullmatch(r"\s*([-+]?[0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*", written)
+    if found is None or not found.group(2):
+        raise ModelError(
+            f"option --speed-setpoint: {written!r} was given; a number with its unit is needed, "
+            "such as 11.5rpm or 1.2rad/s"
+        )
+    try:
+        speed = to_si(float(found.group(1)), found.group(2), "rad/s")
+        reference_speed(turbine, turbine.cut_in, speed_setpoint=speed)
+    except ModelError as error:
+        raise ModelError(f"option --speed-setpoint {written}: {error}") from error
+    return speed

@@ -1,0 +1,194 @@
+"""What may be asked of a turbine's law beyond its gains: set-points, schedule, ramps."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from takagi.models.turbine.data import Turbine
+
+__all__ = [
+    "OF_COHERENT",
+    "OF_PAPER",
+    "PitchEffectivenessShare",
+    "RampPlacement",
+    "RampShape",
+    "TorqueSetpoint",
+    "TrackingTime",
+    "WindFilter",
+    "law_settings",
+]
+
+TorqueSetpoint = Annotated[
+    str | None,
+    typer.Option(
+        metavar="TORQUE",
+        help="Turbines: de-rated generator torque with its unit, 34.5kNm, or a share of the rated "
+        "one, 80%; rated torque unless given.",
+    ),
+]
+PitchEffectivenessShare = Annotated[
+    float | None,
+    typer.Option(
+        metavar="SHARE",
+        help="Turbines: pitch effectiveness that the law divides by, over the frozen wake's [-]; "
+        "0.6 unless given. Less moves pitch more. Law coherent.",
+    ),
+]
+RampShape = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="Turbines: ramp of the coupling filter in speed: smooth (C1) or linear; smooth unless "
+        "given. Laws of the paper.",
+    ),
+]
+RampPlacement = Annotated[
+    float | None,
+    typer.Option(
+        metavar="SHARE",
+        help="Turbines: share of the speed overlap that lies above the set-point [-], 0 to 1; 0.5 "
+        "unless given. Laws of the paper.",
+    ),
+]
+TrackingTime = Annotated[
+    float | None,
+    typer.Option(
+        metavar="SECONDS",
+        help="Turbines: of the anti-windup [s]; 5 unless given. Law paper-two-integrators.",
+    ),
+]
+WindFilter = Annotated[
+    float | None,
+    typer.Option(
+        metavar="SECONDS",
+        help="Turbines: low-pass on the wind estimate [s]; 5 unless given. A fast one, 0.05, is "
+        "for a wind that is measured, by a lidar say: the wind rate that is proved is then larger, "
+        "but an estimate from rotor speed makes the loop swing. Law coherent.",
+    ),
+]
+
+# Which of these options a law has.
+OF_COHERENT = ("pitch_effectiveness_share", "wind_filter")
+OF_PAPER = ("ramp_shape", "ramp_placement", "tracking_time")
+# Slower than any turbine's own wind: a design is sought in vain for minutes before that is said.
+LONGEST_FILTER = 100.0  # s
+
+
+def law_settings(
+    turbine: Turbine,
+    *,
+    law: str,
+    speed_setpoint: float | None,
+    torque_setpoint: str | None = None,
+    pitch_effectiveness_share: float | None = None,
+    ramp_shape: str | None = None,
+    ramp_placement: float | None = None,
+    tracking_time: float | None = None,
+    wind_filter: float | None = None,
+) -> dict[str, Any]:
+    """Return the fields of ``DesignSettings`` that were asked for.
+
+    Raises
+    ------
+    ModelError : a value that makes no sense; names the option.
+    """
+    found: dict[str, Any] = {}
+    if torque_setpoint is not None:
+        found["torque_setpoint"] = _torque(torque_setpoint, turbine, speed_setpoint)
+    if pitch_effectiveness_share is not None:
+        _check_effectiveness(pitch_effectiveness_share)
+        found["effectiveness_share"] = pitch_effectiveness_share
+    if ramp_shape is not None:
+        _check_ramp_shape(ramp_shape)
+        found["ramp_shape"] = ramp_shape
+    if ramp_placement is not None:
+        _check_placement(ramp_placement)
+        found["ramp_placement"] = ramp_placement
+    if tracking_time is not None:
+        _check_tracking(tracking_time, law)
+        found["tracking_time"] = tracking_time
+    if wind_filter is not None:
+        _check_filter(wind_filter)
+        found["wind_filter"] = wind_filter
+    return found
+
+
+def _check_effectiveness(share: float) -> None:
+    from takagi.models.errors import ModelError
+
+    if not 0 < share <= 10:
+        raise ModelError(
+            f"option --pitch-effectiveness-share: {share:g} was given; above 0 and at most 10 is "
+            "needed, such as 0.6"
+        )
+
+
+def _check_ramp_shape(shape: str) -> None:
+    from takagi.models.errors import ModelError
+
+    if shape not in ("smooth", "linear"):
+        raise ModelError(f"option --ramp-shape: {shape!r} was given; smooth or linear is needed")
+
+
+def _check_placement(share: float) -> None:
+    from takagi.models.errors import ModelError
+
+    if not 0 <= share <= 1:
+        raise ModelError(
+            f"option --ramp-placement: {share:g} was given; 0 (below the set-point) to 1 (above "
+            "it) is needed"
+        )
+
+
+def _check_tracking(time: float, law: str) -> None:
+    from takagi.models.errors import ModelError
+
+    if law != "paper-two-integrators":
+        raise ModelError(
+            f"option --tracking-time belongs to the law paper-two-integrators, but --law {law} was "
+            "asked for; leave it out or choose that law"
+        )
+    if not (math.isfinite(time) and time > 0):
+        raise ModelError(f"option --tracking-time: {time:g} was given; it must be positive")
+
+
+def _check_filter(time: float) -> None:
+    from takagi.models.errors import ModelError
+
+    if not 0 < time <= LONGEST_FILTER:
+        raise ModelError(
+            f"option --wind-filter: {time:g} was given; it must be positive, for the law feeds the "
+            f"filtered wind's own rate forward, and at most {LONGEST_FILTER:g} s, for a schedule "
+            "that hardly moves knows no wind"
+        )
+
+
+def _torque(written: str, turbine: Turbine, speed_setpoint: float | None) -> float:
+    """Return the torque [N m] that a number with its unit, or a share in %, stands for."""
+    from takagi.models.errors import ModelError
+    from takagi.models.files.turbine_units import to_si
+    from takagi.models.turbine.derating import derated
+
+    found = re.fullmatch(
+        r"\s*([-+]?[0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*([^\s\d.].*?)\s*", written
+    )
+    if found is None:
+        raise ModelError(
+            f"option --torque-setpoint: {written!r} was given; a number with its unit is needed, "
+            "such as 34.5kNm or 80%"
+        )
+    value, unit = float(found.group(1)), found.group(2)
+    try:
+        if unit == "%":
+            torque = round(value / 100 * turbine.rated_torque, 6)
+        else:
+            torque = to_si(value, {"Nm": "N m", "kNm": "kN m"}.get(unit, unit), "N m")
+        derated(turbine, torque, speed_setpoint=speed_setpoint)
+    except ModelError as error:
+        raise ModelError(f"option --torque-setpoint {written}: {error}") from error
+    return torque

@@ -1,0 +1,175 @@
+"""What may be asked of a design for a plant on the command line, over its file's ``[design]``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from takagi.models.plant.design_settings import PlantSettings
+    from takagi.models.plant.entries import VariableEntry
+
+__all__ = ["plant_options", "plant_settings", "values_in_si"]
+
+_PAIR = re.compile(
+    r"\s*([A-Za-z][A-Za-z0-9_]*)\s*=\s*([-+]?[0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*(.*)"
+)
+
+
+def plant_options(
+    decay_rate: Annotated[
+        str | None,
+        typer.Option(
+            metavar="RATE",
+            help='Plants: decay rate [1/s], or "max"; a moderate one unless given.',
+        ),
+    ] = None,
+    relaxation: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Plants: relaxation of the double sum, such as tanaka-wang, or auto; all pairs of "
+            "rules unless given.",
+        ),
+    ] = None,
+    input_limit: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="INPUT=VALUE",
+            help="Plants: largest deviation of an input from rest, in its unit or with one: "
+            "force=2kN; may be repeated. Ranges of inputs unless given.",
+        ),
+    ] = None,
+    initial: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="STATE=VALUE",
+            help="Plants: half-width of the box of initial states, in the state's unit or with "
+            "one: angle=10deg; repeated for every state.",
+        ),
+    ] = None,
+    gain_bound: Annotated[
+        float | None, typer.Option(help="Plants: bound on the spectral norm of every gain [SI].")
+    ] = None,
+    damping: Annotated[
+        float | None, typer.Option(help="Plants: least damping ratio of the poles, below 1.")
+    ] = None,
+    fastest: Annotated[
+        float | None, typer.Option(help="Plants: largest size of the poles [1/s].")
+    ] = None,
+    choice: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Plants: how premises are chosen, fewest-rules or least-conservative.",
+        ),
+    ] = None,
+    solve_rest: Annotated[
+        bool,
+        typer.Option(
+            "--solve-rest", help="Plants: solve for the inputs that hold the states at rest."
+        ),
+    ] = False,
+) -> None:
+    """Declare what a design for a plant may be asked for."""
+
+
+def plant_settings(model: str, given: Mapping[str, Any]) -> PlantSettings:
+    """Return what the plant's file asks for, with what the command line gives in its place.
+
+    Raises
+    ------
+    ModelError : an option that makes no sense for the plant; names the option.
+    """
+    from takagi.models.errors import ModelError
+    from takagi.models.plant_files.design_section import load_settings
+    from takagi.models.plant_files.loader import read_entry
+
+    settings = load_settings(model)
+    changes: dict[str, Any] = {
+        name: given[name]
+        for name in ("relaxation", "gain_bound", "damping", "fastest", "choice")
+        if given.get(name) is not None
+    }
+    if given.get("solve_rest"):
+        changes["rest"] = "solve inputs"
+    if given.get("decay_rate") is not None:
+        changes["decay_rate"] = _rate(given["decay_rate"])
+    _, entry = read_entry(model)
+    for name, variables in (("input_limit", entry.commanded), ("initial", entry.all_states)):
+        if given.get(name):
+            changes[name] = values_in_si(_option(name), given[name], variables)
+    try:
+        asked = replace(settings, **changes)
+        asked.require_names(states=tuple(entry.all_states), inputs=tuple(entry.commanded))
+    except ModelError as error:
+        # Every message begins with the field's name.
+        field = str(error).split()[0]
+        place = f"option {_option(field)}: " if field in changes else ""
+        raise ModelError(f"{place}{error}") from error
+    return asked
+
+
+def values_in_si(
+    option: str, written: Sequence[str], variables: Mapping[str, VariableEntry]
+) -> dict[str, float]:
+    """Return name -> value in SI of texts such as ``angle=10deg``, several joined by commas.
+
+    A value without a unit is in the unit that the plant's file gives the variable.
+
+    Raises
+    ------
+    ModelError : a text of another form, a name that is not one of the variables, or a unit that
+        does not fit; names the option.
+    """
+    from takagi.models.errors import ModelError, did_you_mean
+    from takagi.models.files.units import parse_unit
+
+    found: dict[str, float] = {}
+    for part in (part for text in written for part in text.split(",")):
+        match = _PAIR.fullmatch(part)
+        if match is None:
+            raise ModelError(
+                f"option {option}: {part!r} was given; NAME=VALUE is needed, such as angle=0.2 or "
+                "angle=10deg"
+            )
+        name, value, unit = match.groups()
+        if name not in variables:
+            raise ModelError(
+                f"option {option}: there is no {name}{did_you_mean(name, variables)}; the plant "
+                f"has {', '.join(variables) or 'none'}"
+            )
+        own = parse_unit(variables[name].unit)
+        try:
+            meant = parse_unit(unit) if unit.strip() else own
+        except ModelError as error:
+            raise ModelError(f"option {option} {part}: {error}") from error
+        if meant.dimension != own.dimension:
+            raise ModelError(
+                f"option {option} {part}: {name} is in {own.text}, which {unit.strip()!r} does not "
+                "fit"
+            )
+        found[name] = float(meant.to_si(Fraction(value)))
+    return found
+
+
+def _rate(written: str) -> float | str:
+    from takagi.models.errors import ModelError
+
+    if written == "max":
+        return written
+    try:
+        return float(written)
+    except ValueError as error:
+        raise ModelError(
+            f'option --decay-rate: {written!r} was given; a number in 1/s or "max" is needed'
+        ) from error
+
+
+def _option(name: str) -> str:
+    return "--" + name.replace("_", "-")

@@ -1,0 +1,82 @@
+"""What `takagi certify --baseline` and `takagi compare` share: an old certificate, a tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from takagi.certificates.checker.kernel.result import Checked
+    from takagi.reports.baseline import Comparison
+
+__all__ = ["TOLERANCE", "TOLERANCE_HELP", "Baseline", "compared", "read_baseline", "tolerance_of"]
+
+TOLERANCE = "5%"
+TOLERANCE_HELP = "By how much of its old value a figure may get worse, e.g. 5% or 0.05."
+_LONGEST = 20
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Baseline:
+    """A certificate as its file says, and what the checker says about it."""
+
+    source: Path
+    document: Mapping[str, Any]
+    checked: Checked
+
+
+def read_baseline(path: Path) -> Baseline:
+    """Return a certificate, replayed: an old file is not believed either.
+
+    Raises
+    ------
+    CertificateError : the file is refused.
+    """
+    from takagi.certificates.checker import check
+    from takagi.certificates.checker.kernel.reader import read_json
+
+    checked = check(path)
+    return Baseline(path, read_json(path), checked)
+
+
+def compared(
+    old: Baseline, document: Mapping[str, Any], checked: Checked, tolerance: Fraction
+) -> Comparison:
+    """Return what became of the old certificate in one that was just made."""
+    from takagi.certificates.checker.kernel.reader import read_text
+    from takagi.certificates.document.certificate_file import dumps
+    from takagi.reports.baseline import compare_certificates
+
+    return compare_certificates(
+        old.document,
+        read_text(dumps(document), "certificate"),
+        checked_old=old.checked,
+        checked_new=checked,
+        tolerance=tolerance,
+    )
+
+
+def tolerance_of(text: str) -> Fraction:
+    """Return a share: ``5%`` and ``0.05`` are the same.
+
+    Raises
+    ------
+    ModelError : not a number, or not from 0 to 100 %.
+    """
+    from takagi.models.errors import ModelError
+
+    written = text.strip()
+    plain = written.removesuffix("%").strip()
+    try:
+        short = len(plain) <= _LONGEST and "/" not in plain and "e" not in plain.lower()
+        share = Fraction(plain) if short else None
+    except ValueError:
+        share = None
+    if share is not None and written.endswith("%"):
+        share /= 100
+    if share is None or not 0 <= share <= 1:
+        raise ModelError(f"--tolerance {text!r}: a share such as 5% or 0.05 is needed, 0 to 100 %")
+    return share

@@ -1,0 +1,189 @@
+"""What a finished design says of itself on the terminal: verdict, winds, class, consequences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import pi
+from typing import TYPE_CHECKING, Any
+
+from takagi.cli.terminal.claim_lines import claim_lines
+
+if TYPE_CHECKING:
+    from takagi.certificates.checker.kernel.result import Checked
+    from takagi.certificates.design.claim_summary import ClaimSummary
+    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.reports.loops.overlap_claims import OverlapClaim
+
+__all__ = ["as_data", "as_text", "claims_as_data", "claims_as_text"]
+
+
+def as_data(design: TurbineDesign) -> dict[str, Any]:
+    """Return the summary as plain data: verdict, claims, and for the coherent law its numbers."""
+    from takagi.certificates.design.claim_summary import claim_summary
+
+    found = claim_summary(design)
+    return {
+        "model": design.turbine.name,
+        "law": design.settings.law,
+        **claims_as_data(design.checked),
+        **({} if found is None else _numbers(found)),
+        **({} if found is None else {"synthesis": _synthesis(design)}),
+        "seconds": {step: round(spent, 2) for step, spent in design.seconds.items()},
+    }
+
+
+def as_text(design: TurbineDesign) -> str:
+    """Return the summary in a few lines.
+
+    A claim about the coherent law that is not proved is quoted in full.  Of the claims about a
+    law of the paper, the one for the law's own overlaps is told, and the others in a line each.
+    """
+    from takagi.certificates.design.claim_summary import claim_summary
+    from takagi.reports.loops.overlap_claims import overlap_claims
+    from takagi.reports.loops.synthesis_summary import synthesis_words
+    from takagi.reports.page.rounded_bounds import at_least
+
+    verdict = design.checked.verdict.name
+    head = f"{verdict}  {design.turbine.name}, law {design.settings.law}"
+    if overlaps := overlap_claims(design):
+        return "\n".join([head, *_by_overlaps(overlaps), *assumed_line(design.checked)])
+    found = claim_summary(design)
+    if verdict != "PROVED" or found is None:
+        return "\n".join([head, claims_as_text(design.checked)])
+    rows = {
+        "winds": f"{found.edges[0]:g} to {found.edges[-1]:g} m/s in {len(found.winds)} cells",
+        "wind class": f"schedule wind within {_span(found.wind_error)} m/s of the wind, moving at "
+        f"most {_span(found.wind_rate)} m/s^2, depending on the wind",
+        "plants": _plants(found),
+        "rotor speed": _speed(design, found),
+        "settling": f"decay of at least {at_least(found.common_rate)} 1/s while the wind is "
+        "constant",
+        "found in": synthesis_words(design),
+        "assumes": "; ".join(design.checked.assumes),
+    }
+    rows = {name: text for name, text in rows.items() if text}
+    return "\n".join([head, *_aligned(rows)])
+
+
+def _aligned(rows: Mapping[str, str]) -> list[str]:
+    width = max(map(len, rows))
+    return [f"  {name:<{width}}  {text}" for name, text in rows.items()]
+
+
+def _by_overlaps(claims: Sequence[OverlapClaim]) -> list[str]:
+    """Return lines on the chosen overlaps, then one per other pair."""
+    from takagi.reports.loops.overlap_claims import wind_words, window_width
+
+    told = [claim for claim in claims if claim.chosen] or list(claims[:1])
+    lines = [line for claim in told for line in _aligned(_overlap_rows(claim))]
+    others = [claim for claim in claims if claim not in told]
+    if not others:
+        return lines
+    width = max(map(window_width, others))
+    verdict, label = (
+        max(map(len, words))
+        for words in ([c.verdict.name for c in others], [c.label for c in others])
+    )
+    return [
+        *lines,
+        f"Other overlaps, proved winds{f' (windows {width:g} m/s wide)' if width else ''}",
+        *(f"  {c.verdict.name:<{verdict}}  {c.label:<{label}}  {wind_words(c)}" for c in others),
+    ]
+
+
+def _overlap_rows(claim: OverlapClaim) -> dict[str, str]:
+    from takagi.reports.loops.overlap_claims import gap_words, wind_words
+
+    rows = {
+        "overlaps": f"{claim.label}: {claim.verdict.name}",
+        "proved winds": wind_words(claim),
+    }
+    if claim.left:
+        rows["not proved"] = gap_words(claim)
+    if not (claim.decay and claim.speed_share and claim.half_width):
+        return rows | {"claim": claim.text}
+    return rows | {
+        "claim": "at each constant wind, v_hat = v, one equilibrium in a stated set, reached from "
+        "all of it",
+        "set": f"half-width in speed up to {claim.half_width} rad/s",
+        "settling": f"decay of at least {' to '.join(claim.decay)} 1/s, by wind",
+        "at rest": f"speed within {claim.speed_share} % of rated of its reference",
+        **({"pitch": claim.pitch.removeprefix("pitch ")} if claim.pitch else {}),
+    }
+
+
+def claims_as_text(checked: Checked) -> str:
+    """Return one line per claim, as `takagi check` prints them."""
+    return "\n".join([*claim_lines(checked), *assumed_line(checked)])
+
+
+def assumed_line(checked: Checked) -> list[str]:
+    """Return the line on what the verdict rests on beside the proof, where there is any."""
+    return [f"  assumes: {'; '.join(checked.assumes)}"] if checked.assumes else []
+
+
+def claims_as_data(checked: Checked) -> dict[str, Any]:
+    """Return verdict and claims as plain data."""
+    claims = [
+        {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}
+        for claim in checked.claims
+    ]
+    return {
+        "verdict": checked.verdict.name,
+        "claims": claims,
+        "assumes": list(checked.assumes),
+    }
+
+
+def _numbers(found: ClaimSummary) -> dict[str, Any]:
+    return {
+        "wind": [found.edges[0], found.edges[-1]],
+        "cells": len(found.winds),
+        "wind_error": [min(found.wind_error), max(found.wind_error)],
+        "wind_rate": [min(found.wind_rate), max(found.wind_rate)],
+        "inertia": list(found.inertia),
+        "power_coefficient": list(found.power_coefficient),
+        "frozen_wake": found.frozen_wake,
+        "overspeed": found.overspeed,
+        "decay_rate": found.common_rate,
+    }
+
+
+def _synthesis(design: TurbineDesign) -> dict[str, Any] | None:
+    """Return how the gains were found, as plain data."""
+    from takagi.reports.loops.synthesis_summary import synthesis_summary
+
+    found = synthesis_summary(design)
+    if found is None or found.before is None or found.after is None:
+        return None if found is None else {"steps": "two", "kept": found.kept}
+    reached = {
+        name: {"wind_error": each.wind_error, "decay_rate": each.decay_rate}
+        for name, each in (("two-step", found.before), ("one-step", found.after))
+    }
+    return {"steps": "one", "objective": found.objective, "joint_steps": found.steps, **reached}
+
+
+def _span(values: Sequence[float]) -> str:
+    from takagi.reports.page.rounded_bounds import at_least
+
+    return f"{at_least(min(values))} to {at_least(max(values))}"
+
+
+def _plants(found: ClaimSummary) -> str:
+    wake = "up to the frozen wake's" if found.frozen_wake else "of the equilibrium wake"
+    low, high = found.inertia
+    least, most = found.power_coefficient
+    power = f", c_P {least:g} to {most:g} of the table's" if least < most else ""
+    return f"inertia {low:g} to {high:g} of nominal{power}, pitch effectiveness {wake}"
+
+
+def _speed(design: TurbineDesign, found: ClaimSummary) -> str:
+    from takagi.reports.page.rounded_bounds import at_most
+
+    side = "above" if found.overspeed >= 0 else "below"
+    top = (1 + found.overspeed) * design.turbine.rated_rotor_speed * 30 / pi
+    share = at_most(100 * found.overspeed).removeprefix("-")
+    return (
+        f"at most {at_most(top, 4)} rpm, {share} % {side} rated, from any start in the "
+        "certified set"
+    )

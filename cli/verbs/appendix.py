@@ -1,0 +1,88 @@
+"""`takagi appendix`: the design as LaTeX, to compile alone or to take into a paper."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, TypeAlias
+
+import typer
+
+from takagi.cli.command import run_command
+from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.options.design_options import Model
+from takagi.cli.options.model_kind import DESIGN_OPTIONS, design_options_of
+from takagi.cli.output_place import require_folder_place
+from takagi.cli.progress import Tell, progress
+from takagi.cli.runs.turbine import Unprovable, design_asked
+
+__all__ = ["appendix", "run"]
+
+Written: TypeAlias = tuple[Mapping[str, bytes | str], str]  # name -> content, and the verdict
+_MAIN, _BODY, _FIGURES = "appendix.tex", "appendix-body.tex", "figures"
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the verb; return its exit status."""
+    return run_command("appendix", appendix, arguments, groups=DESIGN_OPTIONS)
+
+
+def appendix(
+    model: Model,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write.")],
+    *,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+    **options: Any,
+) -> int:
+    """Design for MODEL as `takagi design` does, and write the LaTeX appendix.
+
+    Leaves appendix.tex, which compiles alone, appendix-body.tex for a paper of your own, and the
+    figures as PDF: all of them, or none.
+
+    Exit status: 0 PROVED; 1 not proved, or no such design exists; 2 misuse.
+    """
+    require_folder_place(out, files=[_MAIN, _BODY], folders=[_FIGURES])
+    kind, asked = design_options_of(model, options)
+    with progress(f"takagi appendix {model}") as tell:
+        found = (_plant if kind == "plant" else _turbine)(model, tell, asked)
+        if isinstance(found, Unprovable):
+            return found.tell(as_json=as_json)
+        from takagi.reports.output import write_folder
+
+        files, verdict = found
+        tell(f"writing {out}")
+        write_folder(out, files)
+    _print(verdict, out, list(files), as_json=as_json)
+    return PROVED if verdict == "PROVED" else UNPROVED
+
+
+def _turbine(model: str, tell: Tell, options: Mapping[str, Any]) -> Written | Unprovable:
+    finished = design_asked(model, tell, **options)
+    if isinstance(finished, Unprovable):
+        return finished
+    from takagi.reports.appendix import appendix_files
+
+    return appendix_files(finished, tell=tell), finished.checked.verdict.name
+
+
+def _plant(model: str, tell: Tell, options: Mapping[str, Any]) -> Written | Unprovable:
+    from takagi.cli.runs.plant import plant_asked, verdict_words
+
+    finished = plant_asked(model, tell, options)
+    if isinstance(finished, Unprovable):
+        return finished
+    from takagi.reports.appendix.plant_files import plant_appendix
+
+    return plant_appendix(finished, tell=tell), verdict_words(finished)
+
+
+def _print(verdict: str, out: Path, names: list[str], *, as_json: bool) -> None:
+    if as_json:
+        print(json.dumps({"verdict": verdict, "files": [str(out / n) for n in names]}, indent=2))
+        return
+    figures = sum(name.startswith(f"{_FIGURES}/") for name in names)
+    print(f"{out / _MAIN}: {verdict}, {figures} figures")
+    print(f"\nCompile\n  cd {out} && pdflatex {_MAIN} && pdflatex {_MAIN} && pdflatex {_MAIN}")
+    print(f"Take into a paper\n  \\input{{{_BODY.removesuffix('.tex')}}}; its first lines name the "
+          "packages")  # fmt: skip

@@ -1,0 +1,253 @@
+"""`takagi certify`: a certificate alone, for gains that exist or for a new design."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from takagi.cli.command import run_command
+from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.options.design_options import Model
+from takagi.cli.options.model_kind import DESIGN_OPTIONS, design_options_of
+from takagi.cli.options.uncertainty_options import OF_UNCERTAINTY, uncertainty_asked
+from takagi.cli.output_place import require_file_place
+from takagi.cli.progress import Tell, progress
+from takagi.cli.runs.earlier_certificate import (
+    TOLERANCE,
+    TOLERANCE_HELP,
+    Baseline,
+    compared,
+    read_baseline,
+    tolerance_of,
+)
+from takagi.cli.runs.turbine import Unprovable, answered, design_asked
+
+if TYPE_CHECKING:
+    from takagi.certificates.checker.kernel.result import Checked
+    from takagi.reports.baseline import Comparison
+
+__all__ = ["certify", "run"]
+
+# Certificate, verdict, and what the reader has to know of how it was made.
+Outcome = tuple[Mapping[str, Any], "Checked", tuple[str, ...]]
+# What may be asked of a certificate for gains that exist; the rest is about making gains.
+_OF_GIVEN_GAINS = (*OF_UNCERTAINTY, "choice", "solve_rest")
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the verb; return its exit status."""
+    return run_command("certify", certify, arguments, groups=DESIGN_OPTIONS)
+
+
+def certify(
+    model: Model,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="FILE", help="The certificate to write.")
+    ],
+    gains: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="A gain file: certify its law as it stands."),
+    ] = None,
+    gains_out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the gain file anew: same law, this model."),
+    ] = None,
+    baseline: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="An older certificate: fail if something got worse."),
+    ] = None,
+    tolerance: Annotated[str, typer.Option(metavar="SHARE", help=TOLERANCE_HELP)] = TOLERANCE,
+    *,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+    **options: Any,
+) -> int:
+    """Write a certificate for MODEL with the gains of a file, or with gains designed anew.
+
+    With --gains the law is in the file: only --inertia, --power-coefficient and --equilibrium-wake
+    apply to a turbine, --choice and --solve-rest to a plant.
+
+    The certificate is bound to the whole gain file: a field that is not so for MODEL is told, such
+    as the range of an input that has changed. --gains-out writes the file anew.
+
+    With --baseline every figure of an older certificate is compared: decay rates, gains, sets,
+    wind classes, margins. Nothing that it proves may be lost or get worse by more than --tolerance.
+
+    Exit status: 0 PROVED; 1 not proved, or worse than the baseline; 2 misuse.
+    """
+    require_file_place(out)
+    if gains_out is not None:
+        _require_gains_out(gains, gains_out, out)
+    share = tolerance_of(tolerance)
+    old = None if baseline is None else _read(baseline, out)
+    kind, asked = design_options_of(model, options)
+    if gains is not None:
+        _refuse_design_options(asked)
+    with progress(f"takagi certify {model}") as tell:
+        found = _outcome(model, gains, tell, asked, plant=kind == "plant")
+        if isinstance(found, Unprovable):
+            return found.tell(as_json=as_json)
+        document, checked, notes = found
+        document = _bound(document, checked, gains, gains_out)
+        from takagi.certificates.document.certificate_file import dumps
+        from takagi.reports.output import write_file
+
+        write_file(out, dumps(document))
+    # A plant whose equations cannot be written has a certificate of its model's vertices alone.
+    alone = kind == "plant" and document["model"]["kind"] != "plant"
+    difference = None if old is None else compared(old, document, checked, share)
+    warned = _told(document, gains) if gains_out is None else ""
+    warned = "\n".join((*notes, *([warned] if warned else ())))
+    gains = gains_out or gains
+    _print(out, checked, gains, old, difference, warned, alone=alone, as_json=as_json)
+    kept = difference is None or difference.passes
+    return PROVED if checked.verdict.name == "PROVED" and not alone and kept else UNPROVED
+
+
+def _require_gains_out(gains: Path | None, gains_out: Path, out: Path) -> None:
+    from takagi.models.errors import ModelError
+
+    require_file_place(gains_out)
+    if gains is None:
+        raise ModelError(
+            "option --gains-out writes the file of --gains anew; give that, or 'takagi design' "
+            "for new gains"
+        )
+    if gains_out.resolve() == out.resolve():
+        raise ModelError(f"{out}: --gains-out and --out are the same file; give two places")
+
+
+def _bound(
+    document: Mapping[str, Any], checked: Checked, gains: Path | None, gains_out: Path | None
+) -> Mapping[str, Any]:
+    """Return the certificate bound to the gain file that was given, or to the one written anew."""
+    if gains is None:
+        return document
+    from takagi.certificates.controller.given_file import bound_to_file, refreshed
+
+    own = document.get("controller")
+    if gains_out is None:
+        return bound_to_file(document, gains, own)
+    from takagi.certificates.controller.plant_members import statement
+    from takagi.reports.gains_file.turbine import dump_gains
+    from takagi.reports.output import write_file
+
+    found, content = refreshed(document, gains, own or {}, statement(checked))
+    write_file(gains_out, dump_gains(content))
+    return found
+
+
+def _told(document: Mapping[str, Any], gains: Path | None) -> str:
+    if gains is None:
+        return ""
+    from takagi.certificates.controller.given_file import told
+
+    return told(document, gains)
+
+
+def _read(baseline: Path, out: Path) -> Baseline:
+    from takagi.models.errors import ModelError
+
+    if out.exists() and baseline.exists() and out.samefile(baseline):
+        raise ModelError(
+            f"{out}: --out is the --baseline, which would be gone; give it a new place"
+        )
+    return read_baseline(baseline)
+
+
+def _outcome(
+    model: str, gains: Path | None, tell: Tell, options: Mapping[str, Any], *, plant: bool
+) -> Outcome | Unprovable:
+    if not plant:
+        if gains is None:
+            return _designed(model, tell, options)
+        return _given(model, gains, tell, options)
+    from takagi.cli.runs.plant import plant_asked, plant_certified
+
+    if gains is not None:
+        found = plant_certified(model, gains, tell, options)
+        return found.document, found.checked, found.notes[1:]
+    design = plant_asked(model, tell, options)
+    return design if isinstance(design, Unprovable) else (design.document, design.checked, ())
+
+
+def _designed(model: str, tell: Tell, options: Mapping[str, Any]) -> Outcome | Unprovable:
+    found = design_asked(model, tell, **options)
+    return found if isinstance(found, Unprovable) else (found.document, found.checked, ())
+
+
+def _given(model: str, gains: Path, tell: Tell, options: Mapping[str, Any]) -> Outcome | Unprovable:
+    from takagi.certificates.design.given.turbine_law import (
+        certify_law,
+        coherent_law_from_data,
+        read_law,
+    )
+    from takagi.models.turbine.loader import load_turbine, model_files
+
+    turbine = load_turbine(model)
+    law = coherent_law_from_data(read_law(gains), source=str(gains))
+    uncertainty = uncertainty_asked(
+        options["inertia"], options["power_coefficient"], options["equilibrium_wake"]
+    )
+    files = model_files(model)
+
+    def work(noted: Tell) -> Outcome:
+        made = certify_law(turbine, law, uncertainty=uncertainty, files=files, tell=noted)
+        return (*made, ())
+
+    return answered(work, tell, options)
+
+
+def _refuse_design_options(options: Mapping[str, Any]) -> None:
+    from takagi.models.errors import ModelError
+
+    for name, value in options.items():
+        if (
+            name not in _OF_GIVEN_GAINS
+            and value is not False
+            and value not in (None, "coherent", [])
+        ):
+            raise ModelError(
+                f"option --{name.replace('_', '-')} is about designing gains, but --gains gives "
+                "them; leave out one of the two"
+            )
+
+
+def _print(
+    out: Path,
+    checked: Checked,
+    gains: Path | None,
+    old: Baseline | None,
+    difference: Comparison | None,
+    warned: str,
+    *,
+    alone: bool,
+    as_json: bool,
+) -> None:
+    from takagi.cli.terminal.turbine_summary import claims_as_data, claims_as_text
+
+    if as_json:
+        data = {"certificate": str(out), **claims_as_data(checked)}
+        if alone:
+            data["vertices_alone"] = True
+        if warned:
+            data["notes"] = warned.splitlines()
+        if old is not None and difference is not None:
+            from takagi.reports.baseline import as_data
+
+            data["baseline"] = {"certificate": str(old.source), **as_data(difference)}
+        print(json.dumps(data, indent=2))
+        return
+    words = ", of the vertices alone: not of the plant" if alone else ""
+    print(f"{out}: {checked.verdict.name}{words}\n{claims_as_text(checked)}")
+    if old is not None and difference is not None:
+        from takagi.reports.baseline import as_text
+
+        print(f"\n{as_text(difference, source=str(old.source))}")
+    if warned:
+        print(f"\n{warned}")
+    companion = "" if gains is None else f" --gains {gains}"
+    print(f"\nNext\n  takagi check {out}{companion}")

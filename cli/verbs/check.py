@@ -1,0 +1,240 @@
+"""`takagi check`: prove a certificate file, with the standard library and the checker alone.
+
+The one verb that is parsed by argparse: it runs in continuous integration and on small machines,
+and must need nothing that it does not trust.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from takagi.cli.errors import MISUSE, PROVED, UNPROVED
+from takagi.cli.terminal.claim_lines import claim_lines
+
+if TYPE_CHECKING:
+    from takagi.certificates.audit.trusted_lines import Trusted
+    from takagi.certificates.audit.two_checkers import Comparison
+    from takagi.reports.ci_formats import Checked
+
+__all__ = ["run"]
+
+_USAGE = "takagi check [OPTIONS] CERT"
+
+_DESCRIPTION = """\
+Check a certificate: prove each of its claims again, in exact arithmetic.
+
+The checker reads the file with its own strict reader and trusts no number in it. It imports
+neither the solver nor any code that made the certificate.
+"""
+
+_EPILOG = """\
+Examples:
+  takagi check build/nrel5mw/certificate.json
+  takagi check certificate.json --gains gains.json    the claims are about these very gains
+  takagi check certificate.json --junit checks.xml    for continuous integration
+  takagi check certificate.json --trusted             how much code the verdict rests on
+
+--trusted lists the checker's files that were loaded for this verdict, with their lines of code
+(no blank line, comment or docstring), and how many of these were executed: a line is when the
+statement that it belongs to has begun. Files that make the sentences are loaded after the last
+verdict, and counted apart.
+
+Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED, the gain or model
+file says something else than the certificate, or with --cross the two checkers differ; 2 a file is
+damaged or cannot be read.
+A claim that the second checker does not replay is named in the last line, in JSON under
+cross.not_replayed, and changes no status.
+"""
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the verb; return its exit status."""
+    try:
+        options = _parser().parse_args(list(arguments))
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else MISUSE
+    return _check(options)
+
+
+def _check(options: argparse.Namespace) -> int:
+    from takagi.certificates.checker import CertificateError
+
+    try:
+        checked, trusted = _verdict(options)
+    except CertificateError as error:
+        # Continuous integration shows the refusal where it shows results.
+        needed, is_another = _needed(error, options)
+        _write_reports(options, _refused(str(error), needed))
+        if not is_another:
+            raise  # the status is the boundary's, as for any misuse
+        # The certificate is sound, and about another loop: nothing is proved of this one.
+        print(f"Error: {error}", file=sys.stderr)
+        return UNPROVED
+    _write_reports(options, checked)
+    if options.json:
+        compared = _compared(options) if options.cross else None
+        print(_as_json(options, checked, trusted, compared))
+    else:
+        # Said before the second checker begins, which may take a while.
+        print(_as_text(options, checked, trusted))
+        compared = _compared(options) if options.cross else None
+        if compared is not None:
+            print(compared.text)
+    if compared is not None and not compared.agrees:
+        return UNPROVED
+    return PROVED if checked.verdict.name == "PROVED" else UNPROVED
+
+
+def _needed(error: Exception, options: argparse.Namespace) -> tuple[str, bool]:
+    """Return what does not hold, and whether that is a sound file which is about something else."""
+    from takagi.certificates.checker.files.model_content import OtherModel
+    from takagi.certificates.checker.kernel.refusal import OtherGains
+
+    if isinstance(error, OtherGains):
+        return "the gain file is the certificate's", True
+    if isinstance(error, OtherModel):
+        return "the model file is the certificate's", True
+    # Every refusal begins with the file that it is about.
+    for kind, path in (("gain", options.gains), ("model", _file_of(options.model))):
+        if path is not None and path != options.certificate and str(error).startswith(f"{path}:"):
+            return f"the {kind} file can be read", False
+    return "the file is a certificate", False
+
+
+def _verdict(options: argparse.Namespace) -> tuple[Checked, Trusted | None]:
+    """Return the verdict, and what it ran through where that is asked."""
+    given = {"gains": options.gains, "model": _file_of(options.model)}
+    if not options.trusted:
+        from takagi.certificates.checker import check
+
+        return check(options.certificate, **given), None
+    from takagi.certificates.audit.trusted_lines import check_counted
+
+    return check_counted(options.certificate, **given)
+
+
+def _file_of(model: Path | None) -> Path | None:
+    """Return the file of a built-in name, as other verbs read MODEL; any other path as it is."""
+    if model is None or model.name != str(model) or model.suffix or model.is_file():
+        return model
+    # Imported here: most checks are given a path.
+    from takagi.models.files.library import data_folder
+
+    built_in = data_folder() / f"{model}.toml"
+    return built_in if built_in.is_file() else model
+
+
+def _compared(options: argparse.Namespace) -> Comparison:
+    # Imported here: the second checker needs FLINT, the first one nothing.
+    from takagi.certificates.audit.two_checkers import cross_checked
+
+    return cross_checked(options.certificate)
+
+
+def _write_reports(options: argparse.Namespace, checked: Checked) -> None:
+    if not (options.junit or options.sarif or options.summary):
+        return
+    # Imported here: most checks write no report.
+    from takagi.reports import ci_formats
+    from takagi.reports.output import write_file
+
+    source = str(options.certificate)
+    if options.junit:
+        write_file(options.junit, ci_formats.junit(checked, source=source))
+    if options.sarif:
+        write_file(options.sarif, ci_formats.sarif(checked, source=source))
+    if options.summary:
+        write_file(options.summary, ci_formats.markdown(checked, source=source))
+
+
+def _refused(reason: str, needed: str) -> Checked:
+    from takagi.reports.ci_formats import refusal
+
+    return refusal(reason, needed=needed)
+
+
+def _as_text(options: argparse.Namespace, checked: Checked, trusted: Trusted | None) -> str:
+    lines = [f"{options.certificate}: {checked.verdict.name}", *claim_lines(checked)]
+    if checked.assumes:
+        lines.append(f"  assumes: {'; '.join(checked.assumes)}")
+    lines += checked.messages
+    if trusted is not None:
+        # Imported here: few ask for it.
+        from takagi.cli.terminal.trusted_lines import as_text
+
+        lines.append(as_text(trusted))
+    return "\n".join(lines)
+
+
+def _as_json(
+    options: argparse.Namespace,
+    checked: Checked,
+    trusted: Trusted | None,
+    compared: Comparison | None,
+) -> str:
+    claims = [
+        {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}
+        for claim in checked.claims
+    ]
+    answer: dict[str, Any] = {
+        "certificate": str(options.certificate),
+        "verdict": checked.verdict.name,
+        "claims": claims,
+        "assumes": list(checked.assumes),
+        "messages": list(checked.messages),
+    }
+    if trusted is not None:
+        # Imported here: few ask for it.
+        from takagi.cli.terminal.trusted_lines import as_data
+
+        answer["trusted"] = as_data(trusted)
+    if compared is not None:
+        answer["cross"] = compared.data
+    return json.dumps(answer, indent=2)
+
+
+class _Parser(argparse.ArgumentParser):
+    """argparse, speaking like the other verbs."""
+
+    def error(self, message: str) -> NoReturn:
+        text = f"Usage: {_USAGE}\nTry 'takagi check --help' for help.\n\nError: {message}"
+        print(text, file=sys.stderr)
+        raise SystemExit(MISUSE)
+
+    def format_help(self) -> str:
+        # argparse alone writes "usage:" and "options:" in small letters.
+        text = super().format_help()
+        return text.replace("usage: ", "Usage: ", 1).replace("\noptions:", "\nOptions:", 1)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="takagi check",
+        usage=_USAGE,
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    arguments = parser.add_argument_group("Arguments")
+    arguments.add_argument("certificate", metavar="CERT", type=Path, help="the certificate file")
+    add = parser.add_argument
+    add("--gains", metavar="FILE", type=Path, help="a gain file that must hold the proved gains")
+    add(
+        "--model",
+        metavar="FILE",
+        type=Path,
+        help="a model file, or a built-in name, that must be the proved model",
+    )
+    add("--junit", metavar="FILE", type=Path, help="write the results as JUnit XML")
+    add("--sarif", metavar="FILE", type=Path, help="write what is not proved as SARIF 2.1.0")
+    add("--summary", metavar="FILE", type=Path, help="write the results as a Markdown table")
+    add("--json", action="store_true", help="print JSON, for machines")
+    add("--trusted", action="store_true", help="list the code that the verdict ran through")
+    add("--cross", action="store_true", help="ask the second checker too; 1 where they differ")
+    return parser

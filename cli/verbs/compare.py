@@ -1,0 +1,108 @@
+"""`takagi compare`: two certificates, or the gains of two files, side by side."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from takagi.cli.command import run_command
+from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.runs.earlier_certificate import (
+    TOLERANCE,
+    TOLERANCE_HELP,
+    read_baseline,
+    tolerance_of,
+)
+
+if TYPE_CHECKING:
+    from takagi.reports.baseline.changes import Change
+
+__all__ = ["compare", "run"]
+
+MOST_LISTED = 40
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the verb; return its exit status."""
+    return run_command("compare", compare, arguments)
+
+
+def compare(
+    old: Annotated[Path, typer.Argument(metavar="OLD", help="A certificate, or a gain file.")],
+    new: Annotated[Path, typer.Argument(metavar="NEW", help="Another one of the same kind.")],
+    tolerance: Annotated[str, typer.Option(metavar="SHARE", help=TOLERANCE_HELP)] = TOLERANCE,
+    summary: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the comparison as Markdown.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+) -> int:
+    """Compare two certificates, or the laws of two gain files.
+
+    Both certificates are replayed first. Exit status: 0 nothing got worse, or the laws are the
+    same; 1 something got worse, or the laws differ; 2 misuse, or a file that is refused.
+    """
+    share = tolerance_of(tolerance)
+    laws = _law(old), _law(new)
+    if any(law is not None for law in laws):
+        return _laws(old, new, laws, summary, as_json=as_json)
+    from takagi.reports.baseline import as_data, as_markdown, as_text, compare_certificates
+    from takagi.reports.output import write_file
+
+    first, second = read_baseline(old), read_baseline(new)
+    found = compare_certificates(
+        first.document,
+        second.document,
+        checked_old=first.checked,
+        checked_new=second.checked,
+        tolerance=share,
+    )
+    if summary is not None:
+        write_file(summary, as_markdown(found, source=str(old)))
+    if as_json:
+        print(json.dumps({"old": str(old), "new": str(new), **as_data(found)}, indent=2))
+    else:
+        print(as_text(found, source=str(old)))
+    return PROVED if found.passes else UNPROVED
+
+
+def _law(path: Path) -> Any:
+    """Return the law of a gain file; None for what is taken for a certificate."""
+    from takagi.certificates.checker.kernel.reader import read_json
+
+    data = read_json(path)
+    return data.get("law") if "claims" not in data else None
+
+
+def _laws(
+    old: Path, new: Path, laws: tuple[Any, Any], summary: Path | None, *, as_json: bool
+) -> int:
+    from takagi.models.errors import ModelError
+    from takagi.reports.baseline.changes import changes
+
+    if summary is not None:
+        raise ModelError("--summary is about two certificates; leave it out for gain files")
+    for path, law in zip((old, new), laws, strict=True):
+        if not isinstance(law, Mapping):
+            raise ModelError(f"{path}: not a gain file, and the other one is; give two of a kind")
+    before, after = ({"model": None, "gains": law} for law in laws)
+    found = list(changes(before, after))
+    if as_json:
+        listed = [{"place": c.place, "old": c.old, "new": c.new} for c in found]
+        answer = {"old": str(old), "new": str(new), "same": not found, "changed": listed}
+        print(json.dumps(answer, indent=2))
+    else:
+        print(_law_text(old, new, found))
+    return UNPROVED if found else PROVED
+
+
+def _law_text(old: Path, new: Path, found: Sequence[Change]) -> str:
+    if not found:
+        return f"{old} and {new}: the same law, number by number"
+    lines = [f"{old} and {new}: {len(found)} differences"]
+    lines += [f"  {c.place}: {c.old} -> {c.new}" for c in found[:MOST_LISTED]]
+    more = len(found) - MOST_LISTED
+    return "\n".join([*lines, *([f"  and {more} more"] if more > 0 else [])])

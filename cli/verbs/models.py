@@ -1,0 +1,41 @@
+"""`takagi models`: list the built-in models."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from takagi.cli.command import run_command
+from takagi.cli.errors import PROVED
+
+__all__ = ["list_models", "run"]
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the verb; return its exit status."""
+    return run_command("models", list_models, arguments)
+
+
+def list_models(
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+) -> int:
+    """List the built-in models: wind turbines, then plants.
+
+    The other verbs take such a name as MODEL, or the path of a TOML file of your own; from Python
+    both are read by takagi.models.load_model.
+    """
+    from takagi.models.files.library import built_in_kinds, built_in_models
+
+    kinds = built_in_kinds()
+    found = sorted(built_in_models(), key=lambda pair: (kinds[pair[0]] != "turbine", pair[0]))
+    if as_json:
+        rows = [{"name": name, "kind": kinds[name], "description": text} for name, text in found]
+        print(json.dumps(rows, indent=2))
+        return PROVED
+    width = max((len(name) for name, _ in found), default=0)
+    for name, text in found:
+        print(f"{name:<{width}}  {kinds[name]:<7}  {text}")
+    return PROVED

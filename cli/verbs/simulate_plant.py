@@ -1,0 +1,125 @@
+"""`takagi simulate` for a plant: what is run, and how its numbers are shown on a terminal."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.options.plant_options import values_in_si
+from takagi.cli.progress import progress
+from takagi.cli.runs.plant import plant_asked, plant_with_gains
+from takagi.cli.runs.turbine import Unprovable
+
+if TYPE_CHECKING:
+    from takagi.reports.simulation.plant import PlantSimulation
+
+__all__ = ["simulate_plant"]
+
+_WIDTH = 100  # in a pipe or a file there is no terminal to fit into
+_FILES, _FOLDERS = ("responses.csv", "simulation.json"), ("figures",)
+# What only a design may be asked for: with --gains the gains are there.
+_OF_DESIGN = ("decay_rate", "relaxation", "input_limit", "initial", "gain_bound", "damping",
+              "fastest")  # fmt: skip
+
+
+def simulate_plant(
+    model: str,
+    out: Path | None,
+    options: Mapping[str, Any],
+    *,
+    duration: float | None,
+    as_json: bool,
+) -> int:
+    """Design or read the gains, run the plant, print a table; return the exit status."""
+    from takagi.models.plant_files.loader import read_entry
+
+    if out is not None:
+        from takagi.cli.output_place import require_folder_place
+
+        require_folder_place(out, files=_FILES, folders=_FOLDERS)
+    _, entry = read_entry(model)
+    starts = [values_in_si("--start", [text], entry.all_states) for text in options["start"] or []]
+    _check(options, duration)
+    written: list[str] = []
+    with progress(f"takagi simulate {model}") as tell:
+        asked = {name: options[name] for name in options if name not in ("gains", "start")}
+        if options["gains"] is None:
+            design = plant_asked(model, tell, asked)
+            if isinstance(design, Unprovable):
+                return design.tell(as_json=as_json)
+        else:
+            design = plant_with_gains(model, options["gains"], tell, asked)
+        from takagi.reports.simulation import plant as simulation
+
+        tell("runs")
+        found = simulation.simulate_plant(design, starts=starts or None, duration=duration)
+        if out is not None:
+            from takagi.reports.output import write_folder
+
+            tell("figures and tables")
+            files = simulation.simulation_files(found)
+            write_folder(out, files)
+            written = [str(out / name) for name in files]
+    data = simulation.simulation_data(found)
+    if as_json:
+        print(json.dumps({**data, "files": written}, indent=2))
+    else:
+        _print(found, data, written)
+    return PROVED if found.all_ended else UNPROVED
+
+
+def _check(options: Mapping[str, Any], duration: float | None) -> None:
+    from takagi.models.errors import ModelError
+
+    if duration is not None and not 0 < duration < float("inf"):
+        raise ModelError(f"option --duration: {duration:g} was given; it must be positive")
+    if options["gains"] is None:
+        return
+    for name in _OF_DESIGN:
+        if options[name] not in (None, []):
+            raise ModelError(
+                f"option --{name.replace('_', '-')} is about designing gains, but --gains gives "
+                "them; leave out one of the two"
+            )
+
+
+def _print(found: PlantSimulation, data: Mapping[str, Any], written: list[str]) -> None:
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    loop = found.loop
+    width = None if sys.stdout.isatty() else _WIDTH
+    console = Console(file=sys.stdout, width=width, highlight=False)
+    print(f"{loop.plant.name}, the plant itself under its law; deviations from rest, SI")
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
+    table.add_column("start", overflow="fold")
+    heads = [f"largest\n{v.name} {_bracket(v.unit)}" for v in loop.plant.inputs]
+    for head in (*heads, "settled\nafter \\[s]", "ended as"):
+        table.add_column(head, justify="right", vertical="bottom")
+    for motion, run in zip(found.motions, data["runs"], strict=True):
+        settled = run["settled_after"]
+        table.add_row(
+            motion.name,
+            *(f"{value:.4g}" for value in run["largest_input"].values()),
+            "-" if settled is None else f"{settled:.3g}",
+            "diverged" if run["diverged"] else "left the box" if run["left_the_box"] else "inside",
+        )
+    console.print(table)
+    if 0 < found.scale < 1:
+        print(
+            f"\nStarts: corners of the box times {found.scale:.3g}, so that they lie in the set "
+            "{V <= c} of the certificate's function."
+        )
+    print("Settled: within 2 % of the largest deviation. A simulation proves nothing.")
+    if written:
+        names = ", ".join(Path(name).name for name in written[: len(_FILES)])
+        print(f"\n{Path(written[0]).parent}\n  {names}, figures/")
+
+
+def _bracket(unit: str) -> str:
+    return f"\\[{unit}]"

@@ -1,0 +1,325 @@
+r"""Common quadratic Lyapunov function: one P for all vertices.
+
+    continuous   A_i' P + P A_i + 2 alpha P < 0      x' = sum_i h_i A_i x,  V' <= -2 alpha V
+    discrete     A_i' P A_i - rho^2 P < 0            x+ = sum_i h_i A_i x,  V+ <= rho^2 V
+
+with V = x' P x and rho = e^(-alpha T), T the sample time.  The second is linear in P as it is, half
+the size of its Schur form; for a blend of vertices it holds because |P^1/2 A x|^2 is convex in A.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.analysis.mean_states import states_of_mean
+from takagi.lmi.analysis.slow_modes import slow_vertex
+from takagi.lmi.answer import Answer, Floats
+from takagi.lmi.argument_checks import (
+    Vertices,
+    number,
+    rate_parameter,
+    sample_time_of,
+    vertex_stack,
+)
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.cone.balance import motion, state_units
+from takagi.lmi.decision.decide import Outcome
+from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.vertex_rounds import CHUNK, decide_by_rounds
+from takagi.lmi.solver.time_limit import limited, out_of_time
+
+__all__ = ["common_lyapunov", "common_lyapunov_condition", "rate_of"]
+
+
+def common_lyapunov_condition(
+    model: Vertices,
+    *,
+    decay_rate: float | Fraction = 0.0,
+    weight: float | None = None,
+    sample_time: float | None = None,
+) -> Condition:
+    """Pose A_i' P + P A_i + 2 alpha P < 0 at every vertex, with 0 < P <= I.
+
+    V = x' P x then decays as V' <= -2 alpha V along xdot = sum_i h_i A_i x for every h, however
+    fast it varies.  P <= I only fixes the scale.  alpha is the parameter ``alpha``; in discrete
+    time, A_i' P A_i - rho^2 P < 0, it is ``contraction``, rho^2 = e^(-2 alpha T).
+
+    Parameters
+    ----------
+    model : a model (its A), (N, n, n) or (n, n); entries may be Fractions.
+    decay_rate : alpha in 1/s; 0 asks for stability only.
+    weight : margin of the vertex inequalities for a margin 1 of P; None takes their own size,
+        max_i 2 |A_i|, so that the margin has no unit; see ``vertex_weight`` for discrete time.
+    sample_time : T in s of x+ = A x, where the model cannot say; None takes the model's own,
+        continuous time where it has none.
+
+    Raises
+    ------
+    ModelError : shapes, no vertices, entries that are not finite, a sample time that is not
+        positive or not the model's.
+
+    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1, quadratic stability; Tanaka
+    and Wang (2001), theorem 2, for discrete time.
+    """
+    A = vertex_stack(model)
+    alpha = number("decay_rate", decay_rate)
+    step = sample_time_of(model, sample_time)
+    n = A.shape[1]
+    P = Unknown("P", n, n, symmetric=True)
+    one = _identity(A)
+    positive = LMI(
+        name="P positive definite",
+        blocks=(n,),
+        terms=(Term(unknown=P, left=one, right=one),),
+    )
+    bounded = LMI(
+        name="scale of P",
+        blocks=(n,),
+        terms=(Term(unknown=P, left=one, right=one),),
+        constants=(Constant(value=-one, latex="-I"),),
+        sign=-1,
+        strict=False,
+    )
+    decay = LMI(
+        name="vertex",
+        blocks=(n,),
+        terms=_continuous(P, A, one) if step is None else _discrete(P, A, one),
+        sign=-1,
+        count=len(A),
+        weight=vertex_weight(A, step=step) if weight is None else weight,
+        index=rf"i = 1, \dots, {len(A)}",
+    )
+    return Condition(
+        name="common quadratic Lyapunov function",
+        unknowns=(P,),
+        lmis=(positive, bounded, decay),
+        parameters=rate_parameter(alpha, step),
+        source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1"
+        if step is None
+        else "Tanaka and Wang (2001), theorem 2",
+    )
+
+
+def _continuous(P: Unknown, A: Array, one: Array) -> tuple[Term, ...]:
+    return (
+        Term(unknown=P, left=one, right=A, plus_transpose=True, latex=("", "A_{i}")),
+        Term(unknown=P, left=2 * one, right=one, parameter="alpha", latex=(r"2\alpha", "")),
+    )
+
+
+def _discrete(P: Unknown, A: Array, one: Array) -> tuple[Term, ...]:
+    behind = A.transpose(0, 2, 1)
+    return (
+        Term(unknown=P, left=behind, right=A, latex=(r"A_{i}^\top", "A_{i}")),
+        Term(unknown=P, left=-one, right=one, parameter="contraction", latex=(r"-\rho^2", "")),
+    )
+
+
+@limited
+def common_lyapunov(
+    model: Vertices,
+    *,
+    decay_rate: float = 0.0,
+    scales: ArrayLike | None = None,
+    sample_time: float | None = None,
+    time_limit: float | None = None,
+) -> Answer:
+    """Return a candidate P with A_i' P + P A_i + 2 alpha P < 0 at every vertex.
+
+    Discrete time: A_i' P A_i - e^(-2 alpha T) P < 0.  P is the one whose smaller margin, of P in
+    0 < P <= I and of the vertex inequalities, is largest in balanced states: the best conditioned
+    for what it shows.
+
+    Parameters
+    ----------
+    model : a model (its A), or vertices (N, n, n): any number, few are given to the solver.
+    decay_rate : alpha in 1/s; V' <= -2 alpha V, or V(x+) <= e^(-2 alpha T) V(x).
+    scales : (n,) engineering range of each state; None balances the vertices.
+    sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
+
+    Returns
+    -------
+    An ``Answer``; a no comes with multipliers and a diagnosis.  Nothing is proved: floating point
+    decides.  Where no margin is seen in the scaled states, P is looked for in those in which the
+    mean of the vertices falls evenly (``coordinates`` is None then), as gains of 1e5 need it.
+
+    Raises
+    ------
+    ModelError : shapes, no vertices, entries that are not finite, scales or a sample time that are
+        not positive, a sample time that is not the model's.
+    """
+    A = vertex_stack(model).astype(np.float64)
+    alpha = float(number("decay_rate", decay_rate))
+    step = sample_time_of(model, sample_time)
+    s = state_units(A, scales, step=step)
+    scaled = A * s / s[:, None]
+    hopeless = slow_vertex(scaled, alpha, step=step)
+    if hopeless is not None:
+        return _no_by_one_vertex(scaled, alpha, s, hopeless, step)
+    pose = common_lyapunov_condition if step is None else _sampled(scaled, step)
+    # Other states settle more, and sooner, than other solvers: those are asked last.
+    condition, outcome = decide_by_rounds(scaled, alpha, pose, most=1)
+    if outcome.status == "unknown":
+        there = _where_the_mean_falls(A, s, alpha, step)
+        if there is not None and there.found:
+            return replace(there, tries=(*outcome.tries, *there.tries))
+        before = (*outcome.tries, *(there.tries if there is not None else ()))
+        condition, outcome = decide_by_rounds(scaled, alpha, pose)
+        outcome = replace(outcome, tries=(*before, *outcome.tries))
+    return answer_in_states(condition, outcome, A, s, step=step)
+
+
+def _where_the_mean_falls(A: Floats, s: Floats, alpha: float, step: float | None) -> Answer | None:
+    """Return the answer in states in which the mean falls evenly; None where it does not fall.
+
+    Only a candidate counts: rounded in other states, the vertices are others.
+    """
+    scaled = A * s / s[:, None]
+    T = states_of_mean(scaled, alpha, step)
+    if T is None or out_of_time():
+        return None
+    back = np.linalg.inv(T)
+    inside = back @ scaled @ T
+    pose = common_lyapunov_condition if step is None else _sampled(inside, step)
+    condition, outcome = decide_by_rounds(inside, alpha, pose, most=1)
+    answer = answer_in_states(condition, outcome, inside, np.ones(len(T)), step=step)
+    if answer.P is None:
+        return answer
+    P = back.T @ answer.P @ back
+    P = (P + P.T) / np.exp2(np.ceil(np.log2(np.linalg.eigvalsh(P + P.T)[0])))
+    return replace(answer, P=P / s / s[:, None], coordinates=None)
+
+
+def _sampled(A: Floats, step: float) -> Callable[..., Condition]:
+    """Return the builder in discrete time, with the margin's weight that suits all of A."""
+    size = _capped(float(np.sqrt((motion(A, step) ** 2).sum(axis=(1, 2)).max())))
+
+    def pose(vertices: Floats, *, decay_rate: float, weight: float) -> Condition:
+        return common_lyapunov_condition(
+            vertices, decay_rate=decay_rate, weight=size, sample_time=step
+        )
+
+    return pose
+
+
+def answer_in_states(
+    condition: Condition, outcome: Outcome, A: Floats, s: Floats, *, step: float | None = None
+) -> Answer:
+    """Return the outcome with P in the model's own states, its smallest eigenvalue made 1."""
+    P, rate = None, None
+    if outcome.status == "candidate":
+        scaled = outcome.values["P"][0]
+        scaled = scaled / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(scaled)[0])))
+        P = scaled / s / s[:, None]
+        rate = rate_of(A * s / s[:, None], scaled, step=step)
+    return Answer(
+        status=outcome.status,
+        P=P,
+        margin=outcome.margin,
+        decay_rate=rate,
+        bound=outcome.bound,
+        values=outcome.values,
+        multipliers=outcome.multipliers,
+        coordinates=s,
+        condition=condition,
+        diagnosis="" if P is not None else _diagnosis(condition, outcome),
+        tries=outcome.tries,
+    )
+
+
+def rate_of(A: Floats, P: Floats, *, step: float | None = None) -> float:
+    """Return the largest alpha that P shows at every vertex, in 1/s.
+
+    A_i' P + P A_i + 2 alpha P <= 0, or A_i' P A_i <= e^(-2 alpha T) P where a step T is given.
+    """
+    return float(rates_of(A, P, step=step).min())
+
+
+def rates_of(A: Floats, P: Floats, *, step: float | None = None) -> Floats:
+    """Return (N,), one rate a vertex: -1/2 lambda_max(He(F_i)), F_i = L' A_i L'^-1, P = L L'.
+
+    In discrete time -ln(sigma_max(F_i)) / T; inf for a vertex that is zero.
+    """
+    R = np.linalg.cholesky(P).T
+    rates = []
+    for k in range(0, len(A), CHUNK):
+        inside = np.linalg.solve(R.T, (R @ A[k : k + CHUNK]).transpose(0, 2, 1))
+        if step is None:
+            symmetric = inside + inside.transpose(0, 2, 1)
+            rates.append(-np.linalg.eigvalsh(symmetric)[:, -1] / 2)
+        else:
+            with np.errstate(divide="ignore"):
+                rates.append(-np.log(np.linalg.norm(inside, 2, axis=(1, 2))) / step)
+    return np.concatenate(rates)
+
+
+def vertex_weight(A: Array, *, step: float | None = None) -> float:
+    """Return max_i 2 |A_i| (spectral norm), the natural size of the vertex inequalities.
+
+    In discrete time that of A_i' P A_i - P, max_i 2 |A_i - I| + |A_i - I|^2, but no more than 1,
+    which the margin of rho^2 P - A_i' P A_i cannot exceed.
+    """
+    largest = float(np.linalg.norm(motion(A, step).astype(np.float64), 2, axis=(1, 2)).max())
+    if step is not None:
+        return _capped(largest)
+    return 2.0 * largest if largest > 0 else 1.0
+
+
+def _capped(moved: float) -> float:
+    return min(1.0, 2.0 * moved + moved**2) if moved > 0 else 1.0
+
+
+def _no_by_one_vertex(
+    A: Floats, alpha: float, s: Floats, hopeless: tuple[int, complex, Floats], step: float | None
+) -> Answer:
+    """Answer without a solver: one eigenvalue and its Z rule out every P by themselves.
+
+    A Z + Z A' = 2 Re(lambda) Z, or A Z A' = |lambda|^2 Z in discrete time.
+    """
+    vertex, eigenvalue, Z = hopeless
+    condition = common_lyapunov_condition(A[[vertex]], decay_rate=alpha, sample_time=step)
+    size = "" if step is None else f", of size {abs(eigenvalue):.6g},"
+    return Answer(
+        status="infeasible",
+        P=None,
+        margin=-np.inf,
+        bound=0.0,
+        multipliers={"vertex": Z[None]},
+        coordinates=s,
+        condition=condition,
+        diagnosis=(
+            f"vertex {vertex + 1} of {len(A)} alone rules it out: its eigenvalue "
+            f"{eigenvalue:.6g}{size} does not decay faster than {alpha:g} 1/s; stabilise it, "
+            "lower the decay rate, or shrink the box so that this vertex moves"
+        ),
+    )
+
+
+def _diagnosis(condition: Condition, outcome: Outcome) -> str:
+    if outcome.status == "unknown":
+        return (
+            f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
+            f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
+            "decay rate a little, or give scales"
+        )
+    return (
+        f"no common P: {binding_items(condition, outcome.multipliers, 'vertex')}; lower the decay "
+        "rate, shrink the box that these vertices span, or use a Lyapunov function that depends "
+        "on the memberships"
+    )
+
+
+def _identity(A: Array) -> Array:
+    n = A.shape[1]
+    if A.dtype != object:
+        return np.eye(n)[None]
+    one = np.full((1, n, n), Fraction(0), dtype=object)
+    one[:, range(n), range(n)] = Fraction(1)
+    return one

@@ -1,0 +1,197 @@
+"""From disturbance to output: one path through the vertices, checked, and in units of order one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.lmi.analysis.common_quadratic import vertex_weight
+from takagi.lmi.argument_checks import Vertices, sample_time_of, vertex_stack
+from takagi.lmi.cone.balance import motion, nearest_power
+from takagi.lmi.decision.decide import Outcome
+from takagi.models.errors import ModelError
+from takagi.models.ts.vertex_arrays import vertex_arrays
+
+__all__ = ["Channel", "Units", "channel_of", "largest_response", "near_least"]
+
+Floats: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Channel:
+    """xdot = sum_i h_i (A_i x + B_i w), y = sum_i h_i (C_i x + D_i w); x+ in discrete time.
+
+    Attributes
+    ----------
+    A, B, C, D : (r, n, n), (r, n, q), (r, p, n), (r, p, q).
+    sample_time : T in s; None for continuous time.
+    """
+
+    A: Floats
+    B: Floats
+    C: Floats
+    D: Floats
+    sample_time: float | None = None
+
+    def at(self, vertices: NDArray[np.intp]) -> Channel:
+        """Return the path at some of the vertices."""
+        A, B, C, D = (part[vertices] for part in (self.A, self.B, self.C, self.D))
+        return Channel(A, B, C, D, self.sample_time)
+
+    def in_states(self, T: Floats) -> Channel:
+        """Return the path in the states xhat of x = T xhat."""
+        A, B = (np.asarray(np.linalg.solve(T, part), np.float64) for part in (self.A @ T, self.B))
+        return Channel(A, B, self.C @ T, self.D, self.sample_time)
+
+    def scaled(self, units: Units) -> Channel:
+        """Return the path in the given units; each number is multiplied by powers of two."""
+        s = units.states
+        return Channel(
+            self.A * s / s[:, None] / units.rate,
+            self.B / s[:, None] * (units.disturbance / units.rate),
+            self.C * s / units.output,
+            self.D * (units.disturbance / units.output),
+            self.sample_time,
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Units:
+    """x = states xhat, w = disturbance what, y = output yhat, and time in 1 / rate.
+
+    Attributes
+    ----------
+    states : (n,) powers of two, as are the others.
+    rate : in 1/s; 1 in discrete time, which counts samples.
+    """
+
+    states: Floats
+    rate: float
+    disturbance: float
+    output: float
+
+    @classmethod
+    def of(cls, channel: Channel, states: Floats, *, noise: bool = False) -> Units:
+        """Return the units in which |A| is about 1, |B| and |C| alike, and the gain about 1.
+
+        In discrete time V changes by a share |A - I| in a sample, and |w|^2 and |y|^2 in units of
+        V are of that size, for P of order one.
+
+        Parameters
+        ----------
+        noise : w is white noise, whose effect in one sample is the root of that share of time.
+        """
+        s, step = states, channel.sample_time
+        speed = _power(vertex_weight(motion(channel.A * s / s[:, None], step)) / 2)
+        rate = speed if step is None else 1.0
+        plain = channel.scaled(cls(states, rate, 1.0, 1.0))
+        share = 1.0 if step is None else speed
+        reach, shown = float(np.abs(plain.B).max()) / share**0.5, float(np.abs(plain.C).max())
+        gain = largest_response(plain)
+        if gain == 0.0 or not np.isfinite(gain):
+            gain = reach * shown / share**0.5 or 1.0
+        # w scaled by d and y by c multiply the gain by d / c and P by c / d.
+        ratio = np.sqrt(shown / reach) if reach and shown else 1.0
+        disturbance = _power(ratio / np.sqrt(gain))
+        output = _power(ratio * np.sqrt(gain))
+        if noise:
+            disturbance *= _power(share**-0.5)
+        return cls(states, rate, disturbance, output)
+
+
+def channel_of(
+    model: Vertices,
+    B: ArrayLike | None = None,
+    C: ArrayLike | None = None,
+    D: ArrayLike | None = None,
+    *,
+    sample_time: float | None = None,
+) -> Channel:
+    """Return the path E (or B, where there is no E) to C, of a model or of matrices.
+
+    Where there is an E nothing leads from w to y directly: a model's D is that of its input.
+
+    Parameters
+    ----------
+    model : A (r, n, n), C (r, p, n), and E (r, n, q) or B (r, n, m) with D (r, p, m); or A itself,
+        (r, n, n) or (n, n).
+    B, C, D : with A itself only; (r, ., .), or (., .) for the same in every vertex.
+    sample_time : T in s of x+ = A x + B w, where arrays cannot say; None for continuous time, or
+        the model's own.
+
+    Raises
+    ------
+    ModelError : shapes, entries that are not finite, no disturbance, no output, a path that is
+        zero at every vertex, or a sample time that is not positive or not the model's.
+    """
+    A = vertex_stack(model).astype(np.float64)
+    step = sample_time_of(model, sample_time)
+    given = {"B": B, "C": C, "D": D, "E": None}
+    if hasattr(model, "A"):
+        extra = [letter for letter, value in given.items() if value is not None]
+        if extra:
+            raise ModelError(
+                f"a model and {', '.join(extra)} were given; give the model alone, or A, B, C, D "
+                "as arrays"
+            )
+        given = {letter: getattr(model, letter, None) for letter in given}
+    if given["C"] is None or 0 in np.shape(given["C"]):
+        raise ModelError("there is no output; C is needed, (p, n) or one for each vertex")
+    disturbed = given["E"] is not None and 0 not in np.shape(given["E"])
+    if not disturbed and (given["B"] is None or 0 in np.shape(given["B"])):
+        raise ModelError("there is no disturbance and no input; E (or B) is needed")
+    # What the input does to the output is no part of the path from E.
+    unused = ("B", "D") if disturbed else ("E",)
+    arrays, _ = vertex_arrays(
+        A,
+        {letter: None if letter in unused else value for letter, value in given.items()},
+        dict.fromkeys(("states", "inputs", "outputs", "disturbances")),
+    )
+    C_ = arrays["C"]
+    W = arrays["E"] if disturbed else arrays["B"]
+    through = np.zeros((len(A), C_.shape[1], W.shape[2])) if disturbed else arrays["D"]
+    if not (through.any() or (W.any() and C_.any())):
+        name = ("E" if disturbed else "B") if not W.any() else "C"
+        raise ModelError(
+            f"{name} is zero at every vertex, so nothing reaches the output; the gain is 0"
+        )
+    return Channel(A, W, C_, through, step)
+
+
+def near_least(outcome: Outcome) -> bool:
+    """Return whether the outcome of a minimisation is a candidate: its objective near the least.
+
+    Where no solver gets near it, ``optimise`` says "unknown": unknowns that only satisfy the
+    condition show a bound too, but possibly a thousand times the least one.
+    """
+    return outcome.status == "candidate"
+
+
+def _power(value: float) -> float:
+    return float(nearest_power(np.array([value]))[0])
+
+
+def largest_response(channel: Channel) -> float:
+    """Return the largest singular value of the vertices' responses, at their own frequencies."""
+    # It only sets units, for which some of very many vertices will do.
+    some = slice(None, None, 1 + len(channel.A) // 512)
+    A, B, C, D = channel.A[some], channel.B[some], channel.C[some], channel.D[some]
+    poles = np.linalg.eigvals(A)
+    if channel.sample_time is None:
+        rates = np.concatenate([np.zeros((len(A), 1)), np.abs(poles.imag), np.abs(poles)], axis=1)
+        points = 1j * rates
+    else:
+        turns = np.concatenate([[[0.0, np.pi]] * len(A), np.abs(np.angle(poles))], axis=1)
+        points = np.exp(1j * turns)
+    one = np.eye(A.shape[1])
+    through = float(np.linalg.norm(D, 2, axis=(1, 2)).max())
+    with np.errstate(all="ignore"):
+        try:
+            inside = points[:, :, None, None] * one - A[:, None]
+            response = C[:, None] @ np.linalg.solve(inside, B[:, None]) + D[:, None]
+        except np.linalg.LinAlgError:
+            return through
+    return max(through, float(np.linalg.norm(response, 2, axis=(2, 3)).max()))

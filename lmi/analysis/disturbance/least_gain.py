@@ -1,0 +1,243 @@
+"""The least gain of a path that one quadratic function shows: what all norms have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.analysis.common_quadratic import common_lyapunov
+from takagi.lmi.analysis.disturbance.channel import Channel, Units, near_least
+from takagi.lmi.analysis.slow_modes import slow_vertex
+from takagi.lmi.answer import Answer, Floats, Try
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.cone.balance import state_units
+from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, optimise_by_rounds
+from takagi.lmi.decision.outcome import Outcome, not_least, promised
+
+__all__ = ["Pose", "Shown", "least_gain", "motion_of", "states_of"]
+
+# The condition, of a path in the given units.
+Pose: TypeAlias = Callable[[Channel, Units], Condition]
+# The gain that the unknowns show at all vertices, recomputed from them, and P; both in the units
+# of the path as it was before it was scaled.
+Shown: TypeAlias = Callable[[Channel, Units, Mapping[str, Floats]], tuple[float, Floats]]
+# P, but for its size, of a system that is like the path.
+Guess: TypeAlias = Callable[[Channel], Floats | None]
+
+# Gains that differ by less are the same.
+AGREED = 1e-6
+# An objective that is as near its bound, relative, is the least whatever the coordinates.
+SURE = 1e-5
+
+
+def least_gain(
+    path: Channel,
+    scales: ArrayLike | None,
+    pose: Pose,
+    shown: Shown,
+    *,
+    decay_rate: float = 0.0,
+    noise: bool = False,
+    infinite: str = "",
+    guess: Guess | None = None,
+    tolerance: float = 1e-6,
+) -> Answer:
+    """Return the answer with the least gain: posed in units of order one, and recomputed from P.
+
+    Parameters
+    ----------
+    scales : (n,) engineering range of each state; None balances the vertices.
+    pose, shown : the condition, and what its unknowns show.
+    decay_rate : alpha in 1/s that the condition asks for besides.
+    noise : the disturbance is white.
+    infinite : why no gain is finite; empty when it may be.
+    guess : of P; asked first, without scales.
+    tolerance : how far above the least the objective may be, relative, so that P keeps a margin.
+
+    Raises
+    ------
+    ModelError : scales that are not positive.
+    """
+    s = state_units(path.A, scales, step=path.sample_time)
+    why = _hopeless_vertex(path, s, decay_rate) or infinite
+    if why:
+        return Answer(status="infeasible", P=None, margin=-np.inf, coordinates=s, diagnosis=why)
+    P = guess(path) if guess is not None and scales is None else None
+    T = None if P is None else states_of(P)
+    tries: tuple[Try, ...] = ()
+    found, sure = None, False
+    if T is not None:
+        found, sure = _in_states(path, T, pose, shown, noise=noise, slack=tolerance)
+        tries = found.tries
+    if found is None or found.gain is None:
+        found, sure = _attempt(path, s, pose, shown, noise=noise, slack=tolerance)
+        found = replace(found, tries=(*tries, *found.tries))
+    if found.gain is None:
+        return _answer_without(path, s, found, decay_rate)
+    if sure:
+        return found
+    return _confirmed(path, found, pose, shown, noise=noise, slack=tolerance)
+
+
+def _attempt(
+    path: Channel, s: Floats, pose: Pose, shown: Shown, *, noise: bool, slack: float
+) -> tuple[Answer, bool]:
+    """Return the answer posed in x = s xhat; without a gain where no solver came near the least.
+
+    And whether the bound of the multipliers leaves no doubt that it is the least.
+    """
+    units = Units.of(path, s, noise=noise)
+    scaled = path.scaled(units)
+    condition = pose(scaled, units)
+    outcome = optimise_by_rounds(condition, slack=slack)
+    gain, P, why = _gain_of(outcome, scaled, units, shown, noise=noise)
+    good = gain is not None and not why
+    sure = outcome.objective - outcome.least <= (slack + SURE) * abs(outcome.least)
+    answer = Answer(
+        status="candidate" if good else outcome.status,
+        P=P if good else None,
+        margin=outcome.margin,
+        gain=gain if good else None,
+        bound=outcome.bound,
+        values=outcome.values,
+        multipliers=outcome.multipliers,
+        coordinates=s,
+        condition=condition,
+        feasible={} if good else outcome.feasible,
+        diagnosis=why,
+        tries=outcome.tries,
+    )
+    return answer, bool(sure)
+
+
+def _gain_of(
+    outcome: Outcome, scaled: Channel, units: Units, shown: Shown, *, noise: bool
+) -> tuple[float | None, Floats | None, str]:
+    """Return the gain that the unknowns show, its P, and why it is not the least; all may be none.
+
+    An objective that no solver brought near the least may stand beside a P that shows less.
+    """
+    values = outcome.values if near_least(outcome) else outcome.feasible
+    if not values:
+        return None, None, ""
+    gain, P = shown(scaled, units, values)
+    if near_least(outcome):
+        return gain, P, ""
+    # The objective under white noise is a variance, and per unit of time.
+    least = np.sqrt(max(outcome.least, 0.0) * units.rate) if noise else outcome.least
+    least = float(least) * units.output / units.disturbance
+    near = np.isfinite(least) and abs(gain - least) <= promised(0.0) * least
+    return gain, P, "" if near else not_least(gain, least)
+
+
+def _in_states(
+    path: Channel, T: Floats, pose: Pose, shown: Shown, *, noise: bool, slack: float
+) -> tuple[Answer, bool]:
+    """Return the answer posed in x = T xhat, and whether it is the least without doubt."""
+    one = np.ones(len(T))
+    found, sure = _attempt(path.in_states(T), one, pose, shown, noise=noise, slack=slack)
+    if found.P is None:
+        return replace(found, coordinates=None), sure
+    back = np.linalg.inv(T)
+    return replace(found, P=back.T @ found.P @ back, coordinates=None), sure
+
+
+def _confirmed(
+    path: Channel, found: Answer, pose: Pose, shown: Shown, *, noise: bool, slack: float
+) -> Answer:
+    """Return what is found again where the first P is |x|^2, if that is less.
+
+    In coordinates that do not suit it a solver may call solved what is a per cent above the least
+    gain; only other coordinates tell.
+    """
+    assert found.P is not None and found.gain is not None  # a gain comes with its P
+    if len(path.A) > ALL_AT_ONCE:
+        return found
+    T = states_of(found.P)
+    if T is None:
+        return found
+    other, _ = _in_states(path, T, pose, shown, noise=noise, slack=slack)
+    tries = (*found.tries, *other.tries)
+    if other.gain is None or other.P is None or not other.gain < (1 - AGREED) * found.gain:
+        return replace(found, tries=tries)
+    return replace(other, tries=tries)
+
+
+def states_of(P: Floats) -> Floats | None:
+    """Return T of x = T xhat with x' P x = |xhat|^2; None where P is singular to rounding."""
+    try:
+        return np.asarray(np.linalg.inv(np.linalg.cholesky(P)).T)
+    except np.linalg.LinAlgError:
+        return None
+
+
+def motion_of(channel: Channel, P: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return what V = x' P x does in a step: V' or V(x+) - V = [x; w]' [[-F, G], [G', H]] [x; w].
+
+    F = -He(P A_i), G = P B_i, H = 0; in discrete time P - A_i' P A_i, A_i' P B_i, B_i' P B_i.
+    """
+    A, B = channel.A, channel.B
+    if channel.sample_time is None:
+        fall = -(P @ A + (P @ A).transpose(0, 2, 1))
+        return fall, P @ B, np.zeros((len(B), B.shape[2], B.shape[2]))
+    back = A.transpose(0, 2, 1) @ P
+    return P - back @ A, back @ B, B.transpose(0, 2, 1) @ P @ B
+
+
+def _hopeless_vertex(channel: Channel, states: Floats, alpha: float) -> str:
+    """Return why no bound can be finite: a vertex that is too slow; empty when none is."""
+    A = channel.A * states / states[:, None]
+    found = slow_vertex(A, alpha, step=channel.sample_time)
+    if found is None:
+        return ""
+    vertex, eigenvalue, _ = found
+    which = f"vertex {vertex + 1} of {len(channel.A)}"
+    if alpha > 0:
+        return (
+            f"{which}: its eigenvalue {eigenvalue:.6g} does not decay faster than {alpha:g} 1/s, "
+            "so no bound is finite at this decay rate; lower it, or stabilise the vertex"
+        )
+    return (
+        f"{which} is not stable: its eigenvalue {eigenvalue:.6g} does not decay, so no bound is "
+        "finite; stabilise it, or shrink the box so that this vertex moves"
+    )
+
+
+def _answer_without(channel: Channel, states: Floats, tried: Answer, alpha: float) -> Answer:
+    """Return the answer where no bound was found: no common P at all, or no solver settled it."""
+    stable = common_lyapunov(
+        channel.A, decay_rate=alpha, scales=states, sample_time=channel.sample_time
+    )
+    # One stable vertex has a P; a solver that finds none has only met its limits.
+    no = stable.status == "infeasible" and len(channel.A) > 1
+    rate = f" at the decay rate {alpha:g} 1/s" if alpha > 0 else ""
+    why = (
+        f"the vertices have a common P{rate}, so a bound exists, but"
+        if stable.found
+        else f"whether the vertices have a common P{rate} is not settled, and"
+    )
+    said = tried.diagnosis or "no solver came near the least one"
+    diagnosis = f"{why} {said}; give scales, or leave out fast states"
+    if no and stable.condition is not None:
+        binding = binding_items(stable.condition, stable.multipliers, "vertex")
+        diagnosis = (
+            f"no bound by one quadratic function, for there is no common P{rate}: {binding}; "
+            "shrink the box that these vertices span, or stabilise them with a margin"
+        )
+    return Answer(
+        status="infeasible" if no else "unknown",
+        P=None,
+        margin=stable.margin if no else min(tried.margin, 0.0),
+        bound=stable.bound if no else np.inf,
+        multipliers=stable.multipliers if no else {},
+        coordinates=states,
+        condition=stable.condition if no else tried.condition,
+        feasible={} if no else tried.feasible,
+        diagnosis=diagnosis,
+        tries=(*tried.tries, *stable.tries),
+    )

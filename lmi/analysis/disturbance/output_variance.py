@@ -1,0 +1,242 @@
+r"""The output's variance under white noise (H2 norm), by one quadratic function.
+
+With V = x' P x, at every vertex i,
+
+    continuous   He(P A_i) + C_i' C_i < 0,          trace(B_i' P B_i) < nu
+    discrete     A_i' P A_i - P + C_i' C_i < 0,     trace(B_i' P B_i + D_i' D_i) < nu
+
+with P > 0 and nu least.  Both inequalities are convex in the vertex, so they hold for every blend
+A(h), B(h), C(h), D(h), and what follows holds however fast the memberships vary:
+
+- E V' <= nu - E |y|^2, or E V(x+) - E V(x) <= nu - E |y|^2, for white noise w of unit intensity, or
+  of unit covariance in each sample: the mean of E |y|^2 over time is at most nu.  The memberships
+  may depend on the state and on time, not on noise that is still to come.
+- The energies of y after an impulse in each w_k at one instant, from rest, sum to at most nu: V is
+  sum_k b_k' P b_k after it, with the columns b_k of B(h) at the memberships of that instant.
+
+What is not bounded: E |y|^2 at a single instant, which may exceed nu.
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1, output energy; Scherer and
+Weiland (2000), Linear Matrix Inequalities in Control, chapter 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.analysis.disturbance.channel import Channel, Units, channel_of
+from takagi.lmi.analysis.disturbance.guessed_function import guessed_of_variance
+from takagi.lmi.analysis.disturbance.least_gain import least_gain, motion_of
+from takagi.lmi.answer import Answer, Floats
+from takagi.lmi.argument_checks import Vertices
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.solver.time_limit import limited
+from takagi.models.errors import ModelError
+
+__all__ = ["h2_norm", "h2_norm_condition", "infinite_variance"]
+
+
+def h2_norm_condition(
+    model: Vertices,
+    B: ArrayLike | None = None,
+    C: ArrayLike | None = None,
+    D: ArrayLike | None = None,
+    *,
+    sample_time: float | None = None,
+) -> Condition:
+    """Pose He(P A_i) + C_i' C_i < 0 and trace(B_i' P B_i) < nu at every vertex; nu is least.
+
+    In discrete time A_i' P A_i - P in the place of He(P A_i), and trace(D_i' D_i) besides.
+
+    Parameters
+    ----------
+    model, B, C, D, sample_time : as for ``h2_norm``.
+
+    Returns
+    -------
+    The condition in the model's coordinates as they are, with the unknowns ``P`` and ``nu``.
+    Nothing is solved.
+
+    Raises
+    ------
+    ModelError : as ``h2_norm``; or, in continuous time, a D that is not zero: then there is no
+        bound to pose.
+
+    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1.
+    """
+    path = channel_of(model, B, C, D, sample_time=sample_time)
+    why = infinite_variance(path.D, path.sample_time)
+    if why:
+        raise ModelError(why)
+    n = path.A.shape[1]
+    P = Unknown("P", n, n, symmetric=True)
+    nu = Unknown("nu", 1, 1, latex=r"\nu")
+    one = np.eye(n)[None]
+    positive = LMI(
+        name="P positive definite", blocks=(n,), terms=(Term(unknown=P, left=one, right=one),)
+    )
+    return Condition(
+        name="output variance",
+        unknowns=(P, nu),
+        lmis=(positive, _energy(P, path), _variance(P, nu, path)),
+        objective={"nu": np.ones((1, 1, 1))},
+        source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1",
+    )
+
+
+def _energy(P: Unknown, path: Channel) -> LMI:
+    r, one = len(path.A), np.eye(P.rows)[None]
+    moved: tuple[Term, ...]
+    if path.sample_time is None:
+        moved = (Term(unknown=P, left=one, right=path.A, plus_transpose=True, latex=("", "A_{i}")),)
+    else:
+        back = path.A.transpose(0, 2, 1)
+        moved = (
+            Term(unknown=P, left=back, right=path.A, latex=(r"A_{i}^\top", "A_{i}")),
+            Term(unknown=P, left=-one, right=one, latex=("-", "")),
+        )
+    return LMI(
+        name="vertex",
+        blocks=(P.rows,),
+        terms=moved,
+        constants=(Constant(value=path.C.transpose(0, 2, 1) @ path.C, latex=r"C_{i}^\top C_{i}"),),
+        sign=-1,
+        count=r,
+        index=rf"i = 1, \dots, {r}",
+    )
+
+
+def _variance(P: Unknown, nu: Unknown, path: Channel) -> LMI:
+    r, n, q = path.B.shape
+    columns = path.B.transpose(0, 2, 1).reshape(r * q, n, 1)
+    direct = Constant(
+        value=-(path.D**2).sum(axis=(1, 2))[:, None, None],
+        latex=r"-\mathrm{tr}\left(D_{i}^\top D_{i}\right)",
+    )
+    return LMI(
+        name="variance",
+        blocks=(1,),
+        terms=(
+            Term(unknown=nu, left=np.ones((1, 1, 1))),
+            Term(
+                unknown=P,
+                left=-columns.transpose(0, 2, 1),
+                right=columns,
+                items=np.repeat(np.arange(r), q),
+                latex=(r"-\sum_k b_{ik}^\top", "b_{ik}"),
+            ),
+        ),
+        constants=() if path.sample_time is None else (direct,),
+        count=r,
+        index=rf"i = 1, \dots, {r}",
+    )
+
+
+@limited
+def h2_norm(
+    model: Vertices,
+    B: ArrayLike | None = None,
+    C: ArrayLike | None = None,
+    D: ArrayLike | None = None,
+    *,
+    sample_time: float | None = None,
+    scales: ArrayLike | None = None,
+    tolerance: float = 5e-7,
+    time_limit: float | None = None,
+) -> Answer:
+    """Return the least sqrt(nu), and its P, with mean |y|^2 <= nu for unit white noise w.
+
+    Of one vertex it is the H2 norm; of several an upper bound, the least that one quadratic
+    function can show, on the root of the output's mean variance for every blend of the vertices,
+    and on the root of the energy of all impulse responses; see the module for what varies.
+
+    Parameters
+    ----------
+    model, B, C, D : the disturbance's path, as for ``hinf_norm``.
+    sample_time : T in s of x+ = A x + B w, where arrays are given; a model knows its own.
+    scales : (n,) engineering range of each state; None balances the vertices.
+    tolerance : how far above the least sqrt(nu) the answer may be, relative: P has a margin then.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
+
+    Returns
+    -------
+    An ``Answer``: ``gain`` is sqrt(nu), recomputed from P; P is the one of the conditions above,
+    to rounding.  Its unit is that of y over that of w per sqrt(s) in continuous time.  In discrete
+    time it is per sample, y over w: the root of the sum of the squared impulse response, for noise
+    of unit covariance in each sample, whatever T; divide by sqrt(T) where w is a sampled noise of
+    unit intensity (covariance 1/T).  Without a common P, or with a direct feed-through in
+    continuous time, the status is "infeasible" and the diagnosis says why.  Nothing is proved here.
+    The answer's condition is posed with time, w and y in units of order one as well.
+
+    Raises
+    ------
+    ModelError : shapes, entries that are not finite, no disturbance or no output, a path that is
+        zero at every vertex, scales or a sample time that are not positive.
+
+    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1.
+    """
+    path = channel_of(model, B, C, D, sample_time=sample_time)
+    why = infinite_variance(path.D, path.sample_time)
+    return least_gain(
+        path,
+        scales,
+        _posed,
+        _shown,
+        noise=True,
+        infinite=why,
+        guess=guessed_of_variance,
+        # The objective is nu, the square.
+        tolerance=2 * tolerance,
+    )
+
+
+def variance_shown(channel: Channel, P: Floats) -> tuple[float, Floats]:
+    """Return (nu, kappa P): the least multiple of P that meets the vertices, and what it shows.
+
+    kappa = max_i lambda_max(C_i F_i^-1 C_i') with F_i of ``motion_of``; inf when V does not fall
+    at a vertex.
+    """
+    B, C = channel.B, channel.C
+    fall, _, _ = motion_of(channel, P)
+    if np.linalg.eigvalsh(fall).min() <= 0:
+        return np.inf, P
+    shown = C @ np.linalg.solve(fall, C.transpose(0, 2, 1))
+    kappa = float(np.linalg.eigvalsh((shown + shown.transpose(0, 2, 1)) / 2)[:, -1].max())
+    direct = (channel.D**2).sum(axis=(1, 2))
+    nu = float((kappa * np.einsum("ijk,jl,ilk->i", B, P, B) + direct).max())
+    return nu, kappa * P
+
+
+def infinite_variance(D: Floats, sample_time: float | None) -> str:
+    """Return why the variance is infinite: a direct feed-through of white noise; empty if none.
+
+    In discrete time it adds to the variance, and no more.
+
+    Parameters
+    ----------
+    D : (r, p, q), from disturbance to output.
+    """
+    through = np.abs(D).max(axis=(1, 2), initial=0.0)
+    if sample_time is not None or not through.any():
+        return ""
+    vertex = int(np.argmax(through))
+    return (
+        f"vertex {vertex + 1} of {len(through)}: D is not zero (largest entry "
+        f"{through[vertex]:.6g}), so white noise reaches the output directly, with infinite "
+        "variance; put a filter into that path, or leave D out"
+    )
+
+
+def _posed(scaled: Channel, units: Units) -> Condition:
+    return h2_norm_condition(scaled)
+
+
+def _shown(scaled: Channel, units: Units, values: Mapping[str, Floats]) -> tuple[float, Floats]:
+    nu, P = variance_shown(scaled, values["P"][0])
+    s = units.states
+    gain = float(np.sqrt(nu * units.rate)) * units.output / units.disturbance
+    return gain, units.output**2 / units.rate * P / s / s[:, None]

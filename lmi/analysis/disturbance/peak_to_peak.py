@@ -1,0 +1,221 @@
+"""The least peak-to-peak gain that one quadratic function shows, and the decay rate to show it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import minimize_scalar
+
+from takagi.lmi.analysis.common_quadratic import vertex_weight
+from takagi.lmi.analysis.decay_rate import fast_decay
+from takagi.lmi.analysis.disturbance.channel import Channel, Units, channel_of
+from takagi.lmi.analysis.disturbance.least_gain import least_gain, motion_of, states_of
+from takagi.lmi.analysis.disturbance.peak_condition import peak_gain_condition, positive_rate
+from takagi.lmi.analysis.disturbance.reachable_set import OneVertex
+from takagi.lmi.answer import Answer, Floats
+from takagi.lmi.argument_checks import Vertices
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.cone.balance import motion, state_units
+from takagi.lmi.decision.vertex_rounds import first_vertices
+from takagi.lmi.parameter_search.least_over_rate import least_over_rate, unknowns_near_least
+from takagi.lmi.solver.time_limit import limited
+
+__all__ = ["peak_gain"]
+
+# Shares of the largest common decay rate; at the largest itself nothing is left for w.
+SHARES = (0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98)
+# In discrete time a loop may come to rest in some steps: e^-7 in one is fast enough.
+FASTEST = 7.0
+# How much of the gain of one vertex is given for room in the states that it is posed in.
+ROOM = 1e-5
+# A rate at which nothing is lost, in units of order one, where there is none.
+SMALLEST = 1e-6
+
+
+@limited
+def peak_gain(
+    model: Vertices,
+    B: ArrayLike | None = None,
+    C: ArrayLike | None = None,
+    D: ArrayLike | None = None,
+    *,
+    decay_rate: float | None = None,
+    sample_time: float | None = None,
+    scales: ArrayLike | None = None,
+    time_limit: float | None = None,
+) -> Answer:
+    """Return gamma, and its P, with sup |y| <= gamma sup |w| from rest, for every blend.
+
+    |.| is the Euclidean norm of the vector at one instant, the largest over time is taken.  An
+    upper bound: the peak-to-peak gain itself is smaller in general, even of one vertex.
+
+    Parameters
+    ----------
+    model, B, C, D : the disturbance's path, as for ``hinf_norm``.
+    decay_rate : alpha in 1/s, positive; None looks for the best one, by a grid and the golden
+        section: of one vertex up to the rate of its slowest mode, by its Lyapunov equation; of
+        several between 2 and 98 per cent of the largest common decay rate.
+    sample_time : T in s of x+ = A x + B w, where arrays are given; a model knows its own.
+    scales : (n,) engineering range of each state; None balances the vertices.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
+
+    Returns
+    -------
+    An ``Answer``: ``gain`` is gamma in units of y over units of w, recomputed from P and alpha by
+    eigenvalues, ``decay_rate`` is alpha, and x' P x <= 1 is invariant for |w| <= 1: no state leaves
+    it, from rest or from inside.  Every alpha gives a valid bound; that none gives a lesser one is
+    not promised for several vertices.  Nothing is proved here.
+
+    Raises
+    ------
+    ModelError : shapes, entries that are not finite, no disturbance or no output, a path that is
+        zero at every vertex, a decay rate, scales or a sample time that are not positive.
+
+    Source: Abedor, Nagpal, Poolla (1996); Scherer, Gahinet, Chilali (1997).
+    """
+    path = channel_of(model, B, C, D, sample_time=sample_time)
+    given = None if decay_rate is None else positive_rate(decay_rate)
+    search = _Search.of(path, state_units(path.A, scales, step=path.sample_time))
+    rate = search.best() if given is None else search.at(given)
+    answer = least_gain(
+        path.in_states(search.states),
+        np.ones(path.A.shape[1]),
+        partial(_posed, rate=rate),
+        partial(_shown, rate=rate),
+        decay_rate=rate,
+    )
+    if answer.P is None:
+        return replace(answer, decay_rate=None, coordinates=None)
+    back = np.linalg.inv(search.states)
+    return replace(answer, P=back.T @ answer.P @ back, decay_rate=rate, coordinates=None)
+
+
+def peak_shown(channel: Channel, P: Floats, rate: float) -> tuple[float, Floats]:
+    """Return (gamma, sigma P / mu): the least gamma, and the ellipsoid, that P and a rate show.
+
+    With F, G, H of ``motion_of`` and F_sigma = F - sigma P > 0 (inf where it is not),
+    mu = max_i lambda_max(H + G' F_sigma^-1 G).  P may be multiplied by any t > 0, and by a Schur
+    complement gamma = min_t max_i lambda_max([[t mu I, -D'], [-D, C (t sigma P)^-1 C']]), which is
+    convex in the logarithm of t.
+    """
+    C, D = channel.C, channel.D
+    step = channel.sample_time
+    sigma = 2.0 * rate if step is None else -np.expm1(-2.0 * rate * step)
+    fall, reach, direct = motion_of(channel, P)
+    left = fall - sigma * P
+    if min(np.linalg.eigvalsh(left).min(), np.linalg.eigvalsh(P)[0]) <= 0:
+        return np.inf, P
+    # A disturbance that reaches no state leaves any ellipsoid, however small, invariant.
+    mu = max(_largest(direct + reach.transpose(0, 2, 1) @ np.linalg.solve(left, reach)), 1e-30)
+    spread = C @ np.linalg.solve(sigma * P, C.transpose(0, 2, 1))
+    if not D.any():
+        return float(np.sqrt(mu * _largest(spread))), sigma * P / mu
+    q = reach.shape[2]
+    total = np.zeros((len(D), q + D.shape[1], q + D.shape[1]))
+    total[:, q:, :q], total[:, :q, q:] = -D, -D.transpose(0, 2, 1)
+
+    def gamma(logarithm: float) -> float:
+        t = np.exp(logarithm)
+        total[:, :q, :q], total[:, q:, q:] = t * mu * np.eye(q), spread / t
+        return _largest(total)
+
+    middle = 0.5 * np.log(max(_largest(spread), 1e-300) / mu)
+    best = minimize_scalar(gamma, bounds=(middle - 10.0, middle + 10.0), method="bounded")
+    return float(best.fun), sigma * P / mu
+
+
+def _largest(matrices: Floats) -> float:
+    symmetric = (matrices + matrices.transpose(0, 2, 1)) / 2
+    return float(np.linalg.eigvalsh(symmetric)[:, -1].max())
+
+
+class _Search:
+    """Looks for the best decay rate, each time in the states where the last P was the identity.
+
+    A loop that is far from normal leaves P ill-conditioned in balanced states.
+    """
+
+    def __init__(self, path: Channel, states: Floats) -> None:
+        self.path, self.states = path, states
+
+    @classmethod
+    def of(cls, path: Channel, s: Floats) -> _Search:
+        """Return a search over some of the vertices, where there are many."""
+        moved = motion(path.A * s / s[:, None], path.sample_time)
+        return cls(path.at(first_vertices(moved)), np.diag(s))
+
+    def best(self) -> float:
+        """Return about the rate with the least gain in 1/s; a tiny one where none has any."""
+        if len(self.path.A) == 1 and (rate := self._of_one_vertex()) is not None:
+            return rate
+        ceiling = self._ceiling()
+        if ceiling > 0:
+            found = least_over_rate(self._value, [share * ceiling for share in SHARES])
+            if found is not None:
+                return self.at(found)
+        size = vertex_weight(motion(self.path.A, self.path.sample_time)) / 2
+        return SMALLEST * size / (self.path.sample_time or 1.0)
+
+    def _of_one_vertex(self) -> float | None:
+        """Return the best rate of one vertex by its Lyapunov equation, with the states adapted."""
+        path = self.path
+        vertex = OneVertex.of(path.A[0], path.B[0], path.C[0], path.D[0], step=path.sample_time)
+        rate = vertex.best_rate()
+        P = None if rate is None else vertex.with_room(rate, ROOM)
+        T = None if P is None else states_of(P)
+        if T is None:
+            return None
+        self.states = T
+        return rate
+
+    def at(self, rate: float) -> float:
+        """Return the rate, with the states adapted to it."""
+        if not np.isfinite(self._value(rate)) and self._ceiling() > rate:
+            self._value(rate)
+        return rate
+
+    def _ceiling(self) -> float:
+        step = self.path.sample_time
+        inside = self.path.in_states(self.states)
+        ones = np.ones(len(self.states))
+        most = fast_decay(inside.A, tolerance=1e-2, scales=ones, sample_time=step)
+        rate = most.decay_rate or 0.0
+        if rate > 0 and most.P is not None:
+            self._adapt(most.P)
+        return rate if step is None else min(rate, FASTEST / step)
+
+    def _adapt(self, P: Floats) -> None:
+        T = states_of(P)
+        if T is not None:
+            self.states = self.states @ T
+
+    def _value(self, rate: float) -> float:
+        inside = self.path.in_states(self.states)
+        units = Units.of(inside, np.ones(len(self.states)))
+        scaled = inside.scaled(units)
+        found = unknowns_near_least(_posed(scaled, units, rate=rate))
+        if not found:
+            return np.inf
+        P = found["P"][0]
+        gamma, _ = peak_shown(scaled, P, rate / units.rate)
+        if np.isfinite(gamma):
+            self._adapt(P / units.states / units.states[:, None])
+        return gamma * units.output / units.disturbance
+
+
+def _posed(scaled: Channel, units: Units, *, rate: float) -> Condition:
+    return peak_gain_condition(scaled, decay_rate=rate / units.rate)
+
+
+def _shown(
+    scaled: Channel, units: Units, values: Mapping[str, Floats], *, rate: float
+) -> tuple[float, Floats]:
+    gain, P = peak_shown(scaled, values["P"][0], rate / units.rate)
+    s = units.states
+    # The ellipsoid of |w| <= 1 is that of |what| <= 1 over the unit of w.
+    return gain * units.output / units.disturbance, units.disturbance**2 * P / s / s[:, None]

@@ -1,0 +1,62 @@
+"""Some of an LMI's items: what the rounds over many items give to the solver, or look at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from takagi.lmi.condition.item_labels import Labels
+from takagi.lmi.condition.term import LMI, Array, Constant, Indices, Term
+
+__all__ = ["restricted"]
+
+
+def restricted(lmi: LMI, items: Indices | range) -> LMI:
+    """Return the LMI with these items only, in this order; labels stay those of the whole.
+
+    Parameters
+    ----------
+    items : different indices below ``lmi.count``; a range of step 1 copies nothing where it can.
+    """
+    chosen = slice(items.start, items.stop) if isinstance(items, range) else np.asarray(items)
+    number = np.arange(items.start, items.stop) if isinstance(items, range) else np.asarray(items)
+    place = np.full(lmi.count, -1, dtype=np.intp)
+    place[number] = np.arange(len(number))
+    return replace(
+        lmi,
+        terms=tuple(t for term in lmi.terms for t in _terms(term, lmi.count, chosen, place)),
+        constants=tuple(_constant(constant, lmi.count, chosen) for constant in lmi.constants),
+        count=len(number),
+        labels=Labels(len(number), lambda k: lmi.label(int(number[k]))),
+    )
+
+
+def _terms(term: Term, count: int, chosen: slice | Indices, place: Indices) -> Iterator[Term]:
+    """Yield the term with the contributions that are left, if there are any."""
+    if term.items is None:
+        yield _with(term, count, chosen)
+        return
+    kept = np.flatnonzero(place[term.items] >= 0)
+    if len(kept):
+        yield replace(_with(term, len(term.items), kept), items=place[term.items[kept]])
+
+
+def _with(term: Term, length: int, chosen: slice | Indices) -> Term:
+    return replace(
+        term,
+        left=_of(term.left, length, chosen),
+        right=None if term.right is None else _of(term.right, length, chosen),
+        members=None if term.members is None else _of(term.members, length, chosen),
+        items=None,
+    )
+
+
+def _constant(constant: Constant, count: int, chosen: slice | Indices) -> Constant:
+    return replace(constant, value=_of(constant.value, count, chosen))
+
+
+def _of(part: Array, length: int, chosen: slice | Indices) -> Array:
+    """Return the chosen entries of what has one entry each; what is the same in all as it is."""
+    return part[chosen] if len(part) == length and length > 1 else part

@@ -1,0 +1,306 @@
+"""An LMI as data: sums of L X R with constants, batched over vertices, in blocks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.condition.unknown import Unknown
+from takagi.models.errors import ModelError
+
+__all__ = ["Condition", "Constant", "LMI", "Term", "Unknown"]
+
+# float64, or objects that are exact fractions: builders pass either through unchanged.
+Array: TypeAlias = NDArray[Any]
+Indices: TypeAlias = NDArray[np.intp]
+Position: TypeAlias = tuple[int, int]
+
+# By how much a non-strict LMI may be missed where nothing else is said, relative to its size.
+TOLERANCE = 1e-7
+
+
+class Spread(NamedTuple):
+    """A term written out: contribution t adds left[t] X[member[t]] right[t] to item[t]."""
+
+    item: Indices
+    member: Indices
+    left: Array
+    right: Array | None
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Term:
+    """Contributions L_t X_member(t) R_t (+ transpose), t = 1 ... T, to items item(t) of an LMI.
+
+    Attributes
+    ----------
+    unknown : X.
+    left : (T, p, X.rows), or (1, p, X.rows) for the same in all.
+    right : (T, X.cols, q) or (1, X.cols, q); None for a scalar X, then left is (T, p, q) and the
+        contribution is X * left.
+    at : block row and block column.  A block off the diagonal stands for its mirror image too.
+        None is the whole matrix.
+    plus_transpose : add the transpose; on the diagonal, or in the whole, only.
+    items : (T,); None means one contribution to each item of the LMI.
+    members : (T,); None means the first member everywhere.
+    parameter : name of a number that multiplies the term, or None.
+    latex : what is written before and behind the unknown, e.g. ``("A_i^\\top", "")``.
+    symbol : the unknown with its index, e.g. ``"M_j"``; the unknown's own symbol when empty.
+    factor : LaTeX of a number or sum that is part of left, e.g. ``"\\sum_j"``; terms that share
+        it are written in one bracket.
+    """
+
+    unknown: Unknown
+    left: Array
+    right: Array | None = None
+    at: Position | None = (0, 0)
+    plus_transpose: bool = False
+    items: Indices | None = None
+    members: Indices | None = None
+    parameter: str | None = None
+    latex: tuple[str, str] = ("", "")
+    symbol: str = ""
+    factor: str = ""
+
+    def spread(self, count: int) -> Spread:
+        """Write the term out for an LMI of ``count`` items."""
+        parts = (self.left, self.right, self.items, self.members)
+        size = max(len(part) for part in parts if part is not None)
+        size = count if self.items is None else size
+        item = np.arange(size) if self.items is None else np.broadcast_to(self.items, (size,))
+        member = np.zeros(1, dtype=np.intp) if self.members is None else self.members
+        left = np.broadcast_to(self.left, (size, *self.left.shape[1:]))
+        right = self.right
+        if right is not None:
+            right = np.broadcast_to(right, (size, *right.shape[1:]))
+        return Spread(item, np.broadcast_to(member, (size,)), left, right)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Return the shape of the block it fills."""
+        columns = self.left if self.right is None else self.right
+        return int(self.left.shape[1]), int(columns.shape[2])
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Constant:
+    """A known block: value (N, p, q), or (1, p, q) for the same in every item.
+
+    ``at``, ``factor`` as in ``Term``; the whole matrix must be symmetric.
+    """
+
+    value: Array
+    at: Position | None = (0, 0)
+    latex: str = ""
+    factor: str = ""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return int(self.value.shape[1]), int(self.value.shape[2])
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class LMI:
+    """F_k(X) = sum of terms + constants, and sign F_k(X) > 0 for every item k.
+
+    A strict LMI holds with a margin t > 0.  A non-strict one, sign F_k(X) >= 0, may be touched: it
+    takes no part in the margin, and holds where the smallest eigenvalue of
+
+        N_k^(-1/2) sign F_k(X) N_k^(-1/2)
+
+    is at least -tolerance.  N_k is diagonal: the sum of the absolute values that are summed up on
+    the diagonal of F_k, and no less than the largest constant of the item, or 1 where it has none.
+    So x <= b is kept to within 2 tolerance b, in all units.
+
+    Attributes
+    ----------
+    name : what it says, in words.
+    blocks : sizes of the diagonal blocks; their sum is the size of F.
+    terms, constants : what is summed.
+    sign : 1 for F >= 0, -1 for F <= 0.
+    count : number of items, one cone each.
+    weight : a strict LMI holds with margin t when sign F >= t weight I; 0 says the same as
+        ``strict=False``, and every non-strict LMI has it.
+    strict : False for an LMI that may be touched.
+    tolerance : by how much a non-strict LMI may be missed, as above.
+    labels : one name per item, made when it is asked for if it is ``Labels``; ``"<name> 3 of 8"``
+        when empty.
+    index : LaTeX of the index range, e.g. ``"i = 1, \\dots, 8"``.
+    """
+
+    name: str
+    blocks: tuple[int, ...]
+    terms: tuple[Term, ...]
+    constants: tuple[Constant, ...] = ()
+    sign: int = 1
+    count: int = 1
+    weight: float = 1.0
+    strict: bool = True
+    tolerance: float = TOLERANCE
+    labels: Sequence[str] = ()
+    index: str = ""
+
+    def __post_init__(self) -> None:
+        if self.sign not in (1, -1):
+            raise ModelError(f"LMI {self.name}: sign is {self.sign}; give 1 for >= 0, -1 for <= 0")
+        if not 0 <= self.weight < math.inf:
+            raise ModelError(
+                f"LMI {self.name}: weight is {self.weight!r}; a positive number is needed, or "
+                "strict=False for an LMI that may be touched"
+            )
+        if not 0 <= self.tolerance < 1:
+            raise ModelError(
+                f"LMI {self.name}: tolerance is {self.tolerance!r}; a number from 0 to below 1 is "
+                "needed, the share of its size by which a non-strict LMI may be missed"
+            )
+        if not self.strict or self.weight == 0:
+            object.__setattr__(self, "strict", False)
+            object.__setattr__(self, "weight", 0.0)
+        if self.labels and len(self.labels) != self.count:
+            raise ModelError(
+                f"LMI {self.name}: {len(self.labels)} labels for {self.count} items; name each"
+            )
+        for number, constant in enumerate(self.constants, start=1):
+            what = f"LMI {self.name}, constant {number}"
+            _check_block(what, constant.at, constant.shape, self.blocks)
+            _check_length(what, {"value": len(constant.value)}, self.count)
+        for number, term in enumerate(self.terms, start=1):
+            _check_term(f"LMI {self.name}, term {number} ({term.unknown.name})", term, self)
+
+    @property
+    def size(self) -> int:
+        return sum(self.blocks)
+
+    def spans(self, at: Position | None) -> tuple[slice, slice]:
+        """Return the rows and the columns of a block, or of the whole."""
+        if at is None:
+            return slice(0, self.size), slice(0, self.size)
+        first, second = (sum(self.blocks[:k]) for k in at)
+        return slice(first, first + self.blocks[at[0]]), slice(second, second + self.blocks[at[1]])
+
+    def label(self, item: int) -> str:
+        """Return the name of one item."""
+        if self.labels:
+            return self.labels[item]
+        return self.name if self.count == 1 else f"{self.name} {item + 1} of {self.count}"
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Condition:
+    """Find unknowns with every LMI satisfied, and the objective, if there is one, least.
+
+    Attributes
+    ----------
+    name, source : what it proves and where it was published.
+    unknowns : in the order of the solver's variables.
+    lmis : all must hold, the strict ones with a margin.
+    objective : unknown name -> (count, rows, cols); the sum of entrywise products is minimised.
+    parameters : values of the named numbers in the terms.
+    """
+
+    name: str
+    unknowns: tuple[Unknown, ...]
+    lmis: tuple[LMI, ...]
+    objective: Mapping[str, Array] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        names = [unknown.name for unknown in self.unknowns]
+        if len(set(names)) != len(names):
+            raise ModelError(f"condition {self.name}: unknowns {names}; names must differ")
+        titles = [lmi.name for lmi in self.lmis]
+        if len(set(titles)) != len(titles):
+            raise ModelError(
+                f"condition {self.name}: LMIs {titles}; names must differ, for multipliers and "
+                "diagnoses speak of an LMI by its name"
+            )
+        for lmi in self.lmis:
+            for term in lmi.terms:
+                if term.unknown not in self.unknowns:
+                    raise ModelError(
+                        f"condition {self.name}, LMI {lmi.name}: unknown {term.unknown.name} is "
+                        f"not among {', '.join(names)}; add it to the unknowns"
+                    )
+                if term.parameter is not None and term.parameter not in self.parameters:
+                    raise ModelError(
+                        f"condition {self.name}, LMI {lmi.name}: parameter {term.parameter} has "
+                        "no value; give it in parameters"
+                    )
+        by_name = {unknown.name: unknown for unknown in self.unknowns}
+        for name, cost in self.objective.items():
+            unknown = by_name.get(name)
+            shape = None if unknown is None else (unknown.count, unknown.rows, unknown.cols)
+            if cost.shape != shape:
+                raise ModelError(
+                    f"condition {self.name}: objective of {name} has shape {cost.shape}; "
+                    f"{shape or 'an unknown of the condition'} is needed"
+                )
+        object.__setattr__(self, "objective", MappingProxyType(dict(self.objective)))
+        object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+
+    def with_parameters(self, **values: float) -> Condition:
+        """Return the same condition at other parameter values."""
+        return replace(self, parameters={**self.parameters, **values})
+
+    def with_lmis(self, *lmis: LMI, unknowns: tuple[Unknown, ...] = ()) -> Condition:
+        """Return the condition with more LMIs, and more unknowns if they need them."""
+        return replace(self, lmis=self.lmis + lmis, unknowns=self.unknowns + unknowns)
+
+
+def _check_term(what: str, term: Term, lmi: LMI) -> None:
+    unknown, left, right = term.unknown, term.left, term.right
+    if left.ndim != 3 or (right is not None and right.ndim != 3):
+        raise ModelError(f"{what}: left and right need three axes, (T, rows, columns)")
+    if right is None and not unknown.scalar:
+        raise ModelError(f"{what}: right is None, which needs a 1 x 1 unknown; give right")
+    if right is not None and (left.shape[2], right.shape[1]) != (unknown.rows, unknown.cols):
+        raise ModelError(
+            f"{what}: left {left.shape} and right {right.shape} do not fit the unknown's "
+            f"{unknown.rows} x {unknown.cols}"
+        )
+    _check_block(what, term.at, term.shape, lmi.blocks)
+    if term.plus_transpose and term.at is not None and term.at[0] != term.at[1]:
+        raise ModelError(
+            f"{what}: plus_transpose off the diagonal; the mirror block is implied, leave it out"
+        )
+    lengths = {"left": len(left)}
+    for name, part in (("right", right), ("items", term.items), ("members", term.members)):
+        if part is not None:
+            lengths[name] = len(part)
+    _check_length(what, lengths, lmi.count if term.items is None else len(term.items))
+    for name, index, count in (
+        ("items", term.items, lmi.count),
+        ("members", term.members, unknown.count),
+    ):
+        if index is not None and index.size and not 0 <= index.min() <= index.max() < count:
+            raise ModelError(f"{what}: {name} must lie in 0 ... {count - 1}")
+
+
+def _check_block(
+    what: str, at: Position | None, shape: tuple[int, int], blocks: tuple[int, ...]
+) -> None:
+    if at is None:
+        if shape != (sum(blocks),) * 2:
+            raise ModelError(
+                f"{what}: {shape[0]} x {shape[1]}, but the whole matrix is {sum(blocks)} square"
+            )
+        return
+    if not all(0 <= k < len(blocks) for k in at):
+        raise ModelError(f"{what}: block {at} of an LMI with {len(blocks)} block rows")
+    if shape != (blocks[at[0]], blocks[at[1]]):
+        raise ModelError(
+            f"{what}: {shape[0]} x {shape[1]}, but block {at} is {blocks[at[0]]} x {blocks[at[1]]}"
+        )
+
+
+def _check_length(what: str, lengths: Mapping[str, int], count: int) -> None:
+    for name, length in lengths.items():
+        if length not in (1, count):
+            raise ModelError(f"{what}: {name} has {length} entries; 1 or {count} are needed")

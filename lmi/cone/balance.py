@@ -1,0 +1,124 @@
+"""Coordinates in which the numbers are of order one: powers of two, so nothing is rounded."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.argument_checks import positive_vector
+from takagi.lmi.condition.term import Array
+
+__all__ = ["balanced_inputs", "balanced_states", "motion", "nearest_power", "state_units"]
+
+
+SWEEPS = 40
+FARTHEST = 2.0**200
+
+
+def nearest_power(values: Array) -> Array:
+    """Return the nearest power of two to each positive value."""
+    return np.asarray(np.exp2(np.round(np.log2(values))))
+
+
+def balanced_states(A: Array) -> Array:
+    """Return s, (n,), powers of two, so that the S^-1 A_i S have rows and columns of like size.
+
+    S = diag(s); x = S xhat.  One s for all vertices, from the mean of their absolute values; a
+    state that nothing acts on, or that acts on nothing, is measured in the time of the others.
+    So is a group of states, a disturbance's model say, where the sweeps find no end for it.
+    Balancing removes units (rad against N m) without touching a single significant digit.
+
+    Source: Osborne (1960), On pre-conditioning of matrices, J. ACM 7; Parlett and Reinsch (1969).
+    """
+    M = np.abs(A.astype(np.float64)).mean(axis=0)
+    # The spectral radius is the same in all units; integrators alone have none, nor a time.
+    time = float(np.abs(np.linalg.eigvals(M)).max()) or 1.0
+    np.fill_diagonal(M, 0.0)
+    s, ended = _swept(M, time)
+    if not ended:
+        s = _by_groups(M, time)
+    # Relative to the first state, so that the rounding is the same in all units.
+    return nearest_power(s / s[0])
+
+
+def _swept(M: Array, time: float) -> tuple[Array, bool]:
+    """Return the scales after Osborne's sweeps over M >= 0, and whether they came to rest."""
+    s = np.ones(len(M))
+    for _ in range(SWEEPS):
+        before = s.copy()
+        for k in range(len(M)):
+            column = float(np.linalg.norm(M[:, k] / s)) * s[k]
+            row = float(np.linalg.norm(M[k] * s)) / s[k]
+            if row or column:
+                s[k] *= np.sqrt(row / column) if row and column else _alone(row, column, time)
+                # A chain of entries that are nearly zero has no balance: it runs away.
+                s[k] = min(max(s[k], 1.0 / FARTHEST), FARTHEST)
+        if np.allclose(s, before, rtol=1e-6):
+            return s, True
+    return s, False
+
+
+def _by_groups(M: Array, time: float) -> Array:
+    """Return scales of a graph with groups of states that act on others and are not acted upon.
+
+    Such a group can be made smaller and smaller: what it does to the others vanishes, and nothing
+    grows.  So each group is balanced by itself, and between groups the logarithms of the couplings
+    are, by least squares, those of the time.
+    """
+    from scipy.sparse.csgraph import connected_components
+
+    count, group = connected_components(M > 0, directed=True, connection="strong")
+    s = np.ones(len(M))
+    for k in range(count):
+        inside = np.flatnonzero(group == k)
+        s[inside] = _swept(M[np.ix_(inside, inside)], time)[0]
+    scaled = M * s / s[:, None]
+    rows, wanted = [], []
+    for a in range(count):
+        for b in range(count):
+            acting = float(np.linalg.norm(scaled[np.ix_(group == a, group == b)]))
+            if a != b and acting:
+                # Group b acts on group a; with s_b it is ``acting`` s_b / s_a.
+                rows.append(np.eye(count)[b] - np.eye(count)[a])
+                wanted.append(np.log(time / acting))
+    coupled = np.array(rows).reshape(-1, count)
+    between = np.linalg.lstsq(coupled, np.array(wanted), rcond=None)[0]
+    return np.asarray(s * np.exp(between)[group])
+
+
+def _alone(row: float, column: float, time: float) -> float:
+    return row / time if row else time / column
+
+
+def balanced_inputs(B: Array, size: float) -> Array:
+    """Return s, (m,), powers of two, so that the largest |B_i s_k| of input k is about size."""
+    largest = np.abs(B.astype(np.float64)).max(axis=(0, 1))
+    return nearest_power(size / largest)
+
+
+def motion(A: Array, step: float | None) -> Array:
+    """Return what moves the states: A of x' = A x, and A - I of x+ = A x.
+
+    Sampled fast, A is nearly I and says nothing of the size of what happens; A - I does.
+
+    Parameters
+    ----------
+    step : sample time T in s; None for continuous time.
+    """
+    return A if step is None else A - np.eye(A.shape[-1])
+
+
+def state_units(A: Array, scales: ArrayLike | None, *, step: float | None = None) -> Array:
+    """Return s, (n,): the powers of two next to the given scales, or those that balance A.
+
+    Parameters
+    ----------
+    step : as for ``motion``, which is what is balanced.
+
+    Raises
+    ------
+    ModelError : scales of another length, or not positive.
+    """
+    if scales is None:
+        return balanced_states(motion(A, step))
+    return nearest_power(positive_vector("scales", scales, A.shape[1]))

@@ -1,0 +1,83 @@
+"""What a solver's numbers are worth: checked from scratch, whatever its status says.
+
+A no is more than a bound on the margin that solvers cannot tell from zero: where the numbers differ
+in size, so small a margin may be all that there is.  It needs multipliers that leave no unknowns of
+whatever size, in floating point with room for all rounding (``contradiction``), or exact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.answer import Status
+from takagi.lmi.condition.evaluate import holds, margin
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.condition.unknown import triangle
+from takagi.lmi.cone.assemble import Assembled
+from takagi.lmi.cone.duality import in_dual_cone, margin_bound
+from takagi.lmi.cone.program import ConeProgram, Raw
+from takagi.lmi.decision.outcome import Outcome
+from takagi.lmi.refutation.contradiction import contradiction
+
+__all__ = ["exactly_judged", "judged", "says_no", "values_of"]
+
+Floats = NDArray[np.float64]
+
+# What the solver's tolerances can tell from zero.
+SMALLEST_BOUND = 1e-7
+# Where no LMI is strict, a least share of all of them that leaves no room for their tolerances.
+MISSED = 1e-5
+# Entries of multipliers up to which a no is sought in exact arithmetic: about a second.
+EXACT = 1200
+
+
+def judged(data: Assembled, program: ConeProgram, raw: Raw) -> Outcome:
+    """Check the solver's numbers from scratch; its status is not read."""
+    values = values_of(data, raw)
+    held = margin(data.condition, values) if values else -np.inf
+    bound, packed = margin_bound(program, raw)
+    multipliers = data.multipliers(packed) if len(packed) else {}
+    found = Outcome("unknown", values, held, bound, multipliers, ())
+    status: Status = "unknown"
+    if holds(data.condition, held):
+        status = "candidate"
+    elif says_no(data, found) and _excluded(data, program, raw):
+        status = "infeasible"
+    return replace(found, status=status)
+
+
+def says_no(data: Assembled, found: Outcome) -> bool:
+    """Return whether the bound on the margin is one that may leave none."""
+    strict = any(lmi.strict for lmi in data.condition.lmis)
+    return found.bound < (SMALLEST_BOUND if strict else -MISSED)
+
+
+def exactly_judged(condition: Condition, found: Outcome) -> Outcome:
+    """Return a no where exact multipliers exclude every solution; what is given where none do."""
+    from takagi.lmi.refutation.refutation import exact_no
+
+    entries = sum(lmi.count * triangle(lmi.size) for lmi in condition.lmis)
+    shown = exact_no(condition, found.multipliers) if entries <= EXACT else None
+    if shown is None:
+        return found
+    exact = {name: value.astype(np.float64) for name, value in shown.multipliers.items()}
+    return replace(found, status="infeasible", multipliers={**found.multipliers, **exact})
+
+
+def _excluded(data: Assembled, program: ConeProgram, raw: Raw) -> bool:
+    """Return whether the multipliers leave no unknowns, of whatever size.
+
+    Without a strict LMI the bound is what it rests on: the weights are those of the tolerances.
+    """
+    if not any(lmi.strict for lmi in data.condition.lmis):
+        return True
+    return contradiction(program, in_dual_cone(program, raw.z)) is not None
+
+
+def values_of(data: Assembled, raw: Raw) -> dict[str, Floats]:
+    """Return the unknowns, or nothing where there are no finite numbers for all of them."""
+    usable = len(raw.y) >= len(data.objective) and bool(np.all(np.isfinite(raw.y)))
+    return data.values(raw.y) if usable else {}

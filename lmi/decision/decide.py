@@ -1,0 +1,349 @@
+"""From a condition to numbers that withstand their check: decide, optimise, improve.
+
+``decide`` asks for the largest margin t, one solve.  ``optimise`` takes two stages, because at the
+least objective the LMIs touch zero, where no check can hold:
+
+1. the least objective, with no margin; its multipliers bound the objective of all unknowns from
+   below;
+2. the objective fixed a hair above what was found, the margin as large as it can be (re-centred).
+
+What is handed back is re-evaluated from the unknowns by eigenvalues, and its objective is compared
+with the bound: a solver that stops early, or at a wrong value, is found out by either, and the next
+one is asked.  Every stage takes ``parameters``, the cone data (``assembled``) and a ``Session``, so
+that a sequence of parameter values costs one assembly (see ``parameter_sweep``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.answer import Try
+from takagi.lmi.condition.evaluate import SMALLEST_MARGIN, holds, margin
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.cone.assemble import Assembled, assemble, pack
+from takagi.lmi.cone.duality import least_objective_bound
+from takagi.lmi.decision.answer_check import exactly_judged, judged, says_no, values_of
+from takagi.lmi.decision.outcome import (
+    Outcome,
+    better,
+    concluded,
+    measured,
+    nothing,
+    objective_at,
+    promised,
+)
+from takagi.lmi.solver.solve import (
+    ConeProgram,
+    Raw,
+    Row,
+    Session,
+    again,
+    attempts,
+    cone_program,
+    quick,
+    rescaled,
+)
+from takagi.lmi.solver.time_limit import limited
+
+__all__ = ["SMALLEST_MARGIN", "Outcome", "decide", "improve", "optimise"]
+
+Floats = NDArray[np.float64]
+
+# Solvers that are asked where none of their multipliers shows a no, though the bound says one.
+DOUBTFUL = 3
+# Looseness of the second stage, in units of ``slack``, until it leaves a margin.
+LOOSENESS = (1.0, 30.0, 1e3)
+# What it may take of what is promised; the rest is for the accuracy of the first stage's bound.
+SHARE = 0.9
+# How often a program is posed anew where the solution that was found is of order one.
+RESCALED = 2
+
+
+@limited
+def decide(
+    condition: Condition,
+    *,
+    cap: float = 1.0,
+    rows: Mapping[str, float] | None = None,
+    parameters: Mapping[str, float] | None = None,
+    session: Session | None = None,
+    assembled: Assembled | None = None,
+    most: int = 99,
+    time_limit: float | None = None,
+) -> Outcome:
+    """Return the unknowns with the largest margin t <= cap.
+
+    Always solvable when every unknown is bounded, so a failure is the solver's, not the
+    condition's.  The condition is feasible with margin exactly when the largest t is positive.
+
+    "infeasible" only where multipliers leave no unknowns of whatever size (``contradiction``), or
+    exact ones were found (``exact_no``): a bound on the margin below what solvers can tell from
+    zero is none, for a margin may be as small where the numbers differ in size.
+
+    Parameters
+    ----------
+    rows : scalar unknown -> its upper bound.
+    parameters : values in the place of the condition's own.
+    session : keeps the solver for the next condition of the same shape.
+    assembled : the condition's cone data, if known already, at whatever parameters.
+    most : give up after so many tries.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
+    """
+    data = _posed(condition, parameters, assembled)
+    variables = len(data.objective)
+    t = np.eye(variables + 1)[variables]
+    limits = [Row(t, cap)]
+    for name, bound in (rows or {}).items():
+        limits.append(Row(np.eye(variables + 1)[data.offsets[name]], bound))
+    program = cone_program(data, -t, tuple(limits))
+    best: Outcome | None = None
+    tries: list[Try] = []
+    doubtful = 0
+    for raw in _few(attempts(program, session), most):
+        found = judged(data, program, raw)
+        tries.append(_try(raw, found.margin))
+        if found.status == "unknown" and says_no(data, found):
+            doubtful += 1
+            if doubtful == 1 and most > 1:
+                found = exactly_judged(data.condition, found)
+        if best is None or (found.status != "unknown") or found.margin > best.margin:
+            best = found
+        if best.status != "unknown" or doubtful >= DOUBTFUL:
+            break
+    assert best is not None  # attempts yields at least one
+    return replace(best, tries=tuple(tries))
+
+
+def improve(
+    condition: Condition,
+    start: Outcome,
+    *,
+    keep: float = 0.5,
+    parameters: Mapping[str, float] | None = None,
+    session: Session | None = None,
+    assembled: Assembled | None = None,
+) -> Outcome:
+    """Return unknowns with the least objective among those with margin keep * start.margin.
+
+    A result that is worse, or does not withstand its check, is dropped for ``start``.  ``least``
+    and ``settled`` refer to the margin that is kept.
+    """
+    data = _posed(condition, parameters, assembled)
+    program = cone_program(data, data.objective, (), margin=keep * start.margin)
+    tries = list(start.tries)
+    before = objective_at(data.condition, start.values)
+    for raw in _few(attempts(program, session)):
+        values = values_of(data, raw)
+        held = margin(data.condition, values) if values else -np.inf
+        tries.append(_try(raw, held))
+        if held < 0.5 * keep * start.margin:
+            continue
+        after = objective_at(data.condition, values)
+        if after <= before:
+            found = replace(start, status="candidate", values=values, margin=held, objective=after)
+            least = least_objective_bound(program, raw)
+            return measured(data.condition, replace(found, least=least, tries=tuple(tries)), 0.0)
+    return replace(start, tries=tuple(tries), objective=before)
+
+
+@limited
+def optimise(
+    condition: Condition,
+    *,
+    slack: float = 1e-6,
+    cap: float = 1.0,
+    inside: float | None = None,
+    parameters: Mapping[str, float] | None = None,
+    session: Session | None = None,
+    assembled: Assembled | None = None,
+    most: int | None = None,
+    time_limit: float | None = None,
+) -> Outcome:
+    """Return unknowns whose objective is within ``slack`` (relative) of the least, centred.
+
+    Parameters
+    ----------
+    slack : how far above the least value the second stage may go; thirty and a thousand times
+        that where it leaves no margin, but never more than ``slack`` or a thousandth.
+    inside : a margin that is asked for at once.  Where it costs the objective no more than
+        ``slack`` by the bound of the multipliers, one solve is all; else it is dropped.
+    cap, parameters, session, assembled, most : as for ``decide``.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
+
+    Returns
+    -------
+    A candidate's objective is above the bound of the multipliers by ``slack`` of that bound at
+    most, or by a thousandth where less was asked for.  Where no solver comes as near, the status
+    is "unknown", ``reason`` says both numbers, and ``feasible`` has the unknowns that satisfy the
+    condition, if any were found.  "infeasible" when none satisfy it with a margin.
+    """
+    data = _posed(condition, parameters, assembled)
+    kept = Session() if session is None else session
+    program = cone_program(data, data.objective, (), margin=0.0)
+    tries: list[Try] = []
+    if inside is not None:
+        once = _inside(data, program, inside, slack)
+        if once.settled:
+            return once
+        tries.extend(once.tries)
+    best: Outcome | None = None
+    plain: Outcome | None = None
+    for raw in _few(_attempts(program, session), RESCALED + quick() if most is None else most):
+        values = values_of(data, raw)
+        held = margin(data.condition, values) if values else -np.inf
+        tries.append(_try(raw, held))
+        if values and "nfeasible" not in raw.status:
+            bound = least_objective_bound(program, raw)
+            centred = _centred(data, raw, held, bound, slack, cap, kept)
+            tries.extend(centred.tries)
+            best = _nearer(data.condition, best, replace(centred, least=bound), slack)
+            if best.settled:
+                return replace(best, tries=tuple(tries))
+        if plain is None and (best is None or best.status != "candidate"):
+            plain = decide(data.condition, cap=cap, session=session, assembled=data)
+            tries.extend(plain.tries)
+            if plain.status == "infeasible":
+                break
+    if best is None or best.status != "candidate":
+        assert plain is not None  # decided as soon as an attempt left no candidate
+        found = plain.values if plain.status == "candidate" else {}
+        least = -np.inf if best is None else best.least
+        best = replace(plain, objective=objective_at(data.condition, found), least=least)
+    return concluded(replace(best, tries=tuple(tries)))
+
+
+def _attempts(program: ConeProgram, session: Session | None) -> Iterator[Raw]:
+    """Yield one answer after another; the first also where its own solution is of order one."""
+    for number, raw in enumerate(attempts(program, session)):
+        yield raw
+        for _ in range(RESCALED if number == 0 else 0):
+            found = None if "nfeasible" in raw.status else rescaled(program, raw)
+            if found is None:
+                break
+            raw = found
+            yield raw
+
+
+def _nearer(condition: Condition, best: Outcome | None, new: Outcome, slack: float) -> Outcome:
+    """Return the better of the two, held against the higher of their bounds.
+
+    A bound above an objective that was found is none: its multipliers were not good enough.
+    """
+    kept = new if best is None or better(new, best) else best
+    bounds = [-np.inf if best is None else best.least, new.least]
+    if kept.status == "candidate":
+        most = kept.objective + promised(slack) * abs(kept.objective) + nothing(condition)
+        bounds = [bound for bound in bounds if bound <= most]
+    return measured(condition, replace(kept, least=max(bounds, default=-np.inf)), slack)
+
+
+def _inside(data: Assembled, program: ConeProgram, inside: float, slack: float) -> Outcome:
+    """Return the least objective with a margin; ``settled`` where the margin costs next to nothing.
+
+    The multipliers bound the objective without a margin too: the two programs differ in b alone.
+    """
+    raw = next(attempts(cone_program(data, data.objective, (), margin=inside)))
+    values = values_of(data, raw)
+    held = margin(data.condition, values) if values else -np.inf
+    found = Outcome("unknown", values, held, np.inf, {}, (_try(raw, held),))
+    if held < 0.5 * inside:
+        return found
+    objective = objective_at(data.condition, values)
+    least = least_objective_bound(program, raw)
+    near = objective - least <= slack * abs(least)
+    return replace(found, status="candidate", objective=objective, least=least, settled=near)
+
+
+def _centred(
+    data: Assembled,
+    raw: Raw,
+    held: float,
+    bound: float,
+    slack: float,
+    cap: float,
+    session: Session,
+) -> Outcome:
+    """Return the largest margin with the objective a hair above that of ``raw``.
+
+    The first that holds; otherwise ``raw`` itself if it does, or what was nearest.  By the solver
+    of ``raw``: where others failed, they would fail again.
+    """
+    least = float(data.objective @ raw.y)
+    tries: list[Try] = []
+    best: Outcome | None = None
+    most = SHARE * promised(slack)
+    # Above the bound, so that what the first stage was short of is not added to it.
+    highest = bound + most * abs(bound)
+    zero = nothing(data.condition)
+    room = SHARE * zero if abs(least) <= zero else 0.0
+    limits = [least + max(min(times * slack, most) * abs(least), room) for times in LOOSENESS]
+    if highest > least and not room:
+        limits = [min(limit, highest) for limit in limits]
+    for program, centred in _nearby(data, raw, list(dict.fromkeys(limits)), cap, session):
+        found = judged(data, program, centred)
+        tries.append(_try(centred, found.margin))
+        if best is None or found.margin > best.margin:
+            best = found
+        if found.status == "candidate":
+            break
+    assert best is not None  # there is a looseness
+    if best.status != "candidate" and holds(data.condition, held):
+        best = Outcome("candidate", values_of(data, raw), held, np.inf, {}, ())
+    objective = objective_at(data.condition, best.values)
+    return replace(best, tries=tuple(tries), objective=objective)
+
+
+def _nearby(
+    data: Assembled, raw: Raw, limits: list[float], cap: float, session: Session
+) -> Iterator[tuple[ConeProgram, Raw]]:
+    """Yield the largest margin below one objective after another.
+
+    The last step is the widest: before it, once more in units of what was found.
+    """
+    t, cost = np.eye(len(data.objective) + 1)[-1], np.append(data.objective, 0.0)
+    for limit in limits:
+        program = cone_program(data, -t, (Row(t, cap), Row(cost, limit)))
+        centred = again(program, raw.solver, session)
+        yield program, centred
+        closer = rescaled(program, centred) if limit in limits[-2:-1] else None
+        if closer is not None:
+            yield program, closer
+
+
+def _posed(
+    condition: Condition, parameters: Mapping[str, float] | None, assembled: Assembled | None
+) -> Assembled:
+    posed = condition.with_parameters(**parameters) if parameters else condition
+    if assembled is None:
+        data = assemble(posed)
+    else:
+        data = assembled if assembled.condition is posed else replace(assembled, condition=posed)
+    return data if any(lmi.strict for lmi in posed.lmis) else _all_weighed(data)
+
+
+def _all_weighed(data: Assembled) -> Assembled:
+    """Return the data of non-strict LMIs alone, with a margin for each, relative to its constants.
+
+    So they are decided, and centred, as strict ones are; a margin of 0 is enough.
+    """
+    columns = []
+    for lmi, cone in zip(data.condition.lmis, data.cones, strict=True):
+        sizes = [float(np.abs(c.value.astype(np.float64)).max(initial=0.0)) for c in lmi.constants]
+        size = max(sizes, default=0.0) or 1.0
+        columns.append(np.tile(pack(size * np.eye(cone.size)), cone.items))
+    return replace(data, margin_column=np.concatenate(columns))
+
+
+def _try(raw: Raw, held: float) -> Try:
+    return Try(raw.solver, raw.status, held, raw.iterations, raw.seconds)
+
+
+def _few(raws: Iterator[Raw], count: int = 3) -> Iterator[Raw]:
+    for _, raw in zip(range(count), raws, strict=False):
+        yield raw

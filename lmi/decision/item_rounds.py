@@ -1,0 +1,261 @@
+"""LMIs of very many items: the solver is given few, all are looked at, the worst are added.
+
+A no for some items is a no for all, and a least objective over some is below that over all; a yes
+counts when every item was evaluated.  Items that are never given to the solver cost an eigenvalue.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from takagi.lmi.answer import Floats, Try
+from takagi.lmi.condition.evaluate import (
+    SMALLEST_MARGIN,
+    holds,
+    lmi_value,
+    shares,
+    smallest_eigenvalues,
+)
+from takagi.lmi.condition.selected_items import restricted
+from takagi.lmi.condition.term import LMI, Condition, Indices
+from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.cone.assemble import assemble
+from takagi.lmi.decision.decide import Outcome, decide, optimise
+from takagi.lmi.solver.solve import attempts, cone_program
+from takagi.lmi.solver.time_limit import limited
+
+__all__ = ["ALL_AT_ONCE", "decide_by_rounds", "optimise_by_rounds"]
+
+# Up to so many items of an LMI are given to the solver at once: quicker than rounds.
+ALL_AT_ONCE = 48
+FIRST, ADDED, ROUNDS = 12, 12, 60
+# Unknowns will do when the items left out keep this share of the margin of those given.
+ENOUGH = 0.5
+# How far, relative to the LMI's size, an item may miss its constraint before the last round.
+MISSED = 1e-7
+# Numbers in one piece of the items that are evaluated together; bounds the memory.
+PIECE = 1_000_000
+
+
+@limited
+def decide_by_rounds(
+    condition: Condition,
+    *,
+    cap: float = 1.0,
+    rows: Mapping[str, float] | None = None,
+    parameters: Mapping[str, float] | None = None,
+    time_limit: float | None = None,
+) -> Outcome:
+    """Return the unknowns with about the largest margin t <= cap over all items.
+
+    As ``decide``, but where items were left out the margin may be down to half the largest.
+    Multipliers of items left out are zero.
+
+    Parameters
+    ----------
+    cap, rows, parameters : as for ``decide``.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
+    """
+    posed = condition.with_parameters(**parameters) if parameters else condition
+    some = _Some.of(posed)
+    tries: list[Try] = []
+    for _ in range(ROUNDS):
+        outcome = decide(some.condition(), cap=cap, rows=rows)
+        tries += outcome.tries
+        if outcome.status != "candidate":
+            return some.filled(replace(outcome, tries=tuple(tries)))
+        margins = some.margins(outcome.values)
+        worst = _worst(margins, outcome.margin)
+        if not some.add(margins, ENOUGH * outcome.margin):
+            break
+    held: Outcome = replace(outcome, margin=worst, tries=tuple(tries))
+    return some.filled(held if holds(posed, worst) else replace(held, status="unknown"))
+
+
+@limited
+def optimise_by_rounds(
+    condition: Condition,
+    *,
+    slack: float = 1e-6,
+    cap: float = 1.0,
+    parameters: Mapping[str, float] | None = None,
+    time_limit: float | None = None,
+) -> Outcome:
+    """Return unknowns whose objective is near the least over all items, centred as ``optimise``.
+
+    ``least`` is the bound for the items that were given to the solver, so it holds for all.
+
+    Parameters
+    ----------
+    slack, cap, parameters : as for ``optimise``.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
+    """
+    posed = condition.with_parameters(**parameters) if parameters else condition
+    some = _Some.of(posed)
+    tries = _touching(some)
+    for _ in range(ROUNDS):
+        outcome = optimise(some.condition(), slack=slack, cap=cap)
+        tries += outcome.tries
+        if outcome.status != "candidate":
+            break
+        margins = some.margins(outcome.values)
+        worst = _worst(margins, outcome.margin)
+        outcome = replace(outcome, margin=worst)
+        if holds(posed, worst) or not some.add(margins, SMALLEST_MARGIN):
+            break
+    if outcome.status == "candidate" and not holds(posed, outcome.margin):
+        outcome = replace(outcome, status="unknown", settled=False)
+    return some.filled(replace(outcome, tries=tuple(tries)))
+
+
+def _touching(some: _Some) -> list[Try]:
+    """Add items until the least objective over the chosen ones violates none that was left out.
+
+    No margin is asked for and nothing is claimed: this only finds the items that count.
+    """
+    tries: list[Try] = []
+    for _ in range(ROUNDS if some.pieces else 0):
+        data = assemble(some.condition())
+        raw = next(attempts(cone_program(data, data.objective, (), margin=0.0)))
+        usable = len(raw.y) == len(data.objective) and bool(np.isfinite(raw.y).all())
+        if not usable or "nfeasible" in raw.status:
+            # Too few items to bound the objective, or already too many to be satisfied.
+            tries.append(Try(raw.solver, raw.status, -np.inf, raw.iterations, raw.seconds))
+            if "Dual" in raw.status and some.add_next():
+                continue
+            return tries
+        margins = some.margins(data.values(raw.y))
+        worst = _worst(margins, np.inf)
+        tries.append(Try(raw.solver, raw.status, worst, raw.iterations, raw.seconds))
+        if not some.add(margins, -MISSED):
+            return tries
+    return tries
+
+
+@dataclass(slots=True, eq=False)
+class _Some:
+    """The condition with some items of its long LMIs.
+
+    Attributes
+    ----------
+    whole : with all items.
+    pieces : number of a long LMI -> all of it, in pieces.
+    chosen : number of a long LMI -> the items that are given to the solver.
+    """
+
+    whole: Condition
+    pieces: Mapping[int, tuple[LMI, ...]]
+    chosen: dict[int, Indices]
+
+    @classmethod
+    def of(cls, condition: Condition) -> _Some:
+        """Choose the items to begin with."""
+        long = [k for k, lmi in enumerate(condition.lmis) if lmi.count > ALL_AT_ONCE]
+        pieces = {k: tuple(_pieces(condition.lmis[k])) for k in long}
+        some = cls(condition, pieces, {})
+        some.chosen = {k: _first(condition, pieces[k]) for k in long}
+        return some
+
+    def condition(self) -> Condition:
+        """Return the condition with the chosen items."""
+        lmis = [
+            restricted(lmi, self.chosen[k]) if k in self.chosen else lmi
+            for k, lmi in enumerate(self.whole.lmis)
+        ]
+        return replace(self.whole, lmis=tuple(lmis))
+
+    def margins(self, values: Mapping[str, Floats]) -> dict[int, Floats]:
+        """Return the margin of every item of the long LMIs, relative to their weights.
+
+        Of a non-strict LMI: inf where the item holds, else the share of its size that it misses.
+        """
+        return {
+            k: np.concatenate([_margins(self.whole, piece, values) for piece in pieces])
+            for k, pieces in self.pieces.items()
+        }
+
+    def add(self, margins: Mapping[int, Floats], enough: float) -> bool:
+        """Add the worst items of each LMI that are not chosen; return whether there were any."""
+        added = False
+        for k, found in margins.items():
+            least = enough if self.whole.lmis[k].strict else 0.0
+            missed = np.flatnonzero(found < least)
+            missed = missed[~np.isin(missed, self.chosen[k])]
+            worst = missed[np.argsort(found[missed])[:ADDED]]
+            self.chosen[k] = np.concatenate([self.chosen[k], worst])
+            added = added or len(worst) > 0
+        return added
+
+    def add_next(self) -> bool:
+        """Double the items, evenly over those left; return whether there were any."""
+        added = False
+        for k, chosen in self.chosen.items():
+            left = np.setdiff1d(np.arange(self.whole.lmis[k].count), chosen)
+            some = left[np.linspace(0, len(left) - 1, min(len(left), len(chosen))).astype(np.intp)]
+            self.chosen[k] = np.concatenate([chosen, np.unique(some)])
+            added = added or len(some) > 0
+        return added
+
+    def filled(self, outcome: Outcome) -> Outcome:
+        """Return the outcome with a multiplier for every item, zero where it was left out."""
+        multipliers = dict(outcome.multipliers)
+        for k, chosen in self.chosen.items():
+            lmi = self.whole.lmis[k]
+            if lmi.name in multipliers:
+                every = np.zeros((lmi.count, lmi.size, lmi.size))
+                every[chosen] = multipliers[lmi.name]
+                multipliers[lmi.name] = every
+        return replace(outcome, multipliers=multipliers)
+
+
+def _margins(condition: Condition, lmi: LMI, values: Mapping[str, Floats]) -> Floats:
+    if lmi.strict:
+        return np.asarray(smallest_eigenvalues(condition, lmi, values) / lmi.weight)
+    share = shares(condition, lmi, values)
+    return np.where(share >= -lmi.tolerance, np.inf, share)
+
+
+def _worst(margins: Mapping[int, Floats], held: float) -> float:
+    return min([held, *(float(found.min()) for found in margins.values())])
+
+
+def _pieces(lmi: LMI) -> Iterator[LMI]:
+    step = max(1, PIECE // lmi.size**2)
+    for start in range(0, lmi.count, step):
+        yield restricted(lmi, range(start, min(start + step, lmi.count)))
+
+
+def _first(condition: Condition, pieces: tuple[LMI, ...]) -> Indices:
+    """Return the items to begin with: worst at a round guess, and farthest from the mean.
+
+    The guess is I for symmetric unknowns and 0 for the others; distance is seen through the LMI
+    at fixed random unknowns, so it needs no knowledge of what the items are made of.
+    """
+    random = np.random.default_rng(1)
+    guess = {X.name: _identity(X) for X in condition.unknowns}
+    probe = {X.name: _random(X, random) for X in condition.unknowns}
+    least = np.concatenate([smallest_eigenvalues(condition, piece, guess) for piece in pieces])
+    mean = lmi_value(pieces[0], probe, condition.parameters).mean(axis=0)
+    far = np.concatenate(
+        [
+            np.abs(lmi_value(piece, probe, condition.parameters) - mean).sum(axis=(1, 2))
+            for piece in pieces
+        ]
+    )
+    half = FIRST // 2
+    return np.unique(np.concatenate([np.argsort(least)[:half], np.argsort(-far)[:half]]))
+
+
+def _identity(X: Unknown) -> Floats:
+    one = np.eye(X.rows) if X.symmetric or X.scalar else np.zeros((X.rows, X.cols))
+    return np.broadcast_to(one, (X.count, X.rows, X.cols))
+
+
+def _random(X: Unknown, random: np.random.Generator) -> Floats:
+    value = random.normal(size=(X.count, X.rows, X.cols))
+    return value + value.transpose(0, 2, 1) if X.symmetric else value

@@ -1,0 +1,122 @@
+"""The best of a solver's tries, and whether its objective is near the least."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.answer import Status, Try
+from takagi.lmi.condition.term import Condition
+
+__all__ = [
+    "Outcome",
+    "better",
+    "concluded",
+    "measured",
+    "not_least",
+    "nothing",
+    "objective_at",
+    "promised",
+]
+
+Floats = NDArray[np.float64]
+
+# How far above its bound an objective may be to pass for the least, relative, where less was asked
+# for: the bound is good to the solver's accuracy only.
+NEAR = 1e-3
+# What solvers cannot tell from zero, in unknowns of order one.
+FLOOR = 2e-8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """The best of the tries.
+
+    Attributes
+    ----------
+    status : "candidate" when every LMI holds, the strict ones with a margin, and the objective, if
+        one is minimised, is near the least; "infeasible" when multipliers leave no unknowns of
+        whatever size (``judging``); "unknown" otherwise.
+    values : unknown name -> (count, rows, cols).
+    margin : as ``evaluate.margin`` recomputes it from ``values``.
+    bound : no values have a larger t, to solver accuracy; inf when unknown.
+    objective : recomputed from ``values``; nan without an objective or a candidate.
+    least : no unknowns have a smaller objective, to solver accuracy; -inf when unknown.
+    settled : whether an objective was minimised and is near ``least``: of a candidate of
+        ``optimise`` always.
+    feasible : the unknowns of an outcome that is "unknown" although they satisfy the condition,
+        because their objective is not near the least; else empty.
+    reason : why it is "unknown", with both numbers, where that is known; else empty.
+    """
+
+    status: Status
+    values: Mapping[str, Floats]
+    margin: float
+    bound: float
+    multipliers: Mapping[str, Floats]
+    tries: tuple[Try, ...]
+    objective: float = np.nan
+    least: float = -np.inf
+    settled: bool = False
+    feasible: Mapping[str, Floats] = field(default_factory=dict)
+    reason: str = ""
+
+
+def better(one: Outcome, other: Outcome) -> bool:
+    """Return whether it is a candidate with a smaller objective, or nearer to being one."""
+    if one.status == other.status == "candidate":
+        return one.objective < other.objective
+    return one.status == "candidate" or (other.status != "candidate" and one.margin > other.margin)
+
+
+def promised(slack: float) -> float:
+    """Return how far above the least an objective is at most, relative, where it was minimised."""
+    return max(slack, NEAR)
+
+
+def nothing(condition: Condition) -> float:
+    """Return the objective that no solver can tell from zero."""
+    costs = condition.objective.values()
+    return FLOOR * max((float(np.abs(cost).max(initial=0.0)) for cost in costs), default=0.0)
+
+
+def measured(condition: Condition, outcome: Outcome, slack: float) -> Outcome:
+    """Return the outcome with its objective held against the bound.
+
+    It is settled where the gap between them is at most ``promised(slack)`` of the *bound*, or what
+    no solver can tell from zero.  A share of the objective itself would measure nothing: an
+    objective far too large is near its bound by its own size.
+    """
+    if outcome.status != "candidate":
+        return outcome
+    if not np.isfinite(outcome.least):
+        return replace(outcome, settled=False)
+    allowed = max(promised(slack) * abs(outcome.least), nothing(condition))
+    return replace(outcome, settled=outcome.objective - outcome.least <= allowed)
+
+
+def concluded(outcome: Outcome) -> Outcome:
+    """Return the outcome of a minimisation: a candidate that is not settled is "unknown"."""
+    if outcome.status != "candidate" or outcome.settled:
+        return outcome
+    return replace(
+        outcome,
+        status="unknown",
+        feasible=outcome.values,
+        reason=not_least(outcome.objective, outcome.least),
+    )
+
+
+def not_least(found: float, least: float) -> str:
+    """Return in words that an objective is not near its bound, with both numbers."""
+    bound = f"the least is no less than {least:.5g}" if np.isfinite(least) else "no bound is known"
+    return f"no solver came near the least one: {found:.5g} was found, {bound}"
+
+
+def objective_at(condition: Condition, values: Mapping[str, Floats]) -> float:
+    if not condition.objective or not values:
+        return float(np.nan)
+    return float(sum(np.sum(cost * values[name]) for name, cost in condition.objective.items()))

@@ -1,0 +1,170 @@
+r"""The LMIs of a region of attraction: an ellipsoid {x' P x <= 1} that no trajectory leaves.
+
+With Q = P^-1: the double sums of the loop (one without saturation, several with: ``saturation``),
+limits on inputs and states on the ellipsoid (``limits``), and a measure of the ellipsoid's size to
+be made as large as possible (``largest_set``).  Inside the ellipsoid the limits hold, so inside it
+the loop is what the double sums say, V' <= -2 alpha V, and a trajectory that starts in it stays in
+it.  A model that equals its plant on a box only says so only while the ellipsoid lies in the box.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TypedDict
+
+import numpy as np
+
+from takagi.lmi.analysis.common_quadratic import vertex_weight
+from takagi.lmi.analysis.loop_pairs import pairs_of
+from takagi.lmi.argument_checks import rate_parameter
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Indices, Term, Unknown
+from takagi.lmi.gains.attraction.request import AttractionTask
+from takagi.lmi.gains.attraction.saturation import dead_zone_sum, polytope_sums, secant_sums
+from takagi.lmi.gains.attraction.set_size import (
+    Measure,
+    points_measure,
+    trace_measure,
+    volume_measure,
+)
+from takagi.lmi.gains.requirements.closed_loop import gain_unknown
+from takagi.lmi.gains.requirements.limits import input_lmis, row_lmis, state_lmis
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.relaxations import relaxation_named
+
+__all__ = ["attraction_condition"]
+
+# Size of Q, in the states at hand, beyond which an ellipsoid is taken to be unbounded.
+LARGEST = 1e3
+# The parameter that is the rate where an input saturates.
+SATURATED = "saturated_rate"
+
+
+class _Options(TypedDict):
+    weight: float
+    discrete: bool
+    corners: Indices | None
+
+
+def attraction_condition(task: AttractionTask) -> Condition:
+    """Pose the module's LMIs, with Q <= 1000 I in the coordinates of the task.
+
+    The objective is the measure.  Nothing is solved.
+
+    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 5.2 and 7.2.3; the sources of
+    ``saturation``.
+    """
+    n, r = task.A.shape[1], len(task.A)
+    Q = Unknown("Q", n, n, symmetric=True)
+    gain, unknowns = _gain(task, Q)
+    sums, more, lmis = _loops(task, Q, gain)
+    unknowns += more
+    single = task.relaxation == "common-gain" or gain is None
+    alike = task.saturation is None and isinstance(gain, np.ndarray) and len(gain) == 1
+    pose = relaxation_named("common-gain" if single or alike or r == 1 else task.relaxation)
+    for loop in sums:
+        slack, posed = pose(loop)
+        unknowns += slack
+        lmis += posed
+    if task.state_box is not None:
+        lmis += state_lmis(Q, task.state_box)
+    if task.rate_rows is not None and task.rate_limit is not None:
+        lmis += row_lmis(Q, task.rate_rows, task.rate_limit, name="input rate limit")
+    plain = Condition(
+        name="region of attraction",
+        unknowns=(Q, *unknowns),
+        lmis=(*_size_of(Q), *lmis),
+        parameters=_parameters(task),
+        source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 5.2 and 7.2.3",
+    )
+    return _measure(task, Q).put_on(plain)
+
+
+def _gain(task: AttractionTask, Q: Unknown) -> tuple[Unknown | Array | None, tuple[Unknown, ...]]:
+    if not task.sought:
+        return task.gains, ()
+    M = gain_unknown(len(task.A), task.B.shape[2], Q.rows, task.relaxation)
+    return M, (M,)
+
+
+def _loops(
+    task: AttractionTask, Q: Unknown, gain: Unknown | Array | None
+) -> tuple[tuple[DoubleSum, ...], tuple[Unknown, ...], tuple[LMI, ...]]:
+    """Return the double sums, the unknowns they need beside Q and M, and the input's limits."""
+    A, B = task.A, task.B
+    r, m = len(A), B.shape[2]
+    options = _Options(weight=_weight(task), discrete=task.step is not None, corners=task.corners)
+    if gain is None:
+        idle = np.zeros((1, m or 1, Q.rows))
+        (loop,) = secant_sums(A, np.zeros((r, Q.rows, m or 1)), Q, idle, np.ones(1), **options)
+        return (replace(loop, name=""),), (), ()
+    if task.saturation in (None, "secant"):
+        reach = 1.0 if task.saturation is None else task.overdrive
+        sums = secant_sums(A, B, Q, gain, np.full(m, 1 / reach), saturated=SATURATED, **options)
+        if task.saturation is None:
+            sums = tuple(replace(loop, name="") for loop in sums)
+        return sums, (), _commanded(task, Q, gain, reach)
+    count = 1 if task.relaxation == "common-gain" else r
+    Z = Unknown("Z", m, Q.rows, count=count)
+    assert task.input_limit is not None
+    lmis = input_lmis(Q, Z, task.input_limit, name="input saturation limit")
+    if isinstance(gain, Unknown):
+        lmis += _commanded(task, Q, gain, task.overdrive)
+    if task.saturation == "polytope":
+        return polytope_sums(A, B, Q, gain, Z, saturated=SATURATED, **options), (Z,), lmis
+    (plain,) = secant_sums(A, B, Q, gain, np.ones(m), **options)
+    loop, S = dead_zone_sum(A, B, Q, gain, Z, saturated=SATURATED, **options)
+    return (replace(plain, name="unsaturated"), loop), (Z, *S), lmis
+
+
+def _parameters(task: AttractionTask) -> dict[str, float]:
+    found = rate_parameter(task.decay_rate, task.step)
+    if task.saturation is not None:
+        (found[SATURATED],) = rate_parameter(task.saturated_decay_rate, task.step).values()
+    return found
+
+
+def _commanded(
+    task: AttractionTask, Q: Unknown, gain: Unknown | Array, reach: float
+) -> tuple[LMI, ...]:
+    """Return |K_j x|_k <= reach input_limit_k on the ellipsoid."""
+    if task.input_limit is None:
+        return ()
+    bound = reach * task.input_limit
+    if isinstance(gain, Unknown):
+        if reach == 1:
+            return input_lmis(Q, gain, bound)
+        return input_lmis(Q, gain, bound, name="command limit", symbol=r"\bar v")
+    rows = gain.reshape(-1, Q.rows)
+    return row_lmis(Q, rows, np.tile(bound, len(gain)), name="input limit")
+
+
+def _weight(task: AttractionTask) -> float:
+    if task.step is not None:
+        return 1.0
+    weight = vertex_weight(task.A)
+    if task.gains is None:
+        return weight
+    K = np.broadcast_to(task.gains, (len(task.A), *task.gains.shape[1:]))
+    return max(weight, vertex_weight(pairs_of(task.A, task.B, K)))
+
+
+def _size_of(Q: Unknown) -> tuple[LMI, LMI]:
+    one = np.eye(Q.rows)[None]
+    term = Term(unknown=Q, left=one, right=one)
+    return (
+        LMI(name="Q positive definite", blocks=(Q.rows,), terms=(term,)),
+        LMI(
+            name="scale of Q",
+            blocks=(Q.rows,),
+            terms=(term,),
+            constants=(Constant(value=-LARGEST * one, latex=rf"-{LARGEST:g} I"),),
+            sign=-1,
+            strict=False,
+        ),
+    )
+
+
+def _measure(task: AttractionTask, Q: Unknown) -> Measure:
+    if not isinstance(task.measure, str):
+        return points_measure(Q, task.measure)
+    return trace_measure(Q, task.units) if task.measure == "trace" else volume_measure(Q)

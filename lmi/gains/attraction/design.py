@@ -1,0 +1,248 @@
+"""The largest ellipsoid from which a loop with limits settles, for gains given or sought."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.analysis.common_quadratic import vertex_weight
+from takagi.lmi.analysis.loop_pairs import gain_stack
+from takagi.lmi.answer import Answer, Design, Floats
+from takagi.lmi.argument_checks import (
+    Vertices,
+    check_stabilisable,
+    input_stack,
+    vertex_stack,
+)
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.cone.balance import balanced_inputs, balanced_states
+from takagi.lmi.decision.decide import Outcome
+from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.gains.attraction.request import AttractionTask, task_of
+from takagi.lmi.gains.attraction.search import largest_ellipsoid
+from takagi.lmi.gains.decay.condition import Controlled
+from takagi.lmi.solver.time_limit import limited
+from takagi.models.errors import ModelError
+
+__all__ = ["attraction_ellipsoid", "attraction_pdc"]
+
+
+@limited
+def attraction_ellipsoid(
+    model: Vertices,
+    *,
+    gains: ArrayLike | None = None,
+    state_box: ArrayLike | None = None,
+    input_limit: ArrayLike | None = None,
+    input_rate_limit: ArrayLike | None = None,
+    rate_bounds: ArrayLike | None = None,
+    saturation: str | None = None,
+    overdrive: float = 10.0,
+    decay_rate: float = 0.0,
+    saturated_decay_rate: float = 0.0,
+    relaxation: str = "tanaka-wang",
+    measure: str | ArrayLike = "volume",
+    sample_time: float | None = None,
+    time_limit: float | None = None,
+) -> Answer:
+    """Return P of the largest {x' P x <= 1} that no trajectory leaves, with V' <= -2 alpha V in it.
+
+    Every trajectory that starts in the ellipsoid tends to 0, for memberships that move in any
+    way, and keeps every limit.  V = x' P x as it is: its level 1 is meant, so P is not scaled.
+
+    Parameters
+    ----------
+    model : a model, or A (r, n, n) for a loop without inputs.
+    gains : K, (r, m, n), of u = -sum_j h_j K_j x; None for u = 0.
+    state_box : (n,) half-widths, inf for none, that the ellipsoid lies in; None takes the box of
+        the model, outside which the vertices say nothing about the plant.
+    input_limit : (m,) ubar with |u_k| <= ubar_k.
+    input_rate_limit : (m,) bounds on |u_k'| in 1/s of the input's unit, or on |u_k(x+) - u_k(x)|;
+        without saturation only.
+    rate_bounds : phi, (r,), |h_j'| <= phi_j in 1/s; needed with input_rate_limit in continuous
+        time where the gains differ.
+    saturation : None asks that the command never exceeds the limit in the ellipsoid; "secant",
+        "polytope" and "dead-zone" let it, and count with the saturated input (``saturation``).
+    overdrive : of the secant, the largest ratio of command to limit; fourteen are tried.
+    decay_rate : alpha in 1/s; V(x+) <= e^(-2 alpha T) V(x) in discrete time.
+    saturated_decay_rate : alpha in 1/s where an input saturates; then this is the answer's.
+    relaxation : as for ``pdc``; "common-gain" only for gains that do not differ.
+    measure : "volume"; "trace", the sum of the squared semi-axes in units of the state box, or of
+        the states where there is none; or points (k, n), whose largest multiple in the ellipsoid,
+        1 / max_k (x_k' P x_k)^(1/2), counts.  (n,) half-widths stand for the corners of a box.
+    sample_time : T in s for raw arrays of discrete time; None takes the model's own.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
+
+    Returns
+    -------
+    An ``Answer``, about 1e-4 below the largest measure by this condition, so that every LMI keeps
+    a margin, and a thousandth at most; "unknown" where no solver gets so near.  Nothing is proved
+    here.
+    Not promised: that it is the largest region of attraction, which need not be an ellipsoid; nor
+    a finite one where neither box nor limit bounds it: it is cut off where Q reaches 1000 times
+    the size of the last coordinates.
+
+    Raises
+    ------
+    ModelError : shapes, numbers, unknown names, nothing that limits the ellipsoid, a saturation
+        without a limit.
+
+    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.2; Hu and Lin (2001).
+    """
+    A = vertex_stack(model).astype(np.float64)
+    r, n = A.shape[:2]
+    B, K = np.zeros((r, n, 0)), None
+    if gains is not None:
+        B = input_stack(model, A).astype(np.float64)
+        K = gain_stack(gains, r, B.shape[2], n)
+        K = K[:1] if np.all(K == K[:1]) else K
+        if relaxation == "common-gain" and len(K) > 1:
+            raise ModelError(
+                'the gains differ from rule to rule, which the relaxation "common-gain" does not '
+                'allow; take another, such as "tanaka-wang"'
+            )
+    elif any(part is not None for part in (input_limit, input_rate_limit, saturation)):
+        raise ModelError("limits on inputs and saturation are about u = -K x; give gains")
+    task = task_of(
+        model,
+        A,
+        B,
+        K,
+        state_box=state_box,
+        input_limit=input_limit,
+        saturation=saturation,
+        overdrive=overdrive,
+        rates=(input_rate_limit, rate_bounds),
+        decay_rates=(decay_rate, saturated_decay_rate),
+        relaxation=relaxation,
+        measure=measure,
+        sample_time=sample_time,
+    )
+    if all(part is None for part in (task.state_box, task.input_limit, task.rate_limit)):
+        raise ModelError(
+            "nothing limits the ellipsoid; give state_box, or input_limit with gains (for a loop "
+            "without limits common_lyapunov shows that it decays from everywhere)"
+        )
+    condition, outcome, s, _ = largest_ellipsoid(task)
+    return _answer(condition, outcome, s, task)
+
+
+@limited
+def attraction_pdc(
+    model: Controlled,
+    *,
+    input_limit: ArrayLike,
+    state_box: ArrayLike | None = None,
+    saturation: str | None = "polytope",
+    overdrive: float = 10.0,
+    decay_rate: float = 0.0,
+    saturated_decay_rate: float = 0.0,
+    relaxation: str = "wang-tanaka-griffin",
+    measure: str | ArrayLike = "volume",
+    sample_time: float | None = None,
+    time_limit: float | None = None,
+) -> Design:
+    """Return gains K_i for u = -sat(sum_i h_i K_i x) with the largest {x' P x <= 1} to start from.
+
+    As ``attraction_ellipsoid``, with the gains sought too.
+
+    Parameters
+    ----------
+    model : A (r, n, n) and B (r, n, m).
+    overdrive : bound on |v_k| / input_limit_k for the command v = sum_i h_i K_i x in the
+        ellipsoid; larger ones make harder gains.
+    others : as for ``attraction_ellipsoid``.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
+
+    Returns
+    -------
+    A ``Design``; its P is not scaled, as its level 1 is the ellipsoid.  Nothing is proved here.
+
+    Raises
+    ------
+    ModelError : as ``attraction_ellipsoid``, and a vertex with an unstable mode that no input
+        moves.
+    """
+    A = vertex_stack(model).astype(np.float64)
+    B = input_stack(model, A).astype(np.float64)
+    task = task_of(
+        model,
+        A,
+        B,
+        None,
+        state_box=state_box,
+        input_limit=input_limit,
+        saturation=saturation,
+        overdrive=overdrive,
+        decay_rates=(decay_rate, saturated_decay_rate),
+        relaxation=relaxation,
+        measure=measure,
+        sample_time=sample_time,
+    )
+    task = replace(task, sought=True)
+    s = balanced_states(A)
+    units = balanced_inputs(B / s[:, None], vertex_weight(A * s / s[:, None]) / 2)
+    names = tuple(getattr(model, "states", ()))
+    check_stabilisable(
+        A * s / s[:, None], B * units / s[:, None], units=s, names=names, step=task.step
+    )
+    condition, outcome, s, tau = largest_ellipsoid(task)
+    answer = _answer(condition, outcome, s, task)
+    gains = None
+    if answer.found:
+        Q, M = outcome.values["Q"][0], outcome.values["M"]
+        hat = np.linalg.solve(Q, M.transpose(0, 2, 1)).transpose(0, 2, 1)
+        gains = np.broadcast_to(hat * tau[:, None] / s, (len(A), *hat.shape[1:])).copy()
+    return Design(
+        gains=gains,
+        P=answer.P,
+        decay_rate=task.slowest,
+        margin=outcome.margin,
+        relaxation=relaxation,
+        answer=answer,
+    )
+
+
+def _answer(condition: Condition, outcome: Outcome, s: Floats, task: AttractionTask) -> Answer:
+    P = None
+    if outcome.status == "candidate":
+        inverse = np.linalg.inv(outcome.values["Q"][0])
+        P = (inverse + inverse.T) / 2 / s / s[:, None]
+    return Answer(
+        status=outcome.status,
+        P=P,
+        margin=outcome.margin,
+        decay_rate=None if P is None else task.slowest,
+        bound=outcome.bound,
+        values=outcome.values,
+        multipliers=outcome.multipliers,
+        coordinates=s,
+        condition=condition,
+        feasible=outcome.feasible,
+        diagnosis="" if P is not None else _diagnosis(condition, outcome, task),
+        tries=outcome.tries,
+    )
+
+
+def _diagnosis(condition: Condition, outcome: Outcome, task: AttractionTask) -> str:
+    if outcome.feasible:
+        return (
+            f"there is an ellipsoid, but in the coordinates of the condition {outcome.reason}; "
+            "give a state box and input limits of the size that matters"
+        )
+    if outcome.status == "unknown":
+        return (
+            f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
+            f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
+            "decay rate a little"
+        )
+    names = [lmi.name for lmi in condition.lmis[1:] if lmi.strict]
+    binding = binding_items(condition, outcome.multipliers, *names)
+    return (
+        f"no ellipsoid, however small: {binding}; lower the decay rate, take a richer relaxation "
+        f"than {task.relaxation}, or shrink the box that these vertices span"
+    )

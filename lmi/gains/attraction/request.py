@@ -1,0 +1,196 @@
+"""What is asked of a region of attraction, checked at the door, in one set of coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.analysis.actuator_rates import (
+    input_rate_rows,
+    membership_corners,
+    membership_rates,
+)
+from takagi.lmi.argument_checks import corners_of, number, positive_vector, sample_time_of
+from takagi.lmi.condition.term import Array, Indices
+from takagi.lmi.gains.attraction.state_box import measure_of, state_box_of
+from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.models.errors import ModelError, did_you_mean
+
+__all__ = ["AttractionTask", "task_of"]
+
+SATURATIONS = ("secant", "polytope", "dead-zone")
+# Rows of a rate limit, one LMI each, that are still listed.
+MOST_ROWS = 20_000
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class AttractionTask:
+    """What is asked, in one set of coordinates.
+
+    Attributes
+    ----------
+    A, B : (r, n, n), (r, n, m); m = 0 without inputs.
+    gains : K, (r, m, n) or (1, m, n); None where they are sought.
+    sought : whether gains are sought; without gains and not sought, u = 0.
+    input_limit : (m,) or None.
+    saturation : None, |u| <= limit everywhere; "secant", "polytope" or "dead-zone".
+    overdrive : |v_k| <= overdrive input_limit_k for the command v before saturation; the secant's
+        smallest slope is 1 / overdrive, gains that are sought are bounded by it.
+    state_box : (n,), inf for none; or None.
+    rate_rows, rate_limit : (T, n), (T,) further rows with |c x| <= limit; or None.
+    decay_rate, saturated_decay_rate : alpha in 1/s where no input saturates, and where one does.
+    step : sample time in s or None.
+    relaxation : name; measure : "volume", "trace" or points (k, n).
+    units : (n,), in which the trace is measured.
+    corners : as in ``DoubleSum``.
+    """
+
+    A: Array
+    B: Array
+    gains: Array | None
+    sought: bool
+    input_limit: Array | None
+    saturation: str | None
+    overdrive: float
+    state_box: Array | None
+    rate_rows: Array | None
+    rate_limit: Array | None
+    decay_rate: float
+    saturated_decay_rate: float
+    step: float | None
+    relaxation: str
+    measure: str | Array
+    units: Array
+    corners: Indices | None
+
+    @property
+    def slowest(self) -> float:
+        """Return the alpha that holds in the whole ellipsoid."""
+        return self.decay_rate if self.saturation is None else self.saturated_decay_rate
+
+    def scaled(self, s: Array, tau: Array) -> AttractionTask:
+        """Return the task in x = s xhat, u = tau uhat."""
+        return replace(
+            self,
+            A=self.A * s / s[:, None],
+            B=self.B * tau / s[:, None],
+            gains=None if self.gains is None else self.gains * s / tau[:, None],
+            input_limit=None if self.input_limit is None else self.input_limit / tau,
+            state_box=None if self.state_box is None else self.state_box / s,
+            rate_rows=None if self.rate_rows is None else self.rate_rows * s,
+            units=self.units / s,
+            measure=self.measure if isinstance(self.measure, str) else self.measure / s,
+        )
+
+
+def task_of(
+    model: object,
+    A: Array,
+    B: Array,
+    gains: Array | None,
+    *,
+    state_box: ArrayLike | None,
+    input_limit: ArrayLike | None,
+    saturation: str | None,
+    overdrive: float,
+    decay_rates: tuple[float, float],
+    relaxation: str,
+    measure: str | ArrayLike,
+    sample_time: float | None,
+    rates: tuple[ArrayLike | None, ArrayLike | None] = (None, None),
+) -> AttractionTask:
+    """Return the task in the model's own coordinates, for gains that are known.
+
+    Parameters
+    ----------
+    decay_rates : alpha in 1/s where no input saturates, and where one does.
+    rates : limit of the inputs' rates, and bounds of those of the memberships.
+    others : as in ``attraction_ellipsoid``.
+
+    Raises
+    ------
+    ModelError : whatever ``attraction_ellipsoid`` raises.
+    """
+    relaxation_named(relaxation)
+    n, m = B.shape[1:]
+    if saturation is not None and saturation not in SATURATIONS:
+        raise ModelError(
+            f"saturation {saturation!r} is not known; there are None, {', '.join(SATURATIONS)}"
+            + did_you_mean(str(saturation), list(SATURATIONS))
+        )
+    limit = None if input_limit is None else positive_vector("input_limit", input_limit, m)
+    if saturation is not None and limit is None:
+        raise ModelError(f"saturation {saturation!r} needs input_limit, where the inputs saturate")
+    if saturation is not None and rates[0] is not None:
+        raise ModelError(
+            "input_rate_limit is about a law that does not saturate; leave saturation out, or "
+            "make the inputs states (with_input_states)"
+        )
+    step = sample_time_of(model, sample_time)
+    fast, slow = _decay_rates(decay_rates)
+    # Without inputs u = 0, which every box of the inputs holds.
+    box = state_box_of(model, state_box, n, np.zeros(_inputs_of(model)) if m == 0 else limit)
+    rows, most = _rate_rows(A, B, gains, rates, discrete=step is not None)
+    return AttractionTask(
+        A=A,
+        B=B,
+        gains=gains,
+        sought=False,
+        input_limit=limit,
+        saturation=saturation,
+        overdrive=float(number("overdrive", overdrive, at_least=1.0)),
+        state_box=box,
+        rate_rows=rows,
+        rate_limit=most,
+        decay_rate=fast,
+        saturated_decay_rate=slow,
+        step=step,
+        relaxation=relaxation,
+        measure=measure_of(measure, n),
+        units=np.ones(n) if box is None else np.where(np.isfinite(box), box, 1.0),
+        corners=corners_of(model),
+    )
+
+
+def _inputs_of(model: object) -> int:
+    return len(getattr(model, "inputs", ()))
+
+
+def _decay_rates(given: tuple[float, float]) -> tuple[float, float]:
+    fast = float(number("decay_rate", given[0], at_least=0.0))
+    slow = float(number("saturated_decay_rate", given[1], at_least=0.0))
+    if slow > fast:
+        raise ModelError(
+            f"saturated_decay_rate is {slow:g}, decay_rate only {fast:g} 1/s; saturation slows a "
+            "loop down, so ask for no more where an input saturates"
+        )
+    return fast, slow
+
+
+def _rate_rows(
+    A: Array,
+    B: Array,
+    K: Array | None,
+    rates: tuple[ArrayLike | None, ArrayLike | None],
+    *,
+    discrete: bool,
+) -> tuple[Array | None, Array | None]:
+    """Return rows c, (T, n), and limits, (T,), so that |c x| <= limit keeps the rate limits."""
+    limit, bounds = rates
+    if limit is None or K is None:
+        return None, None
+    m = B.shape[2]
+    allowed = positive_vector("input_rate_limit", limit, m)
+    phi = membership_rates(bounds, K, discrete=discrete)
+    rows = input_rate_rows(A, B, K, discrete=discrete)
+    if phi is not None:
+        moving = np.tensordot(membership_corners(phi), K, axes=1)
+        if len(rows) * len(moving) * m > MOST_ROWS:
+            raise ModelError(
+                f"{len(A)} rules make {len(rows) * len(moving) * m} rows of the rate limit, more "
+                f"than {MOST_ROWS}; scale an ellipsoid by input_rate_bound instead"
+            )
+        rows = (rows[:, None] + moving).reshape(-1, m, A.shape[1])
+    return rows.reshape(-1, A.shape[1]), np.tile(allowed, len(rows))

@@ -1,0 +1,4 @@
+"""Gains with the least guaranteed quadratic cost.
+
+The linear-quadratic regulator of a Takagi-Sugeno model.
+"""

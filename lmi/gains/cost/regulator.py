@@ -1,0 +1,285 @@
+r"""The linear-quadratic regulator of a Takagi-Sugeno model: the least guaranteed cost, by PDC.
+
+The LMIs are in ``cost_condition``.  They are solved in states in which a first guess of the cost is
+|x|^2, and again in those of what was found where that was far off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.lmi.analysis.common_quadratic import vertex_weight
+from takagi.lmi.analysis.disturbance.channel import near_least
+from takagi.lmi.answer import Answer, Design, Status
+from takagi.lmi.argument_checks import input_stack, sample_time_of, symmetric, vertex_stack
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.cone.balance import motion, state_units
+from takagi.lmi.decision.decide import Outcome, optimise
+from takagi.lmi.decision.outcome import not_least
+from takagi.lmi.gains.cost.condition import initial_factor, largest_lmi, lqr_pdc_condition
+from takagi.lmi.gains.decay.condition import Controlled
+from takagi.lmi.gains.decay.pdc import pdc
+from takagi.lmi.solver.time_limit import limited
+from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.models.ts.premise import Premise
+
+__all__ = ["lqr_pdc"]
+
+Floats = NDArray[np.float64]
+
+# Share of the largest cost that a state is taken to have where it has none.
+LEAST_COST = 1e-8
+ROUNDS = 4
+UNSETTLED = (
+    "the weights or the vertices differ too much in size, or these rules can hardly be stabilised; "
+    "weigh every state a little, give scales, or take a richer relaxation"
+)
+
+
+@limited
+def lqr_pdc(
+    model: Controlled,
+    Q: ArrayLike,
+    R: ArrayLike,
+    *,
+    relaxation: str = "wang-tanaka-griffin",
+    deviations: ArrayLike = 1.0,
+    scales: ArrayLike | None = None,
+    sample_time: float | None = None,
+    time_limit: float | None = None,
+) -> Design:
+    """Return gains K_i for u = -sum_i h_i K_i x with the least bound on the quadratic cost.
+
+    The integral of x' Q x + u' R u is at most x(0)' P x(0) for every blend of the vertices, however
+    fast it varies; the mean of that, over x(0) of the given deviations, is least.  In discrete
+    time the cost is the sum of x' Q x + u' R u over the steps; times T it is near the integral.
+    Of one rule it is the linear-quadratic regulator.
+
+    Parameters
+    ----------
+    model : A (r, n, n) and B (r, n, m).
+    Q : (n, n) symmetric, positive semidefinite.
+    R : (m, m) symmetric, positive definite.
+    relaxation : as for ``pdc``.
+    deviations : standard deviation of each state of x(0) in its unit, (n,) or one number; or L,
+        (n, n), where they are correlated with covariance L L'.
+    scales : (n,) engineering range of each state; None balances.
+    sample_time : T in s of x+ = A x + B u; None takes the model's own.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
+
+    Returns
+    -------
+    A ``Design``; ``cost`` is sum_k deviations_k^2 P_kk, or trace L' P L.  Without gains its answer
+    says which rules bind and what to relax.  The answer's condition is posed in states in which
+    the mean vertex costs |x|^2, so it has no ``coordinates``.  Nothing is proved here.
+
+    Not promised: with one relaxation there may be no gains, or a larger cost, where a richer one
+    does better.  A state that costs nothing is charged 1e-6 of the cost.
+
+    Raises
+    ------
+    ModelError : shapes, numbers, an unknown relaxation, weights that are not symmetric or not
+        definite, inputs that are dependent or do nothing, a vertex with an unstable mode that no
+        input moves.
+
+    Source: Tanaka and Wang (2001), chapter 6.
+    """
+    relaxation_named(relaxation)
+    A = vertex_stack(model).astype(np.float64)
+    B = input_stack(model, A).astype(np.float64)
+    r, n, m = B.shape
+    weight = symmetric("Q", Q, n, definite=False)
+    R = symmetric("R", R, m, definite=True)
+    step = sample_time_of(model, sample_time)
+    task = _Task(
+        A,
+        B,
+        weight,
+        R,
+        initial_factor(deviations, n),
+        step,
+        tuple(getattr(model, "premises", ())),
+        tuple(getattr(model, "rules", ())),
+    )
+    plain = pdc(model, relaxation=relaxation, scales=scales, sample_time=sample_time)
+    if plain.gains is None or plain.P is None:
+        return _without_gains(plain)
+    guess = _mean_cost(task, state_units(A, scales, step=step))
+    condition, outcome, units = _solved(task, guess, relaxation)
+    if not near_least(outcome):
+        guess = _cost_of(task, plain.gains, plain.P)
+        condition, outcome, units = _solved(task, guess, relaxation)
+    return _cost_design(condition, outcome, task, units, relaxation)
+
+
+def _solved(task: _Task, P: Floats, relaxation: str) -> tuple[Condition, Outcome, _CostUnits]:
+    """Pose and solve in states where P is the identity; again where it ends, if that was far."""
+    for _ in range(ROUNDS):
+        units = _CostUnits.of(task, P)
+        posed = task.posed(units)
+        condition = lqr_pdc_condition(
+            posed,
+            posed.Q,
+            posed.R,
+            relaxation=relaxation,
+            deviations=posed.factor,
+            span=units.rate,
+        )
+        condition = condition.with_lmis(largest_lmi(condition.unknowns[0]))
+        outcome = optimise(condition)
+        if near_least(outcome) or not outcome.feasible:
+            break
+        P = units.quadratic(outcome.feasible["S"][0])
+    return condition, outcome, units
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Task:
+    """Vertices, weights, and the covariance factor factor' of x(0), in one set of coordinates.
+
+    ``premises`` and ``rules`` are the model's, for relaxations that know products of memberships.
+    """
+
+    A: Floats
+    B: Floats
+    Q: Floats
+    R: Floats
+    factor: Floats
+    sample_time: float | None
+    premises: tuple[Premise, ...] = ()
+    rules: tuple[tuple[int, ...], ...] = ()
+
+    def posed(self, units: _CostUnits) -> _Task:
+        """Return the task in the given coordinates."""
+        T, U = units.states, units.inputs
+        # Steps cannot be counted in other units than steps.
+        rate = units.rate if self.sample_time is None else 1.0
+        factor = np.linalg.solve(T, self.factor)
+        weight = T.T @ self.Q @ T / rate
+        return _Task(
+            np.asarray(np.linalg.solve(T, self.A @ T) / rate, dtype=np.float64),
+            np.asarray(np.linalg.solve(T, self.B @ U) / rate, dtype=np.float64),
+            (weight + weight.T) / 2,
+            np.eye(len(U)) * units.rate / rate,
+            np.asarray(factor / np.linalg.norm(factor, 2), dtype=np.float64),
+            self.sample_time,
+            self.premises,
+            self.rules,
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _CostUnits:
+    """x = states xhat, u = inputs uhat, both square matrices, and time in 1 / rate.
+
+    In discrete time the rate is what happens in one step, at most 1.
+    """
+
+    states: Floats
+    inputs: Floats
+    rate: float
+
+    @classmethod
+    def of(cls, task: _Task, P: Floats) -> _CostUnits:
+        """Return coordinates where x' P x is |xhat|^2 and the weight R is I."""
+        T = np.linalg.inv(np.linalg.cholesky(P)).T
+        moved = motion(np.linalg.solve(T, task.A @ T), task.sample_time)
+        rate = vertex_weight(moved) / 2
+        rate = rate if task.sample_time is None else min(rate, 1.0)
+        return cls(T, np.sqrt(rate) * np.linalg.inv(np.linalg.cholesky(task.R)).T, rate)
+
+    def quadratic(self, S: Floats) -> Floats:
+        """Return P in the model's states."""
+        back = np.linalg.inv(self.states)
+        P = back.T @ np.linalg.inv(S) @ back
+        return np.asarray((P + P.T) / 2)
+
+
+def _mean_cost(task: _Task, s: Floats) -> Floats:
+    """Return about the regulator's P at the mean vertex, positive definite.
+
+    Where that vertex has none: of the size of the weight Q in balanced states x / s.
+    """
+    from scipy.linalg import solve_continuous_are, solve_discrete_are
+
+    riccati = solve_continuous_are if task.sample_time is None else solve_discrete_are
+    A, B = task.A.mean(axis=0) * s / s[:, None], task.B.mean(axis=0) / s[:, None]
+    weight = task.Q * s * s[:, None]
+    least = LEAST_COST * (np.abs(weight).max() or 1.0) * np.eye(len(s))
+    try:
+        P = np.asarray(riccati(A, B, weight + least, task.R))
+    except np.linalg.LinAlgError:
+        P = weight
+    P = weight if not np.isfinite(P).all() else (P + P.T) / 2
+    values, vectors = np.linalg.eigh(P)
+    values = np.maximum(values, max(LEAST_COST * values[-1], least[0, 0]))
+    return np.asarray((vectors * values) @ vectors.T / s / s[:, None])
+
+
+def _cost_of(task: _Task, gains: Floats, P: Floats) -> Floats:
+    """Return the multiple of P that bounds the cost of these gains at their own vertices."""
+    loop = task.A - task.B @ gains
+    closed = P @ loop
+    if task.sample_time is None:
+        lost = -closed - closed.transpose(0, 2, 1)
+    else:
+        lost = P - loop.transpose(0, 2, 1) @ closed
+    rates, vectors = np.linalg.eigh(lost)
+    # Positive by the design; rounding may have taken what little there was.
+    root = vectors / np.sqrt(np.maximum(rates, 1e-14 * rates[:, -1:]))[:, None, :]
+    spent = task.Q + gains.transpose(0, 2, 1) @ task.R @ gains
+    size = np.linalg.eigvalsh(root.transpose(0, 2, 1) @ spent @ root)[:, -1].max()
+    return np.asarray(P * size)
+
+
+def _without_gains(plain: Design) -> Design:
+    """Return the no of ``pdc``: without gains that stabilise there is no finite cost."""
+    said = plain.answer.diagnosis.replace("lower the decay rate, or ", "")
+    answer = replace(plain.answer, diagnosis=said.replace("lower the decay rate a little, or ", ""))
+    return replace(plain, answer=answer)
+
+
+def _unsettled(outcome: Outcome, task: _Task, units: _CostUnits) -> str:
+    """Return why there is no least cost; the objective is the cost for deviations of norm 1."""
+    size = float(np.linalg.norm(np.linalg.solve(units.states, task.factor), 2)) ** 2
+    said = not_least(size * outcome.objective, size * outcome.least)
+    return f"gains exist, but {said}; {UNSETTLED}"
+
+
+def _cost_design(
+    condition: Condition, outcome: Outcome, task: _Task, units: _CostUnits, relaxation: str
+) -> Design:
+    gains, P, cost = None, None, None
+    status: Status = "unknown"
+    if near_least(outcome):
+        status = "candidate"
+        S, M = outcome.values["S"][0], outcome.values["M"]
+        P, back = units.quadratic(S), np.linalg.inv(units.states)
+        K = units.inputs @ np.linalg.solve(S, M.transpose(0, 2, 1)).transpose(0, 2, 1) @ back
+        gains = np.broadcast_to(K, (len(task.A), *K.shape[1:])).copy()
+        cost = float(np.trace(task.factor.T @ P @ task.factor))
+    answer = Answer(
+        status=status,
+        P=P,
+        margin=outcome.margin,
+        bound=outcome.bound,
+        values=outcome.values,
+        multipliers=outcome.multipliers,
+        condition=condition,
+        feasible=outcome.feasible,
+        diagnosis="" if P is not None else _unsettled(outcome, task, units),
+        tries=outcome.tries,
+    )
+    return Design(
+        gains=gains,
+        P=P,
+        decay_rate=0.0,
+        margin=outcome.margin,
+        relaxation=relaxation,
+        answer=answer,
+        cost=cost,
+    )

@@ -1,0 +1,251 @@
+"""From the LMIs of one relaxation to gains in the model's units, or to a reasoned no."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from takagi.lmi.answer import Answer, Design, Floats
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.cone.assemble import Assembled, assemble
+from takagi.lmi.decision.decide import Outcome, decide, improve
+from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, decide_by_rounds
+from takagi.lmi.gains.decay.limited_outcome import EFFORTS, Decided, held, in_a_fit_size
+from takagi.lmi.gains.decay.request import Task
+from takagi.lmi.gains.decay.shown_rate import shown_rate
+from takagi.lmi.sums.relaxations import Relaxation
+
+__all__ = ["ANY", "decided", "design_at", "design_of", "rate_shown"]
+
+# A margin below this may be one of unfit units, or of gains held too small.
+SECOND_LOOK = 1e-6
+# Without gains Q vanishes to solver accuracy; a larger one that misses its margin says in which
+# states to look again.
+NOISE = 1e-3
+# Looks at a larger ellipsoid or greater effort.
+ROUNDS = 6
+# In the place of a relaxation's name: what each of them implies has no unknowns.
+ANY = "any relaxation"
+
+
+def design_at(task: Task, decay_rate: float, relaxation: str) -> Design:
+    """Return the gains of least effort at half the largest margin, or why there are none."""
+    fixed = task.fixed_mode(decay_rate)
+    if fixed is not None:
+        return _no_by_fixed_mode(task, fixed, decay_rate, relaxation)
+    found = decided(task, decay_rate, relaxation)
+    if found.outcome.status == "candidate":
+        less = improve(found.condition, found.outcome, assembled=found.data)
+        found = replace(found, outcome=less)
+    return design_of(found, decay_rate, relaxation)
+
+
+def design_of(found: Decided, decay_rate: float, relaxation: str) -> Design:
+    """Return an outcome as a design in the model's units."""
+    answer = _answer(found, decay_rate, relaxation)
+    return Design(
+        gains=_gains(found.task, found.outcome) if answer.found else None,
+        P=answer.P,
+        decay_rate=decay_rate,
+        margin=found.outcome.margin,
+        relaxation=relaxation,
+        answer=answer,
+    )
+
+
+def decided(
+    task: Task, decay_rate: float, relaxation: str | Relaxation, *, most: int = 99
+) -> Decided:
+    """Return the largest margin; before it is a no, or thin, in better units and huge gains too.
+
+    Other units settle more, and sooner, than other solvers: those are asked last, ``most`` of them.
+    """
+    condition = task.posed(decay_rate, relaxation)
+    data = assemble(condition)
+    outcome = _first_look(condition, data)
+    first = Decided(task, condition, data, outcome)
+    if outcome.margin >= SECOND_LOOK:
+        return first
+    second = _in_better_units(first, decay_rate, relaxation)
+    second = _again(second, EFFORTS[2] if second.task is task else EFFORTS[1])
+    before = outcome.margin
+    for _ in range(ROUNDS):
+        if not (held(second) or _nearer(second, before)):
+            break
+        before = second.outcome.margin
+        second = _in_better_units(second, decay_rate, relaxation)
+        second = _again(second, EFFORTS[2])
+    found, tries = second.outcome, second.outcome.tries
+    first = replace(first, outcome=replace(outcome, tries=tries))
+    if found.status == "candidate" and found.margin > outcome.margin:
+        return second
+    if outcome.status != "unknown" and not held(first):
+        return first
+    if found.status == "infeasible" and not held(second):
+        return second
+    third = _from_no_limits(first, decay_rate, relaxation)
+    if third is not None:
+        tries = (*tries, *third.outcome.tries[len(outcome.tries) :])
+        if third.outcome.status != "unknown":
+            return replace(third, outcome=replace(third.outcome, tries=tries))
+    # Held by what was tried, it says nothing of larger ellipsoids and gains.
+    last = second if held(first) else first
+    rest = decide(last.condition, rows={"nu": last.effort}, assembled=last.data, most=most)
+    if rest.status == "infeasible" and held(replace(last, outcome=rest)):
+        rest = replace(rest, status="unknown", bound=np.inf)
+    return replace(last, outcome=replace(rest, tries=(*tries, *rest.tries)))
+
+
+def _first_look(condition: Condition, data: Assembled) -> Outcome:
+    """Return the largest margin; of very many pairs, about that, where few of them settle it."""
+    modest = {"nu": EFFORTS[0]}
+    if max(lmi.count for lmi in condition.lmis) > ALL_AT_ONCE:
+        found = decide_by_rounds(condition, rows=modest)
+        if found.margin >= SECOND_LOOK:
+            return found
+    return decide(condition, rows=modest, assembled=data, most=1)
+
+
+def _again(posed: Decided, effort: float) -> Decided:
+    """Solve what is posed, and count the tries before it too."""
+    found = decide(posed.condition, rows={"nu": effort}, assembled=posed.data, most=1)
+    outcome = replace(found, tries=(*posed.outcome.tries, *found.tries))
+    return replace(posed, outcome=outcome, effort=effort)
+
+
+def _nearer(found: Decided, before: float) -> bool:
+    """Return whether other units have left clearly less of what the margin misses."""
+    margin = found.outcome.margin
+    return found.task.limits.level and before < 1.25 * margin < 0.0
+
+
+def _in_better_units(first: Decided, decay_rate: float, relaxation: str | Relaxation) -> Decided:
+    """Return the task in the units of a Q that was nearly good; as it is where Q is but noise."""
+    values = first.outcome.values
+    diagonal = np.diag(values["Q"][0]) if "Q" in values else np.zeros(1)
+    if diagonal.min() <= 0 or diagonal.max() < NOISE:
+        return first
+    task = first.task.in_units_of(values["Q"][0])
+    condition = task.posed(decay_rate, relaxation)
+    return Decided(task, condition, assemble(condition), first.outcome, first.effort)
+
+
+def _from_no_limits(
+    first: Decided, decay_rate: float, relaxation: str | Relaxation
+) -> Decided | None:
+    """Return what gains without limits settle of those with them; None where nothing is limited.
+
+    A no without limits is one with them, and of all sizes of the ellipsoid.  Gains without limits
+    have them where their ellipsoid fits in some size, as with a box to start from alone it always
+    does.  Else the units of those gains are those in which to look: the solver misses in others
+    where gains barely exist.
+    """
+    task = first.task
+    if not task.limits.level:
+        return None
+    plain = decided(task.without_limits(), decay_rate, relaxation, most=1)
+    tries = (*first.outcome.tries, *plain.outcome.tries)
+    if plain.outcome.status == "candidate":
+        fit = in_a_fit_size(plain, task, decay_rate, relaxation)
+        if fit.outcome.status == "candidate":
+            plain = fit
+        else:
+            units = fit.task.in_units_of(plain.outcome.values["Q"][0])
+            condition = units.posed(decay_rate, relaxation)
+            begun = replace(plain.outcome, tries=())
+            posed = Decided(units, condition, assemble(condition), begun, EFFORTS[2])
+            plain = _again(posed, EFFORTS[2])
+            if held(plain):
+                plain = replace(plain, outcome=replace(plain.outcome, status="unknown"))
+            tries = (*tries, *plain.outcome.tries)
+    return replace(plain, outcome=replace(plain.outcome, tries=tries))
+
+
+def rate_shown(found: Decided) -> float:
+    """Return the largest decay rate in 1/s that the unknowns of a candidate show."""
+    return shown_rate(found.condition, found.outcome.values, found.task.sample_time)
+
+
+def _gains(task: Task, outcome: Outcome) -> Floats:
+    """Return K_i = M_i Q^-1 in the model's units, (r, m, n)."""
+    Q, M = outcome.values["Q"][0], outcome.values["M"]
+    K = np.linalg.solve(Q, M.transpose(0, 2, 1)).transpose(0, 2, 1)
+    shape = (len(task.A), len(task.tau), len(task.s))
+    return np.broadcast_to(K * task.tau[:, None] / task.s, shape).copy()
+
+
+def _lyapunov(task: Task, outcome: Outcome) -> Floats:
+    """Return P = Q^-1 in the model's states; its size is free where no limit fixes it."""
+    inverse = np.linalg.inv(outcome.values["Q"][0])
+    inverse = (inverse + inverse.T) / 2
+    if not task.limits.level:
+        inverse /= np.exp2(np.floor(np.log2(np.linalg.eigvalsh(inverse)[0])))
+    return np.asarray(inverse / task.s / task.s[:, None])
+
+
+def _answer(found: Decided, decay_rate: float, relaxation: str) -> Answer:
+    task, condition, outcome = found.task, found.condition, found.outcome
+    good = outcome.status == "candidate"
+    return Answer(
+        status=outcome.status,
+        P=_lyapunov(task, outcome) if good else None,
+        margin=outcome.margin,
+        decay_rate=rate_shown(found) if good else None,
+        bound=outcome.bound,
+        values=outcome.values,
+        multipliers=outcome.multipliers,
+        coordinates=task.s,
+        condition=condition,
+        diagnosis="" if good else _diagnosis(task, condition, outcome, relaxation),
+        tries=outcome.tries,
+    )
+
+
+def _no_by_fixed_mode(
+    task: Task, fixed: tuple[int, complex], decay_rate: float, relaxation: str
+) -> Design:
+    vertex, eigenvalue = fixed
+    answer = Answer(
+        status="infeasible",
+        P=None,
+        margin=-np.inf,
+        bound=0.0,
+        coordinates=task.s,
+        condition=task.posed(decay_rate, relaxation),
+        diagnosis=(
+            f"vertex {vertex + 1} of {len(task.A)}: no input moves the mode at {eigenvalue:.6g}, "
+            f"which decays slower than {decay_rate:g} 1/s; ask for a decay rate below "
+            f"{task.slowness(eigenvalue):.6g} 1/s"
+        ),
+    )
+    return Design(
+        gains=None,
+        P=None,
+        decay_rate=decay_rate,
+        margin=-np.inf,
+        relaxation=relaxation,
+        answer=answer,
+    )
+
+
+def _diagnosis(task: Task, condition: Condition, outcome: Outcome, relaxation: str) -> str:
+    if outcome.status == "unknown":
+        return (
+            f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
+            f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
+            "decay rate a little, or give scales"
+        )
+    names = [lmi.name for lmi in condition.lmis if lmi.strict]
+    names.remove("Q positive definite")
+    cures = ["lower the decay rate", "shrink the box that the rules span"]
+    if task.limits.level:
+        cures.insert(0, "widen the limits or shrink the initial box")
+    if task.limits.gain is not None:
+        cures.insert(0, "raise gain_bound")
+    if relaxation != ANY and len(task.A) > 1:
+        richer = '"polya-4", "polya-8"' if relaxation == "liu-zhang" else '"liu-zhang", "polya-2"'
+        cures.insert(0, f'take a richer relaxation ({richer}, or "auto" for one after another)')
+    binding = binding_items(condition, outcome.multipliers, *names)
+    return f"no gains by {relaxation}: {binding}; {', or '.join(cures)}"

@@ -1,0 +1,142 @@
+"""Parallel distributed compensation: one gain a rule, one Lyapunov function for all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from numpy.typing import ArrayLike
+
+from takagi.lmi.answer import Design
+from takagi.lmi.condition.region import Region
+from takagi.lmi.condition.uncertainty import Uncertainty
+from takagi.lmi.gains.decay.condition import Controlled
+from takagi.lmi.gains.decay.design import design_at
+from takagi.lmi.gains.decay.largest_rate import design_at_largest
+from takagi.lmi.gains.decay.relaxation_search import Climb, Goal, climb, default_rungs, goal_of
+from takagi.lmi.gains.decay.request import Task, task_of
+from takagi.lmi.solver.time_limit import limited
+from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.models.errors import ModelError
+
+__all__ = ["pdc"]
+
+
+@limited
+def pdc(
+    model: Controlled,
+    *,
+    decay_rate: Goal = 0.0,
+    relaxation: str = "wang-tanaka-griffin",
+    input_limit: ArrayLike | None = None,
+    initial_box: ArrayLike | None = None,
+    state_box: ArrayLike | None = None,
+    gain_bound: float | None = None,
+    scales: ArrayLike | None = None,
+    sample_time: float | None = None,
+    region: Region | None = None,
+    uncertainty: Uncertainty | None = None,
+    overlap: ArrayLike | None = None,
+    active_rules: int | None = None,
+    time_limit: float | None = None,
+) -> Design:
+    """Return gains K_i for u = -sum_i h_i K_i x with V' <= -2 alpha V, V = x' P x.
+
+    In discrete time V(x+) <= e^(-2 alpha T) V(x).  First the largest margin (of very many pairs: at
+    least half of it) decides whether there are gains; then, at half that margin, those of least
+    input effort are taken.
+
+    Parameters
+    ----------
+    model : A (r, n, n) and B (r, n, m).
+    decay_rate : alpha in 1/s that must hold; or "max", for the largest.  That needs bounded gains
+        (gain_bound, or input_limit with initial_box), for without a bound there may be no
+        largest; the gains are designed 1e-4 below it.
+    relaxation : "common-gain", "wang-tanaka-griffin" (all pairs), "tanaka-wang", "tuan",
+        "kim-lee", "liu-zhang" or "polya-<d>", roughly from cheap to rich; "product-<d>" or
+        "product-liu-zhang" where premises are known.  "auto" tries one after another, and takes
+        the first that has gains (of decay rate "max": of the largest rate).
+    input_limit : (m,) with |u_k| <= input_limit_k wherever x' P x <= 1.
+    initial_box : (n,) half-widths; the box lies inside x' P x <= 1.
+    state_box : (n,) half-widths, inf for none; x' P x <= 1 lies inside the box.  In discrete time
+        nothing is said of a plant between its samples.
+    gain_bound : bound on the spectral norm of every K_i, by a sufficient condition: "max" is the
+        largest rate that this condition has, gains of that norm may do better.
+    scales : (n,) engineering range of each state; None takes the boxes, or balances.
+    sample_time : T in s of x+ = A x + B u; None takes the model's own.
+    region : where all eigenvalues lie while the memberships stand still, a ``Region``; in 1/s, of
+        x+ = A x without unit.  Of moving memberships it says what its quadratic function does.
+    uncertainty : ``NormBounded``, or several: the decay holds for every plant that they allow.
+    overlap : (r, r) bounds on h_i h_j, 0 for rules that never act together, inf for not known.
+    active_rules : at most so many rules act at a time.  Of other memberships nothing is said.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
+
+    Returns
+    -------
+    A ``Design``; without gains its answer says which rules bind and what to relax.  The answer's
+    ``decay_rate`` is what its unknowns show, at least what was asked for; of "max", its ``bound``
+    is a rate that there are no gains for, to solver accuracy: next to the design's, further off
+    where the rates between were not settled, inf where no rate was ruled out (in discrete time a
+    loop may come to rest in one step: rates end where V falls by 1e-8 in a sample).  With "auto"
+    ``ladder`` says what was tried.  Nothing is proved here.
+
+    Raises
+    ------
+    ModelError : shapes, numbers, an unknown relaxation, inputs that are dependent or do nothing,
+        a vertex with an unstable mode that no input moves, "max" without bounded gains.
+
+    Source: Tanaka and Wang (2001), chapter 3.
+    """
+    if relaxation != "auto":
+        relaxation_named(relaxation)
+    goal = goal_of(decay_rate)
+    task = task_of(
+        model,
+        decay_rate=0.0 if goal == "max" else goal,
+        input_limit=input_limit,
+        initial_box=initial_box,
+        state_box=state_box,
+        gain_bound=gain_bound,
+        scales=scales,
+        sample_time=sample_time,
+        region=region,
+        uncertainty=uncertainty,
+        overlap=overlap,
+        active_rules=active_rules,
+    )
+    if goal == "max":
+        require_bounded_gains(task)
+    if relaxation == "auto":
+        return _first_gains(task, goal)
+    if goal == "max":
+        return design_at_largest(task, relaxation)[0]
+    return design_at(task, goal, relaxation)
+
+
+def require_bounded_gains(task: Task) -> None:
+    """Raise ModelError where the largest decay rate may not exist."""
+    limits = task.limits
+    if limits.gain is None and (limits.inputs is None or limits.initial is None):
+        raise ModelError(
+            'decay_rate is "max", but nothing bounds the gains, so there may be no largest decay '
+            "rate; give gain_bound, or input_limit with initial_box"
+        )
+
+
+def _first_gains(task: Task, goal: Goal) -> Design:
+    done = climb(task, goal, default_rungs(task), stop=True)
+    best = done.best
+    if best is None:
+        best = done.designs[-1] if done.no is None else done.no
+        said = _why_none(done, best)
+        best = replace(best, relaxation="auto", answer=replace(best.answer, diagnosis=said))
+    return replace(best, ladder=tuple(done.rungs))
+
+
+def _why_none(done: Climb, last: Design) -> str:
+    if done.no is not None:
+        return last.answer.diagnosis
+    tried = [design.relaxation for design in done.designs]
+    left = [rung.relaxation for rung in done.rungs if rung.status == "not tried"]
+    rest = f" (not tried: {', '.join(left)})" if left else ""
+    return f"no gains by any of {', '.join(tried)}{rest}; of the last, {last.answer.diagnosis}"

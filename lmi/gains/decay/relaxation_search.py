@@ -1,0 +1,236 @@
+"""One relaxation after another, from cheap to rich: what each costs and what it buys."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from takagi.lmi.answer import Design
+from takagi.lmi.argument_checks import corners_of, number
+from takagi.lmi.condition.unknown import triangle
+from takagi.lmi.gains.decay.design import ANY, decided, design_at, design_of
+from takagi.lmi.gains.decay.largest_rate import BACK, design_at_largest, largest
+from takagi.lmi.gains.decay.request import Task
+from takagi.lmi.relaxation_result import Rung, RungStatus
+from takagi.lmi.sums.membership_points import at_blends, number_of_blends
+from takagi.lmi.sums.relaxation_order import MOST_WORK, NAMES, PRODUCTS, contains, work_of
+from takagi.lmi.sums.relaxation_sizes import RelaxationSize, size_of
+
+__all__ = ["Climb", "Goal", "climb", "default_rungs", "goal_of"]
+
+# A decay rate in 1/s, or the largest there is.
+Goal: TypeAlias = float | Literal["max"]
+
+# Rungs without gains, or with less than all, before it is asked what any relaxation can have.
+BEFORE_OUTER = 2
+FEW_BLENDS = 40
+# A rate as near as this to what no relaxation exceeds is not worth another rung.
+NOTHING_LEFT = 1e-3
+
+
+@dataclass(slots=True, eq=False)
+class Climb:
+    """What was tried so far.
+
+    Attributes
+    ----------
+    rungs : in the order in which they were looked at.
+    designs : of those that were tried.
+    no : why no relaxation has gains, where that was found.
+    most : decay rate in 1/s that no relaxation exceeds, to solver accuracy; nan until it was
+        looked for, inf where that did not settle it.
+    """
+
+    rungs: list[Rung] = field(default_factory=list)
+    designs: list[Design] = field(default_factory=list)
+    no: Design | None = None
+    most: float = np.nan
+
+    @property
+    def best(self) -> Design | None:
+        """Return the design of the largest rate; of equal ones the first, which is the cheapest."""
+        found = [design for design in self.designs if design.found]
+        return max(found, key=lambda design: design.decay_rate, default=None)
+
+
+def goal_of(decay_rate: object) -> Goal:
+    """Return a decay rate in 1/s, or "max".
+
+    Raises
+    ------
+    ModelError : neither.
+    """
+    if isinstance(decay_rate, str) and decay_rate == "max":
+        return "max"
+    return float(number("decay_rate", decay_rate))
+
+
+def default_rungs(task: Task) -> tuple[str, ...]:
+    """Return the relaxations that apply, by the work of one iteration."""
+    if len(task.A) == 1:
+        return ("common-gain",)
+    names = NAMES + (PRODUCTS if len(task.premises) > 1 else ())
+    return tuple(sorted(names, key=lambda name: work_of(_size(task, name))))
+
+
+def climb(task: Task, goal: Goal, names: Iterable[str], *, stop: bool) -> Climb:
+    """Try the relaxations in the given order.
+
+    A rung is left out where a theorem or its size says so.  After two, the condition at single
+    blends is looked at where it can say something: every relaxation implies it, so where it has
+    no unknowns, no further rung has gains, and the rate that it has, none exceeds.
+
+    Parameters
+    ----------
+    goal : decay rate in 1/s, or "max".
+    stop : at the first gains; for "max", where no relaxation can have 0.1 % more.
+    """
+    done = Climb()
+    for place, name in enumerate(names):
+        if place == BEFORE_OUTER and len(task.A) > 1 and (goal == "max" or done.best is None):
+            _look_outside(done, task, goal)
+        if stop and _enough(done, goal):
+            break
+        reason = _reason_to_skip(done, task, name)
+        if reason:
+            done.rungs.append(_rung(task, name, "not tried", reason))
+        else:
+            _try(done, task, goal, name)
+    return done
+
+
+def _contains(task: Task, rich: str, poor: str) -> bool:
+    few = task.demands.active_rules
+    return contains(rich, poor, few_active=few is not None and few < len(task.A))
+
+
+def _enough(done: Climb, goal: Goal) -> bool:
+    best = done.best
+    if best is None or goal != "max":
+        return best is not None
+    return best.decay_rate >= (1.0 - NOTHING_LEFT) * done.most
+
+
+def _reason_to_skip(done: Climb, task: Task, name: str) -> str:
+    size = _size(task, name)
+    if work_of(size) > MOST_WORK:
+        return f"too large: {_count(size.lmis)} LMIs, the widest {size.width}"
+    if done.no is not None:
+        return "no relaxation has gains"
+    for rung in done.rungs:
+        if rung.status == "infeasible" and _contains(task, rung.relaxation, name):
+            return f"{rung.relaxation} contains it and has no gains"
+    return ""
+
+
+def _try(done: Climb, task: Task, goal: Goal, name: str) -> None:
+    started = time.perf_counter()
+    # Gains of a relaxation that this one contains are gains for this one.
+    served = [d for d in done.designs if d.found and _contains(task, name, d.relaxation)]
+    if goal == "max":
+        start = max((design.decay_rate for design in served), default=0.0)
+        design, _ = design_at_largest(task, name, start=start)
+        rate = design.decay_rate
+    else:
+        design = design_at(task, goal, name)
+        rate = design.answer.decay_rate or goal
+    status: RungStatus = design.status
+    if status == "infeasible" and served:
+        status = "unknown"
+    rung = _rung(task, name, status, _bought(done.best, design, served, goal))
+    done.rungs.append(
+        replace(
+            rung,
+            seconds=time.perf_counter() - started,
+            margin=design.margin,
+            decay_rate=rate if design.found else None,
+        )
+    )
+    done.designs.append(design)
+
+
+def _bought(before: Design | None, design: Design, served: list[Design], goal: Goal) -> str:
+    """Return in words what a rung has over those before it."""
+    if not design.found:
+        if served:
+            return f"not settled; no less than {served[-1].relaxation}, by a theorem"
+        return "no gains" if design.status == "infeasible" else "not settled"
+    if before is None:
+        return "gains"
+    if goal != "max":
+        return f"gains, as by {before.relaxation}"
+    more = design.decay_rate - before.decay_rate
+    if more <= 2.0 * BACK * abs(before.decay_rate):
+        return f"no more than {before.relaxation}"
+    return f"{100.0 * more / abs(before.decay_rate):+.3g} % over {before.relaxation}"
+
+
+def _look_outside(done: Climb, task: Task, goal: Goal) -> None:
+    """Solve the condition at single blends, about as large as that of all pairs."""
+    started = time.perf_counter()
+    parts = _parts(task)
+    pose = at_blends(parts)
+    if goal == "max":
+        bracket = largest(task, pose, start=0.0 if done.best is None else done.best.decay_rate)
+        found, done.most = bracket.found, bracket.high
+    else:
+        found = decided(task, goal, pose)
+    settled_no = found.outcome.status == "infeasible" and done.best is None
+    blends = [lmi for lmi in found.condition.lmis if lmi.name.endswith("blend")]
+    count = sum(lmi.count for lmi in blends)
+    rung = Rung(
+        relaxation=ANY,
+        status="infeasible" if settled_no else "bound",
+        lmis=count,
+        variables=task.gain_numbers,
+        width=max(lmi.size for lmi in blends),
+        seconds=time.perf_counter() - started,
+        margin=found.outcome.margin,
+        decay_rate=done.most if np.isfinite(done.most) and not settled_no else None,
+        note=f"{_said(settled_no, done)} at {_count(count)} blends",
+    )
+    done.rungs.append(rung)
+    if settled_no:
+        done.no = design_of(found, 0.0 if goal == "max" else goal, ANY)
+
+
+def _said(settled_no: bool, done: Climb) -> str:
+    if settled_no:
+        return "ruled out"
+    return "none is faster," if np.isfinite(done.most) else "not ruled out"
+
+
+def _parts(task: Task) -> int:
+    """Return how fine a grid of blends is about as large as all pairs of rules."""
+    r = len(task.A)
+    most = max(triangle(r), FEW_BLENDS)
+    fine = [p for p in (6, 5, 4, 3) if number_of_blends(r, corners_of(task), p) <= most]
+    return fine[0] if fine else 2
+
+
+def _rung(task: Task, name: str, status: RungStatus, note: str) -> Rung:
+    size = _size(task, name)
+    gains = task.gain_numbers // (len(task.A) if name == "common-gain" else 1)
+    return Rung(
+        relaxation=name,
+        status=status,
+        lmis=size.lmis,
+        variables=gains + size.slack_variables,
+        width=size.width,
+        note=note,
+    )
+
+
+def _size(task: Task, name: str) -> RelaxationSize:
+    """Return the size of all double sums together."""
+    sizes = [size_of(name, loop) for loop in task.double_sums(name)]
+    cones = tuple(cone for size in sizes for cone in size.cones)
+    return RelaxationSize(cones, sum(size.slack_variables for size in sizes))
+
+
+def _count(number: int) -> str:
+    return f"{number:,}".replace(",", " ")

@@ -1,0 +1,308 @@
+"""Gains against disturbances: posed where the numbers are of order one, solved, and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from takagi.lmi.analysis.disturbance.channel import near_least
+from takagi.lmi.answer import Answer, Design, Floats, Try
+from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.decision.decide import SMALLEST_MARGIN, Outcome, optimise
+from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.outcome import not_least
+from takagi.lmi.gains.disturbance.coordinates import (
+    WEIGHTS,
+    PerformanceUnits,
+    guessed_regulator,
+    is_definite,
+)
+from takagi.lmi.gains.disturbance.request import PerformanceTask
+from takagi.lmi.parameter_search.least_over_rate import least_objective
+from takagi.lmi.solver.time_limit import out_of_time
+
+__all__ = ["Meaning", "Pose", "designed"]
+
+# Other coordinates are tried so often, when what they claim differs by more than this.
+ROUNDS, AGREED = 3, 1e-5
+# Other sizes are tried so often, each by so few solvers.
+SIZES, FEW = 6, 2
+# Sum of the cubes of the LMIs' widths above which a second look costs too much: then the bound of
+# the multipliers, a thousandth, has to do.
+LARGE = 1e5
+
+
+# The task's condition in the given coordinates.
+Pose: TypeAlias = Callable[[PerformanceTask, PerformanceUnits], Condition]
+Known: TypeAlias = tuple[PerformanceUnits, Condition, Outcome]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Meaning:
+    """What an objective means in the model's units.
+
+    Attributes
+    ----------
+    gain : the bound, from the coordinates and the objective.
+    size : what x' Q^-1 x is multiplied by, from the coordinates.
+    """
+
+    gain: Callable[[PerformanceUnits, float], float]
+    size: Callable[[PerformanceUnits], float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Solved:
+    """A condition in some coordinates, and what came of it."""
+
+    units: PerformanceUnits
+    condition: Condition
+    outcome: Outcome
+
+    @property
+    def P(self) -> Floats:
+        """Return P of x' P x = xhat' Q^-1 xhat in the model's states."""
+        return self.units.quadratic(self.outcome.values["Q"][0])
+
+
+def designed(
+    task: PerformanceTask, pose: Pose, meaning: Meaning, known: Known | None = None
+) -> Design:
+    """Return the gains with the least objective, or why there are none.
+
+    Parameters
+    ----------
+    known : what needs no program, coordinates with the condition and its outcome in them; None
+        where there is no such answer.
+
+    Posed where the cost of a regulator at the mean vertex is |x|^2, and counted from its gains: as
+    a rule one solve there is all.  Where it does not lead to the least objective, plain
+    compensation says whether there are gains at all; then posed where its function is |x|^2, and
+    in the plant's own coordinates.
+    """
+    if known is not None:
+        done = _design(task, _Solved(*known), meaning)
+        if done.found:
+            return done
+    plain: Design | None = None
+    tries: tuple[Try, ...] = ()
+    for number, (P, feedback) in enumerate(_guesses(task)):
+        # Whether there are gains at all is known sooner than that no objective is the least.
+        if plain is None and (number or P is None):
+            plain = task.plain()
+            tries += plain.answer.tries
+            if plain.P is None:
+                return _with_tries(plain, tries)
+            own = _in_own_size(task, pose, plain)
+            tries += own.outcome.tries if own is not None else ()
+            if own is not None and near_least(own.outcome):
+                done = _design(task, own, meaning)
+                if done.found:
+                    return _with_tries(done, tries)
+        if P is None:
+            assert plain is not None and plain.P is not None  # just asked for
+            P = plain.P
+        if not is_definite(P):
+            continue
+        found = _solved(task, *_posed(task, pose, P, feedback))
+        tries += found.outcome.tries
+        if near_least(found.outcome):
+            return _with_tries(
+                _design(task, _confirmed(task, pose, meaning, found), meaning), tries
+            )
+    assert plain is not None
+    return _with_tries(_without(task, plain, found, meaning), tries)
+
+
+def _in_own_size(task: PerformanceTask, pose: Pose, plain: Design) -> _Solved | None:
+    """Return what is found where the last Q is I, in direction and in size; None where not sought.
+
+    Of rules that can hardly be stabilised the output is large however small the disturbance: Q is
+    1e-5 in units that suit others, and solvers lose their way.  What they find there, near enough
+    to the LMIs, says in which units to look; the input is counted from its gains.
+    """
+    if task.limits is not None or task.peak is not None or task.energy is not None:
+        return None
+    assert plain.P is not None and plain.gains is not None  # asked for by the caller
+    P, feedback, shown = plain.P, task.mean_of(plain), 1.0
+    found, tries = None, tuple[Try, ...]()
+    for _ in range(SIZES):
+        if not is_definite(P):
+            break
+        units, _ = _posed(task, pose, P, feedback)
+        units = replace(units, output=units.output * shown)
+        condition, slack = pose(task, units), task.tolerance
+        outcome = optimise(condition, slack=slack, inside=slack, most=FEW)
+        tries += outcome.tries
+        found = _Solved(units, condition, replace(outcome, tries=tries))
+        values = outcome.values or outcome.feasible
+        sizes = np.linalg.eigvalsh(values["Q"][0]) if values else np.zeros(1)
+        if near_least(outcome) or not sizes[0] > 0 or out_of_time():
+            break
+        P, shown = units.quadratic(values["Q"][0]), shown / float(np.sqrt(sizes[-1]))
+        feedback = units.gains(values["Q"][0], values["M"], len(task.plant.A)).mean(axis=0)
+    return found
+
+
+def _guesses(task: PerformanceTask) -> Iterator[tuple[Floats | None, Floats | None]]:
+    """Yield guesses of P and of the gains; None for the P of plain compensation."""
+    if task.guess is not None:
+        regulator = guessed_regulator(task.plant)
+        gains = None if regulator is None else regulator.gains
+        yield task.guess, gains if task.feedback is None else task.feedback
+    else:
+        for weight in WEIGHTS:
+            regulator = guessed_regulator(task.plant, weight)
+            if regulator is not None:
+                yield regulator.P, regulator.gains
+    yield None, None
+    if task.guess is None:
+        yield np.eye(task.plant.A.shape[1]), None
+
+
+def _posed(
+    task: PerformanceTask, pose: Pose, P: Floats, feedback: Floats | None
+) -> tuple[PerformanceUnits, Condition]:
+    """Return coordinates where x' P x is |x|^2, and the condition in them."""
+    units = PerformanceUnits.of(
+        task.plant,
+        P,
+        feedback=feedback,
+        limits=task.limits,
+        peak=task.peak,
+        energy=task.energy,
+        noise=task.noise,
+        reach=task.reach,
+    )
+    return units, pose(task, units)
+
+
+def _solved(task: PerformanceTask, units: PerformanceUnits, condition: Condition) -> _Solved:
+    """Return what is near the least objective, with a margin of the tolerance if that is possible.
+
+    In these coordinates both the margin and what it costs are of that size.
+    """
+    slack = task.tolerance
+    return _Solved(units, condition, optimise(condition, slack=slack, inside=slack))
+
+
+def _confirmed(task: PerformanceTask, pose: Pose, meaning: Meaning, found: _Solved) -> _Solved:
+    """Return the best of what is found where the last P is |x|^2, until two agree.
+
+    In coordinates that do not suit it a solver may call solved what is a per cent above the least
+    objective.  Where its multipliers do not tell, other coordinates do.
+    """
+    size = sum(lmi.count * lmi.size**3 for lmi in found.condition.lmis)
+    for _ in range(0 if size > LARGE else ROUNDS):
+        objective = found.outcome.objective
+        if objective - found.outcome.least <= (task.tolerance + AGREED) * objective:
+            break
+        gain = meaning.gain(found.units, objective)
+        least = meaning.gain(found.units, objective / (1 + task.tolerance))
+        if not is_definite(found.P):
+            break
+        units, condition = _posed(task, pose, found.P, found.units.feedback)
+        claimed = least_objective(condition, held=0.0)
+        if not 0 < claimed or not meaning.gain(units, claimed) < (1 - AGREED) * least:
+            break
+        other = _solved(task, units, condition)
+        if not near_least(other.outcome):
+            break
+        if not meaning.gain(units, other.outcome.objective) < gain:
+            break
+        found = other
+    return found
+
+
+def _design(task: PerformanceTask, found: _Solved, meaning: Meaning) -> Design:
+    outcome, units = found.outcome, found.units
+    gains = units.gains(outcome.values["Q"][0], outcome.values["M"], len(task.plant.A))
+    held = _held(found, gains)
+    good = held > SMALLEST_MARGIN
+    answer = Answer(
+        status="candidate" if good else "unknown",
+        P=meaning.size(units) * found.P if good else None,
+        margin=held,
+        gain=meaning.gain(units, outcome.objective) if good else None,
+        bound=outcome.bound,
+        values=outcome.values,
+        multipliers=outcome.multipliers,
+        condition=found.condition,
+        diagnosis="" if good else ROUNDED,
+        tries=outcome.tries,
+    )
+    return Design(
+        gains=gains if good else None,
+        P=answer.P,
+        decay_rate=task.decay_rate,
+        margin=held,
+        relaxation=task.relaxation,
+        answer=answer,
+    )
+
+
+def _with_tries(design: Design, tries: tuple[Try, ...]) -> Design:
+    """Return the design with everything that was tried before it, too."""
+    return replace(design, answer=replace(design.answer, tries=tries))
+
+
+def _held(found: _Solved, gains: Floats) -> float:
+    """Return the margin with M = K Q of the gains as they are handed out, rounded as they are."""
+    Q, M = found.outcome.values["Q"], found.outcome.values["M"]
+    K = found.units.posed_gains(gains[: len(M)])
+    return margin(found.condition, {**found.outcome.values, "M": K @ Q})
+
+
+def _without(task: PerformanceTask, plain: Design, found: _Solved, meaning: Meaning) -> Design:
+    """Return a no, or doubt, about the disturbed loop, where the plain one has gains."""
+    outcome = found.outcome
+    # Without limits a large enough gain is always shown; then the solver has met its own.
+    no = outcome.status == "infeasible" and task.limits is not None
+    diagnosis = UNSETTLED
+    if outcome.feasible:
+        both = (outcome.objective, outcome.least)
+        shown = (meaning.gain(found.units, max(one, 0.0)) for one in both)
+        diagnosis = f"gains exist, but {not_least(*shown)}; {WHY_UNSETTLED}"
+    if no:
+        names = [lmi.name for lmi in found.condition.lmis if lmi.strict]
+        names.remove("Q positive definite")
+        binding = binding_items(found.condition, outcome.multipliers, *names)
+        diagnosis = (
+            f"gains keep the limits without disturbance, but by {task.relaxation} none with it: "
+            f"{binding}; allow for less disturbance, widen the limits, or take a richer relaxation"
+        )
+    answer = Answer(
+        status="infeasible" if no else "unknown",
+        P=None,
+        margin=min(outcome.margin, 0.0),
+        bound=outcome.bound,
+        multipliers=outcome.multipliers,
+        condition=found.condition,
+        feasible={} if no else outcome.feasible,
+        diagnosis=diagnosis,
+        tries=outcome.tries,
+    )
+    return Design(
+        gains=None,
+        P=None,
+        decay_rate=task.decay_rate,
+        margin=answer.margin,
+        relaxation=task.relaxation,
+        answer=answer,
+    )
+
+
+WHY_UNSETTLED = (
+    "the vertices or the output differ too much in size, or these rules can hardly be stabilised; "
+    "weigh every state and input a little in the output, allow a larger tolerance, or take a "
+    "richer relaxation"
+)
+UNSETTLED = f"gains exist, but no solver came near the least objective: {WHY_UNSETTLED}"
+ROUNDED = (
+    "gains were found, but rounded as they are they do not withstand their check: they are too "
+    "large for it; allow a larger tolerance, or give a gain bound"
+)

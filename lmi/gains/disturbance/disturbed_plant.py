@@ -1,0 +1,224 @@
+"""A plant with inputs, disturbances and a performance output: what norms of a design are about."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Protocol, TypeAlias, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.lmi.argument_checks import check_stabilisable, sample_time_of, vertex_stack
+from takagi.lmi.condition.term import Array
+from takagi.lmi.cone.balance import state_units
+from takagi.models.errors import ModelError
+from takagi.models.ts.premise import Premise
+
+if TYPE_CHECKING:
+    from takagi.lmi.gains.disturbance.coordinates import PerformanceUnits
+
+__all__ = ["Disturbed", "DisturbedPlant", "Performance", "check_reachable", "plant_of"]
+
+Floats: TypeAlias = NDArray[np.float64]
+# (C1, D12, D11), each (r, ., .) or (., .); None, or left out, for zero.
+Performance: TypeAlias = Sequence[ArrayLike | None]
+
+
+@runtime_checkable
+class Disturbed(Protocol):
+    """What a design against disturbances reads of a model; E may be absent, then it says so."""
+
+    @property
+    def A(self) -> Array: ...
+
+    @property
+    def B(self) -> Array: ...
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class DisturbedPlant:
+    """x' or x+ = sum_i h_i (A_i x + B_i u + E_i w), z = sum_i h_i (C_i x + D12_i u + D11_i w).
+
+    Attributes
+    ----------
+    A, B, E : (r, n, n), (r, n, m), (r, n, q).
+    C, D12, D11 : (r, p, n), (r, p, m), (r, p, q).
+    sample_time : T in s; None for continuous time.
+    premises, rules : the model's, for relaxations that know products of memberships.
+    """
+
+    A: Floats
+    B: Floats
+    E: Floats
+    C: Floats
+    D12: Floats
+    D11: Floats
+    sample_time: float | None
+    premises: Sequence[Premise] = ()
+    rules: Sequence[tuple[int, ...]] = ()
+
+    @property
+    def reaching(self) -> DisturbedPlant:
+        """Return the plant with as few inputs as move the states in the same ways.
+
+        Inputs that only differ in what they cost are one input where that does not matter.
+        """
+        stacked = self.B.reshape(-1, self.B.shape[2])
+        size = np.abs(stacked).max(axis=0)
+        _, singular, vectors = np.linalg.svd(stacked / np.where(size > 0, size, 1.0))
+        rank = int((singular > 1e-12 * singular[0]).sum())
+        if rank == self.B.shape[2]:
+            return self
+        merged = vectors[:rank].T / np.where(size > 0, size, 1.0)[:, None]
+        return replace(self, B=self.B @ merged, D12=self.D12 @ merged)
+
+    def fed_back(self, K: Floats) -> DisturbedPlant:
+        """Return the plant whose input is counted from -K x, the same K (m, n) in every rule."""
+        return replace(self, A=self.A - self.B @ K, C=self.C - self.D12 @ K)
+
+    def posed(self, units: PerformanceUnits) -> DisturbedPlant:
+        """Return the plant in the given coordinates."""
+        if units.feedback.any():
+            plain = replace(units, feedback=np.zeros_like(units.feedback))
+            return self.fed_back(units.feedback).posed(plain)
+        T, tau, rate = units.states, units.inputs, units.rate
+        c, d = units.output, units.disturbance
+        return DisturbedPlant(
+            A=np.asarray(np.linalg.solve(T, self.A @ T) / rate, dtype=np.float64),
+            B=np.asarray(np.linalg.solve(T, self.B * tau) / rate, dtype=np.float64),
+            E=np.asarray(np.linalg.solve(T, self.E) * (d / rate), dtype=np.float64),
+            C=self.C @ T / c,
+            D12=self.D12 * tau / c,
+            D11=self.D11 * (d / c),
+            sample_time=self.sample_time,
+            premises=self.premises,
+            rules=self.rules,
+        )
+
+
+def plant_of(
+    model: Disturbed | DisturbedPlant,
+    performance: Performance | None = None,
+    sample_time: float | None = None,
+) -> DisturbedPlant:
+    """Return the plant that a model and a performance output make.
+
+    Parameters
+    ----------
+    model : A (r, n, n), B (r, n, m), and the disturbance's E (r, n, q).  Without ``performance``
+        the output is the model's, z = C x + D u, with nothing direct from w to z.
+    performance : (C1, D12, D11) of z = C1 x + D12 u + D11 w, each (r, ., .) or (., .); D12 and D11
+        may be None or left out.
+    sample_time : T in s where the model cannot say; see ``sample_time_of``.
+
+    Raises
+    ------
+    ModelError : shapes, entries that are not finite, no disturbance, no output, an input that does
+        nothing, a path that is zero.
+    """
+    if isinstance(model, DisturbedPlant):
+        return model
+    A = vertex_stack(model).astype(np.float64)
+    r, n = A.shape[:2]
+    B = getattr(model, "B", None)
+    if B is None or 0 in np.shape(B):
+        raise ModelError("the model has no input; B is needed, (r, n, m)")
+    B = _stack("B", B, (r, n, np.shape(B)[-1]))
+    E = getattr(model, "E", None)
+    if E is None or 0 in np.shape(E):
+        raise ModelError(
+            "the model has no disturbance; E is needed, (n, q) or one for each vertex (E = B for a "
+            "disturbance that comes in with the input)"
+        )
+    E = _stack("E", E, (r, n, np.shape(E)[-1]))
+    C, D12, D11 = _outputs(model, performance, (r, n, B.shape[2], E.shape[2]))
+    _check_inputs(B, D12)
+    if not (E.any() or D11.any()) or not (C.any() or D12.any() or D11.any()):
+        name = "E" if not E.any() else "C1"
+        raise ModelError(
+            f"{name} is zero at every vertex, so nothing is to be kept small; the gain is 0"
+        )
+    return DisturbedPlant(
+        A=A,
+        B=B,
+        E=E,
+        C=C,
+        D12=D12,
+        D11=D11,
+        sample_time=sample_time_of(model, sample_time),
+        premises=tuple(getattr(model, "premises", ())),
+        rules=tuple(getattr(model, "rules", ())),
+    )
+
+
+def check_reachable(plant: DisturbedPlant, names: Sequence[str] = ()) -> None:
+    """Raise ModelError for a vertex with an undamped mode that no input moves."""
+    step = plant.sample_time
+    s = state_units(plant.A, None, step=step)
+    A, B = plant.A * s / s[:, None], plant.B / s[:, None]
+    B = B / np.maximum(np.linalg.norm(B, axis=(0, 1)), 1e-300)
+    check_stabilisable(A, B, units=s, names=tuple(names), step=step)
+
+
+def _check_inputs(B: Floats, D12: Floats) -> None:
+    """Raise ModelError for an input without an effect of its own on the states and the output."""
+    effect = np.concatenate([B, D12], axis=1).reshape(-1, B.shape[2])
+    size = np.abs(effect).max(axis=0)
+    for k in np.flatnonzero(size == 0):
+        raise ModelError(
+            f"input {k + 1} of {len(size)}: its columns of B and D12 are zero in every vertex, so "
+            "it does nothing; leave it out"
+        )
+    singular = np.linalg.svd(effect / size, compute_uv=False)
+    if len(singular) < len(size) or singular[-1] <= 1e-12 * singular[0]:
+        raise ModelError(
+            f"B and D12 have rank {int((singular > 1e-12 * singular[0]).sum())} over all vertices, "
+            f"but {len(size)} inputs: one is a combination of the others; merge them"
+        )
+
+
+def _outputs(
+    model: object, performance: Performance | None, sizes: tuple[int, int, int, int]
+) -> tuple[Floats, Floats, Floats]:
+    r, n, m, q = sizes
+    if performance is None:
+        given: list[ArrayLike | None] = [getattr(model, "C", None), getattr(model, "D", None), None]
+        names = ("C", "D", "D11")
+    else:
+        if not isinstance(performance, (tuple, list)) or not 1 <= len(performance) <= 3:
+            raise ModelError("performance must be (C1, D12, D11), or its first one or two")
+        given = [*performance, *[None] * (3 - len(performance))]
+        names = ("C1", "D12", "D11")
+    if given[0] is None or 0 in np.shape(given[0]):
+        raise ModelError(
+            f"there is no output to keep small; {names[0]} is needed, (p, n) or one for each vertex"
+        )
+    p = np.shape(given[0])[-2] if np.ndim(given[0]) > 1 else 0
+    shapes = ((r, p, n), (r, p, m), (r, p, q))
+    C, D12, D11 = (
+        np.zeros(shape)
+        if value is None or (not np.size(value) and name == "D")
+        else _stack(name, value, shape)
+        for name, value, shape in zip(names, given, shapes, strict=True)
+    )
+    return C, D12, D11
+
+
+def _stack(name: str, value: ArrayLike, shape: tuple[int, int, int]) -> Floats:
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ModelError(
+            f"{name} cannot be read as an array of numbers ({error}); give nested lists of equal "
+            "length or a numpy array"
+        ) from error
+    if array.shape not in (shape, shape[1:]):
+        raise ModelError(
+            f"{name} has shape {array.shape}; {shape} is needed, or {shape[1:]} for the same in "
+            "every vertex"
+        )
+    if not np.isfinite(array).all():
+        where = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
+        raise ModelError(f"{name}{list(where)} is {array[where]}; every entry must be finite")
+    return np.array(np.broadcast_to(array, shape))

@@ -1,0 +1,314 @@
+"""Gains with the least peak-to-peak gain from disturbance to output, by an invariant ellipsoid."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.analysis.disturbance.peak_condition import positive_rate
+from takagi.lmi.answer import Design, Floats
+from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.gains.disturbance.coordinates import (
+    PerformanceUnits,
+    guessed_regulator,
+    is_definite,
+)
+from takagi.lmi.gains.disturbance.design import Meaning, designed
+from takagi.lmi.gains.disturbance.disturbed_plant import Disturbed, Performance
+from takagi.lmi.gains.disturbance.peak_gain_sums import peak_pdc_condition
+from takagi.lmi.gains.disturbance.request import PerformanceTask, positive, task_of
+from takagi.lmi.parameter_search.least_over_rate import least_over_rate, unknowns_near_least
+from takagi.lmi.solver.time_limit import limited, out_of_time
+
+__all__ = ["peak_pdc"]
+
+# Rates are looked for from the slowest over this to the fastest times it.
+AROUND = 10.0
+# Rates around that of plain compensation, and how many.
+SLOWER, FASTER, SLOW = 20.0, 5.0, 9
+# Looks in states of another size, where Q is so large or the LMIs are missed by so little.
+LOOKS, FAR, SMALL, MISSED, HAIR = 5, 100.0, 0.05, -0.05, 1e-5
+# So many of the rates that were looked at are designed for, the best first, until there are gains.
+AGAIN = 4
+# So many in a decade.
+COARSE, FINE = 2, 12
+# Steps of the golden section stop here, relative to the rate; the gain is flat at its least.
+NEAR = 1e-2
+
+
+@limited
+def peak_pdc(
+    model: Disturbed,
+    *,
+    performance: Performance | None = None,
+    relaxation: str = "wang-tanaka-griffin",
+    decay_rate: float | None = None,
+    disturbance_peak: float = 1.0,
+    input_limit: ArrayLike | None = None,
+    initial_box: ArrayLike | None = None,
+    state_box: ArrayLike | None = None,
+    gain_bound: float | None = None,
+    tolerance: float = 1e-6,
+    sample_time: float | None = None,
+    time_limit: float | None = None,
+) -> Design:
+    """Return gains K_i for u = -sum_i h_i K_i x with the least gamma in sup |z| <= gamma sup |w|.
+
+    From rest, for every blend of the vertices, however fast it varies; |.| is the Euclidean norm at
+    one instant.  gamma is an upper bound on the peak-to-peak gain of the loop.
+
+    Parameters
+    ----------
+    model, performance : the plant, as for ``hinf_pdc``.
+    relaxation : as for ``pdc``.
+    decay_rate : alpha in 1/s of V in the LMIs, which the undisturbed loop shows; None looks for the
+        best one, by a grid and the golden section: some thirty solves.  Where limits are so tight
+        that no rate was found the status is "unknown".
+    disturbance_peak : the |w| for which the limits below must hold; it does not change gamma
+        where there are none.
+    input_limit, initial_box, state_box : as for ``pdc``, on x' P x <= 1, which no state leaves for
+        |w| <= disturbance_peak.
+    gain_bound : bound on the spectral norm of every K_i, by a sufficient condition.
+    tolerance : how far above the least gamma of its alpha the gains may be, relative; see
+        ``hinf_pdc``.
+    sample_time : T in s where the model cannot say.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
+
+    Returns
+    -------
+    A ``Design``; its ``answer.gain`` is gamma in units of z over units of w, for which every LMI
+    was checked by eigenvalues with the gains as they are returned; ``decay_rate`` is alpha.  A
+    direct path D11 is added with its norm, which is exact for one output and one disturbance.
+    Nothing is proved here.
+
+    Not promised: as for ``hinf_pdc``; nor that no other alpha gives less.
+
+    Raises
+    ------
+    ModelError : shapes, numbers, an unknown relaxation, no disturbance, no output, inputs that are
+        dependent or do nothing, a vertex with an unstable mode that no input moves.
+
+    Source: Abedor, Nagpal, Poolla (1996), Int. J. Robust and Nonlinear Control 6; Boyd, El Ghaoui,
+    Feron, Balakrishnan (1994), sections 6.1.3 and 7.3; Tanaka and Wang (2001).
+    """
+    rate = None if decay_rate is None else positive_rate(decay_rate)
+    task = task_of(
+        model,
+        performance=performance,
+        relaxation=relaxation,
+        decay_rate=rate or 0.0,
+        tolerance=tolerance,
+        sample_time=sample_time,
+        input_limit=input_limit,
+        initial_box=initial_box,
+        state_box=state_box,
+        gain_bound=gain_bound,
+    )
+    peak = positive("disturbance_peak", disturbance_peak)
+    # The objective is kappa, the square.
+    task = replace(task, tolerance=2 * task.tolerance, peak=peak)
+    direct = float(np.linalg.norm(task.plant.D11, 2, axis=(1, 2)).max())
+    meaning = Meaning(gain=partial(_peak_gain, direct=direct), size=_as_posed)
+    if rate is not None:
+        return designed(task, _posed, meaning)
+    search = _Search(task)
+    if search.best() is None:
+        return _without_rate(task, search.rates(FINE))
+    first: Design | None = None
+    # Gains with the least bound of all may be too large to be told: then others are near it.
+    for look in sorted(search.seen, key=lambda look: look.gain)[:AGAIN]:
+        found = designed(search.task_at(look), _posed, meaning)
+        first = first or found
+        if found.found or out_of_time():
+            return found
+    assert first is not None  # where a rate was found it was seen
+    return first
+
+
+class _Look(NamedTuple):
+    """The least gain that was found at a rate [1/s], and the P and reach to look from next."""
+
+    gain: float
+    rate: float
+    P: Floats
+    reach: float
+
+
+class _Search:
+    """Looks for the best decay rate, each time where the last P was |x|^2."""
+
+    def __init__(self, task: PerformanceTask) -> None:
+        self.task = task
+        self._regulator = guessed_regulator(task.plant)
+        n = task.plant.A.shape[1]
+        self.reach = 1.0
+        # The rate [1/s] that ``reach`` is for; None where it is the same for all.
+        self.near: float | None = None
+        self.feedback: Floats | None = None
+        self.P = np.eye(n) if self._regulator is None else self._regulator.P
+        self.begun = self.P
+        self.seen: list[_Look] = []
+
+    def best(self) -> float | None:
+        """Return about the rate with the least gain in 1/s; None where none was found.
+
+        Rules that can hardly be stabilised decay slowly, at about the rate that plain compensation
+        shows; limits may leave a narrow range of rates, so a finer grid is tried last.
+        """
+        for tried in range(3):
+            self.seen.clear()
+            if tried == 1:
+                rates = self._slow_rates()
+            else:
+                self.P, self.reach, self.feedback, self.near = self.begun, 1.0, None, None
+                rates = self.rates(FINE if tried else COARSE)
+            found = least_over_rate(self.value, rates, tolerance=NEAR) if rates else None
+            if found is not None:
+                self.value(found)
+                return found
+        return None
+
+    def task_at(self, look: _Look) -> PerformanceTask:
+        """Return the task at a look's rate, from there."""
+        return replace(
+            self.task,
+            decay_rate=look.rate,
+            guess=look.P,
+            reach=look.reach,
+            feedback=self.feedback,
+        )
+
+    def _go_to_best(self) -> None:
+        """Go where the least gain so far was found: from elsewhere a rate may show far more."""
+        best = min(self.seen, key=lambda look: look.gain)
+        self.P, self.reach = best.P, best.reach
+        self.near = None if self.near is None else best.rate
+
+    def _slow_rates(self) -> list[float]:
+        """Return rates around that of plain compensation, and begin from its function."""
+        plain = self.task.plain()
+        rate = plain.answer.decay_rate or 0.0
+        if plain.P is None or plain.gains is None or not rate > 0:
+            return []
+        self.P, self.feedback = plain.P, self.task.mean_of(plain)
+        # A constant push moves the states as far as it lasts: about the time in which V falls.
+        units = PerformanceUnits.of(
+            self.task.plant, self.P, feedback=self.feedback, limits=self.task.limits
+        )
+        step = self.task.plant.sample_time
+        self.reach, self.near = max(1.0, units.rate / (2.0 * rate * (step or 1.0))), rate
+        return [float(one) for one in np.geomspace(rate / SLOWER, rate * FASTER, SLOW)]
+
+    def value(self, rate: float) -> float:
+        """Return about the least gain at a rate, and go where its P is |x|^2.
+
+        Of rules that can hardly be stabilised a disturbance builds up for long: then in states of
+        that size too, unless limits are posed in those of their own.
+        """
+        if self.seen:
+            self._go_to_best()
+        found = self._looked(rate, self.P, self.reach)
+        if not np.isfinite(found) and self.near is None and self.P is not self.begun:
+            # What another rate left may be so ill-conditioned that nothing is found from it.
+            found = self._looked(rate, self.begun, 1.0)
+        return found
+
+    def _looked(self, rate: float, P: Floats, reach: float) -> float:
+        """Return about the least gain at a rate, looked for where this P is |x|^2."""
+        task = replace(self.task, decay_rate=rate)
+        reach = reach if self.near is None else reach * float(np.sqrt(self.near / rate))
+        for _ in range(LOOKS):
+            units = PerformanceUnits.of(
+                task.plant,
+                P,
+                feedback=self.feedback,
+                limits=task.limits,
+                peak=task.peak,
+                reach=reach,
+            )
+            condition = _posed(task, units)
+            found = unknowns_near_least(condition)
+            if not found:
+                return np.inf
+            values = np.linalg.eigvalsh(found["Q"][0])
+            held = margin(condition, found)
+            # Nothing is claimed here: what a solver misses by a hair is good enough to look by.
+            if held > (0.0 if self.near is None else -HAIR):
+                closer = units.quadratic(found["Q"][0])
+                if is_definite(closer):
+                    self.P, self.reach = closer, reach
+                self.near = None if self.near is None else rate
+                gain = float(np.sqrt(found["kappa"][0, 0, 0])) * units.output
+                self.seen.append(_Look(gain, rate, self.P, self.reach))
+                return gain
+            if task.limits is not None or not SMALL < values[0]:
+                break
+            if held < MISSED and values[-1] < FAR:
+                break
+            P, reach = units.quadratic(found["Q"][0]), reach * float(np.sqrt(values[-1]))
+            if not is_definite(P):
+                break
+        return np.inf
+
+    def rates(self, density: int) -> list[float]:
+        """Return rates around those of the regulated mean vertex, so many in a decade."""
+        step = self.task.plant.sample_time
+        if self._regulator is None:
+            poles = np.linalg.eigvals(self.task.plant.A).ravel()
+        else:
+            poles = self._regulator.poles
+        with np.errstate(divide="ignore"):
+            rates = np.abs(poles.real if step is None else np.log(np.abs(poles)) / step)
+        rates = rates[(rates > 0) & np.isfinite(rates)]
+        slow, fast = (rates.min(), rates.max()) if len(rates) else (1.0, 1.0)
+        count = int(np.ceil(density * np.log10(AROUND**2 * fast / slow))) + 1
+        return [float(rate) for rate in np.geomspace(slow / AROUND, fast * AROUND, count)]
+
+
+def _without_rate(task: PerformanceTask, rates: list[float]) -> Design:
+    """Return the no of plain compensation, or doubt: other rates were not tried."""
+    plain = task.plain()
+    if not plain.found:
+        return plain
+    where = (
+        f"at none of {len(rates)} decay rates from {rates[0]:.3g} to {rates[-1]:.3g} 1/s, nor at "
+        "about that of gains without disturbance,"
+    )
+    if task.limits is None:
+        diagnosis = (
+            f"gains exist, but {where} was a bound on the peak found; give a decay rate, or take a "
+            "richer relaxation"
+        )
+    else:
+        diagnosis = (
+            f"gains keep the limits without disturbance, but {where} were any found that keep them "
+            "with it; allow for less disturbance, widen the limits, give a decay rate, or take a "
+            "richer relaxation"
+        )
+    answer = replace(
+        plain.answer, status="unknown", P=None, decay_rate=None, margin=0.0, diagnosis=diagnosis
+    )
+    return replace(plain, gains=None, P=None, margin=0.0, answer=answer)
+
+
+def _posed(task: PerformanceTask, units: PerformanceUnits) -> Condition:
+    return peak_pdc_condition(
+        task.plant.posed(units),
+        decay_rate=task.decay_rate / units.rate,
+        relaxation=task.relaxation,
+        limits=task.inside(units),
+    )
+
+
+def _peak_gain(units: PerformanceUnits, objective: float, *, direct: float) -> float:
+    return float(np.sqrt(objective)) * units.output / units.disturbance + direct
+
+
+def _as_posed(units: PerformanceUnits) -> float:
+    return 1.0

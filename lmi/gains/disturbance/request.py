@@ -1,0 +1,152 @@
+"""What a design against disturbances is asked for, checked at the door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.answer import Design, Floats
+from takagi.lmi.argument_checks import number
+from takagi.lmi.gains.decay.pdc import pdc
+from takagi.lmi.gains.disturbance.coordinates import PerformanceUnits
+from takagi.lmi.gains.disturbance.disturbed_plant import (
+    Disturbed,
+    DisturbedPlant,
+    Performance,
+    check_reachable,
+    plant_of,
+)
+from takagi.lmi.gains.requirements.limits import Limits, limits_of
+from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.models.errors import ModelError
+
+__all__ = ["PerformanceTask", "positive", "task_of"]
+
+
+class GivenLimits(NamedTuple):
+    """Limits as ``pdc`` takes them."""
+
+    input_limit: ArrayLike | None
+    initial_box: ArrayLike | None
+    state_box: ArrayLike | None
+    gain_bound: float | None
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class PerformanceTask:
+    """A plant, and what its gains must do besides keeping the output small.
+
+    Attributes
+    ----------
+    decay_rate : alpha in 1/s that is asked for.
+    limits : in the model's units; None where there are none.
+    given : the same, as they were given.
+    tolerance : how far above its least value the objective may end, relative.
+    peak, energy : of the disturbance, to be 1 where the limits are posed; None where free.
+    noise : the disturbance is white.
+    reach : as for ``PerformanceUnits.of``.
+    guess : of P, but for its size; None takes that of a regulator.
+    feedback : a guess of the gains beside that of P; None takes a regulator's.
+    """
+
+    plant: DisturbedPlant
+    relaxation: str
+    decay_rate: float
+    limits: Limits | None
+    tolerance: float
+    given: GivenLimits
+    peak: float | None = None
+    energy: float | None = None
+    noise: bool = False
+    reach: float = 1.0
+    guess: Floats | None = None
+    feedback: Floats | None = None
+
+    @property
+    def level(self) -> bool:
+        """Return whether limits fix the size of the ellipsoid x' P x <= 1."""
+        return self.limits is not None and self.limits.level
+
+    def inside(self, units: PerformanceUnits) -> Limits | None:
+        """Return the limits in the given coordinates."""
+        return None if self.limits is None else self.limits.scaled(units.scales, units.inputs)
+
+    def plain(self) -> Design:
+        """Return gains without regard to the disturbance, by ``pdc``."""
+        reaching, given = self.plant.reaching, self.given
+        # Merged inputs are not those that the limit is about.
+        inputs = given.input_limit if reaching is self.plant else None
+        return pdc(
+            reaching,
+            decay_rate=self.decay_rate,
+            relaxation=self.relaxation,
+            input_limit=inputs,
+            initial_box=given.initial_box,
+            state_box=given.state_box,
+            gain_bound=given.gain_bound,
+        )
+
+    def mean_of(self, plain: Design) -> Floats | None:
+        """Return the mean (m, n) of plain gains; None where they are those of merged inputs."""
+        if plain.gains is None or plain.gains.shape[1] != self.plant.B.shape[2]:
+            return None
+        return np.asarray(plain.gains.mean(axis=0))
+
+
+def task_of(
+    model: Disturbed,
+    *,
+    performance: Performance | None,
+    relaxation: str,
+    decay_rate: float,
+    tolerance: float,
+    sample_time: float | None,
+    input_limit: ArrayLike | None = None,
+    initial_box: ArrayLike | None = None,
+    state_box: ArrayLike | None = None,
+    gain_bound: float | None = None,
+) -> PerformanceTask:
+    """Return the checked task.
+
+    Raises
+    ------
+    ModelError : shapes, numbers, an unknown relaxation, no disturbance, no output, inputs that are
+        dependent or do nothing, a vertex with an unstable mode that no input moves, a tolerance
+        below 1e-7, which no solver keeps.
+    """
+    relaxation_named(relaxation)
+    plant = plant_of(model, performance, sample_time)
+    n, m = plant.B.shape[1:]
+    limits = limits_of(
+        n,
+        m,
+        input_limit=input_limit,
+        initial_box=initial_box,
+        state_box=state_box,
+        gain_bound=gain_bound,
+    )
+    check_reachable(plant, getattr(model, "states", ()))
+    return PerformanceTask(
+        plant=plant,
+        relaxation=relaxation,
+        decay_rate=float(number("decay_rate", decay_rate, at_least=0.0)),
+        limits=limits if limits.level or limits.gain is not None else None,
+        tolerance=float(number("tolerance", tolerance, at_least=1e-7)),
+        given=GivenLimits(input_limit, initial_box, state_box, gain_bound),
+    )
+
+
+def positive(name: str, value: float) -> float:
+    """Return a positive number.
+
+    Raises
+    ------
+    ModelError : it is not one.
+    """
+    found = float(number(name, value))
+    if found <= 0:
+        raise ModelError(f"{name} is {found:g}; it must be positive")
+    return found

@@ -1,0 +1,225 @@
+r"""The least H2 norm of one rule, from the regulator's Riccati equation instead of a program.
+
+With one rule the least mean of |z|^2 under white noise is the regulator's cost: gains K from the
+Riccati equation with the weights of |z|^2, and a little on every state and input where z leaves
+them free.  No program is solved, but what is handed back is that of one:
+
+    unknowns      Q = P^-1, M = K Q, where P solves A_K' P + P A_K + C_K' C_K + delta R = 0
+    multipliers   Y = [P; C_K] W [P; C_K]' of -Theta > 0, and [I; -P E] [I; -P E]' of the noise's,
+                  where W solves A_K W + W A_K' + E E' = 0
+
+with A_K = A - B K, C_K = C - D K.  They are stationary in Q by the two Lyapunov equations, and in M
+where (B' P + D' C_K) W P = 0, which is the regulator's own condition.  The LMIs are evaluated at
+the unknowns and the bound at the multipliers as after any solver.  The dual of the program is that
+of Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.4; of its solution Balakrishnan and
+Vandenberghe (2003), IEEE Trans. Automatic Control 48(1).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from takagi.lmi.answer import Floats, Try
+from takagi.lmi.condition.evaluate import holds, margin
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.cone.assemble import Assembled, assemble, pack
+from takagi.lmi.cone.duality import least_objective_bound
+from takagi.lmi.cone.program import Raw, cone_program
+from takagi.lmi.decision.outcome import Outcome, promised
+from takagi.lmi.gains.disturbance.coordinates import (
+    PerformanceUnits,
+    guessed_regulator,
+    is_definite,
+)
+from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
+from takagi.lmi.gains.disturbance.gramian_bound import least_variance
+from takagi.lmi.gains.disturbance.request import PerformanceTask
+
+__all__ = ["regulated"]
+
+# Weights of states and inputs that z leaves free, shares of the largest in z: none where z leaves
+# none free; else the largest that does leaves the smallest gains.
+LADDER = (0.0, 1e-8, 1e-10, 1e-12, 1e-14, 1e-16)
+# What of the tolerance is given for a margin of the LMIs, for that of W and of nu.
+SHARES = (0.25, 0.05, 0.05)
+# Weight at which a regulator's cost is the natural size of a plant's, and the share of that which
+# nobody can tell from zero.
+ALL, NOTHING = 1.0, 1e-9
+
+Pose = Callable[[PerformanceTask, PerformanceUnits], Condition]
+
+
+def regulated(
+    task: PerformanceTask, pose: Pose
+) -> tuple[PerformanceUnits, Condition, Outcome] | None:
+    """Return gains within the tolerance of the least objective, or of nothing where that is zero.
+
+    None where the task is another one (several rules, discrete time, limits, a decay rate), or
+    where no weight leads there: the infimum of singular plants is reached by no gains.
+    """
+    plant = task.plant
+    alone = len(plant.A) == 1 and plant.sample_time is None
+    if not alone or task.limits is not None or task.decay_rate > 0:
+        return None
+    natural = guessed_regulator(plant, ALL)
+    size = 0.0 if natural is None else _entering(plant, natural.P)
+    least = -np.inf
+    seen: list[_Found] = []
+    for weight in LADDER:
+        found = _at(task, pose, weight)
+        if found is None:
+            continue
+        seen.append(found)
+        least = max(least, found.least)
+        for one in seen:
+            zero = one.holds and one.objective <= NOTHING * size
+            if zero or one.near(least, task.tolerance):
+                return one.settled(max(least, 0.0))
+    held = [one.objective for one in seen if one.holds]
+    if not held:
+        return None
+    least = max(least, least_variance(plant, min(held) / (1 + task.tolerance / 2)))
+    # The objective is the square of what a thousandth is promised of.
+    for tolerance in (task.tolerance, 2 * promised(task.tolerance / 2)):
+        for one in seen:
+            if one.near(least, tolerance):
+                return one.settled(max(least, 0.0))
+    return None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    """Coordinates in which P is I, the condition in them and its outcome; seconds it took."""
+
+    units: PerformanceUnits
+    condition: Condition
+    outcome: Outcome
+    seconds: float
+
+    @property
+    def unit(self) -> float:
+        """Return that of the mean of |z|^2."""
+        return self.units.rate * (self.units.output / self.units.disturbance) ** 2
+
+    @property
+    def objective(self) -> float:
+        return self.outcome.objective * self.unit
+
+    @property
+    def least(self) -> float:
+        return self.outcome.least * self.unit
+
+    @property
+    def holds(self) -> bool:
+        return holds(self.condition, self.outcome.margin)
+
+    def near(self, least: float, tolerance: float) -> bool:
+        return self.holds and self.objective - least <= tolerance * abs(least)
+
+    def settled(self, least: float) -> tuple[PerformanceUnits, Condition, Outcome]:
+        done = Try("regulator", "solved", self.outcome.margin, 0, self.seconds)
+        outcome = replace(self.outcome, status="candidate", settled=True, tries=(done,))
+        return self.units, self.condition, replace(outcome, least=least / self.unit)
+
+
+def _at(task: PerformanceTask, pose: Pose, weight: float) -> _Found | None:
+    """Return the unknowns and the bound of the regulator with one weight; None without one."""
+    began = time.perf_counter()
+    regulator = guessed_regulator(task.plant, weight)
+    if regulator is None:
+        return None
+    loop = task.plant.fed_back(regulator.gains)
+    A, C = loop.A[0], loop.C[0]
+    if np.linalg.eigvals(A).real.max() >= 0:
+        return None
+    P, more = _gramian(A.T, C.T @ C), _gramian(A.T, regulator.P)
+    P_room = _with_room(loop, P, more, task.tolerance)
+    if P_room is None:
+        return None
+    units = PerformanceUnits.of(task.plant, P_room, feedback=regulator.gains, noise=True)
+    condition = pose(task, units)
+    data = assemble(condition)
+    posed = task.plant.posed(units)
+    values = _unknowns(condition, posed, task.tolerance)
+    z = None if values is None else _multipliers(data, posed)
+    if values is None or z is None:
+        return None
+    y = np.concatenate([unknown.numbers(values[unknown.name]) for unknown in condition.unknowns])
+    raw = Raw("regulator", "solved", y, z, 0, 0.0)
+    outcome = Outcome(
+        "unknown",
+        values,
+        margin(condition, values),
+        np.inf,
+        data.multipliers(z),
+        (),
+        objective=float(values["nu"][0, 0, 0]),
+        least=least_objective_bound(cone_program(data, data.objective, (), margin=0.0), raw),
+    )
+    return _Found(units, condition, outcome, time.perf_counter() - began)
+
+
+def _unknowns(
+    condition: Condition, loop: DisturbedPlant, tolerance: float
+) -> dict[str, Floats] | None:
+    """Return Q, about I but for its size, and M = 0 with the least W and nu, all with a margin."""
+    if {unknown.name for unknown in condition.unknowns} != {"Q", "M", "W", "nu"}:
+        return None
+    A, E, C = loop.A[0], loop.E[0], loop.C[0]
+    n, q = E.shape
+    # From the numbers as they are posed: they are rounded where gains are large.
+    P = _with_room(loop, _gramian(A.T, C.T @ C), _gramian(A.T, np.eye(n)), tolerance)
+    if P is None:
+        return None
+    W = E.T @ P @ E
+    cost = float(np.trace(W))
+    W = W + SHARES[1] * tolerance * cost / q * np.eye(q)
+    nu = float(np.trace(W)) + SHARES[2] * tolerance * cost
+    M = np.zeros((1, loop.B.shape[2], n))
+    return {"Q": np.linalg.inv(P)[None], "M": M, "W": W[None], "nu": np.full((1, 1, 1), nu)}
+
+
+def _with_room(loop: DisturbedPlant, P: Floats, more: Floats, tolerance: float) -> Floats | None:
+    """Return P with as much of another as its share of the tolerance allows; None if indefinite."""
+    cost, added = _entering(loop, P), _entering(loop, more)
+    if not (cost > 0 and added > 0):
+        return None
+    P = P + SHARES[0] * tolerance * cost / added * more
+    return P if is_definite(P) else None
+
+
+def _multipliers(data: Assembled, loop: DisturbedPlant) -> Floats | None:
+    """Return the multipliers of the module's formula, packed; None where LMIs are others."""
+    A, E, C = loop.A[0], loop.E[0], loop.C[0]
+    P, W = _gramian(A.T, C.T @ C), _gramian(A, E @ E.T)
+    shown, noise = np.vstack([P, C]), np.vstack([np.eye(E.shape[1]), -P @ E])
+    found = {
+        "Q positive definite": np.zeros_like(A),
+        "noise": noise @ noise.T,
+        "variance": np.ones((1, 1)),
+    }
+    theta = shown @ W @ shown.T
+    parts = [found.get(lmi.name, theta) for lmi in data.condition.lmis]
+    fits = all(
+        lmi.count == 1 and len(part) == lmi.size
+        for lmi, part in zip(data.condition.lmis, parts, strict=True)
+    )
+    return np.concatenate([pack(part) for part in parts]) if fits and len(parts) == 4 else None
+
+
+def _gramian(A: Floats, weight: Floats) -> Floats:
+    """Return X of A X + X A' + weight = 0."""
+    from scipy.linalg import solve_continuous_lyapunov
+
+    X = np.asarray(solve_continuous_lyapunov(A, -weight))
+    return (X + X.T) / 2
+
+
+def _entering(plant: DisturbedPlant, P: Floats) -> float:
+    """Return tr E' P E."""
+    E = plant.E[0]
+    return float(np.sum(E * (P @ E)))

@@ -1,0 +1,4 @@
+"""What any gain design may be asked to keep, as double sums or LMIs.
+
+Input and state limits, rates, eigenvalue regions, uncertainty.
+"""

@@ -1,0 +1,282 @@
+"""Limits on a design: inputs and states on the ellipsoid x' P x <= 1, initial states inside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.argument_checks import number, positive_vector
+from takagi.lmi.condition.term import LMI, Array, Constant, Term, Unknown
+from takagi.models.errors import ModelError
+
+__all__ = [
+    "Limits",
+    "gain_lmis",
+    "initial_lmis",
+    "input_lmis",
+    "limits_of",
+    "row_lmis",
+    "state_lmis",
+]
+
+MOST_CORNERS = 4096
+# Margin of a limit for a margin 1 of Q, in states and inputs of order one.
+LIMIT_WEIGHT = 1e-3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Limits:
+    """Limits in the coordinates of the condition; None where there is none.
+
+    Attributes
+    ----------
+    inputs : (m,), |K_i x|_k <= inputs_k on the ellipsoid.
+    initial : (points, n), all inside the ellipsoid.
+    states : (n,), |x_k| <= states_k on the ellipsoid; inf for no limit.
+    gain : spectral norm of K_i in the model's units.
+    state_units, input_units : (n,), (m,) of the coordinates, x = s xhat, u = tau uhat.
+    """
+
+    inputs: Array | None
+    initial: Array | None
+    states: Array | None
+    gain: float | None
+    state_units: Array
+    input_units: Array
+
+    @property
+    def level(self) -> bool:
+        """Return whether the size of the ellipsoid matters, not only its shape."""
+        return not (self.inputs is None and self.initial is None and self.states is None)
+
+    def scaled(self, s: Array, tau: Array) -> Limits:
+        """Return the limits in the coordinates x = s xhat, u = tau uhat."""
+        return Limits(
+            None if self.inputs is None else self.inputs / tau,
+            None if self.initial is None else self.initial / s,
+            None if self.states is None else self.states / s,
+            self.gain,
+            self.state_units * s,
+            self.input_units * tau,
+        )
+
+
+def limits_of(
+    n: int,
+    m: int,
+    *,
+    input_limit: ArrayLike | None,
+    initial_box: ArrayLike | None,
+    state_box: ArrayLike | None,
+    gain_bound: float | None,
+) -> Limits:
+    """Return checked limits in the model's own units.
+
+    Raises
+    ------
+    ModelError : lengths, entries that are not positive, an initial box outside the state box.
+    """
+    inputs = None if input_limit is None else positive_vector("input_limit", input_limit, m)
+    initial = None if initial_box is None else positive_vector("initial_box", initial_box, n)
+    states = None
+    if state_box is not None:
+        states = np.asarray(state_box, dtype=np.float64)
+        finite = positive_vector("state_box", np.where(np.isposinf(states), 1.0, states), n)
+        states = np.where(np.isposinf(np.broadcast_to(states, (n,))), np.inf, finite)
+    if initial is not None and states is not None and np.any(initial >= states):
+        k = int(np.argmax(initial / states))
+        raise ModelError(
+            f"state {k + 1}: the initial box reaches to {initial[k]:g}, the state box only to "
+            f"{states[k]:g}; an ellipsoid between them needs the first to be smaller"
+        )
+    gain = None if gain_bound is None else float(number("gain_bound", gain_bound))
+    if gain is not None and gain <= 0:
+        raise ModelError(f"gain_bound is {gain:g}; it must be positive")
+    points = None if initial is None else _corners(initial)
+    return Limits(inputs, points, states, gain, np.ones(n), np.ones(m))
+
+
+def input_lmis(
+    Q: Unknown,
+    M: Unknown,
+    limit: Array,
+    *,
+    name: str = "input limit",
+    symbol: str = r"\bar u",
+) -> tuple[LMI, ...]:
+    """Pose [[u_k^2, m_k], [m_k', Q]] > 0, m_k row k of M_i: |K_i x|_k <= u_k where x' P x <= 1.
+
+    By convexity every blend of the gains then keeps the limit too.
+
+    Parameters
+    ----------
+    limit : (m,).
+    name, symbol : of the LMI and of its limit, in LaTeX; two LMIs of one name in a condition would
+        share their multipliers.
+
+    Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.2.3.
+    """
+    n, m, r = Q.rows, M.rows, M.count
+    rule, k = np.divmod(np.arange(r * m), m)
+    one = np.eye(n)[None]
+    return (
+        LMI(
+            name=name,
+            blocks=(1, n),
+            terms=(
+                Term(
+                    unknown=M,
+                    left=np.eye(m)[k][:, None, :],
+                    right=one,
+                    at=(0, 1),
+                    members=rule,
+                    latex=(r"e_k^\top", ""),
+                    symbol=rf"{M.symbol}_i",
+                ),
+                Term(unknown=Q, left=one, right=one, at=(1, 1)),
+            ),
+            constants=(Constant(value=(limit**2)[k][:, None, None], latex=rf"{symbol}_k^2"),),
+            count=r * m,
+            weight=LIMIT_WEIGHT,
+            labels=tuple(
+                f"{name.replace('input ', '')} of input {b + 1}, rule {a + 1}"
+                for a, b in zip(rule, k, strict=True)
+            ),
+            index=r",\; ".join(
+                [rf"i = 1, \dots, {r}"] * (r > 1) + [rf"k = 1, \dots, {m}"] * (m > 1)
+            ),
+        ),
+    )
+
+
+def initial_lmis(Q: Unknown, points: Array) -> tuple[LMI, ...]:
+    """Pose [[1, x0'], [x0, Q]] > 0: the point x0 lies in x' P x <= 1."""
+    one = np.eye(Q.rows)[None]
+    return (
+        LMI(
+            name="initial state",
+            blocks=(1, Q.rows),
+            terms=(Term(unknown=Q, left=one, right=one, at=(1, 1)),),
+            constants=(
+                Constant(value=np.ones((1, 1, 1)), latex="1"),
+                Constant(value=points[:, None, :], at=(0, 1), latex=r"x_0^\top"),
+            ),
+            count=len(points),
+            weight=LIMIT_WEIGHT,
+            index="x_0 \\text{ a corner of the initial box}",
+        ),
+    )
+
+
+def state_lmis(Q: Unknown, box: Array) -> tuple[LMI, ...]:
+    """Pose Q_kk < b_k^2: |x_k| <= b_k where x' P x <= 1."""
+    k = np.flatnonzero(np.isfinite(box))
+    if not len(k):
+        return ()
+    row = np.eye(Q.rows)[k][:, None, :]
+    return (
+        LMI(
+            name="state box",
+            blocks=(1,),
+            terms=(
+                Term(unknown=Q, left=row, right=row.transpose(0, 2, 1), latex=(r"e_k^\top", "e_k")),
+            ),
+            constants=(Constant(value=-(box[k] ** 2)[:, None, None], latex=r"-\bar x_k^2"),),
+            sign=-1,
+            count=len(k),
+            weight=LIMIT_WEIGHT,
+            labels=tuple(f"box of state {a + 1}" for a in k),
+            index=r"k \text{ with a limit}",
+        ),
+    )
+
+
+def row_lmis(Q: Unknown, rows: Array, limit: Array, *, name: str) -> tuple[LMI, ...]:
+    """Pose c_t Q c_t' < b_t^2: |c_t x| <= b_t where x' P x <= 1, for known rows c_t.
+
+    Parameters
+    ----------
+    rows : (T, n), e.g. the rows of known gains.
+    limit : (T,) b.
+    """
+    return (
+        LMI(
+            name=name,
+            blocks=(1,),
+            terms=(
+                Term(
+                    unknown=Q,
+                    left=rows[:, None, :],
+                    right=rows[:, :, None],
+                    latex=("c_t", r"c_t^\top"),
+                ),
+            ),
+            constants=(Constant(value=-(limit**2)[:, None, None], latex="-b_t^2"),),
+            sign=-1,
+            count=len(rows),
+            weight=LIMIT_WEIGHT,
+            index=rf"t = 1, \dots, {len(rows)}",
+        ),
+    )
+
+
+def gain_lmis(
+    Q: Unknown, M: Unknown, limits: Limits
+) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
+    """Pose q I < Q and [[Q, M_i'], [M_i, g^2 q I]] > 0, which give |K_i| <= g.
+
+    K Q K' <= g^2 q I and Q >= q I leave K K' <= g^2 I.  Sufficient, not necessary.  I stands for
+    the identity in the model's units: diag(s)^-2 and diag(tau)^-2 in scaled ones.
+    """
+    assert limits.gain is not None
+    n, m, r = Q.rows, M.rows, M.count
+    q = Unknown("q", 1, 1)
+    states = np.diag(limits.state_units**-2.0)[None]
+    inputs = np.diag(limits.input_units**-2.0)[None] * limits.gain**2
+    one = np.eye(n)[None]
+    above = LMI(
+        name="Q above q",
+        blocks=(n,),
+        terms=(
+            Term(unknown=Q, left=one, right=one),
+            Term(unknown=q, left=-states, latex=("-", r"I")),
+        ),
+        strict=False,
+    )
+    members = np.arange(r)
+    bound = LMI(
+        name="gain bound",
+        blocks=(n, m),
+        terms=(
+            Term(unknown=Q, left=one, right=one),
+            Term(
+                unknown=M,
+                left=np.eye(m)[None],
+                right=one,
+                at=(1, 0),
+                members=members,
+                symbol=rf"{M.symbol}_i",
+            ),
+            Term(unknown=q, left=inputs, at=(1, 1), latex=("g^2", "I")),
+        ),
+        count=r,
+        weight=LIMIT_WEIGHT,
+        labels=tuple(f"gain bound, rule {k + 1}" for k in range(r)),
+        index=rf"i = 1, \dots, {r}",
+    )
+    return (q,), (above, bound)
+
+
+def _corners(box: Array) -> Array:
+    n = len(box)
+    if 2 ** (n - 1) > MOST_CORNERS:
+        raise ModelError(
+            f"initial_box: {n} states have {2**n} corners, more than {2 * MOST_CORNERS}; "
+            "leave it out, or give limits for fewer states"
+        )
+    # A corner and its opposite are in the ellipsoid together.
+    signs = np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=n - 1)])
+    return signs * box

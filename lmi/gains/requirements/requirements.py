@@ -1,0 +1,127 @@
+"""What a design must do besides decaying, and for which plants and memberships: as double sums."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from numbers import Integral
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.condition.region import Region
+from takagi.lmi.condition.term import LMI, Array, Unknown
+from takagi.lmi.condition.uncertainty import NormBounded, channels_of
+from takagi.lmi.gains.requirements.region_sums import region_sums
+from takagi.lmi.gains.requirements.robust_sums import with_uncertainty
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.membership_shape import with_overlap
+from takagi.models.errors import ModelError
+
+__all__ = ["Demands", "demands_of", "demanded"]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Demands:
+    """Each None where nothing is demanded or known.
+
+    Attributes
+    ----------
+    region : of the closed loop's eigenvalues, in 1/s; of x+ = A x without unit.
+    uncertainty : blocks D Delta [E, F] of the model, in the coordinates of the condition.
+    overlap : (r, r), bounds on h_i h_j.
+    active_rules : at most so many rules act at a time.
+    """
+
+    region: Region | None = None
+    uncertainty: tuple[NormBounded, ...] | None = None
+    overlap: ArrayLike | None = None
+    active_rules: int | None = None
+
+    def scaled(self, r: int, s: Array, tau: Array) -> Demands:
+        """Return the demands in x = s xhat, u = tau uhat; regions are the same in all units."""
+        if self.uncertainty is None:
+            return self
+        blocks = channels_of(self.uncertainty, r, len(s), len(tau))
+        found = tuple(
+            NormBounded(c.D, c.E, c.F) for c in (block.scaled(s, tau) for block in blocks)
+        )
+        return replace(self, uncertainty=found)
+
+
+def demands_of(
+    r: int,
+    n: int,
+    m: int,
+    *,
+    region: Region | None,
+    uncertainty: object,
+    overlap: ArrayLike | None,
+    active_rules: int | None,
+) -> Demands:
+    """Return checked demands in the model's units.
+
+    Raises
+    ------
+    ModelError : no region, uncertainty that does not fit, active rules that are none of 1 ... r.
+    """
+    if region is not None and not isinstance(region, Region):
+        raise ModelError(f"region is {region!r}; a Region is needed, e.g. Region.disc(5.0)")
+    blocks = None
+    if uncertainty is not None:
+        found = channels_of(uncertainty, r, n, m)  # type: ignore[arg-type]
+        blocks = tuple(NormBounded(block.D, block.E, block.F) for block in found)
+    if active_rules is not None and (
+        isinstance(active_rules, bool)
+        or not isinstance(active_rules, Integral)
+        or not 1 <= active_rules <= r
+    ):
+        raise ModelError(f"active_rules is {active_rules!r}; a number from 1 to {r} is needed")
+    return Demands(region=region, uncertainty=blocks, overlap=overlap, active_rules=active_rules)
+
+
+def demanded(
+    loop: DoubleSum, A: Array, B: Array, Q: Unknown, M: Unknown, demands: Demands, *, discrete: bool
+) -> tuple[tuple[DoubleSum, ...], tuple[Unknown, ...], tuple[LMI, ...]]:
+    """Return all double sums, for every uncertainty and the memberships that are possible.
+
+    Parameters
+    ----------
+    loop : that of the decay rate.
+    A, B : (r, n, n), (r, n, m).
+    Q, M : unknowns as in ``closed_loop``.
+    discrete : x+ = A x + B u.
+
+    Returns
+    -------
+    The double sums, the first that of the decay rate; unknowns and LMIs that they need besides
+    what a relaxation adds.
+    """
+    sums: list[DoubleSum] = []
+    unknowns: tuple[Unknown, ...] = ()
+    lmis: tuple[LMI, ...] = ()
+    for plain, carrier in _with_carriers(loop, A, B, Q, M, demands.region):
+        found = plain
+        # A part of a region without the loop in it, L < 0, is the same for every plant.
+        if demands.uncertainty is not None and (carrier is None or carrier.any()):
+            found, more = with_uncertainty(
+                found, Q, M, demands.uncertainty, carrier=carrier, discrete=discrete
+            )
+            unknowns += more
+        if demands.overlap is not None or demands.active_rules is not None:
+            found, more, bounds = with_overlap(
+                found, demands.overlap, active_rules=demands.active_rules
+            )
+            unknowns, lmis = unknowns + more, lmis + bounds
+        sums.append(found)
+    return tuple(sums), unknowns, lmis
+
+
+def _with_carriers(
+    loop: DoubleSum, A: Array, B: Array, Q: Unknown, M: Unknown, region: Region | None
+) -> Iterator[tuple[DoubleSum, Array | None]]:
+    yield loop, None
+    if region is not None:
+        parts = region_sums(A, B, Q, M, region, corners=loop.corners)  # type: ignore[arg-type]
+        for one, part in zip(parts, region.parts, strict=True):
+            yield one, np.asarray(part.matrices[1], dtype=np.float64)

@@ -1,0 +1,137 @@
+"""What a structured design is handed back as: gains, what they reach, what the structure costs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from takagi.lmi.answer import Answer, Status
+from takagi.lmi.gains.structured.joint_steps import Search, Spot
+from takagi.lmi.gains.structured.local_search import Climb, Step
+from takagi.lmi.gains.structured.structure import Floats
+from takagi.lmi.gains.structured.sums import Objective
+from takagi.models.errors import ModelError
+
+__all__ = ["StructuredDesign", "found_at", "unsettled", "without"]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class StructuredDesign:
+    """Structured gains, and what the structure costs.
+
+    Attributes
+    ----------
+    gains : (r, m, n), K_i = F_i C for u = -sum_i h_i K_i x; None unless found.
+    output_gains : (r, m, p), F_i for u = -sum_i h_i F_i C x, exactly zero off the pattern.
+    P : (n, n) for V = x' P x; None unless found.
+    objective : "decay_rate", "cost" or "hinf".
+    value : decay rate in 1/s, mean cost, or gamma, that P shows for these gains.
+    unstructured : the best value known without the structure, one gain a rule; nan if unknown.
+    loss : share of it that the structure costs, at least 0: 1 - value / unstructured of a decay
+        rate, value / unstructured - 1 of a cost or gamma.
+    relaxation : name of the double-sum relaxation.
+    steps : what was accepted, in order, from all starts.
+    answer : the check of the gains as they are, K fixed and P unknown.
+    """
+
+    gains: Floats | None
+    output_gains: Floats | None
+    P: Floats | None
+    objective: Objective
+    value: float
+    unstructured: float
+    loss: float
+    relaxation: str
+    steps: tuple[Step, ...]
+    answer: Answer
+
+    @property
+    def status(self) -> Status:
+        return self.answer.status
+
+    @property
+    def found(self) -> bool:
+        """Return whether there are gains."""
+        return self.answer.found
+
+    def require(self) -> tuple[Floats, Floats]:
+        """Return (gains, P).
+
+        Raises
+        ------
+        ModelError : there are none; the message is the diagnosis.
+        """
+        if self.gains is None or self.P is None:
+            raise ModelError(f"no gains were found ({self.status}): {self.answer.diagnosis}")
+        return self.gains, self.P
+
+
+def found_at(search: Search, spot: Spot, unstructured: float, climb: Climb) -> StructuredDesign:
+    """Return the design of the best spot.
+
+    Parameters
+    ----------
+    unstructured : the best value known without the structure.
+    """
+    value = spot.value
+    ratio = value / unstructured
+    P = spot.P
+    if search.objective == "decay_rate":
+        P = P / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(P)[0])))
+    answer = Answer(
+        status="candidate",
+        P=P,
+        margin=spot.outcome.margin,
+        decay_rate=value if search.objective == "decay_rate" else None,
+        gain=value if search.objective == "hinf" else None,
+        bound=spot.outcome.bound,
+        values=spot.outcome.values,
+        multipliers=spot.outcome.multipliers,
+        condition=spot.condition,
+        tries=tuple(search.tries),
+    )
+    return StructuredDesign(
+        gains=search.structure.gains(spot.F),
+        output_gains=spot.F[search.structure.group],
+        P=P,
+        objective=search.objective,
+        value=value,
+        unstructured=unstructured,
+        loss=1.0 - ratio if search.sense > 0 else ratio - 1.0,
+        relaxation=search.relaxation,
+        steps=tuple(climb.steps),
+        answer=answer,
+    )
+
+
+def unsettled(climb: Climb) -> Answer:
+    """Return the answer where no start led to a decay."""
+    rate = climb.reached()
+    return Answer(
+        status="unknown",
+        P=None,
+        margin=-np.inf,
+        diagnosis=(
+            f"from no start were gains of this structure found; the largest decay rate of one "
+            f"quadratic function was {rate:.6g} 1/s: let the law see more, share fewer gains, "
+            "raise gain_bound, shrink the box, or take a richer relaxation"
+        ),
+        tries=tuple(climb.search.tries),
+    )
+
+
+def without(search: Search, answer: Answer, steps: tuple[Step, ...]) -> StructuredDesign:
+    """Return a design without gains."""
+    return StructuredDesign(
+        gains=None,
+        output_gains=None,
+        P=None,
+        objective=search.objective,
+        value=float("nan"),
+        unstructured=float("nan"),
+        loss=float("nan"),
+        relaxation=search.relaxation,
+        steps=steps,
+        answer=answer,
+    )

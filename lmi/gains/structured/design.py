@@ -1,0 +1,246 @@
+"""Gains with a structure: zeros where the law may not look, outputs in the place of states."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.lmi.answer import Design
+from takagi.lmi.cone.balance import state_units
+from takagi.lmi.gains.cost.regulator import lqr_pdc
+from takagi.lmi.gains.decay.condition import Controlled
+from takagi.lmi.gains.decay.pdc import pdc
+from takagi.lmi.gains.disturbance.disturbed_plant import Performance
+from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc
+from takagi.lmi.gains.structured.answer import (
+    StructuredDesign,
+    found_at,
+    unsettled,
+    without,
+)
+from takagi.lmi.gains.structured.disturbed_plant import plant_for
+from takagi.lmi.gains.structured.joint_steps import Search, Spot
+from takagi.lmi.gains.structured.local_search import Climb, Start, slack_start
+from takagi.lmi.gains.structured.structure import check_movable, structure_of
+from takagi.lmi.gains.structured.sums import Objective
+from takagi.lmi.solver.time_limit import limited
+from takagi.lmi.stabilisability import check_stabilisable
+from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.models.errors import ModelError, did_you_mean
+
+__all__ = ["structured_pdc"]
+
+# Tolerances of H-infinity designs to begin from: the least gain is approached with gains without
+# bound, which is no place to project from.
+MODEST = (1e-1, 1e-2)
+
+
+@limited
+def structured_pdc(
+    model: Controlled,
+    pattern: ArrayLike | None = None,
+    *,
+    objective: Objective = "decay_rate",
+    output: ArrayLike | None = None,
+    shared: ArrayLike | None = None,
+    relaxation: str = "wang-tanaka-griffin",
+    gain_bound: float | None = None,
+    Q: ArrayLike | None = None,
+    R: ArrayLike | None = None,
+    deviations: ArrayLike = 1.0,
+    performance: Performance | None = None,
+    tolerance: float = 1e-5,
+    sample_time: float | None = None,
+    time_limit: float | None = None,
+) -> StructuredDesign:
+    """Return gains F_i for u = -sum_i h_i F_i C x, F_i zero off the pattern, of the best value.
+
+    The best that was reached from several starts: the unstructured design projected, a
+    slack-matrix form, and u = 0.  Each step moves gains and V = x' P x at once inside a convex
+    inner approximation, then finds the best P for the new gains; so the value never gets worse.
+    For static output feedback, decentralised laws, and gains that some rules share.
+
+    Parameters
+    ----------
+    model : A (r, n, n), B (r, n, m); for "hinf" also E (r, n, q), and C, or ``performance``.
+    pattern : (m, p), True where input k may look at state (output) l; None for all.
+    objective : "decay_rate", the largest alpha in 1/s with V' <= -2 alpha V (V(x+) <=
+        e^(-2 alpha T) V in discrete time); "cost", the least bound on the mean quadratic cost;
+        "hinf", the least gamma in |z|_2 <= gamma |w|_2.
+    output : C (p, n) of what the law sees, y = C x, the same in all vertices; None for the states.
+    shared : (r,) labels; rules of one label share a gain.
+    relaxation : as for ``pdc``; with "common-gain" all rules share one.
+    gain_bound : bound on the spectral norm of every K_i = F_i C.  Needed for "decay_rate", which
+        has no largest value without.
+    Q, R, deviations : for "cost", as for ``lqr_pdc``.
+    performance : for "hinf", as for ``hinf_pdc``.
+    tolerance : relative gain of a step at which the search ends.
+    sample_time : T in s of x+ = A x + B u; None takes the model's own.
+    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
+        it is "unknown" and says so.  None for none.
+
+    Returns
+    -------
+    A ``StructuredDesign``.  The value is that of LMIs which were checked by eigenvalues with the
+    gains as they are returned.  Where the unstructured design is infeasible so is this one, by the
+    same relaxation.
+
+    Not promised: the best structured gains; the problem is not convex, and "unknown" without gains
+    does not say that there are none.  With a gain bound ``unstructured`` is what the same search
+    comes to without the structure, a local optimum too.
+
+    Raises
+    ------
+    ModelError : shapes, a pattern without True, dependent outputs, an unknown relaxation or
+        objective, what an objective needs left out, a vertex with an undamped mode that no input
+        moves, or none by the pattern.
+
+    Source: derived in ``structured_sums`` and ``structured_slack``, with the literature there.
+    """
+    relaxation_named(relaxation)
+    if objective not in get_args(Objective):
+        known = get_args(Objective)
+        raise ModelError(
+            f"objective {objective!r} is not known; there are {', '.join(known)}"
+            + did_you_mean(str(objective), list(known))
+        )
+    if objective == "decay_rate" and gain_bound is None:
+        raise ModelError(
+            "a largest decay rate needs bounded gains; give gain_bound, a bound on the spectral "
+            "norm of every K_i"
+        )
+    plant, factor = plant_for(
+        model,
+        objective,
+        Q=Q,
+        R=R,
+        deviations=deviations,
+        performance=performance,
+        sample_time=sample_time,
+    )
+    r, n, m = plant.B.shape
+    common = relaxation == "common-gain"
+    search = Search(
+        plant=plant,
+        structure=structure_of((r, n, m), pattern, output, np.zeros(r) if common else shared),
+        objective=objective,
+        relaxation=relaxation,
+        deviations=factor,
+        gain_bound=_bound(gain_bound),
+    )
+    _check_modes(search, tuple(getattr(model, "states", ())))
+    plain = _unstructured(model, search, Q, R, deviations, performance, sample_time)
+    if not plain or plain[0].gains is None:
+        return without(search, plain[0].answer, ())
+    climb = Climb(search)
+    spot = climb.best(list(_starts(search, plain)), tolerance)
+    if spot is None:
+        return without(search, unsettled(climb), tuple(climb.steps))
+    spot = search.assessed(spot.F, spot.P, value=spot.value, settle=True) or spot
+    return found_at(search, spot, _best_without(search, plain, spot, tolerance), climb)
+
+
+def _bound(gain_bound: float | None) -> float | None:
+    if gain_bound is None:
+        return None
+    from takagi.lmi.gains.disturbance.request import positive
+
+    return positive("gain_bound", gain_bound)
+
+
+def _check_modes(search: Search, names: tuple[str, ...]) -> None:
+    plant = search.plant
+    step = plant.sample_time
+    s = state_units(plant.A, None, step=step)
+    A, B = plant.A * s / s[:, None], plant.B / s[:, None]
+    B = B / np.maximum(np.abs(B).max(axis=(0, 1)), 1e-300)
+    check_stabilisable(A, B, units=s, names=names, step=step)
+    check_movable(A, B, search.structure, units=s, names=names, step=step)
+
+
+def _unstructured(
+    model: Controlled,
+    search: Search,
+    Q: ArrayLike | None,
+    R: ArrayLike | None,
+    deviations: ArrayLike,
+    performance: Performance | None,
+    sample_time: float | None,
+) -> list[Design]:
+    """Return designs without structure, the best first; only a no where there is none."""
+    name, bound = search.relaxation, search.gain_bound
+    if search.objective == "cost":
+        assert Q is not None and R is not None  # plant_for has looked
+        found = [
+            lqr_pdc(model, Q, R, relaxation=name, deviations=deviations, sample_time=sample_time)
+        ]
+    elif search.objective == "hinf":
+        found = [
+            hinf_pdc(
+                model,
+                performance=performance,
+                relaxation=name,
+                gain_bound=bound,
+                tolerance=tolerance,
+                sample_time=sample_time,
+            )
+            for tolerance in (1e-6, *reversed(MODEST))
+        ]
+    else:
+        found = [
+            pdc(
+                model,
+                decay_rate="max",
+                relaxation=name,
+                gain_bound=bound,
+                sample_time=sample_time,
+            )
+        ]
+    plain = pdc(search.plant.reaching, relaxation=name)
+    good = [design for design in found if design.gains is not None]
+    if plain.gains is not None and len(plain.gains[0]) == search.plant.B.shape[2]:
+        good.append(plain)
+    return good or [plain if plain.gains is None else found[0]]
+
+
+def _starts(search: Search, plain: list[Design]) -> Iterator[Start]:
+    n = search.plant.A.shape[1]
+    s = state_units(search.plant.A, None, step=search.plant.sample_time)
+    for number, design in enumerate(plain):
+        if design.gains is None or design.P is None or (number == 0 and len(plain) > 2):
+            # The least gain itself is approached with gains without bound.
+            continue
+        for metric, name in ((np.linalg.inv(design.P), "by P"), (np.diag(s**2), "by size")):
+            F = search.structure.projected(design.gains, (metric + metric.T) / 2)
+            yield Start(f"unstructured {number + 1}, projected {name}", F, design.P)
+    yield from slack_start(search)
+    zero = np.zeros((search.structure.groups, *search.structure.pattern.shape))
+    yield Start("no control", zero, np.diag(s ** (-2.0)) + np.zeros((n, n)))
+
+
+def _best_without(search: Search, plain: list[Design], spot: Spot, tolerance: float) -> float:
+    """Return the best value known without the structure, of which the structured one is one."""
+    sense = search.sense
+    free = replace(search, structure=search.structure.free)
+    values = [spot.value]
+    if search.gain_bound is None:
+        first = plain[0]
+        convex = first.cost if search.objective == "cost" else first.answer.gain
+        values += [convex] if convex is not None else [np.nan]
+    else:
+        K = search.structure.gains(spot.F)
+        starts = [Start("structured", K, spot.P)]
+        starts += [
+            Start("unstructured", design.gains, design.P)
+            for design in plain
+            if design.gains is not None and design.P is not None
+        ]
+        found = Climb(free).best(starts, tolerance)
+        values += [found.value] if found is not None else []
+    if np.isnan(values).any():
+        return float("nan")
+    return float(sense * max(sense * value for value in values))

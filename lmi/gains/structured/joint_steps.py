@@ -1,0 +1,278 @@
+"""Steps of a quadratic function and structured gains: P for given gains, then both at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.answer import Try
+from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.decision.decide import Outcome, optimise
+from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
+from takagi.lmi.gains.structured.coordinates import LocalUnits
+from takagi.lmi.gains.structured.structure import Structure
+from takagi.lmi.gains.structured.sums import Gains, Objective, loop_sum
+from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
+from takagi.lmi.parameter_search.least_over_rate import unknowns_near_least
+from takagi.lmi.sums.relaxations import relaxation_named
+
+__all__ = ["Search", "Spot"]
+
+Floats = NDArray[np.float64]
+
+# Largest P of a step, in states where it began as I; it only keeps the unknowns bounded.
+LARGEST = 16.0
+# Steps of ``extreme_parameter`` that are worth it where gains move on.
+FEW = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Spot:
+    """Gains with the best function found for them, in the model's units.
+
+    Attributes
+    ----------
+    F : (groups, m, p).
+    P : (n, n).
+    value : decay rate in 1/s, cost, or gamma, that P shows for F.
+    outcome, condition, units : where it was checked.
+    """
+
+    F: Floats
+    P: Floats
+    value: float
+    outcome: Outcome
+    condition: Condition
+    units: LocalUnits
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Search:
+    """What is sought.
+
+    Attributes
+    ----------
+    plant : in the model's units.
+    deviations : L of the covariance L L' of x(0), for the cost.
+    gain_bound : on the spectral norm of every K_i; None without.
+    held : margin at which cost and gamma are least: a larger one keeps P better conditioned.
+    fine : how near to the largest decay rate P is taken, relative, for the same reason.
+    tries : of all solver calls; grows.
+    """
+
+    plant: DisturbedPlant
+    structure: Structure
+    objective: Objective
+    relaxation: str
+    deviations: Floats
+    gain_bound: float | None = None
+    held: float = 1e-6
+    fine: float = 1e-4
+    tries: list[Try] = field(default_factory=list)
+
+    @property
+    def sense(self) -> float:
+        """Return 1 where more is better, -1 where less is."""
+        return 1.0 if self.objective == "decay_rate" else -1.0
+
+    @property
+    def rate(self) -> str:
+        """Return the parameter of the decay rate."""
+        return "alpha" if self.plant.sample_time is None else "contraction"
+
+    def assessed(
+        self, F: Floats, P: Floats, *, value: float | None = None, settle: bool = False
+    ) -> Spot | None:
+        """Return the best P for the gains, posed in states where the given one is I; None if none.
+
+        Parameters
+        ----------
+        value : about what is to be expected of gamma; it only sets units.
+        settle : for an answer: no margin is held back, and more solvers are asked.
+        """
+        K = self.structure.gains(F)
+        units = LocalUnits.of(self.plant, self.objective, P, K, value=value)
+        n = len(P)
+        unknown = Unknown("P", n, n, symmetric=True)
+        gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
+        known = Gains(known=units.posed_gains(K))
+        condition = self._condition(units, unknown, gamma, known)
+        outcome, value = self._best(condition, units, known.known, settle)
+        if value is None:
+            return None
+        back = np.linalg.inv(units.states)
+        found = back.T @ outcome.values["P"][0] @ back
+        return Spot(
+            F=F,
+            P=(found + found.T) / 2,
+            value=value,
+            outcome=outcome,
+            condition=condition,
+            units=units,
+        )
+
+    def guessed(self, decaying: Spot) -> tuple[Floats, float | None]:
+        """Return P of about the right size, and gamma, from a function that decays.
+
+        With V' <= -2 alpha V, |z|^2 <= c^2 V and an effect of w of size e, c^2 / (2 alpha) V bounds
+        the cost, and gamma is about c e / alpha, with c / e V.
+        """
+        K = self.structure.gains(decaying.F)
+        T = np.linalg.inv(np.linalg.cholesky(decaying.P)).T
+        step = self.plant.sample_time
+        alpha = decaying.value * (1.0 if step is None else step)
+        shown = float(np.linalg.norm((self.plant.C - self.plant.D12 @ K) @ T, 2, axis=(1, 2)).max())
+        entering = float(np.linalg.norm(np.linalg.solve(T, self.plant.E), 2, axis=(1, 2)).max())
+        if self.objective == "cost":
+            return decaying.P * ((shown or 1.0) ** 2 / (2.0 * alpha)), None
+        if not (shown and entering):
+            return decaying.P, None
+        return decaying.P * (shown / entering), shown * entering / alpha
+
+    def moved(self, spot: Spot, spread: float) -> Floats | None:
+        """Return better gains by the inner convex step from a spot; None where it finds none."""
+        K = self.structure.gains(spot.F)
+        units = LocalUnits.of(self.plant, self.objective, spot.P, K, value=spot.value)
+        inside, sizes = units.posed_structure(self.structure)
+        n = len(spot.P)
+        unknown = Unknown("P", n, n, symmetric=True)
+        gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
+        rows = self.structure.unknowns()
+        near = Gains(known=units.posed_gains(K), structure=inside, unknowns=rows, spread=spread)
+        condition = self._condition(units, unknown, gamma, near)
+        if self.objective == "decay_rate":
+            at = units.parameter(spot.value)
+            hair = self._hair(units, self.fine / 10)(at)
+            origin = at - (hair if self.rate == "alpha" else -hair)
+            found = extreme_parameter(
+                condition.with_parameters(**{self.rate: origin}),
+                self.rate,
+                largest=self.rate == "alpha",
+                steps=FEW,
+                step=lambda _: hair / 10,
+                centre=False,
+            )
+            self.tries.extend(found.outcome.tries)
+            values: Mapping[str, Floats] = found.best
+        else:
+            values = unknowns_near_least(condition, held=self.held)
+        if not values:
+            return None
+        F = self.structure.assembled([values[row.name] for row in rows])
+        return self.bounded(F * units.inputs[:, None] / sizes)
+
+    def bounded(self, F: Floats) -> Floats:
+        """Return the gains shrunk to the bound where they exceed it."""
+        if self.gain_bound is None:
+            return F
+        size = np.linalg.norm(F @ self.structure.C, 2, axis=(1, 2))
+        return np.asarray(
+            F * np.minimum(1.0, self.gain_bound / np.maximum(size, 1e-300))[:, None, None]
+        )
+
+    def _condition(self, units: LocalUnits, P: Unknown, gamma: Unknown, gains: Gains) -> Condition:
+        plant = units.posed(self.plant)
+        slack, sums = relaxation_named(self.relaxation)(
+            loop_sum(plant, self.objective, P, gamma, gains)
+        )
+        one = np.eye(P.rows)[None]
+        own = Term(unknown=P, left=one, right=one)
+        largest = 1.0 if gains.structure is None else LARGEST
+        lmis: tuple[LMI, ...] = (
+            LMI(name="P positive definite", blocks=(P.rows,), terms=(own,)),
+            *sums,
+        )
+        if self.objective == "decay_rate" or gains.structure is not None:
+            bound = Constant(value=-largest * one)
+            lmis += (
+                LMI(
+                    name="scale of P",
+                    blocks=(P.rows,),
+                    terms=(own,),
+                    constants=(bound,),
+                    sign=-1,
+                    strict=False,
+                ),
+            )
+        if self.gain_bound is not None and gains.structure is not None:
+            lmis += (_bound_lmi(gains, units, self.gain_bound),)
+        objective, unknowns = {}, (P, *gains.unknowns, *slack)
+        if self.objective == "hinf":
+            unknowns += (gamma,)
+            objective = {"gamma": np.ones((1, 1, 1))}
+        elif self.objective == "cost":
+            L = np.linalg.solve(units.states, self.deviations)
+            objective = {"P": (L @ L.T / np.trace(L @ L.T))[None]}
+        parameters = {self.rate: 0.0} if self.objective == "decay_rate" else {}
+        return Condition(
+            name=f"structured gains, {self.objective}, {self.relaxation}",
+            unknowns=unknowns,
+            lmis=lmis,
+            objective=objective,
+            parameters=parameters,
+        )
+
+    def _best(
+        self, condition: Condition, units: LocalUnits, K: Floats, settle: bool
+    ) -> tuple[Outcome, float | None]:
+        """Return the best P in the given coordinates, and its value in the model's units."""
+        if self.objective != "decay_rate":
+            outcome = optimise(condition, slack=1e-5) if settle else self._near_least(condition)
+            self.tries.extend(outcome.tries)
+            good = outcome.status == "candidate"
+            return outcome, self._value(outcome, units) if good else None
+        plant = units.posed(self.plant)
+        size = float(np.linalg.norm(plant.A[:, None] - plant.B[:, None] @ K, 2, axis=(2, 3)).max())
+        origin = -1.01 * size - units.speed if self.rate == "alpha" else 1.01 * size**2 + 1.0
+        found = extreme_parameter(
+            condition.with_parameters(**{self.rate: origin}),
+            self.rate,
+            largest=self.rate == "alpha",
+            step=self._hair(units, self.fine),
+        )
+        self.tries.extend(found.outcome.tries)
+        if not found.found:
+            return found.outcome, None
+        return found.outcome, units.rate_of(found.condition.parameters[self.rate])
+
+    def _near_least(self, condition: Condition) -> Outcome:
+        values = unknowns_near_least(condition, held=self.held)
+        held = margin(condition, values) if values else -np.inf
+        return Outcome("candidate" if held > 0 else "unknown", values, held, np.inf, {}, ())
+
+    def _hair(self, units: LocalUnits, fine: float) -> Callable[[float], float]:
+        """Return the difference in the rate's parameter that does not matter."""
+        rest = 0.0 if self.rate == "alpha" else 1.0
+        return lambda at: fine * max(abs(at - rest), 1e-3 * units.speed)
+
+    def _value(self, outcome: Outcome, units: LocalUnits) -> float:
+        if self.objective == "hinf":
+            return float(outcome.values["gamma"][0, 0, 0] * units.output / units.disturbance)
+        L = np.linalg.solve(units.states, self.deviations)
+        return float(np.trace(L.T @ outcome.values["P"][0] @ L))
+
+
+def _bound_lmi(gains: Gains, units: LocalUnits, bound: float) -> LMI:
+    """Pose [[I, K_j / b], [K_j' / b, I]] >= 0, |K_j| <= b in the model's units, for each group."""
+    assert gains.structure is not None
+    m, n = len(units.inputs), len(units.states)
+    back = gains.structure.C @ np.linalg.inv(units.states)
+    count = gains.structure.groups
+    terms = tuple(
+        Term(
+            unknown=row,
+            left=(np.eye(m)[:, [k]] * units.inputs[k] / bound)[None],
+            right=back[gains.structure.pattern[k]][None],
+            at=(0, 1),
+            members=np.arange(count),
+        )
+        for k, row in zip(gains.structure.rows, gains.unknowns, strict=True)
+    )
+    one = (Constant(value=np.eye(m)[None]), Constant(value=np.eye(n)[None], at=(1, 1)))
+    return LMI(
+        name="gain bound", blocks=(m, n), terms=terms, constants=one, count=count, weight=1.0
+    )

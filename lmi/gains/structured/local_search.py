@@ -1,0 +1,186 @@
+"""From several starts to the best structured gains: steps that never lose what was gained."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from takagi.lmi.argument_checks import corners_of
+from takagi.lmi.cone.balance import motion, state_units
+from takagi.lmi.decision.decide import decide
+from takagi.lmi.gains.structured.joint_steps import Search, Spot
+from takagi.lmi.gains.structured.slack_matrix import slack_condition, slack_gains
+from takagi.lmi.gains.structured.structure import Floats
+
+__all__ = ["Climb", "Start", "Step", "slack_start"]
+
+# Steps towards any decay at all, and for a start with room around it.
+TOWARDS_DECAY, WITH_ROOM = 30, 2
+# Steps and relative gain at which a start is left for the best ones, of which so many go on.
+EXPLORED, ENOUGH, PURSUED = 15, 3e-4, 2
+MOST = 80
+# What is held back in turn, of margins (cost, gamma) or of the rate: with a function that is well
+# conditioned first, then with one that touches more.
+LEVELS = ((1e-6, 3e-2), (1e-6, 3e-3), (1e-7, 1e-4))
+# Spreads that are tried about the one that did best.
+ABOUT = (1.0, 3.0, 1.0 / 3.0)
+# Relative gain of a cost or gamma with which no other spread is tried.  The largest decay rate is
+# where eigenvalues meet, and a hasty step towards it ends further away.
+GOOD = 1e-2
+# How often a step is doubled.
+DOUBLED = 3
+MUS = (0.1, 0.3, 1.0, 3.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One accepted step: where it began, what was improved, and how far that came."""
+
+    start: str
+    objective: str
+    value: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Start:
+    """Gains F to begin with, and P (n, n) of the size of what they may show."""
+
+    name: str
+    F: Floats
+    P: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Climb:
+    """The search with the table of its steps, which grows."""
+
+    search: Search
+    steps: list[Step] = field(default_factory=list)
+
+    def best(self, starts: Sequence[Start], tolerance: float) -> Spot | None:
+        """Return the best spot that the starts lead to; None where none of them is stable."""
+        found: list[tuple[Spot, str]] = []
+        for start in starts:
+            spot = self._begun(start)
+            if spot is not None:
+                coarse = _at(self.search, LEVELS[0])
+                spot = self._risen(coarse, spot, start.name, EXPLORED, ENOUGH)
+                found.append((spot, start.name))
+        sense = self.search.sense
+        found.sort(key=lambda pair: -sense * pair[0].value)
+        ends = []
+        for spot, name in found[:PURSUED]:
+            for level in LEVELS:
+                finer = _at(self.search, level)
+                spot = self._risen(finer, spot, name, MOST, tolerance)
+            ends.append(spot)
+        return max(ends, key=lambda spot: sense * spot.value) if ends else None
+
+    def reached(self) -> float:
+        """Return the largest decay rate that any start came to, -inf where none was found."""
+        rates = [step.value for step in self.steps if step.objective == "decay_rate"]
+        return max(rates, default=-np.inf)
+
+    def _begun(self, start: Start) -> Spot | None:
+        """Return a stable spot, with some decay to spare, from gains that need not be."""
+        search = self.search
+        decay = _at(replace(search, objective="decay_rate"), LEVELS[0])
+        spot = decay.assessed(decay.bounded(start.F), start.P)
+        if spot is None:
+            return None
+        self.steps.append(Step(start.name, "decay_rate", spot.value))
+        spread, room = 1.0, WITH_ROOM if spot.value <= 0 else 0
+        for count in range(TOWARDS_DECAY):
+            if spot.value > 0 and count >= room:
+                break
+            better, spread = self._stepped(decay, spot, spread)
+            if better is None:
+                break
+            self.steps.append(Step(start.name, "decay_rate", better.value))
+            spot = better
+        if spot.value <= 0:
+            return None
+        if search.objective == "decay_rate":
+            return spot
+        P, value = search.guessed(spot)
+        return search.assessed(spot.F, P, value=value)
+
+    def _risen(self, search: Search, spot: Spot, name: str, most: int, enough: float) -> Spot:
+        spread = 1.0
+        for _ in range(most):
+            better, spread = self._stepped(search, spot, spread)
+            if better is None:
+                break
+            gained = search.sense * (better.value - spot.value)
+            self.steps.append(Step(name, search.objective, better.value))
+            spot = better
+            if gained <= enough * abs(spot.value):
+                break
+        return spot
+
+    def _stepped(self, search: Search, spot: Spot, spread: float) -> tuple[Spot | None, float]:
+        """Return the best spot of a few spreads, if it is better, and its spread."""
+        best, at = None, spread
+        for factor in ABOUT:
+            F = search.moved(spot, spread * factor)
+            new = None if F is None else search.assessed(F, spot.P, value=spot.value)
+            if new is None or not search.sense * (new.value - spot.value) > 0:
+                continue
+            if best is None or search.sense * (new.value - best.value) > 0:
+                best, at = new, spread * factor
+            if search.sense < 0 and spot.value - best.value > GOOD * abs(spot.value):
+                break
+        return (best if best is None else _further(search, spot, best)), at
+
+
+def _at(search: Search, level: tuple[float, float]) -> Search:
+    held, fine = level
+    return replace(search, held=held, fine=fine)
+
+
+def _further(search: Search, spot: Spot, best: Spot) -> Spot:
+    """Return the best on the way beyond a step: the inner approximation makes it too short."""
+    direction, length = best.F - spot.F, 1.0
+    for _ in range(DOUBLED):
+        length *= 2.0
+        F = search.bounded(spot.F + length * direction)
+        new = search.assessed(F, best.P, value=best.value)
+        if new is None or not search.sense * (new.value - best.value) > 0:
+            break
+        best = new
+    return best
+
+
+def slack_start(search: Search) -> Iterator[Start]:
+    """Yield the gains of largest margin by ``slack_condition`` over a few mu; none where none."""
+    plant, structure = search.plant, search.structure
+    step = plant.sample_time
+    s = state_units(plant.A, None, step=step)
+    A, B = plant.A * s / s[:, None], plant.B / s[:, None]
+    size = float(np.linalg.norm(motion(A, step), 2, axis=(1, 2)).max()) or 1.0
+    reach = np.abs(B).max(axis=(0, 1))
+    tau = size / np.where(reach > 0, reach, 1.0)
+    C = structure.C * s
+    sizes = np.linalg.norm(C, axis=1)
+    same = np.array_equal(structure.C, np.eye(len(s)))
+    inside = replace(structure, C=np.eye(len(s)) if same else C / sizes[:, None])
+    scale = np.ones(len(s)) / s if same else 1.0 / sizes
+    best, F = 0.0, None
+    for mu in MUS if step is None else MUS[:1]:
+        condition = slack_condition(
+            A,
+            B * tau,
+            inside,
+            search.relaxation,
+            mu=mu / size,
+            step=step,
+            corners=corners_of(plant),
+        )
+        outcome = decide(condition, most=1)
+        search.tries.extend(outcome.tries)
+        if outcome.status == "candidate" and outcome.margin > best:
+            best, F = outcome.margin, slack_gains(outcome.values, inside)
+    if F is not None:
+        yield Start("slack matrix", F * tau[:, None] * scale, np.diag(s**-2.0))

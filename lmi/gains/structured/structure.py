@@ -1,0 +1,256 @@
+"""What a structured law may look at: zeros, outputs, rules that share a gain; what it leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.lmi.condition.term import Array, Unknown
+from takagi.lmi.sums.double_sum import Member
+from takagi.models.errors import ModelError
+
+__all__ = ["Floats", "Structure", "check_movable", "structure_of"]
+
+Floats = NDArray[np.float64]
+
+# An eigenvalue that so many arbitrary gains leave where it is, to rounding, is left by all.
+DRAWS, UNMOVED = 3, 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Structure:
+    """u = -sum_j h_j F_j C x with F_j zero off the pattern, and one F for each group of rules.
+
+    Attributes
+    ----------
+    pattern : (m, p), True where F may differ from zero.
+    C : (p, n), of full row rank.
+    group : (r,), which F a rule takes, 0 ... groups - 1.
+    """
+
+    pattern: NDArray[np.bool_]
+    C: Floats
+    group: NDArray[np.intp]
+
+    @property
+    def groups(self) -> int:
+        """Return how many different F there are."""
+        return int(self.group.max()) + 1
+
+    @property
+    def rows(self) -> tuple[int, ...]:
+        """Return the inputs that see something."""
+        return tuple(int(k) for k in np.flatnonzero(self.pattern.any(axis=1)))
+
+    @property
+    def free(self) -> Structure:
+        """Return a gain for each rule, without any structure."""
+        m, n = len(self.pattern), self.C.shape[1]
+        return Structure(
+            pattern=np.ones((m, n), dtype=bool), C=np.eye(n), group=np.arange(len(self.group))
+        )
+
+    @property
+    def member(self) -> Member:
+        """Return which member of an unknown of ``groups`` stands in Theta_ij."""
+        r = len(self.group)
+        if self.groups == 1:
+            return "first"
+        if np.array_equal(self.group, np.arange(r)):
+            return "gain"
+        return np.broadcast_to(self.group, (r, r)).copy()
+
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """Return the free entries of F, one unknown for each input that sees something."""
+        return tuple(
+            Unknown(
+                f"F{k + 1}",
+                1,
+                int(self.pattern[k].sum()),
+                count=self.groups,
+                latex=f"F_{{{k + 1}}}",
+            )
+            for k in self.rows
+        )
+
+    def assembled(self, rows: Sequence[Floats]) -> Floats:
+        """Return F (groups, m, p) from the values of ``unknowns``; other entries are exactly 0."""
+        F = np.zeros((self.groups, *self.pattern.shape))
+        for k, row in zip(self.rows, rows, strict=True):
+            F[:, k, self.pattern[k]] = row[:, 0]
+        return F
+
+    def parts_of(self, F: Floats) -> list[Floats]:
+        """Return the inverse of ``assembled``."""
+        return [F[:, [k]][:, :, self.pattern[k]] for k in self.rows]
+
+    def gains(self, F: Floats) -> Floats:
+        """Return K_j = F_j C, (r, m, n).
+
+        A column of C that is zero, or a row of F, leaves an exact zero.
+        """
+        return np.asarray((F @ self.C)[self.group])
+
+    def projected(self, K: Floats, weight: Floats) -> Floats:
+        """Return the F whose F C is nearest to the mean gain of each group, (groups, m, p).
+
+        Nearest in |(F C - K) W^1/2|; of Q = P^-1 that is how far u differs on x' P x <= 1.
+        """
+        F = np.zeros((self.groups, *self.pattern.shape))
+        root = np.linalg.cholesky(weight)
+        for g in range(self.groups):
+            mean = K[self.group == g].mean(axis=0)
+            for k in self.rows:
+                seen = self.pattern[k]
+                F[g, k, seen] = np.linalg.lstsq(
+                    (self.C[seen] @ root).T, mean[k] @ root, rcond=None
+                )[0]
+        return F
+
+    def slack_pattern(self) -> NDArray[np.bool_]:
+        """Return (n, n), True where G may differ from zero in states whose first p are C x.
+
+        Then F [I 0] G has the pattern of F and no entry beyond the p-th, and so has M G^-1 if M
+        has: G_ab = 0 where some input sees a but not b.
+        """
+        p, n = self.C.shape
+        seen = np.zeros((len(self.pattern), n), dtype=bool)
+        seen[:, :p] = self.pattern
+        seen = seen[list(self.rows)]
+        return np.asarray(~np.einsum("ka,kb->ab", seen, ~seen), dtype=bool)
+
+
+def structure_of(
+    sizes: tuple[int, int, int],
+    pattern: ArrayLike | None,
+    output: ArrayLike | None,
+    shared: ArrayLike | None,
+) -> Structure:
+    """Return the checked structure of a law for r rules, n states, m inputs.
+
+    Parameters
+    ----------
+    sizes : (r, n, m).
+    pattern : (m, p), or None for no zeros.
+    output : (p, n); None for the states.
+    shared : (r,) labels; rules of one label share a gain.  None for a gain each.
+
+    Raises
+    ------
+    ModelError : shapes, entries that are not true or false, a law that sees nothing, outputs that
+        are dependent.
+    """
+    r, n, m = sizes
+    C = np.eye(n) if output is None else _outputs(output, n)
+    p = len(C)
+    return Structure(
+        pattern=_pattern(np.ones((m, p), dtype=bool) if pattern is None else pattern, m, p),
+        C=C,
+        group=_groups(shared, r),
+    )
+
+
+def _pattern(given: ArrayLike, m: int, p: int) -> NDArray[np.bool_]:
+    try:
+        found = np.asarray(given)
+    except ValueError as error:
+        raise ModelError(f"pattern cannot be read as an array ({error})") from error
+    if found.shape != (m, p):
+        raise ModelError(
+            f"pattern has shape {found.shape}; ({m}, {p}) is needed, a row for each input and a "
+            "column for each state or output: True where the law may look"
+        )
+    if found.dtype != bool and not (found.dtype.kind in "iuf" and np.isin(found, (0, 1)).all()):
+        raise ModelError("pattern must be of True and False (or 1 and 0); it says where, not what")
+    if not found.any():
+        raise ModelError(
+            "pattern has no True, so the law sees nothing and u = 0; allow at least one entry"
+        )
+    return found.astype(bool)
+
+
+def _outputs(given: ArrayLike, n: int) -> Floats:
+    try:
+        C = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ModelError(f"output cannot be read as an array of numbers ({error})") from error
+    if C.ndim != 2 or C.shape[1] != n or not len(C):
+        raise ModelError(
+            f"output has shape {C.shape}; (p, {n}) is needed, one C of y = C x for all vertices"
+        )
+    if not np.isfinite(C).all():
+        raise ModelError("output has an entry that is not finite")
+    rows = np.linalg.norm(C, axis=1)
+    rank = int(np.linalg.matrix_rank(C / np.where(rows > 0, rows, 1.0)[:, None], tol=1e-12))
+    if rank < len(C):
+        raise ModelError(
+            f"output has {len(C)} rows of rank {rank}: one is zero or a combination of others; "
+            "leave it out"
+        )
+    return C
+
+
+def _groups(given: ArrayLike | None, r: int) -> NDArray[np.intp]:
+    if given is None:
+        return np.arange(r)
+    labels = np.asarray(given)
+    if labels.shape != (r,):
+        raise ModelError(
+            f"shared has shape {labels.shape}; ({r},) labels are needed, one for each rule: rules "
+            "of one label share a gain"
+        )
+    # Numbered in the order in which they come.
+    _, first, group = np.unique(labels, return_index=True, return_inverse=True)
+    return np.asarray(np.argsort(np.argsort(first))[group], dtype=np.intp)
+
+
+def check_movable(
+    A: Array,
+    B: Array,
+    structure: Structure,
+    *,
+    units: Floats,
+    names: Sequence[str] = (),
+    step: float | None = None,
+) -> None:
+    """Raise ModelError for a vertex with an undamped mode that no gain of the structure moves.
+
+    An eigenvalue of A_i - B_i F C for every F of the pattern is one for a few arbitrary F, and
+    the other way round with probability 1 (Wang and Davison, 1973, fixed modes).
+
+    Parameters
+    ----------
+    A, B : in states x = units xhat, inputs of order one.
+    """
+    rng = np.random.default_rng(0)
+    C = structure.C * units
+    C = C / np.linalg.norm(C, axis=1)[:, None]
+    for vertex, (one, reach) in enumerate(zip(A, B, strict=True)):
+        size = float(np.linalg.norm(one, 2)) or 1.0
+        reach = reach * (size / (np.abs(reach).max() or 1.0))
+        loops = [
+            one - reach @ (structure.pattern * rng.standard_normal(structure.pattern.shape)) @ C
+            for _ in range(DRAWS)
+        ]
+        values, vectors = np.linalg.eig(one)
+        for value, vector in zip(values, vectors.T, strict=True):
+            slow = value.real >= -1e-12 * size if step is None else abs(value) >= 1 - 1e-12
+            shifted = np.stack(loops) - value * np.eye(len(one))
+            left = np.linalg.svd(shifted, compute_uv=False)[:, -1].max()
+            if slow and left < UNMOVED * size:
+                raise ModelError(_fixed(vertex, len(A), complex(value), vector * units, names))
+
+
+def _fixed(vertex: int, count: int, value: complex, vector: Array, names: Sequence[str]) -> str:
+    labels = names or tuple(f"x{k}" for k in range(1, len(vector) + 1))
+    share = np.abs(vector) / np.abs(vector).max()
+    parts = ", ".join(labels[k] for k in np.argsort(-share, kind="stable") if share[k] > 1e-3)
+    shown = f"{value:.6g}" if value.imag else f"{value.real:.6g}"
+    return (
+        f"vertex {vertex + 1} of {count}: the mode at {shown} (in {parts}) does not decay and no "
+        "gain of this pattern moves it: a fixed mode of the structure; allow an input that reaches "
+        "it to see it"
+    )

@@ -1,0 +1,180 @@
+r"""A closed loop u = -sum_j h_j K_j x in V = x' P x and K, both unknown: the inner convex step.
+
+With G_ij = A_i - B_i K_j and Z_ij = C_i - D12_i K_j, P in the place of Q = P^-1,
+
+    decay rate   He(P G_ij) + 2 alpha P                             V' <= -2 alpha V
+    cost         [ He(P G_ij)  Z_ij' ; .  -I ]                      V' <= -|z|^2
+    energy gain  [ He(P G_ij)  P E_i  Z_ij' ; .  -gamma I  D11_i' ; .  .  -gamma I ]
+
+and in discrete time, by a Schur complement of V(x+), with - P in the place of He(P G_ij) (- rho^2 P
+for the decay rate), and one more block row [P G_ij, P E_i, -P].
+
+They are affine in P for a given K, and in K for a given P.  For both at once, near P = I and K = L
+(any P is I in suitable states),
+
+    P B K = P B L + B (K - L) + (P - I) B (K - L),
+
+and with U = B' (P - I), W = K - L the last term, wherever it stands in Theta, is
+
+    -He(U' W) = |s U - W / s|^2 / 2 - |s U + W / s|^2 / 2 <= |s U - W / s|^2 / 2,    s > 0,
+
+a block row [s U - W / s] with -2 I on the diagonal.  What satisfies these LMIs satisfies the
+bilinear ones, and (I, L) does if it satisfies those: so no step is worse than where it began.
+
+Source: derived here; Dinh, Gumussoy, Michiels, Diehl (2012), IEEE Trans. Automatic Control 57(6),
+for the convex-concave decomposition of bilinear matrix inequalities.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.argument_checks import corners_of
+from takagi.lmi.condition.term import Array, Position, Unknown
+from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
+from takagi.lmi.gains.structured.structure import Structure
+from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
+
+__all__ = ["Gains", "Objective", "loop_sum"]
+
+Floats = NDArray[np.float64]
+Objective: TypeAlias = Literal["decay_rate", "cost", "hinf"]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Gains:
+    """What is put in for K_j: known ones, or unknown ones near them.
+
+    Attributes
+    ----------
+    known : L_j, (r, m, n).
+    structure : of the unknown ones, its C in the plant's states; None where K_j = L_j.
+    unknowns : its free entries, each divided by ``sizes``.
+    spread : s, how far K may move for how far P may.
+    """
+
+    known: Floats
+    structure: Structure | None = None
+    unknowns: tuple[Unknown, ...] = ()
+    spread: float = 1.0
+
+    def parts(self, through: Array, at: Position, *, whole: bool, factor: float) -> list[Part]:
+        """Return factor * through_i K_j in a block, by its unknowns."""
+        assert self.structure is not None
+        return [
+            Part(
+                unknown=row,
+                left=factor * through[:, :, [k]],
+                right=self.structure.C[self.structure.pattern[k]][None],
+                at=at,
+                plus_transpose=whole,
+                member=self.structure.member,
+            )
+            for k, row in zip(self.structure.rows, self.unknowns, strict=True)
+        ]
+
+
+def loop_sum(
+    plant: DisturbedPlant, objective: Objective, P: Unknown, gamma: Unknown | None, gains: Gains
+) -> DoubleSum:
+    """Return the module's double sum.
+
+    Parameters
+    ----------
+    gamma : of the energy gain; None for the others.
+    gains : known ones for a sum in P alone, else that of the inner convex step, about P = I.
+    """
+    n, m = plant.B.shape[1:]
+    step = plant.sample_time is not None
+    q = plant.E.shape[2] if objective == "hinf" else 0
+    p = plant.C.shape[1] if objective != "decay_rate" else 0
+    sizes = {"state": n, "disturbance": q, "next": n if step else 0, "output": p}
+    sizes["step"] = m if gains.structure is not None else 0
+    names = [name for name, size in sizes.items() if size]
+    where = {name: k for k, name in enumerate(names)}
+    moved = where["next" if step else "state"]
+    parts, fixed = _motion(plant, objective, P, gains, moved, step)
+    if objective == "hinf":
+        assert gamma is not None
+        one = np.eye(n)[None]
+        parts.append(Part(unknown=P, left=one, right=plant.E, at=(moved, where["disturbance"])))
+        parts += [_minus(gamma, q, where["disturbance"]), _minus(gamma, p, where["output"])]
+        fixed.append(Fixed(value=plant.D11, at=(where["output"], where["disturbance"])))
+    elif objective == "cost":
+        fixed.append(Fixed(value=-np.eye(p)[None], at=(where["output"],) * 2))
+    if p:
+        more, known = _shown(plant, gains, (where["output"], 0))
+        parts, fixed = parts + more, fixed + known
+    if gains.structure is not None:
+        more, known = _overbound(plant, P, gains, where["step"], moved)
+        parts, fixed = parts + more, fixed + known
+    return DoubleSum(
+        rules=len(plant.A),
+        blocks=tuple(sizes[name] for name in names),
+        parts=tuple(parts),
+        fixed=tuple(fixed),
+        corners=corners_of(plant),
+    )
+
+
+def _motion(
+    plant: DisturbedPlant, objective: Objective, P: Unknown, gains: Gains, moved: int, step: bool
+) -> tuple[list[Part], list[Fixed]]:
+    """Return P G_ij, linear about (I, L), and what of V stands beside it."""
+    one = np.eye(P.rows)[None]
+    steered = plant.B[:, None] @ gains.known
+    loop = plant.A[:, None] - steered
+    parts = [Part(unknown=P, left=one, right=_table(loop), at=(moved, 0), plus_transpose=not step)]
+    fixed = []
+    if gains.structure is not None:
+        parts += gains.parts(plant.B, (moved, 0), whole=not step, factor=-1.0)
+        both = steered if step else steered + steered.transpose(0, 1, 3, 2)
+        fixed.append(Fixed(value=_table(both), at=(moved, 0)))
+    decay = objective == "decay_rate"
+    if step:
+        rate = "contraction" if decay else None
+        parts.append(Part(unknown=P, left=-one, right=one, parameter=rate))
+        parts.append(Part(unknown=P, left=-one, right=one, at=(moved, moved)))
+    elif decay:
+        parts.append(Part(unknown=P, left=2.0 * one, right=one, parameter="alpha"))
+    return parts, fixed
+
+
+def _shown(plant: DisturbedPlant, gains: Gains, at: Position) -> tuple[list[Part], list[Fixed]]:
+    """Return Z_ij."""
+    if gains.structure is None:
+        known = plant.C[:, None] - plant.D12[:, None] @ gains.known
+        return [], [Fixed(value=_table(known), at=at)]
+    parts = gains.parts(plant.D12, at, whole=False, factor=-1.0)
+    return parts, [Fixed(value=plant.C, at=at)]
+
+
+def _overbound(
+    plant: DisturbedPlant, P: Unknown, gains: Gains, row: int, moved: int
+) -> tuple[list[Part], list[Fixed]]:
+    """Return the block row s B' (P - I) - (K - L) / s, with -2 I on its diagonal."""
+    m, s = plant.B.shape[2], gains.spread
+    reach = s * plant.B.transpose(0, 2, 1)
+    one, each = np.eye(P.rows)[None], np.eye(m)[None]
+    parts = [Part(unknown=P, left=reach, right=one, at=(row, moved))]
+    parts += gains.parts(each, (row, 0), whole=False, factor=-1.0 / s)
+    known = np.broadcast_to(gains.known[None], (len(reach), *gains.known.shape)).copy() / s
+    fixed = [
+        Fixed(value=-reach, at=(row, moved)),
+        Fixed(value=_table(known), at=(row, 0)),
+        Fixed(value=-2.0 * each, at=(row, row)),
+    ]
+    return parts, fixed
+
+
+def _minus(gamma: Unknown, size: int, block: int) -> Part:
+    return Part(unknown=gamma, left=-np.eye(size)[None], at=(block, block))
+
+
+def _table(array: Array) -> Array:
+    """Return (r, r, p, q), or (1, p, q) of a single rule, as a double sum takes it."""
+    return array[0] if len(array) == 1 else array

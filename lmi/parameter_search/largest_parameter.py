@@ -1,0 +1,290 @@
+r"""The largest or smallest value of a parameter at which a condition can be satisfied.
+
+With the condition as pencils (F_k, G_k) in the parameter theta, G_k(x) >= 0 on what is feasible,
+this is a generalised eigenvalue problem.  Each step keeps theta and asks for
+
+    largest t with F_k(x, theta) >= t tau (G_k(x_last) + a little I),
+
+then moves theta to the value that the new x allows, exactly, by eigenvalues.  As G_k(x) ~
+G_k(x_last), tau t is what theta gains: the steps converge faster than linearly, where bisection
+halves.  All steps share one set of cone data and one solver.  Where one matrix is sought,
+``parameter_path`` goes most of the way first, and the steps have only to confirm it.  Where others
+are sought beside it, G of the next x may be far from that of the last, and the steps short: after a
+few, leaps that double while there are unknowns, and halve what is left when there are none.
+
+Source: Boyd and El Ghaoui (1993), Linear Algebra and its Applications 188-189, for the problem;
+Crouzeix, Ferland and Schaible (1985), JOTA 47, for the steps (here with matrices for fractions).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from takagi.lmi.answer import Try
+from takagi.lmi.argument_checks import number
+from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.parameter_search.multiplier_bound import excluded_from
+from takagi.lmi.parameter_search.parameter_path import follow_path
+from takagi.lmi.parameter_search.parameter_pencil import WORST, ParameterPencil, Values
+from takagi.lmi.solver.solve import Session
+from takagi.models.errors import ModelError
+
+__all__ = ["Extreme", "extreme_parameter"]
+
+STEPS = 60
+# Steps before leaps; and how many differences that do not matter the bound may be off at the end.
+PATIENCE, CLOSE = 5, 100.0
+# Solvers that are asked in a leap where the first settles nothing.
+FEW_SOLVERS = 4
+# How far beyond the value a look is taken, in steps that do not matter, until nothing is there.
+LOOKS = (1.0, 10.0, 100.0, 1e3, 1e4)
+# A bound on t below this is one of nothing there: what is left of it are the solver's tolerances.
+NOTHING = 1e-4
+# How much less of G other unknowns may have than the best, where t bounds what theta can gain.
+LESS = 2.0
+# Reciprocal condition below which nothing is concluded: from t as to G, or from a no as to all.
+DEFINITE, REGULAR = 1e-4, 1e-4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Extreme:
+    """The best value of a parameter that was found.
+
+    Attributes
+    ----------
+    value : allowed by the unknowns in ``best``, recomputed from them; inf (-inf) where nothing
+        ends it; nan without a candidate.
+    bound : no value beyond it is feasible, to solver accuracy: excluded by multipliers; or, where
+        the best unknowns are well conditioned, for unknowns with at least half their G, or because
+        the condition is infeasible there.  Otherwise inf (-inf).  A margin that the solver cannot
+        tell from zero counts as none: with other unknowns beside one matrix the bound may be too
+        near by some 1e-5 of it, by 1e-3 where they are ill conditioned.
+    best : the unknowns that allow the value.
+    outcome : unknowns with the largest margin a hair before the value, in scalar weights; where
+        there are none, why.
+    condition : what the outcome is of: the condition at that hair.
+    converged : whether the search ended by itself with nothing beyond the value, or with the bound
+        within a hundred tolerances of it; not where the steps ran out, or no solver settled what
+        is beyond: then the true value may be anything up to the bound.
+    """
+
+    value: float
+    bound: float
+    best: Values
+    outcome: Outcome
+    condition: Condition
+    converged: bool = False
+
+    @property
+    def found(self) -> bool:
+        """Return whether there is a value."""
+        return self.outcome.status == "candidate"
+
+
+def extreme_parameter(
+    condition: Condition,
+    name: str,
+    *,
+    largest: bool = True,
+    start: Values | None = None,
+    tolerance: float = 1e-6,
+    step: Callable[[float], float] | None = None,
+    limit: float | None = None,
+    steps: int = STEPS,
+    worst: float = WORST,
+    centre: bool = True,
+) -> Extreme:
+    """Return the largest (smallest) value of a parameter at which the condition is feasible.
+
+    Parameters
+    ----------
+    condition : in which what the parameter multiplies makes the LMIs harder as it rises (falls),
+        on all that is feasible: unknowns stay feasible at every smaller (larger) value.  Not
+        checked.
+    name : the parameter; its value in the condition is where the search begins.
+    start : unknowns to begin with, feasible at some value; None decides at the condition's own.
+    tolerance : relative to the distance from the condition's own value, or to a thousandth of the
+        natural size of the parameter when that is larger.
+    step : value -> difference that does not matter; in the place of ``tolerance``.
+    limit : stop when the value has passed it.
+    steps : stop after so many.
+    worst : reciprocal condition of the unknowns, as far as an LMI speaks of it, below which they
+        are not used: near a value that is approached but not attained they degenerate.
+    centre : hand back the unknowns of largest margin a hair before the value; without, those
+        that allow it, with no margin left.
+
+    Raises
+    ------
+    ModelError : no such parameter in the condition, a tolerance that is not positive, or unknowns
+        to start from that are feasible at no value.
+
+    Not promised: a finite ``bound``; and a value that is approached only as the unknowns
+    degenerate is approached as far as ``worst`` lets them.
+    """
+    pencil = ParameterPencil.of(condition, name, largest=largest, worst=worst)
+    tolerance = float(number("tolerance", tolerance, at_least=1e-12))
+    origin, tries = condition.parameters[name], list[Try]()
+    if start is None:
+        first = decide(condition)
+        if first.status != "candidate":
+            return Extreme(np.nan, np.nan, {}, first, condition)
+        start, tries = first.values, list(first.tries)
+    value = pencil.allowed(start, origin)
+    if np.isnan(value):
+        raise ModelError(
+            f"condition {condition.name}: the unknowns to start from are feasible at no value of "
+            f"{name}; leave start out, or give some that are"
+        )
+    whole = pencil.size(start, origin) or 1.0
+
+    def near_enough(at: float) -> float:
+        return tolerance * max(abs(at - origin), 1e-3 * whole)
+
+    hair = step or near_enough
+    value, start, arrived = follow_path(pencil, start, value, hair)
+    # The size of what is left at the value, not of the parts of it that cancel there.
+    tau = max(pencil.size(start, value), 1e-4 * whole) if np.isfinite(value) else whole
+    climb = _Climb(pencil, tau, hair, limit, tries)
+    value, best, bound, converged = climb.run(value, start, steps, arrived)
+    if centre and np.isfinite(value):
+        found = _centred(pencil, value, bound, best, hair(value), tries)
+        return replace(found, converged=converged)
+    at = pencil.at(value) if np.isfinite(value) else condition
+    plain = Outcome("candidate", best, 0.0, np.inf, {}, tuple(tries))
+    return Extreme(value, bound, best, plain, at, converged)
+
+
+def _centred(
+    pencil: ParameterPencil,
+    value: float,
+    bound: float,
+    best: Values,
+    hair: float,
+    tries: list[Try],
+) -> Extreme:
+    """Return the result with the unknowns of largest margin, if they allow as much."""
+    aim = value - pencil.d * hair
+    condition = pencil.at(aim)
+    found = decide(condition, assembled=replace(pencil.data, condition=condition))
+    shown = pencil.allowed(found.values, aim) if found.status == "candidate" else np.nan
+    if not pencil.d * (shown - aim) >= 0:
+        held = margin(condition, best)
+        found = replace(found, status="candidate", values=best, margin=held, bound=np.inf)
+    outcome = replace(found, tries=(*tries, *found.tries))
+    return Extreme(value, bound, best, outcome, condition)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Climb:
+    """One search, with the solver kept between the steps; ``tries`` grows.
+
+    A score is d times the parameter, so that larger is better.
+    """
+
+    pencil: ParameterPencil
+    tau: float
+    near_enough: Callable[[float], float]
+    limit: float | None
+    tries: list[Try]
+    session: Session = field(default_factory=Session)
+
+    def run(
+        self, value: float, best: Values, steps: int, near: bool
+    ) -> tuple[float, Values, float, bool]:
+        """Return the value, its unknowns, the bound, and whether the search came to its end.
+
+        Parameters
+        ----------
+        near : whether the value is the largest as far as is known: a look is taken beyond it.
+        """
+        d = self.pencil.d
+        score, bound, done = d * value, np.inf, False
+        for _ in range(min(steps, PATIENCE)):
+            if self.passed(score):
+                return d * score, best, d * np.inf, True
+            hair = self.near_enough(d * score)
+            look = self.beyond if near else self.at
+            shown, found, no = look(score, best, hair)
+            bound, gained = min(bound, no), shown - score
+            if gained > 0:
+                score, best = shown, found
+            done = bound - score <= hair or (near and not gained > 0)
+            if done:
+                break
+            near = not near and not gained > hair
+        if not done and steps > PATIENCE:
+            reach = max(score - d * value, hair)
+            score, best, bound = self.leap(score, best, reach, steps - PATIENCE)
+        near = bound - score <= CLOSE * self.near_enough(d * score)
+        at_end = done or near or self.passed(score)
+        return d * score, best, d * max(bound, score), at_end
+
+    def passed(self, score: float) -> bool:
+        return score == np.inf or (self.limit is not None and score >= self.pencil.d * self.limit)
+
+    def leap(
+        self, score: float, best: Values, reach: float, steps: int
+    ) -> tuple[float, Values, float]:
+        """Return the score, its unknowns, and a score that was found infeasible; or inf."""
+        high = bound = np.inf
+        for _ in range(steps):
+            if self.passed(score) or high - score <= self.near_enough(self.pencil.d * score):
+                break
+            at = score + reach if high == np.inf else (score + high) / 2
+            shown, found, no = self.decide(at, best, most=FEW_SOLVERS)
+            if shown > score:
+                score, best, reach = shown, found, 2.0 * reach
+            if shown < at:
+                high, bound = at, min(bound, no)
+        return score, best, bound if bound > score else np.inf
+
+    def at(self, score: float, best: Values, hair: float) -> tuple[float, Values, float]:
+        """Look for unknowns that allow more than the best do."""
+        return self.solve(score, best)
+
+    def beyond(self, score: float, best: Values, hair: float) -> tuple[float, Values, float]:
+        """Look just beyond the value: either nothing is there, or better unknowns."""
+        look = self.solve if self.bounded(best) else self.decide
+        for looks in LOOKS:
+            shown, found, no = look(score + looks * hair, best)
+            if shown > score or no <= score + 2 * looks * hair:
+                return shown, found, no
+        return -np.inf, best, np.inf
+
+    def decide(self, score: float, best: Values, most: int = 1) -> tuple[float, Values, float]:
+        """Return the same of the condition itself, where t tells nothing of other unknowns' G."""
+        pencil, d = self.pencil, self.pencil.d
+        condition = pencil.at(d * score)
+        outcome = decide(condition, assembled=replace(pencil.data, condition=condition), most=most)
+        self.tries.extend(outcome.tries)
+        settled = outcome.status == "infeasible" and pencil.conditioning(best) > REGULAR
+        return self.shown(outcome, score), outcome.values or best, score if settled else np.inf
+
+    def solve(self, score: float, best: Values) -> tuple[float, Values, float]:
+        """Return what the unknowns of the largest t allow, them, and the bound that t sets."""
+        pencil, d = self.pencil, self.pencil.d
+        data = pencil.weighed(best, self.tau, d * score)
+        outcome = decide(data.condition, session=self.session, assembled=data, most=1)
+        self.tries.extend(outcome.tries)
+        bound = d * excluded_from(data.condition, pencil.name, outcome.multipliers, largest=d > 0)
+        if outcome.bound < NOTHING and self.bounded(best):
+            bound = min(bound, score + LESS * max(outcome.bound, 0.0) * self.tau)
+        return self.shown(outcome, score), outcome.values or best, bound
+
+    def bounded(self, best: Values) -> bool:
+        """Return whether t bounds what the parameter can gain, for G that is not much smaller."""
+        return len(self.pencil.condition.unknowns) == 1 and (
+            self.pencil.definiteness(best) > DEFINITE
+        )
+
+    def shown(self, outcome: Outcome, score: float) -> float:
+        """Return the score that the outcome's unknowns allow; -inf where there is none."""
+        if not outcome.values:
+            return -np.inf
+        shown = self.pencil.d * self.pencil.allowed(outcome.values, self.pencil.d * score)
+        return -np.inf if np.isnan(shown) else shown

@@ -1,0 +1,84 @@
+"""The decay rate at which a bound is least: a coarse grid, then the golden section."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.cone.assemble import assemble
+from takagi.lmi.solver.solve import Session, cone_program
+
+__all__ = ["least_objective", "least_over_rate", "unknowns_near_least"]
+
+Floats: TypeAlias = NDArray[np.float64]
+
+GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
+# Held by this much, in units of order one, the LMIs withstand the solver's tolerances: what is
+# least without any margin would miss them by a hair, and show nothing.
+HELD = 1e-6
+
+
+def least_over_rate(
+    value: Callable[[float], float], rates: Sequence[float], *, tolerance: float = 1e-4
+) -> float | None:
+    """Return about the rate at which ``value`` is least; None where it is finite at none.
+
+    Exact for a value with one minimum; where there are more, the one next to the best of
+    ``rates``.  The logarithm of the rate is what is divided.
+
+    Parameters
+    ----------
+    value : rate -> bound, inf where there is none.
+    rates : ascending, at least three; the first and the last bound the search.
+    tolerance : relative, of the rate.
+    """
+    found = [value(rate) for rate in rates]
+    best = int(np.argmin(found))
+    if not np.isfinite(found[best]):
+        return None
+    low = float(np.log(rates[max(best - 1, 0)]))
+    high = float(np.log(rates[min(best + 1, len(rates) - 1)]))
+    inner = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)]
+    shown = [value(float(np.exp(at))) for at in inner]
+    while high - low > tolerance:
+        if shown[0] <= shown[1]:
+            high, inner[1], shown[1] = inner[1], inner[0], shown[0]
+            inner[0] = high - GOLDEN * (high - low)
+            shown[0] = value(float(np.exp(inner[0])))
+        else:
+            low, inner[0], shown[0] = inner[0], inner[1], shown[1]
+            inner[1] = low + GOLDEN * (high - low)
+            shown[1] = value(float(np.exp(inner[1])))
+    tried = [(found[best], float(rates[best])), *zip(shown, np.exp(inner).tolist(), strict=True)]
+    return float(min(tried)[1])
+
+
+def unknowns_near_least(condition: Condition, *, held: float = HELD) -> Mapping[str, Floats]:
+    """Return unknowns of about the least objective, unchecked; empty where the solver has none.
+
+    Parameters
+    ----------
+    held : the margin that is asked for.
+    """
+    data = assemble(condition)
+    raw = Session().solve(cone_program(data, data.objective, (), margin=held))
+    usable = len(raw.y) == len(data.objective) and bool(np.all(np.isfinite(raw.y)))
+    return data.values(raw.y) if usable else {}
+
+
+def least_objective(condition: Condition, *, held: float = HELD) -> float:
+    """Return about the least objective; inf where there is none.  For a search, not an answer.
+
+    Parameters
+    ----------
+    held : the margin that is asked for; 0 asks for none, and nothing is checked.
+    """
+    values = unknowns_near_least(condition, held=held)
+    if not values or (held > 0 and margin(condition, values) < 0.5 * held):
+        return np.inf
+    return float(sum(np.sum(cost * values[name]) for name, cost in condition.objective.items()))

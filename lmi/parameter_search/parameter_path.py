@@ -1,0 +1,284 @@
+r"""A primal-dual path to the largest value of a parameter, for homogeneous conditions.
+
+With score s = d theta (so that larger is better) and F_k(x, s) = F_k0(x) - s G_k(x) > 0,
+
+    largest s        multipliers   sum_k <dF_k/dx, Z_k> = lambda c,   sum_k <G_k(x), Z_k> = 1,
+                                   F_k Z_k = mu I,   c . x = 1 fixes the size of x,
+
+is followed to mu -> 0 by Newton steps of the linearised problem, dF = F(dx, s) - ds G(x), that
+are cut where the product ds G(dx) matters; F itself is evaluated afresh, so x is feasible all the
+way.  One such path costs about as much as one solve at a fixed theta.  What it ends with is judged
+by eigenvalues, like everything else, and no bound is taken from it.
+
+Source: Helmberg, Rendl, Vanderbei and Wolkowicz (1996), SIAM J. Optimization 6(2), for the
+direction; Mehrotra (1992), SIAM J. Optimization 2(4), for predictor and corrector.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from takagi.lmi.answer import Floats
+from takagi.lmi.cone.assemble import Cone, unpack
+from takagi.lmi.parameter_search.parameter_pencil import ParameterPencil, Values
+
+__all__ = ["follow_path"]
+
+STEPS = 60
+# Share of the way to the boundary of the cone that a step takes.
+INSIDE = 0.9
+# A path is cut shorter than this only where it degenerates.
+SHORTEST = 1e-3
+# Numbers in the dense coefficients: beyond, the solver's sparse ones are the better choice.
+LARGEST = 4_000_000
+
+Lists = list[Floats]
+
+
+def follow_path(
+    pencil: ParameterPencil, start: Values, value: float, near_enough: Callable[[float], float]
+) -> tuple[float, Values, bool]:
+    """Return the value reached, unknowns that allow it, and whether the path came to its end.
+
+    It does not begin where the condition has more than one unknown, constants in an LMI that
+    counts, or too many numbers.
+
+    Parameters
+    ----------
+    start : unknowns that allow ``value``.
+    near_enough : value -> difference that does not matter.
+    """
+    maps = _maps_of(pencil)
+    if maps is None or not np.isfinite(value):
+        return value, start, False
+    X = pencil.condition.unknowns[0]
+    x, best, score = X.numbers(start[X.name]), start, pencil.d * value
+    slack = 0.5 * pencil.size(start, value) or 0.5 * near_enough(value)
+    point = _started(maps, x / np.linalg.norm(x), score - slack)
+    short, ended = 0.0, False
+    for _ in range(STEPS):
+        if point is None:
+            break
+        try:
+            # Where the path degenerates numbers overflow; what they lead to is then not feasible.
+            with np.errstate(all="ignore"):
+                moved = _moved(maps, point, short)
+        except np.linalg.LinAlgError:
+            break
+        if moved is None:
+            break
+        point, length = moved
+        short = 1.0 - length
+        values = {X.name: _unit(X.value(point.x))}
+        if np.linalg.eigvalsh(values[X.name])[:, 0].min() < pencil.worst:
+            break
+        shown = pencil.d * pencil.allowed(values, pencil.d * point.score)
+        if shown > score:
+            score, best = shown, values
+        if point.gap(maps) < 0.1 * near_enough(pencil.d * score):
+            ended = True
+            break
+        if length < SHORTEST:
+            break
+    return pencil.d * score, best, ended
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Map:
+    """The coefficients of one LMI: F = x . D - s x . G, (items, variables, size, size)."""
+
+    D: Floats
+    G: Floats | None
+
+    def at(self, x: Floats, score: float) -> Floats:
+        F = _applied(self.D, x)
+        return F if self.G is None else F - score * _applied(self.G, x)
+
+    def growth(self, x: Floats) -> Floats:
+        return np.zeros_like(self.D[:, 0]) if self.G is None else _applied(self.G, x)
+
+    def slopes(self, x: Floats, score: float) -> Floats:
+        """Return dF / d(x, s), (items, variables + 1, size, size)."""
+        D = self.D if self.G is None else self.D - score * self.G
+        return np.concatenate([D, -self.growth(x)[:, None]], axis=1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Point:
+    """x, s, and F and Z of every LMI, all positive definite."""
+
+    x: Floats
+    score: float
+    F: Lists
+    Z: Lists
+
+    def gap(self, maps: list[_Map]) -> float:
+        """Return sum <F, Z>, over sum <G, Z>: about how far s is from the largest."""
+        total = sum(float(np.sum(F * Z)) for F, Z in zip(self.F, self.Z, strict=True))
+        weight = sum(
+            float(np.sum(one.growth(self.x) * Z)) for one, Z in zip(maps, self.Z, strict=True)
+        )
+        return total / weight if weight > 0 else np.inf
+
+
+def _maps_of(pencil: ParameterPencil) -> list[_Map] | None:
+    condition = pencil.condition
+    counting = [lmi for lmi in condition.lmis if lmi.strict]
+    X = condition.unknowns[0]
+    numbers = sum(lmi.count * lmi.size**2 for lmi in counting) * X.length
+    if len(condition.unknowns) > 1 or numbers > LARGEST:
+        return None
+    if not X.symmetric or any(lmi.constants for lmi in counting):
+        return None
+    zero = pencil.data.matrix({pencil.name: 0.0}).toarray()
+    slope = pencil.data.matrix({pencil.name: 1.0}).toarray() - zero
+    maps = []
+    for lmi, cone in zip(condition.lmis, pencil.data.cones, strict=True):
+        if lmi.strict:
+            G = -pencil.d * _spread(slope[cone.rows], cone)
+            maps.append(_Map(_spread(zero[cone.rows], cone), G if G.any() else None))
+    return maps
+
+
+def _spread(rows: Floats, cone: Cone) -> Floats:
+    """Return (items, variables, size, size) from packed rows."""
+    variables = rows.shape[1]
+    packed = rows.reshape(cone.items, -1, variables).transpose(0, 2, 1)
+    return unpack(packed, cone.size).reshape(cone.items, variables, cone.size, cone.size)
+
+
+def _applied(D: Floats, x: Floats) -> Floats:
+    items, variables, size, _ = D.shape
+    return np.asarray((x @ D.reshape(items, variables, -1)).reshape(items, size, size))
+
+
+def _started(maps: list[_Map], x: Floats, score: float) -> _Point | None:
+    F = [one.at(x, score) for one in maps]
+    if not all(_positive(each) for each in F):
+        return None
+    inverse = [_symmetric(np.linalg.inv(each)) for each in F]
+    weight = sum(
+        float(np.sum(one.growth(x) * each)) for one, each in zip(maps, inverse, strict=True)
+    )
+    return _Point(x, score, F, [each / weight for each in inverse]) if weight > 0 else None
+
+
+def _moved(maps: list[_Map], point: _Point, short: float) -> tuple[_Point, float] | None:
+    """Return the point after a predictor and a corrector, and the length of the step.
+
+    ``short`` is what the last step was short of its full length: then the path is met again first.
+    """
+    newton = _Newton.of(maps, point)
+    dF, dZ = newton.direction(0.0, None)[1:]
+    ahead = (min(1.0, _length(point.F, dF)), min(1.0, _length(point.Z, dZ)))
+    left = sum(
+        float(np.sum((F + ahead[0] * f) * (Z + ahead[1] * z)))
+        for F, Z, f, z in zip(point.F, point.Z, dF, dZ, strict=True)
+    )
+    centring = min(0.9, max(1e-3, left / newton.gap, 0.0) ** 3 + 0.5 * short)
+    bent = [_symmetric(inv @ f @ z) for inv, f, z in zip(newton.inverse, dF, dZ, strict=True)]
+    dy, dF, dZ = newton.direction(centring * newton.gap / newton.order, bent)
+    primal = min(1.0, INSIDE * _length(point.F, dF))
+    dual = min(1.0, INSIDE * _length(point.Z, dZ))
+    for _ in range(30):
+        x, score = point.x + primal * dy[:-1], point.score + primal * float(dy[-1])
+        F = [one.at(x, score) for one in maps]
+        if all(_positive(each) for each in F):
+            size = float(np.linalg.norm(x))
+            Z = [(each + dual * z) * size for each, z in zip(point.Z, dZ, strict=True)]
+            return _Point(x / size, score, [each / size for each in F], Z), min(primal, dual)
+        primal *= 0.7
+    return None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Newton:
+    """The linearised equations at a point, whose matrix is factorised once for both right sides."""
+
+    point: _Point
+    slopes: Lists
+    inverse: Lists
+    gradient: Floats
+    solutions: Callable[[Floats], Floats]
+    gap: float
+    order: int
+
+    @classmethod
+    def of(cls, maps: list[_Map], point: _Point) -> _Newton:
+        size = len(point.x) + 1
+        M, gradient = np.zeros((size, size)), np.zeros(size)
+        slopes, inverses = [], []
+        for one, F, Z in zip(maps, point.F, point.Z, strict=True):
+            E, inverse = one.slopes(point.x, point.score), _symmetric(np.linalg.inv(F))
+            gradient += np.einsum("kvab,kab->v", E, inverse)
+            turned = (inverse[:, None] @ E @ Z[:, None]).swapaxes(2, 3)
+            M += _flat(E) @ _flat(turned).T
+            slopes.append(E)
+            inverses.append(inverse)
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(M), 1e-300))
+        scaled = _symmetric(M * scale * scale[:, None]) + 1e-15 * np.eye(size)
+        c = np.append(point.x, 0.0)
+
+        def solved(right: Floats) -> Floats:
+            return scale[:, None] * np.linalg.solve(scaled, scale[:, None] * right)
+
+        along = solved(c[:, None])[:, 0]
+
+        def solutions(right: Floats) -> Floats:
+            """Return dy with M dy + lambda c = right and c . dy = 0."""
+            dy = solved(right[:, None])[:, 0]
+            return np.asarray(dy - (c @ dy) / (c @ along) * along)
+
+        gap = sum(float(np.sum(F * Z)) for F, Z in zip(point.F, point.Z, strict=True))
+        order = sum(F.shape[0] * F.shape[1] for F in point.F)
+        return cls(point, slopes, inverses, gradient, solutions, gap, order)
+
+    def direction(self, mu: float, bent: Lists | None) -> tuple[Floats, Lists, Lists]:
+        """Return d(x, s), dF and dZ towards F Z = mu I; ``bent`` is the term of second order."""
+        right = mu * self.gradient
+        right[-1] += 1.0
+        for E, each in zip(self.slopes, bent or [], strict=bent is not None):
+            right = right - np.einsum("kvab,kab->v", E, each)
+        dy = self.solutions(right)
+        dF = [_applied(E, dy) for E in self.slopes]
+        dZ = [
+            mu * inverse - Z - _symmetric(inverse @ f @ Z)
+            for inverse, Z, f in zip(self.inverse, self.point.Z, dF, strict=True)
+        ]
+        if bent is not None:
+            dZ = [z - each for z, each in zip(dZ, bent, strict=True)]
+        return dy, dF, dZ
+
+
+def _flat(E: Floats) -> Floats:
+    return E.swapaxes(0, 1).reshape(E.shape[1], -1)
+
+
+def _length(S: Lists, dS: Lists) -> float:
+    """Return how far along dS all of S stay positive semidefinite."""
+    fastest = 0.0
+    for each, d in zip(S, dS, strict=True):
+        L = np.linalg.cholesky(each)
+        inside = np.linalg.solve(L, np.linalg.solve(L, d).swapaxes(1, 2))
+        fastest = max(fastest, -float(np.linalg.eigvalsh(_symmetric(inside))[:, 0].min()))
+    return 1.0 / fastest if fastest > 0 else np.inf
+
+
+def _positive(S: Floats) -> bool:
+    try:
+        np.linalg.cholesky(S)
+    except np.linalg.LinAlgError:
+        return False
+    return True
+
+
+def _symmetric(S: Any) -> Floats:
+    return np.asarray((S + S.swapaxes(-1, -2)) / 2)
+
+
+def _unit(X: Floats) -> Floats:
+    return np.asarray(X / np.linalg.norm(X, 2, axis=(1, 2)).max())

@@ -1,0 +1,180 @@
+r"""A condition as pencils in one of its parameters: which value given unknowns allow.
+
+With d = 1 where the largest value is sought, -1 for the smallest, an LMI with the parameter is
+
+    sign F_k(x, theta + d s) = sign F_k(x, theta) - s G_k(x),     G_k = -d sign dF_k/dtheta,
+
+so x allows theta + d s for every s up to the smallest eigenvalue of the pencils (F_k, G_k).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from takagi.lmi.answer import Floats
+from takagi.lmi.condition.evaluate import lmi_value, shares, smallest_eigenvalues
+from takagi.lmi.condition.term import LMI, Condition
+from takagi.lmi.cone.assemble import Assembled, assemble, pack
+from takagi.models.errors import ModelError
+
+__all__ = ["WORST", "ParameterPencil", "Values", "allowed_value"]
+
+Values = Mapping[str, Floats]
+
+# Share of an LMI's own weight that is added to G, so that x stays inside where G is singular.
+FLOOR = 1e-6
+# Reciprocal condition below which unknowns are not used: near a value that is approached but
+# not attained they degenerate, and what they show is then worth nothing.
+WORST = 1e-8
+
+
+def allowed_value(
+    condition: Condition, name: str, values: Values, *, largest: bool = True
+) -> float:
+    """Return the largest (smallest) value of the parameter that the given unknowns allow.
+
+    Recomputed by eigenvalues; nan where the unknowns satisfy no value, or not the LMIs without
+    the parameter.
+    """
+    pencil = ParameterPencil.of(condition, name, largest=largest)
+    return pencil.allowed(values, condition.parameters[name])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ParameterPencil:
+    """The condition, its cone data, and of each LMI the part that the parameter multiplies.
+
+    ``worst`` is the reciprocal condition below which unknowns are not used.
+    """
+
+    condition: Condition
+    name: str
+    d: float
+    data: Assembled
+    slopes: tuple[LMI | None, ...]
+    worst: float = WORST
+
+    @classmethod
+    def of(
+        cls, condition: Condition, name: str, *, largest: bool, worst: float = WORST
+    ) -> ParameterPencil:
+        """Take a condition apart.
+
+        Raises
+        ------
+        ModelError : no term has the parameter.
+        """
+        slopes = tuple(_slope(lmi, name) for lmi in condition.lmis)
+        if not any(slopes):
+            raise ModelError(
+                f"condition {condition.name}: no term has the parameter {name!r}; there are "
+                f"{', '.join(condition.parameters) or 'none'}"
+            )
+        return cls(condition, name, 1.0 if largest else -1.0, assemble(condition), slopes, worst)
+
+    def at(self, value: float) -> Condition:
+        """Return the condition at a value of the parameter."""
+        return self.condition.with_parameters(**{self.name: value})
+
+    def size(self, values: Values, value: float) -> float:
+        """Return the size of the parameter, |F_k| / |G_k| at a value; 0 where there is none."""
+        parameters = self.at(value).parameters
+        F = G = 0.0
+        for lmi, slope in self._pairs():
+            if slope is not None:
+                G = max(G, float(np.abs(self._growth(slope, values)).max()))
+                F = max(F, float(np.abs(lmi_value(lmi, values, parameters)).max()))
+        return F / G if G > 0 else 0.0
+
+    def allowed(self, values: Values, value: float) -> float:
+        """Return the value that the unknowns allow, in eigenvalues relative to ``value``; or nan.
+
+        Where G is singular the unknowns must satisfy the LMI at ``value``.
+        """
+        here = self.at(value)
+        room = np.inf
+        for lmi, slope in self._pairs():
+            if slope is not None:
+                F: Floats = lmi.sign * lmi_value(lmi, values, here.parameters)
+                room = min(room, _room((F + F.transpose(0, 2, 1)) / 2, self._growth(slope, values)))
+            elif lmi.strict:
+                least = float(smallest_eigenvalues(here, lmi, values).min())
+                if least <= self.worst * lmi.weight:
+                    return float(np.nan)
+            elif not float(shares(here, lmi, values).min()) >= -lmi.tolerance:
+                return float(np.nan)
+        return float(np.nan) if room == -np.inf else value + self.d * room
+
+    def definiteness(self, values: Values) -> float:
+        """Return the least reciprocal condition of G_k; 0 where one is singular."""
+        least = 1.0
+        for slope in self.slopes:
+            if slope is not None:
+                sizes = np.linalg.eigvalsh(self._growth(slope, values))
+                least = min(least, float((sizes[:, 0] / np.abs(sizes).max(axis=1)).min()))
+        return least
+
+    def conditioning(self, values: Values) -> float:
+        """Return the least reciprocal condition of the unknowns that the parameter multiplies."""
+        least = 1.0
+        for unknown in {term.unknown for slope in self.slopes if slope for term in slope.terms}:
+            if unknown.symmetric:
+                sizes = np.linalg.eigvalsh(values[unknown.name])
+                least = min([least, *(float(one[0] / one[-1]) for one in sizes if one[0] > 0)])
+        return least
+
+    def weighed(self, values: Values, tau: float, value: float) -> Assembled:
+        """Return the cone data at a value, where t weighs tau G_k(values) + a little I.
+
+        LMIs without the parameter keep their own weight.
+        """
+        columns = []
+        for lmi, slope in self._pairs():
+            one = lmi.weight * np.eye(lmi.size)
+            if slope is None:
+                columns.append(np.tile(pack(one), lmi.count))
+            else:
+                columns.append(pack(tau * self._growth(slope, values) + FLOOR * one).ravel())
+        return replace(self.data, condition=self.at(value), margin_column=np.concatenate(columns))
+
+    def _pairs(self) -> zip[tuple[LMI, LMI | None]]:
+        return zip(self.condition.lmis, self.slopes, strict=True)
+
+    def _growth(self, slope: LMI, values: Values) -> Floats:
+        """Return G_k(x), (count, size, size)."""
+        one = {**self.condition.parameters, self.name: 1.0}
+        G: Floats = -self.d * slope.sign * lmi_value(slope, values, one)
+        return (G + G.transpose(0, 2, 1)) / 2
+
+
+def _slope(lmi: LMI, name: str) -> LMI | None:
+    """Return the part of an LMI that the parameter multiplies, or None."""
+    terms = tuple(term for term in lmi.terms if term.parameter == name)
+    return replace(lmi, terms=terms, constants=()) if terms else None
+
+
+def _room(F: Floats, G: Floats) -> float:
+    """Return the largest s with F - s G >= 0 for every item, -inf where there is none."""
+    growths = np.linalg.eigvalsh(G)
+    definite = growths[:, 0] > WORST * growths[:, -1]
+    room = np.inf
+    if definite.any():
+        room = float(_eigenvalues(F[definite], G[definite])[:, 0].min())
+    if not definite.all():
+        rest = F[~definite]
+        if np.linalg.eigvalsh(rest).min() <= 0:
+            return -np.inf
+        fastest = float(_eigenvalues(G[~definite], rest)[:, -1].max())
+        room = min(room, 1.0 / fastest if fastest > 0 else np.inf)
+    return room
+
+
+def _eigenvalues(A: Floats, B: Floats) -> Floats:
+    """Return the eigenvalues of L^-1 A L^-1', B = L L', in rising order."""
+    L = np.linalg.cholesky(B)
+    half = np.linalg.solve(L, A)
+    inside = np.linalg.solve(L, half.transpose(0, 2, 1))
+    return np.asarray(np.linalg.eigvalsh((inside + inside.transpose(0, 2, 1)) / 2))

@@ -1,0 +1,63 @@
+"""One condition at many values of a parameter: assembled once, the solver updated in place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+from takagi.lmi.argument_checks import number
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.cone.assemble import assemble
+from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.solver.solve import Session
+from takagi.models.errors import ModelError
+
+__all__ = ["sweep"]
+
+
+def sweep(
+    condition: Condition,
+    name: str,
+    values: Iterable[float],
+    *,
+    stage: Callable[..., Outcome] = decide,
+    **options: Any,
+) -> Iterator[tuple[float, Outcome]]:
+    """Yield (value, outcome) for each value of the parameter, solved when it is asked for.
+
+    Verdicts, margins and objectives are those of separate calls to solver accuracy; the unknowns
+    may differ in their last digits, because an updated solver keeps the scaling of the first.
+
+    Parameters
+    ----------
+    name : the parameter that is varied.
+    values : any order, any number; may depend on the outcomes so far.
+    stage : ``decide`` or ``optimise``.
+    options : handed to the stage.
+
+    Raises
+    ------
+    ModelError : the condition has no such parameter, or a value is not finite.
+    """
+    if name not in condition.parameters:
+        known = ", ".join(condition.parameters) or "none"
+        raise ModelError(
+            f"condition {condition.name}: there is no parameter {name!r} to vary; there are {known}"
+        )
+    return _swept(condition, name, values, stage, options)
+
+
+def _swept(
+    condition: Condition,
+    name: str,
+    values: Iterable[float],
+    stage: Callable[..., Outcome],
+    options: dict[str, Any],
+) -> Iterator[tuple[float, Outcome]]:
+    data, session = assemble(condition), Session()
+    for given in values:
+        value = float(number(name, given))
+        outcome = stage(
+            condition, parameters={name: value}, assembled=data, session=session, **options
+        )
+        yield value, outcome

@@ -1,0 +1,224 @@
+r"""Matrix polynomials on a product of simplexes, by their Bernstein coefficients.
+
+The parameter is h = (h^1, ..., h^K), each h^k a point of a simplex: h^k_c >= 0, sum_c h^k_c = 1.  A
+polynomial of degree g_k in each h^k is
+
+    X(h) = sum_a B_a(h) X_a,     B_a(h) = prod_k g_k! / prod_c a^k_c!  prod_c (h^k_c)^(a^k_c),
+
+over all exponents a with sum_c a^k_c = g_k.  The B_a are nonnegative and sum to 1, so X(h) is a
+convex combination of its coefficients: X_a > 0 for all a gives X(h) > 0 for all h, and the
+coefficients of a constant are that constant.  Written in a higher degree the coefficients come
+closer to the values (Polya): nothing but a multiplication by 1, whose coefficients are all 1.
+
+A rule of a Takagi-Sugeno model is a corner of such a product; a model without premises has a single
+simplex with a corner a rule.
+
+Source: Farouki (2012), The Bernstein polynomial basis: a centennial retrospective, Computer Aided
+Geometric Design 29, for the basis; Oliveira, Bliman and Peres (2008), Robust LMIs with parameters
+in multi-simplex, IEEE Conf. Decision and Control, for their use in LMIs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from itertools import combinations_with_replacement
+from math import comb, factorial
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.lmi.condition.term import Array, Indices
+
+__all__ = ["Basis", "Degrees", "Known", "Products", "marginals", "products"]
+
+Floats: TypeAlias = NDArray[np.float64]
+Degrees: TypeAlias = tuple[int, ...]
+
+_fraction = np.frompyfunc(Fraction, 2, 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Basis:
+    """The B_a of given degrees, the last simplex changing first.
+
+    Attributes
+    ----------
+    sizes : corners of each simplex.
+    degrees : g_k.
+    """
+
+    sizes: tuple[int, ...]
+    degrees: Degrees
+
+    @property
+    def exponents(self) -> Indices:
+        """Return (count, sum of sizes): one row an exponent a, simplex after simplex."""
+        return _exponents(self.sizes, self.degrees)
+
+    @property
+    def count(self) -> int:
+        return len(self.exponents)
+
+    @property
+    def orderings(self) -> Indices:
+        """Return (count,): the factor prod_k g_k! / prod_c a^k_c! of each B_a."""
+        factorials = np.array([factorial(k) for k in range(max(self.degrees, default=0) + 1)])
+        whole = int(np.prod(factorials[list(self.degrees)]))
+        return np.asarray(whole // factorials[self.exponents].prod(axis=1), dtype=np.intp)
+
+    def raised(self, degrees: Degrees) -> Basis:
+        """Return the basis with its degrees raised by the given ones."""
+        return Basis(self.sizes, tuple(a + b for a, b in zip(self.degrees, degrees, strict=True)))
+
+    def lowered(self, degrees: Degrees) -> Basis:
+        """Return the basis with its degrees lowered by the given ones."""
+        return self.raised(tuple(-d for d in degrees))
+
+    def values(self, h: ArrayLike) -> Floats:
+        """Return B_a(h), (..., count), for h of shape (..., sum of sizes)."""
+        powers = np.asarray(h, dtype=np.float64)[..., None, :] ** self.exponents
+        return np.asarray(self.orderings * powers.prod(axis=-1))
+
+    def rank(self, exponents: Indices) -> Indices:
+        """Return where rows of exponents stand in ``exponents``: the inverse of taking them."""
+        place = np.zeros(len(exponents), dtype=np.intp)
+        first = 0
+        for size, degree in zip(self.sizes, self.degrees, strict=True):
+            part = exponents[:, first : first + size]
+            place = place * comb(size + degree - 1, degree) + _rank(part, degree)
+            first += size
+        return place
+
+    def corners(self, corners: Indices) -> Indices:
+        """Return which B_a is alone at each corner, (r,), for rows of corner numbers (r, K)."""
+        rows = np.zeros((len(corners), sum(self.sizes)), dtype=np.intp)
+        starts = np.cumsum([0, *self.sizes[:-1]])
+        rows[np.arange(len(corners))[:, None], starts + corners] = self.degrees
+        return self.rank(rows)
+
+    def label(self, item: int, axes: Sequence[str]) -> str:
+        """Return one product in words, e.g. ``"h1 h2"``; axes are the names of all corners."""
+        powers = self.exponents[item].tolist()
+        names = [axis for axis, power in zip(axes, powers, strict=True) for _ in range(power)]
+        return " ".join(filter(None, names))
+
+
+class Products(NamedTuple):
+    """B_first B_second = weight B_item; weight is numerator / denominator, both integers."""
+
+    item: Indices
+    first: Indices
+    second: Indices
+    numerator: Indices
+    denominator: Indices
+
+    def weight(self, *, exact: bool) -> Array:
+        """Return the weights, (T,): Fractions where ``exact``."""
+        if exact:
+            return np.asarray(_fraction(self.numerator, self.denominator))
+        return np.asarray(self.numerator / self.denominator)
+
+
+@lru_cache(maxsize=64)
+def products(first: Basis, second: Basis) -> Products:
+    """Return every product of the one basis with the other, in the basis of the summed degrees."""
+    whole = first.raised(second.degrees)
+    a, b = np.indices((first.count, second.count)).reshape(2, -1)
+    item = whole.rank(first.exponents[a] + second.exponents[b])
+    return Products(item, a, b, first.orderings[a] * second.orderings[b], whole.orderings[item])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """A known matrix polynomial: values (count, p, q), its Bernstein coefficients."""
+
+    basis: Basis
+    values: Array
+
+    @classmethod
+    def of_vertices(cls, sizes: tuple[int, ...], corners: Indices, vertices: Array) -> Known:
+        """Return the polynomial of degree 1 in each simplex with the given values at corners."""
+        basis = Basis(sizes, (1,) * len(sizes))
+        values = np.empty_like(vertices)
+        values[basis.corners(corners)] = vertices
+        return cls(basis, values)
+
+    @property
+    def exact(self) -> bool:
+        """Return whether the coefficients are Fractions."""
+        return self.values.dtype == object
+
+    def __matmul__(self, other: Known) -> Known:
+        """Return the product, of the summed degrees."""
+        table = products(self.basis, other.basis)
+        weight = table.weight(exact=self.exact or other.exact)[:, None, None]
+        found = self.values[table.first] @ other.values[table.second]
+        return self._summed(self.basis.raised(other.basis.degrees), table.item, weight * found)
+
+    def raised(self, degrees: Degrees) -> Known:
+        """Return the same polynomial with its degrees raised by the given ones."""
+        if not any(degrees):
+            return self
+        table = products(self.basis, Basis(self.basis.sizes, degrees))
+        weight = table.weight(exact=self.exact)[:, None, None]
+        return self._summed(
+            self.basis.raised(degrees), table.item, weight * self.values[table.first]
+        )
+
+    def to(self, degrees: Degrees) -> Known:
+        """Return the same polynomial written in the given, no smaller, degrees."""
+        return self.raised(Basis(self.basis.sizes, degrees).lowered(self.basis.degrees).degrees)
+
+    def __sub__(self, other: Known) -> Known:
+        """Return the difference, in the larger of the degrees."""
+        pairs = zip(self.basis.degrees, other.basis.degrees, strict=True)
+        degrees = tuple(max(a, b) for a, b in pairs)
+        first, second = self.to(degrees), other.to(degrees)
+        return Known(first.basis, first.values - second.values)
+
+    @staticmethod
+    def _summed(basis: Basis, item: Indices, parts: Array) -> Known:
+        zero = Fraction(0) if parts.dtype == object else 0.0
+        values = np.full((basis.count, *parts.shape[1:]), zero, dtype=parts.dtype)
+        np.add.at(values, item, parts)
+        return Known(basis, values)
+
+
+def marginals(h: ArrayLike, sizes: tuple[int, ...], corners: Indices) -> Floats:
+    """Return w, (..., sum of sizes), from the weights h, (..., r), of the corners (r, K).
+
+    w^k_c is the sum of h_i over the corners i of the product that take corner c of simplex k.
+    """
+    weights = np.asarray(h, dtype=np.float64)
+    parts = [weights @ (corners[:, k : k + 1] == np.arange(size)) for k, size in enumerate(sizes)]
+    return np.concatenate(parts, axis=-1)
+
+
+@lru_cache(maxsize=256)
+def _exponents(sizes: tuple[int, ...], degrees: Degrees) -> Indices:
+    parts = []
+    for size, degree in zip(sizes, degrees, strict=True):
+        chosen = np.array(list(combinations_with_replacement(range(size), degree)), dtype=np.intp)
+        parts.append((chosen[:, :, None] == np.arange(size)).sum(axis=1))
+    rows = np.zeros((1, 0), dtype=np.intp)
+    for part in parts:
+        left = np.repeat(rows, len(part), axis=0)
+        rows = np.concatenate([left, np.tile(part, (len(rows), 1))], axis=1)
+    rows.setflags(write=False)
+    return rows
+
+
+def _rank(exponents: Indices, degree: int) -> Indices:
+    """Return how many exponents of one simplex come before each, larger first powers first."""
+    size = exponents.shape[1]
+    tails = degree - np.cumsum(exponents, axis=1)
+    place = np.zeros(len(exponents), dtype=np.intp)
+    for c in range(size - 1):
+        left = size - 1 - c
+        before = np.array([comb(tail - 1 + left, left) for tail in range(degree + 1)])
+        place += before[tails[:, c]]
+    return place

@@ -1,0 +1,226 @@
+r"""Read a condition as one integer matrix: what multipliers must satisfy to rule it out.
+
+For symmetric Z_k, one an item, and z their entries on and above the diagonal,
+
+    D sum_k <sign F_k(x), Z_k> = constant . z + sum_v x_v (row_v . z)     for all unknowns x,
+
+with integers on the right and one positive integer D.  Floats count as the dyadic numbers they
+store, so nothing is rounded.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from takagi.lmi.condition.exact import fractions
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Indices, Term
+from takagi.lmi.condition.unknown import triangle
+
+__all__ = ["Adjoint", "Block", "adjoint", "over_one_denominator"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Block:
+    """One multiplier: item ``item`` of LMI number ``lmi``; entry (a, b) is at index[a, b] of z."""
+
+    lmi: int
+    item: int
+    index: Indices
+
+    @property
+    def size(self) -> int:
+        return len(self.index)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Adjoint:
+    """The integer matrix of the module's formula, as entries without repetition or zeros.
+
+    Attributes
+    ----------
+    condition : what was read.
+    row, column, value : entry t is value_t (an int) in row_t (a number of an unknown, in the
+        order of the unknowns), column_t (an entry of z).
+    constant : (columns,) ints.
+    denominator : D.
+    blocks : where each multiplier stands in z.
+    """
+
+    condition: Condition
+    row: Indices
+    column: Indices
+    value: Array
+    constant: Array
+    denominator: int
+    blocks: tuple[Block, ...]
+
+    @property
+    def rows(self) -> int:
+        return sum(unknown.length for unknown in self.condition.unknowns)
+
+    @property
+    def columns(self) -> int:
+        return len(self.constant)
+
+    def strict(self, block: Block) -> bool:
+        """Return whether the block's LMI must hold strictly; a normalisation may be touched."""
+        return self.condition.lmis[block.lmi].strict
+
+    def name(self, block: Block) -> str:
+        """Return the item's name."""
+        return self.condition.lmis[block.lmi].label(block.item)
+
+    def products(self, z: Array) -> Array:
+        """Return row_v . z, (rows,), in the arithmetic of z (ints, Fractions)."""
+        total = np.zeros(self.rows, dtype=object)
+        np.add.at(total, self.row, self.value * z[self.column])
+        return total
+
+
+def adjoint(condition: Condition) -> Adjoint:
+    """Return the integer matrix of a condition.  Nothing is solved, nothing is rounded.
+
+    Raises
+    ------
+    ModelError : an entry that is no finite number.
+    """
+    offsets, variables = {}, 0
+    for unknown in condition.unknowns:
+        offsets[unknown.name] = variables
+        variables += unknown.length
+    parts, constants, blocks, start = [_Entries.none()], [], [], 0
+    for number, lmi in enumerate(condition.lmis):
+        width = triangle(lmi.size)
+        for item in range(lmi.count):
+            blocks.append(Block(number, item, start + item * width + _places(lmi.size)))
+        for term in lmi.terms:
+            factor = 1 if term.parameter is None else condition.parameters[term.parameter]
+            found = _term_entries(term, lmi, start, offsets[term.unknown.name])
+            parts.append(found.times(lmi.sign * Fraction(factor)))
+        constants += [
+            _constant_entries(constant, lmi, start).times(Fraction(lmi.sign))
+            for constant in lmi.constants
+        ]
+        start += lmi.count * width
+    together = math.lcm(*(part.denominator for part in (*parts, *constants)))
+    row, column, value = _joined([part.over(together) for part in parts], start)
+    constant = np.zeros(start, dtype=object)
+    for part in constants:
+        np.add.at(constant, part.column, part.over(together).value)
+    return Adjoint(condition, row, column, value, constant, together, tuple(blocks))
+
+
+def over_one_denominator(array: Array) -> tuple[Array, int]:
+    """Return integers N and a positive integer D with array = N / D exactly.
+
+    Raises
+    ------
+    ModelError : an entry that is no finite number.
+    """
+    # Wide integers have more digits than a float, and NaN has a mantissa like any other.
+    if array.dtype.kind == "f" and array.dtype.itemsize <= 8 and np.isfinite(array).all():
+        mantissa, exponent = np.frexp(np.asarray(array, dtype=np.float64))
+        integers = (mantissa * 2.0**53).astype(np.int64).astype(object)
+        used = mantissa != 0
+        least = int(exponent[used].min()) if used.any() else 53
+        shift = np.where(used, exponent - least, 0).astype(object)
+        power = least - 53
+        integers = np.asarray(integers * 2**shift, dtype=object)
+        return (integers * 2**power, 1) if power > 0 else (integers, 2**-power)
+    exact = fractions(array)
+    denominator = math.lcm(*(entry.denominator for entry in exact.flat))
+    integers = np.empty(exact.shape, dtype=object)
+    for index, entry in np.ndenumerate(exact):
+        integers[index] = entry.numerator * (denominator // entry.denominator)
+    return integers, denominator
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Entries:
+    row: Indices
+    column: Indices
+    value: Array
+    denominator: int
+
+    @classmethod
+    def none(cls) -> _Entries:
+        nothing = np.zeros(0, dtype=np.intp)
+        return cls(nothing, nothing, np.zeros(0, dtype=object), 1)
+
+    def times(self, factor: Fraction) -> _Entries:
+        value = self.value * factor.numerator
+        return _Entries(self.row, self.column, value, self.denominator * factor.denominator)
+
+    def over(self, denominator: int) -> _Entries:
+        value = self.value * (denominator // self.denominator)
+        return _Entries(self.row, self.column, value, denominator)
+
+
+def _places(size: int) -> Indices:
+    """Return (size, size): where entry (a, b) stands in the upper triangle, column by column."""
+    a, b = np.indices((size, size))
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    return np.asarray(high * (high + 1) // 2 + low)
+
+
+def _term_entries(term: Term, lmi: LMI, start: int, offset: int) -> _Entries:
+    """Return the entries of one term: the coefficient of z_ab is F_ab + F_ba off the diagonal."""
+    item, member, left, right = term.spread(lmi.count)
+    index = term.unknown.entry_index()
+    N, D = _spread_integers(term.left, left.shape)
+    t, a, k = np.nonzero(N)
+    if right is None or term.right is None:
+        i, b, entry, value = t, k, np.zeros_like(t), N[t, a, k]
+    else:
+        M, E = _spread_integers(term.right, right.shape)
+        s, m, q = np.nonzero(M)
+        # Every left entry meets every right entry of its contribution.
+        per = np.bincount(s, minlength=len(M))
+        repeats = per[t]
+        one = np.repeat(np.arange(len(t)), repeats)
+        first = np.cumsum(per) - per
+        other = (
+            first[t[one]] + np.arange(len(one)) - np.repeat(np.cumsum(repeats) - repeats, repeats)
+        )
+        i, b, entry = t[one], q[other], index[k[one], m[other]]
+        value = N[t, a, k][one] * M[s, m, q][other]
+        a, D = a[one], D * E
+    rows, columns = lmi.spans(term.at)
+    # <F, Z> counts F_ab and F_ba; a block off the diagonal, and a transpose, bring their mirrors.
+    mirrored = rows != columns or term.plus_transpose
+    value = value * (2 if mirrored else 1)
+    place = (
+        start + item[i] * triangle(lmi.size) + _places(lmi.size)[a + rows.start, b + columns.start]
+    )
+    return _Entries(offset + member[i] * term.unknown.entries + entry, place, value, D)
+
+
+def _spread_integers(array: Array, shape: tuple[int, ...]) -> tuple[Array, int]:
+    integers, denominator = over_one_denominator(array)
+    return np.broadcast_to(integers, shape), denominator
+
+
+def _constant_entries(constant: Constant, lmi: LMI, start: int) -> _Entries:
+    rows, columns = lmi.spans(constant.at)
+    N, D = _spread_integers(constant.value, (lmi.count, *constant.shape))
+    item, a, b = np.nonzero(N)
+    place = start + item * triangle(lmi.size) + _places(lmi.size)[a + rows.start, b + columns.start]
+    value = N[item, a, b] * (2 if rows != columns else 1)
+    return _Entries(np.zeros_like(item), place, value, D)
+
+
+def _joined(parts: list[_Entries], columns: int) -> tuple[Indices, Indices, Array]:
+    """Return row, column, value with equal positions added up and zeros left out."""
+    row = np.concatenate([part.row for part in parts]).astype(np.int64)
+    column = np.concatenate([part.column for part in parts]).astype(np.int64)
+    value = np.concatenate([part.value for part in parts])
+    position, where = np.unique(row * columns + column, return_inverse=True)
+    total = np.zeros(len(position), dtype=object)
+    np.add.at(total, where, value)
+    keep = np.flatnonzero(total != 0)
+    row, column = np.divmod(position[keep], max(columns, 1))
+    return row, column, total[keep]

@@ -1,0 +1,154 @@
+"""From multipliers in floating point to exact ones next to them, which satisfy every equality.
+
+Nothing here is trusted: the result is checked by ``Alternative`` from scratch.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.linalg import qr
+
+from takagi.lmi.answer import Floats
+from takagi.lmi.condition.term import Array, Indices
+from takagi.lmi.refutation.adjoint import over_one_denominator
+from takagi.lmi.refutation.multiplier_face import Face
+
+__all__ = ["exact_near"]
+
+# Free entries are rounded to so many binary digits behind the largest.
+DIGITS = 64
+# A pivot below this share of the first belongs to an equality that follows from the others.
+DEPENDENT = 1e-11
+
+
+def exact_near(face: Face, s: Floats, size: Floats) -> Array | None:
+    """Return exact s, (columns,) of Fractions, with row_v . z = 0 in every row, near the given.
+
+    An equality with an entry that no other has is settled by that entry; the few that are left
+    by as many entries as there are equalities, which an exact linear solve finds.
+
+    Parameters
+    ----------
+    s : (columns of the face,) in floating point.
+    size : (columns,) positive: how far each entry may be moved, relative to the others.
+
+    Returns
+    -------
+    None where the equalities have no such solution by the entries that were picked.
+    """
+    entries = _Rows(face.row, face.column, face.value, face.rows)
+    slack = entries.own_columns(face.columns)
+    core = np.setdiff1d(np.unique(entries.row), np.flatnonzero(slack >= 0))
+    settled = np.zeros(face.columns, dtype=bool)
+    settled[slack[slack >= 0]] = True
+    exact = np.full(face.columns, Fraction(0), dtype=object)
+    free = np.flatnonzero(~settled)
+    exact[free] = _short(s[free])
+    if len(core):
+        # A column with a single entry belongs to a settled row, so the core has free ones only.
+        part = entries.only(core)
+        exact[free] = _short(_projected(part, core, s, size)[free])
+        if not _settle_core(part, core, exact, size):
+            return None
+    rest = entries.sums(exact)
+    for row in np.flatnonzero(slack >= 0).tolist():
+        exact[slack[row]] = -rest[row] / entries.value_at(row, slack[row])
+    return exact
+
+
+class _Rows:
+    """Entries of an integer matrix, by position."""
+
+    def __init__(self, row: Indices, column: Indices, value: Array, rows: int) -> None:
+        self.row, self.column, self.value, self.rows = row, column, value, rows
+
+    def own_columns(self, columns: int) -> Indices:
+        """Return (rows,): a column that only this row has, the largest; -1 where there is none."""
+        single = np.bincount(self.column, minlength=columns)[self.column] == 1
+        found = np.full(self.rows, -1, dtype=np.intp)
+        largest: dict[int, int] = {}
+        for t in np.flatnonzero(single):
+            row, value = int(self.row[t]), abs(self.value[t])
+            if value > largest.get(row, 0):
+                largest[row], found[row] = value, self.column[t]
+        return found
+
+    def only(self, rows: Indices) -> _Rows:
+        keep = np.isin(self.row, rows)
+        return _Rows(self.row[keep], self.column[keep], self.value[keep], self.rows)
+
+    def sums(self, z: Array) -> Array:
+        """Return the rows' products with z, (rows,) of Fractions."""
+        numerators, denominator = over_one_denominator(z)
+        total = np.full(self.rows, 0, dtype=object)
+        np.add.at(total, self.row, self.value * numerators[self.column])
+        return np.array([Fraction(int(one), denominator) for one in total], dtype=object)
+
+    def value_at(self, row: int, column: int) -> int:
+        return int(self.value[(self.row == row) & (self.column == column)][0])
+
+
+def _short(z: Floats) -> Array:
+    """Return dyadic numbers with few digits near z."""
+    largest = float(np.abs(z).max(initial=0.0))
+    power = DIGITS - int(np.ceil(np.log2(largest))) if largest > 0 else 0
+    unit = Fraction(2) ** -power
+    return np.array([Fraction(round(Fraction(float(x)) / unit)) * unit for x in z], dtype=object)
+
+
+def _scaled(part: _Rows, core: Indices, size: Floats) -> tuple[sp.csr_array, Indices, Floats]:
+    """Return the core in floating point with rows of order one, its columns, and row scales."""
+    columns, place = np.unique(part.column, return_inverse=True)
+    row = np.searchsorted(core, part.row)
+    largest = np.zeros(len(core), dtype=object)
+    np.maximum.at(largest, row, np.abs(part.value))
+    value = np.array([v / w for v, w in zip(part.value, largest[row], strict=True)])
+    matrix = sp.csr_array((value * size[part.column], (row, place)), (len(core), len(columns)))
+    length = np.sqrt(np.asarray(matrix.multiply(matrix).sum(axis=1)).ravel())
+    length = np.where(length > 0, length, 1.0)
+    return sp.csr_array(sp.diags_array(1.0 / length) @ matrix), columns, length
+
+
+def _projected(part: _Rows, core: Indices, z: Floats, size: Floats) -> Floats:
+    """Return z moved the least, in units of size, so that the core's equalities hold roughly."""
+    matrix, columns, _ = _scaled(part, core, size)
+    gram = (matrix @ matrix.T).toarray()
+    moved = z.copy()
+    for _ in range(3):
+        residual = matrix @ (moved[columns] / size[columns])
+        step = np.linalg.lstsq(gram, residual, rcond=1e-14)[0]
+        moved[columns] -= size[columns] * (matrix.T @ step)
+    return moved
+
+
+def _settle_core(part: _Rows, core: Indices, exact: Array, size: Floats) -> bool:
+    """Move as many entries of ``exact`` as there are equalities so that the core holds exactly."""
+    import flint
+
+    matrix, columns, _ = _scaled(part, core, size)
+    dense = matrix.toarray()
+    _, triangular, order = qr(dense, mode="economic", pivoting=True)
+    pivots = np.abs(np.diag(triangular))
+    rank = int((pivots > DEPENDENT * pivots[0]).sum())
+    picked = order[:rank]
+    rows = qr(dense[:, picked].T, mode="r", pivoting=True)[1][:rank]
+    position = {int(core[r]): k for k, r in enumerate(rows)}
+    place = {int(columns[c]): k for k, c in enumerate(picked)}
+    square = [[0] * rank for _ in range(rank)]
+    for row, column, value in zip(part.row, part.column, part.value, strict=True):
+        if int(row) in position and int(column) in place:
+            square[position[int(row)]][place[int(column)]] = int(value)
+    numerators, denominator = over_one_denominator(part.sums(exact)[core[rows]])
+    right = flint.fmpz_mat([[int(value)] for value in numerators])
+    try:
+        step: Any = flint.fmpz_mat(square).solve(right)
+    except ZeroDivisionError:
+        return False
+    for k, column in enumerate(columns[picked]):
+        entry = step[k, 0]
+        exact[column] -= Fraction(int(entry.p), int(entry.q) * denominator)
+    return not part.sums(exact)[core].any()

@@ -1,0 +1,251 @@
+r"""Faces of the cone of multipliers: Z_k = U_k S_k U_k' with integer U_k, S_k in the place of Z_k.
+
+Where every multiplier that rules a condition out is singular, it lies on such a face; on it exact
+ones can be sought as if they were definite.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from math import lcm
+
+import numpy as np
+from scipy.linalg import qr
+
+from takagi.lmi.answer import Floats
+from takagi.lmi.condition.term import Array, Indices
+from takagi.lmi.condition.unknown import triangle
+from takagi.lmi.refutation.adjoint import Adjoint
+
+__all__ = ["Face", "faces_near", "open_face", "packed_places", "restricted"]
+
+# What is taken for zero, relative to the largest eigenvalue of a multiplier, and how near a ratio
+# must come to a fraction to be taken for it: solvers leave less or more noise.
+ROUGHNESS = ((1e-6, 1e-5), (1e-5, 1e-4), (1e-4, 1e-3))
+LARGEST_DENOMINATOR = 64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Face:
+    """Z_k = U_k S_k U_k' for every block k.
+
+    Attributes
+    ----------
+    bases : U_k, (n_k, r_k) of ints, linearly independent columns; r_k may be 0.
+    starts : where the entries of S_k, upper triangle column by column, begin in s.
+    row, column, value : the rows of the adjoint in s: row_v . z = sum of value_t s_column(t).
+    """
+
+    read: Adjoint
+    bases: tuple[Array, ...]
+    starts: tuple[int, ...]
+    row: Indices
+    column: Indices
+    value: Array
+
+    @property
+    def columns(self) -> int:
+        return sum(triangle(U.shape[1]) for U in self.bases)
+
+    @property
+    def rows(self) -> int:
+        return self.read.rows
+
+    def member(self, number: int, s: Array) -> Array:
+        """Return S_k, (r_k, r_k)."""
+        r = self.bases[number].shape[1]
+        return np.asarray(s[self.starts[number] + packed_places(r)])
+
+    def lift(self, s: Array) -> Array:
+        """Return z, (columns of the adjoint,), in the arithmetic of s."""
+        zero = 0.0 if s.dtype != object else Fraction(0)
+        z = np.full(self.read.columns, zero, dtype=s.dtype)
+        for number, (block, U) in enumerate(zip(self.read.blocks, self.bases, strict=True)):
+            picked = _coordinates(U)
+            if picked is not None:
+                z[block.index[np.ix_(picked, picked)]] = self.member(number, s)
+            else:
+                V = U if s.dtype == object else U.astype(np.float64)
+                z[block.index] = V @ self.member(number, s) @ V.T
+        return z
+
+    def drop(self, z: Floats) -> Floats:
+        """Return s with U_k S_k U_k' nearest to Z_k."""
+        s = np.zeros(self.columns)
+        for block, U, start in zip(self.read.blocks, self.bases, self.starts, strict=True):
+            if U.shape[1]:
+                inverse = np.linalg.pinv(U.astype(np.float64))
+                s[start + packed_places(U.shape[1])] = inverse @ z[block.index] @ inverse.T
+        return s
+
+
+def open_face(read: Adjoint) -> Face:
+    """Return the face of the entries that may differ from 0 in a contradiction.
+
+    A row, or the constant, that has nothing but entries of one sign on diagonals forces these to
+    be zero, and with them their rows and columns, for the multipliers are semidefinite: such are
+    normalisations, and unknowns that only ever help.
+    """
+    owner = np.full((read.columns, 2), -1)
+    for number, block in enumerate(read.blocks):
+        own = np.column_stack([np.full(block.size, number), np.arange(block.size)])
+        owner[np.diag(block.index)] = own
+    diagonal = owner[:, 0] >= 0
+    alive = np.ones(read.columns, dtype=bool)
+    sign = np.array([1 if value > 0 else -1 for value in read.value], dtype=np.intp)
+    while True:
+        dead = _forced(read, alive, diagonal, sign)
+        first = (read.constant != 0) & alive
+        if first.any() and diagonal[first].all() and (read.constant[first] > 0).all():
+            dead |= first
+        if not dead.any():
+            break
+        for number, a in owner[dead]:
+            alive[read.blocks[number].index[a]] = False
+    kept = [alive[np.diag(block.index)] for block in read.blocks]
+    return restricted(read, [_identity(len(one))[:, one] for one in kept])
+
+
+def faces_near(face: Face, z: Floats) -> Iterator[Face]:
+    """Yield smaller faces in which the multipliers z lie to solver accuracy.
+
+    Only directions with small rational ratios are recognised.
+    """
+    largest = max((np.trace(z[block.index]) for block in face.read.blocks), default=0.0)
+    before: list[Array] = list(face.bases)
+    for singular, near in ROUGHNESS:
+        bases = []
+        for block, U in zip(face.read.blocks, face.bases, strict=True):
+            W = _range(z[block.index], largest, singular, near) if U.shape[1] else None
+            bases.append(U if W is None or W.shape[1] >= U.shape[1] else W)
+        if any(not np.array_equal(U, V) for U, V in zip(bases, before, strict=True)):
+            yield restricted(face.read, bases)
+        before = bases
+
+
+def restricted(read: Adjoint, bases: list[Array]) -> Face:
+    """Return the face with these bases."""
+    starts, total = [], 0
+    for U in bases:
+        starts.append(total)
+        total += triangle(U.shape[1])
+    # z = E s: entries of E, most of them ones that pick an entry of Z.
+    z_entry: list[Indices] = []
+    s_entry: list[Indices] = []
+    factor: list[Array] = []
+    for block, U, start in zip(read.blocks, bases, starts, strict=True):
+        outer, inner, value = _congruence(U)
+        z_entry.append(_flat_index(block.index)[outer])
+        s_entry.append(start + inner)
+        factor.append(value)
+    row, column, entry = _product(
+        read, np.concatenate(z_entry), np.concatenate(s_entry), np.concatenate(factor), total
+    )
+    return Face(read, tuple(bases), tuple(starts), row, column, entry)
+
+
+def _flat_index(index: Indices) -> Indices:
+    """Return the entries of z in the order of an upper triangle, column by column."""
+    high, low = np.tril_indices(len(index))
+    return np.asarray(index[low, high])
+
+
+def _congruence(U: Array) -> tuple[Indices, Indices, Array]:
+    """Return (entry of Z, entry of S, factor) of Z = U S U', upper triangles column by column."""
+    picked = _coordinates(U)
+    if picked is not None:
+        d, c = np.tril_indices(len(picked))
+        entry = packed_places(len(U))[picked[c], picked[d]]
+        return entry, np.arange(len(entry)), np.full(len(entry), 1, dtype=object)
+    b, a = np.tril_indices(len(U))
+    d, c = np.tril_indices(U.shape[1])
+    first = U[a][:, c] * U[b][:, d]
+    factor = first + np.where(c == d, 0, U[a][:, d] * U[b][:, c])
+    z_entry, s_entry = np.nonzero(factor)
+    return z_entry, s_entry, factor[z_entry, s_entry]
+
+
+def _coordinates(U: Array) -> Indices | None:
+    """Return which coordinates the columns of U are, in order; None where they are others."""
+    row, column = np.nonzero(U)
+    picks = len(row) == U.shape[1] and np.array_equal(np.sort(column), np.arange(U.shape[1]))
+    return row if picks and all(U[row, column] == 1) else None
+
+
+def _product(
+    read: Adjoint, z_entry: Indices, s_entry: Indices, factor: Array, columns: int
+) -> tuple[Indices, Indices, Array]:
+    """Return the entries of the adjoint's matrix times E."""
+    order = np.argsort(z_entry, kind="stable")
+    z_entry, s_entry, factor = z_entry[order], s_entry[order], factor[order]
+    per = np.bincount(z_entry, minlength=read.columns)
+    first = np.cumsum(per) - per
+    repeats = per[read.column]
+    t = np.repeat(np.arange(len(read.column)), repeats)
+    within = np.arange(len(t)) - np.repeat(np.cumsum(repeats) - repeats, repeats)
+    other = first[read.column[t]] + within
+    position = read.row[t] * max(columns, 1) + s_entry[other]
+    places, where = np.unique(position, return_inverse=True)
+    total = np.zeros(len(places), dtype=object)
+    np.add.at(total, where, read.value[t] * factor[other])
+    keep = np.flatnonzero(total != 0)
+    row, column = np.divmod(places[keep], max(columns, 1))
+    return row, column, total[keep]
+
+
+def _forced(read: Adjoint, alive: Array, diagonal: Array, sign: Indices) -> Array:
+    """Return which diagonal entries a row forces to be zero."""
+    here = alive[read.column]
+    row, column = read.row[here], read.column[here]
+    count = np.bincount(row, minlength=read.rows)
+    signs = np.abs(np.bincount(row, sign[here], minlength=read.rows))
+    on_diagonal = np.bincount(row, diagonal[column], minlength=read.rows)
+    closed = (count > 0) & (signs == count) & (on_diagonal == count)
+    dead = np.zeros(read.columns, dtype=bool)
+    dead[column[closed[row]]] = True
+    return dead
+
+
+def _range(Z: Floats, largest: float, singular: float, near: float) -> Array | None:
+    """Return an integer basis of the directions in which Z is not singular; None if irrational."""
+    values, vectors = np.linalg.eigh(Z)
+    if values[-1] <= singular * largest:
+        return np.zeros((len(Z), 0), dtype=object)
+    basis = vectors[:, values > singular * values[-1]]
+    # Reduced so that the pivot coordinates form the identity: rational when the space is.
+    r = basis.shape[1]
+    order = qr(basis.T, mode="r", pivoting=True)[1]
+    reduced = np.linalg.solve(basis[order[:r]].T, basis.T).T
+    exact = np.full(reduced.shape, 0, dtype=object)
+    for column in range(r):
+        ratios = [_simplest(float(x), near) for x in reduced[:, column]]
+        if any(ratio is None for ratio in ratios):
+            return None
+        known = [ratio for ratio in ratios if ratio is not None]
+        common = lcm(*(ratio.denominator for ratio in known))
+        exact[:, column] = [int(ratio * common) for ratio in known]
+    return exact
+
+
+def _simplest(x: float, near: float) -> Fraction | None:
+    """Return the fraction of smallest denominator that is as near to x; None if there is none."""
+    for denominator in range(1, LARGEST_DENOMINATOR + 1):
+        found = Fraction(round(x * denominator), denominator)
+        if abs(float(found) - x) <= near:
+            return found
+    return None
+
+
+def _identity(n: int) -> Array:
+    one = np.full((n, n), 0, dtype=object)
+    one[range(n), range(n)] = 1
+    return one
+
+
+def packed_places(size: int) -> Indices:
+    """Return (size, size): where entry (a, b) stands in the upper triangle, column by column."""
+    a, b = np.indices((size, size))
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    return np.asarray(high * (high + 1) // 2 + low)

@@ -1,0 +1,202 @@
+r"""A rigorous no: exact multipliers that rule out every solution of a condition.
+
+Those of a solver are tried first.  Where they touch zero, better ones are sought: of the
+multipliers with sum_k <sign F_k(x), Z_k> + zeta = 0 for all x and zeta >= 0, those with
+Z_k >= s g_k I, zeta >= s g_0 and s largest.  As an LMI problem of the size of the condition's own,
+in x, x_0 and tau:
+
+    minimise tau  with  A_k(x) + x_0 C_k + tau w_k I >= 0,  x_0 + tau w_0 >= 0,
+                        sum_k g_k trace(.) + g_0 (.) >= 1,
+
+where sign F_k(x) = A_k(x) + C_k and g = 1 / w; its multipliers and that of the last row give Z_k.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from fractions import Fraction
+from itertools import chain
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from takagi.lmi.answer import Answer, Design, Floats
+from takagi.lmi.condition.term import Array, Condition, Indices
+from takagi.lmi.condition.unknown import triangle
+from takagi.lmi.cone.assemble import Assembled, Cone, assemble, unpack
+from takagi.lmi.refutation.adjoint import Adjoint, adjoint
+from takagi.lmi.refutation.alternative import Alternative, multiplier_entries
+from takagi.lmi.refutation.exact_multipliers import exact_near
+from takagi.lmi.refutation.indefinite import function_that_decays
+from takagi.lmi.refutation.multiplier_face import Face, faces_near, open_face, packed_places
+from takagi.lmi.solver.solve import ConeProgram, attempts
+
+__all__ = ["exact_no", "rigorous_no"]
+
+TRIES = 2
+# How much of the size of the constants the sum should be below zero, for multipliers of order one.
+ROOM = 0.1
+
+
+def rigorous_no(answer: Answer | Design) -> Alternative | None:
+    """Return a proof that the answer's condition has no solution; None where there is none.
+
+    Of a ``Design``: no gains by this relaxation, with these numbers.
+
+    Returns
+    -------
+    None for a candidate, for an answer that carries no condition, and where the multipliers could
+    not be made exact: at the limit of a condition, or where they are unique and irrational.  None
+    is no evidence of the contrary.
+    """
+    found = answer.answer if isinstance(answer, Design) else answer
+    if found.status == "candidate" or found.condition is None:
+        return None
+    return exact_no(found.condition, found.multipliers)
+
+
+def exact_no(
+    condition: Condition,
+    multipliers: Mapping[str, Floats] | None = None,
+    *,
+    parameters: Mapping[str, Fraction] | None = None,
+) -> Alternative | None:
+    """Return exact multipliers that rule out every solution; None where none were found.
+
+    Parameters
+    ----------
+    condition : LMIs with a weight are strict, the others may be touched.
+    multipliers : LMI -> (items, size, size) in floating point, to begin with; LMIs that are left
+        out have zeros.
+    parameters : exact values; None takes the condition's own, as the dyadics they store.
+
+    Returns
+    -------
+    An ``Alternative`` that has been checked.  The solver is called when the given multipliers do
+    not do.
+
+    Raises
+    ------
+    ModelError : a multiplier of an LMI that is not there, or of another shape; an entry of the
+        condition that is no finite number.
+    """
+    numbers: dict[str, Any] = {**condition.parameters, **(parameters or {})}
+    exact = replace(condition, parameters=numbers)
+    read = adjoint(exact)
+    if not read.columns:
+        # Nothing is asked, so nothing contradicts it.
+        return None
+    face = open_face(read)
+    if not face.columns:
+        return None
+    begin = [_float_entries(read, multipliers)] if multipliers else []
+    floats = {name: float(value) for name, value in exact.parameters.items()}
+    for z in chain(begin, _interior(face, exact.with_parameters(**floats))):
+        found = _checked(face, z)
+        if found is not None:
+            return found
+    function = function_that_decays(read)
+    return None if function is None else Alternative(condition=exact, function=function)
+
+
+def _float_entries(read: Adjoint, multipliers: Mapping[str, Floats]) -> Floats:
+    z = multiplier_entries(read, multipliers).astype(np.float64)
+    return z if np.isfinite(z).all() else np.zeros_like(z)
+
+
+def _checked(face: Face, z: Floats) -> Alternative | None:
+    """Return exact multipliers next to z, where they exist and rule every solution out."""
+    largest = np.abs(z).max(initial=0.0)
+    if largest == 0.0:
+        return None
+    s = face.drop(z / largest)
+    z = face.lift(s)
+    smaller = ((one, one.drop(z)) for one in faces_near(face, z))
+    for one, entries in chain([(face, s)], smaller):
+        found = _on_face(one, entries)
+        if found is not None:
+            return found
+    return None
+
+
+def _on_face(face: Face, s: Floats) -> Alternative | None:
+    exact = exact_near(face, s, _sizes(face, s)) if face.columns else None
+    if exact is None:
+        return None
+    z = face.lift(exact)
+    found: dict[str, Array] = {}
+    for block in face.read.blocks:
+        lmi = face.read.condition.lmis[block.lmi]
+        shape = (lmi.count, lmi.size, lmi.size)
+        members = found.setdefault(lmi.name, np.full(shape, Fraction(0), dtype=object))
+        members[block.item] = z[block.index]
+    alternative = Alternative(condition=face.read.condition, multipliers=found)
+    return alternative if alternative.holds else None
+
+
+def _sizes(face: Face, s: Floats) -> Floats:
+    """Return how far each entry may be moved: as far as its multiplier is from singular."""
+    size = np.full(len(s), 1e-12)
+    for number, U in enumerate(face.bases):
+        if U.shape[1]:
+            values = np.linalg.eigvalsh(face.member(number, s))
+            used = values[values > 1e-14]
+            start = face.starts[number]
+            size[start : start + triangle(U.shape[1])] = used[0] if len(used) else 1e-12
+    return size
+
+
+def _interior(face: Face, condition: Condition) -> Iterator[Floats]:
+    """Yield multipliers in floating point that are as far from singular as they can be."""
+    data = assemble(condition)
+    read, rows, cones = face.read, *_open_rows(face, data)
+    matrix = data.matrix()[rows]
+    constant, weight, inside = data.constant[rows], np.zeros(len(rows)), np.zeros(len(rows))
+    used = [number for number, U in enumerate(face.bases) if U.shape[1]]
+    for number, cone in zip(used, cones, strict=True):
+        natural = condition.lmis[read.blocks[number].lmi].weight or 1.0
+        diagonal = cone.start + np.diag(packed_places(cone.size))
+        weight[diagonal], inside[diagonal] = natural, 1.0 / natural
+    # Columns x, x_0, tau; the row of x_0 and the sum of traces before the cones.
+    G = sp.hstack([matrix, sp.csc_array(np.column_stack([constant, weight]))], format="csc")
+    head = np.zeros((2, G.shape[1]))
+    head[0, -2] = 1.0
+    head[1] = inside @ G
+    room = ROOM * float(np.abs(constant).max()) * float(inside.max())
+    if room > 0:
+        head[0, -1] = 1.0 / room
+        head[1] += room * head[0]
+    program = ConeProgram(
+        np.eye(G.shape[1])[-1],
+        sp.csc_array(-sp.vstack([sp.csc_array(head), G], format="csc")),
+        np.concatenate([[0.0, -1.0], np.zeros(len(rows))]),
+        2,
+        cones,
+    )
+    for raw, _ in zip(attempts(program), range(TRIES), strict=False):
+        if len(raw.z) == len(program.b) and np.isfinite(raw.z).all():
+            packed = raw.z[2:] + max(raw.z[1], 0.0) * inside
+            yield face.lift(np.concatenate([_plain(packed, cone) for cone in cones]))
+
+
+def _open_rows(face: Face, data: Assembled) -> tuple[Indices, tuple[Cone, ...]]:
+    """Return the rows of the cone data on a face of coordinates, and their cones."""
+    rows, cones, start = [], [], 0
+    for block, U in zip(face.read.blocks, face.bases, strict=True):
+        if not U.shape[1]:
+            continue
+        used = np.flatnonzero(U.any(axis=1))
+        high, low = np.tril_indices(len(used))
+        own = data.cones[block.lmi].start + block.item * triangle(block.size)
+        rows.append(own + packed_places(block.size)[used[low], used[high]])
+        cones.append(Cone(len(used), 1, start))
+        start += triangle(len(used))
+    return np.concatenate(rows), tuple(cones)
+
+
+def _plain(packed: Floats, cone: Cone) -> Floats:
+    """Return the upper triangle, column by column, without the factors sqrt(2)."""
+    high, low = np.tril_indices(cone.size)
+    return np.asarray(unpack(packed[cone.rows], cone.size)[0][low, high])

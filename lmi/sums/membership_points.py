@@ -1,0 +1,97 @@
+"""What every relaxation must satisfy: the double sum at single blends of the rules."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from math import log2, prod
+
+import numpy as np
+
+from takagi.lmi.answer import Floats
+from takagi.lmi.condition.term import Indices
+from takagi.lmi.sums.corner_rules import Corners, ProductRules, product_rules
+from takagi.lmi.sums.double_sum import DoubleSum, Posed, Summand
+from takagi.lmi.sums.multisets import count_of, multisets
+
+__all__ = ["at_blends", "blends_of", "number_of_blends"]
+
+
+def number_of_blends(rules: int, corners: Corners | None, parts: int) -> int:
+    """Return how many blends there are whose shares are multiples of 1/parts."""
+    sizes = [rules] if corners is None else product_rules(corners).sizes.values()
+    return prod(count_of(size, parts) for size in sizes)
+
+
+def blends_of(rules: int, corners: Corners | None, parts: int) -> Floats:
+    """Return memberships h, (blends, rules): every choice of shares that are multiples of 1/parts.
+
+    Of the rules themselves; of each premise where the memberships are products, for other blends
+    never occur then.
+    """
+    shares = _whole_shares(rules, corners, parts)
+    return np.asarray(shares / shares.sum(axis=1, keepdims=True))
+
+
+def at_blends(parts: int) -> Callable[[DoubleSum], Posed]:
+    """Return what poses sum_ij h_i h_j Theta_ij < 0 at all blends h in steps of 1/parts.
+
+    Each is posed times a positive number near 1.  Necessary, not sufficient: unknowns that satisfy
+    any relaxation satisfy this too, so where it has none, no relaxation has any.  Nothing is said
+    of the blends between.
+    """
+    return partial(_pose, parts=parts)
+
+
+def _pose(loop: DoubleSum, parts: int) -> Posed:
+    loop.require_shared("at single blends")
+    shares = _whole_shares(loop.rules, loop.corners, parts)
+    shares = shares[_possible(loop, shares)]
+    item, i, j = np.nonzero((shares[:, :, None] * shares[:, None, :]) > 0)
+    # Whole numbers times a power of two: an exact no needs the ratios of the weights unrounded.
+    scale = 2.0 ** -round(2.0 * log2(shares[0].sum()))
+    weight = (shares[item, i] * shares[item, j]).astype(np.float64)
+    lmi = loop.lmi(
+        "blend",
+        (Summand(i, j, weight, item, factor=r"\sum_{i,j} h^{k}_i h^{k}_j"),),
+        count=len(shares),
+        label=lambda k: _label(shares[k]),
+        index=rf"k = 1, \dots, {len(shares)}",
+        scale=scale,
+    )
+    return (), (lmi,)
+
+
+def _possible(loop: DoubleSum, shares: Indices) -> Indices:
+    """Return which blends can occur: no more rules than act at a time, no pair that never does."""
+    active = shares > 0
+    fits = active.sum(axis=1) <= loop.most_active
+    if loop.active is not None:
+        fits &= ~np.einsum("ki,ij,kj->k", active, ~loop.active, active)
+    return np.flatnonzero(fits)
+
+
+def _whole_shares(rules: int, corners: Corners | None, parts: int) -> Indices:
+    """Return the shares of all rules as whole numbers, (blends, rules), with equal sums."""
+    plain = ProductRules(np.arange(rules)[:, None], ("h",))
+    found = plain if corners is None else product_rules(corners)
+    tables = {name: _counts(size, parts) for name, size in found.sizes.items()}
+    grid = np.indices([len(table) for table in tables.values()]).reshape(len(tables), -1)
+    chosen = {name: tables[name][row] for name, row in zip(tables, grid, strict=True)}
+    shares = np.ones((grid.shape[1], rules), dtype=np.intp)
+    for column, premise in enumerate(found.premises):
+        shares *= chosen[premise][:, found.corners[:, column]]
+    return shares
+
+
+def _counts(size: int, parts: int) -> Indices:
+    """Return (count, size): all nonnegative whole numbers with the sum ``parts``."""
+    chosen = multisets(size, parts)
+    return np.asarray((chosen[:, :, None] == np.arange(size)).sum(axis=1), dtype=np.intp)
+
+
+def _label(shares: Indices) -> str:
+    active, total = np.flatnonzero(shares), int(shares.sum())
+    if len(active) == 1:
+        return f"rule {active[0] + 1}"
+    return "blend of " + ", ".join(f"{shares[k]}/{total} of rule {k + 1}" for k in active)

@@ -1,0 +1,3 @@
+"""Gains of the effort-sharing law and the loop's quadratic functions, found together by small
+convex steps.
+"""

@@ -1,0 +1,222 @@
+"""From gains to better ones: each step enclosed anew, and kept where the objective fell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.analysis.decay_rate import fast_decay
+from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, invariant_ellipsoid
+from takagi.lmi.turbine.one_step.joint_step import Room, Weights, joint_step
+from takagi.lmi.turbine.one_step.loop_functions import Functions, borne
+from takagi.lmi.turbine.one_step.loop_of_gains import Corners, LoopFamily, Moving
+from takagi.lmi.turbine.one_step.objective import Objective
+from takagi.lmi.turbine.one_step.value import (
+    Reached,
+    Spot,
+    function_value,
+    mean_error,
+    shares_of,
+    spot_at,
+    weights_at,
+    widest_multiples,
+)
+from takagi.models.errors import ModelError
+
+__all__ = ["Climb", "begun", "resting"]
+
+Floats = NDArray[np.float64]
+
+# Trust region: of each logarithm, at the start, at most, and where the search ends.
+FIRST_REACH, LARGEST_REACH, LEAST_REACH = 0.1, 0.2, 0.01
+WIDER, NARROWER = 1.5, 0.3
+# Relative gain below which functions at given gains, and the climb, are left.
+SETTLED, ENOUGH = 3e-3, 1e-3
+# How far, relative, the mean wind error may fall below what is kept: solvers need some room.
+ROOM = 1e-3
+# Most improvements of functions with gains fixed: at the start, and after a step.
+AT_START, AFTER_STEP = 8, 1
+
+
+def begun(family: LoopFamily, theta: Floats, aim: Objective) -> Spot:
+    """Return the spot at given gains, its functions from nothing.
+
+    Raises
+    ------
+    ModelError : no function was found; says what to change.
+    """
+    windy, still = family.corners(theta)
+    directions = family.box.directions
+    nu = theta[family.cells + 1 :]
+    d = windy.fixed + windy.error
+    first = invariant_ellipsoid(windy.A, d, windy.cell, directions, speed=nu[windy.cell], rounds=5)
+    rest = fast_decay(still.A)
+    functions = None
+    if first.P is not None and rest.P is not None:
+        none = np.zeros(family.cells)
+        given = Functions(np.asarray(first.P), none, none, np.asarray(rest.P), 0.0)
+        functions = borne(windy, still, given, widest_multiples(family))
+    if functions is None:
+        raise ModelError(
+            "one-step design: the gains it starts from have no common quadratic function under "
+            f"this wind class ({first.diagnosis or rest.diagnosis or 'a cell bears no wind error'})"
+            "; lower the wind class, the uncertainty or the box, or change the bandwidth"
+        )
+    # The wind class first, whatever else is aimed at: it is what later steps must keep.
+    opening = replace(aim, wind_class=max(aim.wind_class, 1.0), decay=0.0)
+    # What the weakest cell bears with the first function, which is made for just that.
+    floor = float(functions.scales.min())
+    functions = _settled(family, windy, still, functions, opening, AT_START, kept=_Kept(0.0, floor))
+    spot = spot_at(family, theta, functions, aim)
+    if spot is None:
+        raise ModelError("one-step design: the linear loop at the start is not stable at some wind")
+    return replace(spot, floor=floor)
+
+
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    """What no step may lose.
+
+    Attributes
+    ----------
+    mean : of the wind error [m/s], 0 for none;  multiple : of the weakest cell.
+    """
+
+    mean: float
+    multiple: float
+
+    def lost_by(self, spot: Spot) -> bool:
+        lower = 1 - 2 * ROOM
+        return (
+            spot.reached.wind_error < self.mean * lower
+            or float(spot.functions.scales.min()) < self.multiple * lower
+        )
+
+
+@dataclass(slots=True)
+class Climb:
+    """A search that remembers its best spot.
+
+    Attributes
+    ----------
+    history : what was accepted, the start first.
+    refused : number of steps that were not taken.
+    """
+
+    family: LoopFamily
+    aim: Objective
+    spot: Spot
+    reach: float = FIRST_REACH
+    refused: int = 0
+    history: list[Reached] = field(default_factory=list)
+    _kept: _Kept = field(init=False)
+    _near: tuple[Moving, Moving, NDArray[np.bool_]] | None = None
+
+    def __post_init__(self) -> None:
+        self.history.append(self.spot.reached)
+        kept, spot = self.aim.kept, self.spot
+        self._kept = _Kept(kept * spot.reached.wind_error, kept * spot.floor)
+
+    def stepped(self) -> bool:
+        """Try one step; False where there is nothing more to gain."""
+        spot = self.spot
+        if self._near is None:
+            self._near = self.family.moving(spot.theta, self.reach)
+        windy, still, free = self._near
+        least = np.log(self._kept.mean / spot.reached.wind_error) - ROOM
+        weights = replace(
+            weights_at(self.family, spot, self.aim),
+            least=float(least),
+            floors=np.full(self.family.cells, self._kept.multiple),
+        )
+        low, high = np.where(free, np.array([-self.reach, self.reach]), 0.0).T
+        room = Room(low, high, self.family.bends(self.reach))
+        found = joint_step(windy, still, spot.functions, self.family.box.directions, weights, room)
+        new = None
+        if found is not None:
+            new = self.assessed(spot.theta * np.exp(found.u), found.functions)
+        if new is None or new.value >= spot.value or self._kept.lost_by(new):
+            self.refused += 1
+            self.reach *= NARROWER
+            self._near = None
+            return self.reach >= LEAST_REACH
+        gained = spot.value - new.value
+        self.spot, self._near = new, None
+        self.history.append(new.reached)
+        self.reach = min(self.reach * WIDER, LARGEST_REACH)
+        return gained > ENOUGH
+
+    def assessed(self, theta: Floats, functions: Functions) -> Spot | None:
+        """Return the spot at other gains, enclosed anew; None where no function holds there."""
+        try:
+            windy, still = self.family.corners(theta)
+        except ModelError:
+            return None
+        shown = borne(windy, still, functions, widest_multiples(self.family))
+        if shown is None or (self.aim.decay > 0 and not shown.decay_rate > 0):
+            return None
+        better = _settled(self.family, windy, still, shown, self.aim, AFTER_STEP, kept=self._kept)
+        spot = spot_at(self.family, theta, better, self.aim)
+        return None if spot is None else replace(spot, floor=self._kept.multiple)
+
+
+def resting(family: LoopFamily, spot: Spot) -> Spot:
+    """Return the spot with the largest common decay rate at its gains, and the R that shows it."""
+    _, still = family.corners(spot.theta)
+    found = fast_decay(still.A)
+    if found.P is None or found.decay_rate is None or found.decay_rate <= spot.functions.decay_rate:
+        return spot
+    R = np.asarray(found.P)
+    decay = float(decay_rates(R, still.A).min())
+    functions = replace(spot.functions, R=R, decay_rate=decay)
+    return replace(spot, functions=functions, reached=replace(spot.reached, decay_rate=decay))
+
+
+def _settled(
+    family: LoopFamily,
+    windy: Corners,
+    still: Corners,
+    functions: Functions,
+    aim: Objective,
+    most: int,
+    *,
+    kept: _Kept,
+) -> Functions:
+    """Return the functions improved with gains fixed.
+
+    Parameters
+    ----------
+    kept : what is to be kept, or to be reached again.
+    """
+    directions, shares = family.box.directions, shares_of(family)
+    value, mean = function_value(family, functions, aim), mean_error(family, functions)
+    floors = np.full(family.cells, kept.multiple)
+    for _ in range(most):
+        least = float(np.log(kept.mean / mean)) if kept.mean > 0 else None
+        weights = Weights(
+            aim.wind_class * shares,
+            aim.overspeed,
+            aim.decay,
+            np.zeros(0),
+            shares,
+            least,
+            floors,
+        )
+        found = joint_step(windy, still, functions, directions, weights)
+        shown = None
+        if found is not None:
+            shown = borne(windy, still, found.functions, widest_multiples(family))
+        if shown is None or (aim.decay > 0 and not shown.decay_rate > 0):
+            break
+        after, reached = function_value(family, shown, aim), mean_error(family, shown)
+        raised = (mean < kept.mean and reached > mean) or (
+            float(functions.scales.min()) < min(kept.multiple, float(shown.scales.min()))
+        )
+        if after < value or raised:
+            functions = shown
+        if value - after < SETTLED and not raised:
+            break
+        value, mean = after, reached
+    return functions

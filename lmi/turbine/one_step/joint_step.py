@@ -1,0 +1,246 @@
+"""Steps of functions and gains together; a step that loses anything is not taken."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.condition.term import LMI, Condition, Unknown
+from takagi.lmi.parameter_search.least_over_rate import unknowns_near_least
+from takagi.lmi.turbine.one_step.condition import (
+    Around,
+    bent,
+    bounded_below,
+    inside_box,
+    limits,
+    mean_class,
+    motion_lmi,
+    reach_in_speed,
+    shortfall,
+)
+from takagi.lmi.turbine.one_step.loop_functions import Functions, reach_of
+from takagi.lmi.turbine.one_step.loop_of_gains import Corners, Moving
+
+__all__ = ["Room", "Step", "Weights", "joint_step"]
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+ONE, EYE = np.ones((1, 1, 1)), np.eye(3)[None]
+# Margin of the LMIs, in units of order one, and what is taken for violated.
+HELD, VIOLATED = 1e-6, -1e-7
+# What is taken for violated in a step of the gains: it is judged by new enclosures anyway.
+ROUGHLY = 5e-3
+FIRST, ADDED, ROUNDS = 2, 2, 15
+# Largest relative change of a multiplier in a step.
+PACE = 0.5
+# Largest relative rise of a cell's multiple that a step may be made to take.
+RAISED = 0.03
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Weights:
+    """What a step minimises: relative changes, weighed.
+
+    Attributes
+    ----------
+    wind_class : (K - 1,) on 1 / multiple of the wind error in each cell.
+    overspeed : on how far {x' P x <= 1} reaches in speed.
+    decay : on 1 / decay rate.
+    gains : (G,) on the logarithms of the gains.
+    shares : (K - 1,) of each cell in the mean;  least : the mean of the relative changes of the
+        multiples stays at or above this; None where they are free.
+    floors : (K - 1,) multiples that no cell shall fall below; None where they are free.
+    """
+
+    wind_class: Floats
+    overspeed: float
+    decay: float
+    gains: Floats
+    shares: Floats
+    least: float | None = None
+    floors: Floats | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Room:
+    """Limits of a step: (G,) low, high of u; (K - 1,) bends, largest |u_(k+1) - u_k| of gamma."""
+
+    low: Floats
+    high: Floats
+    bends: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """What a step proposes: u (G,), zero where gains stay, and functions for the straight lines."""
+
+    u: Floats
+    functions: Functions
+
+
+def joint_step(
+    windy: Moving | Corners,
+    still: Moving | Corners,
+    functions: Functions,
+    directions: Floats,
+    weights: Weights,
+    room: Room | None = None,
+) -> Step | None:
+    """Return the best step by the convex condition; None where the solver has none.
+
+    Parameters
+    ----------
+    windy, still : corners under the wind class and at rest; plain ones where gains stay.
+    directions : (D, 3) rows h_i scaled so that the box is |h_i' x| <= 1; the first is speed.
+    room : of the gains; None where they stay.
+    """
+    posed = _Posed(windy, still, functions, directions, weights, room)
+    chosen = [posed.first(around) for around in posed.arounds]
+    for _ in range(ROUNDS):
+        values = unknowns_near_least(posed.condition(chosen), held=HELD)
+        if not values or not all(np.all(np.isfinite(value)) for value in values.values()):
+            return None
+        worst = [posed.shortfall(i, values) for i in range(len(posed.arounds))]
+        fresh = [
+            _worst_of_cells(around, each, old, VIOLATED if room is None else ROUGHLY)
+            for around, each, old in zip(posed.arounds, worst, chosen, strict=True)
+        ]
+        if not any(len(each) for each in fresh):
+            return posed.step(values)
+        chosen = [np.union1d(old, new) for old, new in zip(chosen, fresh, strict=True)]
+    return None
+
+
+class _Posed:
+    """The condition in coordinates where P and R are I."""
+
+    def __init__(
+        self,
+        windy: Moving | Corners,
+        still: Moving | Corners,
+        functions: Functions,
+        directions: Floats,
+        weights: Weights,
+        room: Room | None,
+    ) -> None:
+        self.functions, self.weights, self.room = functions, weights, room
+        moving = [
+            each if isinstance(each, Moving) else Moving.still(each) for each in (windy, still)
+        ]
+        self.T = [np.linalg.inv(np.linalg.cholesky(M)).T for M in (functions.P, functions.R)]
+        wind, rest = moving
+        cell, count = wind.at.cell, len(functions.multipliers)
+        alpha, scale = functions.multipliers[cell], functions.scales[cell]
+        self.arounds = [Around.of(wind, self.T[0], alpha, scale, cell, disturbed=True)]
+        if weights.decay > 0:
+            size = len(rest.at.A)
+            speed, one = np.full(size, 2 * functions.decay_rate), np.zeros(size, dtype=np.intp)
+            self.arounds.append(
+                Around.of(rest, self.T[1], speed, np.ones(size), one, disturbed=False)
+            )
+        self.h = directions @ self.T[0]
+        self.speed_reach = float(reach_of(functions.P, directions)[0])
+        self.wider = Unknown("c", 1, 1, count=count)
+        self.u = None if room is None else Unknown("u", 1, 1, count=len(room.low))
+        self.shapes = [Unknown(name, 3, 3, symmetric=True) for name in ("P", "R")]
+        self.paces = [Unknown("a", 1, 1, count=count), Unknown("r", 1, 1)]
+        self.eta = Unknown("eta", 1, 1)
+
+    def first(self, around: Around) -> Indices:
+        pace = np.zeros(int(around.pace.max()) + 1)
+        worst = shortfall(around, EYE[0], None, pace, np.zeros(self.wider.count))
+        return _by_cell(around.moving.at.cell, np.arange(len(worst)), worst, FIRST)
+
+    def shortfall(self, i: int, values: Mapping[str, Floats]) -> Floats:
+        u = None if self.u is None else values["u"][:, 0, 0]
+        pace = values[self.paces[i].name][:, 0, 0]
+        wider = values["c"][:, 0, 0]
+        return shortfall(self.arounds[i], values[self.shapes[i].name][0], u, pace, wider)
+
+    def condition(self, chosen: list[Indices]) -> Condition:
+        w = self.weights
+        count = len(self.arounds)
+        unknowns = [*self.shapes[:count], *self.paces[:count], self.wider, self.eta]
+        lmis: list[LMI] = [
+            motion_lmi(name, around, index, P, self.u, pace, self.wider)
+            for name, around, index, P, pace in zip(
+                ("invariance", "decay"),
+                self.arounds,
+                chosen,
+                self.shapes[:count],
+                self.paces[:count],
+                strict=False,
+            )
+        ]
+        lmis += [
+            inside_box(self.shapes[0], self.h),
+            reach_in_speed(self.shapes[0], self.h[:1], self.eta),
+        ]
+        lmis += limits(self.paces[0], *_ends(self.paces[0].count, PACE))
+        lmis += limits(self.wider, *self._wider_ends())
+        if w.least is not None:
+            lmis.append(mean_class(self.wider, w.shares, w.least))
+        # A little weight keeps the reach in speed bounded where nobody asks for it.
+        objective = {
+            "c": -w.wind_class[:, None, None],
+            "eta": 0.5 * (w.overspeed or 1e-4) / self.speed_reach * ONE,
+        }
+        if count > 1:
+            lmis += limits(self.paces[1], *_ends(1, PACE))
+            lmis.append(bounded_below(self.shapes[1]))
+            objective["r"] = -w.decay * ONE
+        if self.u is not None and self.room is not None:
+            unknowns.append(self.u)
+            lmis += limits(self.u, self.room.low, self.room.high)
+            lmis += bent(self.u, self.room.bends)
+            objective["u"] = w.gains[:, None, None]
+        return Condition(
+            name="functions and gains of the effort loop together",
+            unknowns=tuple(unknowns),
+            lmis=tuple(lmis),
+            objective=objective,
+            source="derived in takagi.lmi.turbine.one_step.condition",
+        )
+
+    def _wider_ends(self) -> tuple[Floats, Floats]:
+        low, high = _ends(self.wider.count, PACE)
+        if self.weights.floors is None:
+            return low, high
+        # A cell below its floor is raised a little at a time: at once may be beyond a step.
+        asked = self.weights.floors / self.functions.scales - 1
+        return np.maximum(low, np.minimum(asked, RAISED)), high
+
+    def step(self, values: Mapping[str, Floats]) -> Step:
+        f = self.functions
+        back = [np.linalg.inv(T) for T in self.T]
+        P = back[0].T @ values["P"][0] @ back[0]
+        R, decay = f.R, f.decay_rate
+        if len(self.arounds) > 1:
+            R = back[1].T @ values["R"][0] @ back[1]
+            decay = decay * (1 + float(values["r"][0, 0, 0]))
+        alpha = f.multipliers * (1 + values["a"][:, 0, 0])
+        u = np.zeros(0) if self.u is None else values["u"][:, 0, 0]
+        scales = f.scales * (1 + values["c"][:, 0, 0])
+        return Step(u, Functions((P + P.T) / 2, alpha, scales, (R + R.T) / 2, decay))
+
+
+def _ends(count: int, most: float) -> tuple[Floats, Floats]:
+    return np.full(count, -most), np.full(count, most)
+
+
+def _worst_of_cells(around: Around, worst: Floats, old: Indices, least: float) -> Indices:
+    fresh = np.setdiff1d(np.nonzero(worst >= least)[0], old)
+    return _by_cell(around.moving.at.cell, fresh, worst, ADDED)
+
+
+def _by_cell(cell: Indices, among: Indices, worst: Floats, count: int) -> Indices:
+    """Return the worst few of each cell."""
+    kept = []
+    for k in np.unique(cell[among]):
+        mine = among[cell[among] == k]
+        kept.append(mine[np.argsort(-worst[mine])[:count]])
+    return np.sort(np.concatenate(kept)) if kept else np.zeros(0, dtype=np.intp)

@@ -1,0 +1,68 @@
+"""The quadratic functions of the loop at some gains, and what they really bear there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, largest_scale, slacks
+from takagi.lmi.turbine.one_step.loop_of_gains import Corners
+
+__all__ = ["Functions", "borne", "reach_of"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Functions:
+    """The quadratic functions found at some gains.
+
+    Attributes
+    ----------
+    P : (3, 3), {x' P x <= 1} is invariant, and inside the box;  multipliers : (K - 1,) its alpha.
+    scales : (K - 1,) multiple of the wind error asked for that it bears in each cell.
+    R : (3, 3), x' R x decays at ``decay_rate`` [1/s] while the wind is constant.
+    """
+
+    P: Floats
+    multipliers: Floats
+    scales: Floats
+    R: Floats
+    decay_rate: float
+
+
+def reach_of(P: Floats, directions: Floats) -> Floats:
+    """Return (D,): max of (h_i' x)^2 over x' P x <= 1."""
+    return np.asarray(np.einsum("di,ij,dj->d", directions, np.linalg.inv(P), directions))
+
+
+def borne(corners: Corners, rest: Corners, functions: Functions, limit: Floats) -> Functions | None:
+    """Return the functions with the largest multiples and the decay rate that P and R really show.
+
+    Parameters
+    ----------
+    functions : P with its set inside the box, and R.  Its multiples and multipliers are kept where
+        they hold and are better than what the search over multipliers finds; zero for none.
+    limit : (K - 1,) of the multiples.
+
+    Returns
+    -------
+    None where a cell bears no wind error.
+    """
+    found = []
+    for k, most in enumerate(limit):
+        mine = corners.cell == k
+        A, fixed, error = corners.A[mine], corners.fixed[mine], corners.error[mine]
+        best = largest_scale(functions.P, A, fixed, error, limit=most)
+        scale, alpha = min(functions.scales[k], most), functions.multipliers[k]
+        if scale > best[0] and alpha > 0:
+            held = slacks(functions.P, A, fixed + scale * error, np.full(len(A), alpha))
+            best = (scale, alpha) if held.max() < 0 else best
+        found.append(best)
+    scales, multipliers = np.array(found).T
+    decay = float(decay_rates(functions.R, rest.A).min())
+    if scales.min() <= 0:
+        return None
+    return replace(functions, scales=scales, multipliers=multipliers, decay_rate=decay)

@@ -1,0 +1,270 @@
+r"""The coherent loop as a function of its gains: corners of every wind cell, and how they move.
+
+Around given gains every corner is replaced by straight lines in the logarithms of its cell's three
+gains: gamma at the cell's two ends and nu in it.  The enclosures' ends are minima and maxima, with
+kinks, so each gamma has two secants, one upwards and one downwards; all their combinations are
+corners of their own.  That leans to the safe side at a kink and costs nothing elsewhere, where
+both are the same and drop out.
+
+Nothing here is a bound: gains that a step proposes are enclosed anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval
+from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+from takagi.models.loops.effort_sharing.cells import CellLoop
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, Uncertainty
+from takagi.models.loops.effort_sharing.vertices import loop_vertices
+from takagi.models.turbine.data import Turbine
+
+__all__ = ["Corners", "LoopFamily", "Moving"]
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+# Decimals of the gains within the search; those that are emitted are rounded at its end.
+DECIMALS = 8
+# Opens a range that is one point, so that a cell has the same corners at any gains.
+OPENED = Fraction(1, 10**12)
+RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
+# Corners that differ by less than this share of the largest entry are one.
+SAME = 1e-2
+# Cells this wide [m/s] may bend as far as gains may move.
+FULL_WIDTH = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Corners:
+    """Corners of all cells at given gains.
+
+    Attributes
+    ----------
+    A : (N, 3, 3);  fixed : (N, 3), disturbance of the tables' residual and of the wind rate;
+    error : (N, 3), that of the wind error asked for;  cell : (N,).
+    """
+
+    A: Floats
+    fixed: Floats
+    error: Floats
+    cell: Indices
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moving:
+    """Corners with their secants in the logarithms u of the gains.
+
+    Attributes
+    ----------
+    at : the corners.
+    members : (N, 3) which of the G gains move a corner: gamma at both ends, then nu.
+    A : (N, 3, 3, 3);  fixed, error : (N, 3, 3);  change per unit of each.
+    """
+
+    at: Corners
+    members: Indices
+    A: Floats
+    fixed: Floats
+    error: Floats
+
+    @classmethod
+    def still(cls, at: Corners) -> Moving:
+        """Return corners that do not move with any gain."""
+        count = len(at.A)
+        members, none = np.zeros((count, 3), dtype=np.intp), np.zeros((count, 3, 3))
+        return cls(at, members, np.zeros((count, 3, 3, 3)), none, none)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class LoopFamily:
+    """What stays the same while gains are sought.
+
+    Gains are one row theta of G = 2K - 1 numbers: gamma at the K nodes, then nu of the K - 1 cells.
+
+    Attributes
+    ----------
+    law : schedule and feed-forward; its gains are not read.
+    error, rate : (K - 1,) the wind class: |v - v_s| [m/s] and |v_s'| [m/s^2] of each cell.
+    """
+
+    turbine: Turbine
+    law: CoherentLaw
+    box: LoopBox
+    uncertainty: Uncertainty
+    error: Floats
+    rate: Sequence[Fraction | float]
+    _residuals: dict[int, Fraction] = field(default_factory=dict, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        for name in ("error", "rate"):
+            if len(getattr(self, name)) != self.cells:
+                raise ModelError(
+                    f"{name} has {len(getattr(self, name))} entries for {self.cells} wind cells; "
+                    "give one for each"
+                )
+
+    @property
+    def cells(self) -> int:
+        """Return the number of wind cells, K - 1."""
+        return len(self.law.schedule.wind) - 1
+
+    def at(self, theta: Floats) -> CoherentLaw:
+        """Return the law with these gains."""
+        nodes = self.cells + 1
+        gains = EffortGains(np.round(theta[:nodes], DECIMALS), np.round(theta[nodes:], DECIMALS))
+        return replace(self.law, gains=gains)
+
+    def corners(self, theta: Floats) -> tuple[Corners, Corners]:
+        """Return the corners of all cells under the wind class, and at rest (undisturbed).
+
+        Raises
+        ------
+        ModelError : a cell leaves a table or an actuator's limit at these gains; names the cell.
+        """
+        law = self.at(theta)
+        parts = [self._rows(self._enclosed(law, k), k) for k in range(self.cells)]
+        windy, still = ([_distinct(part[i]) for part in parts] for i in (0, 1))
+        return _gathered(windy), _gathered(still)
+
+    def moving(self, theta: Floats, reach: float) -> tuple[Moving, Moving, NDArray[np.bool_]]:
+        """Return both kinds of corners with their secants, and which gains may move.
+
+        Parameters
+        ----------
+        reach : change of each logarithm that the secants span, less in narrow cells (``bends``).
+
+        Returns
+        -------
+        Under the wind class, at rest, and (G, 2): False where a smaller, or a larger, gain makes a
+        cell leave a table or a limit.
+        """
+        free = np.ones((len(theta), 2), dtype=np.bool_)
+        spans = self.bends(reach)
+        parts = [self._moving(theta, k, float(spans[k]), free) for k in range(self.cells)]
+        windy, still = ([part[i] for part in parts] for i in (0, 1))
+        return self._spread(windy), self._spread(still), free
+
+    def bends(self, reach: float) -> Floats:
+        """Return (K - 1,): how far the logarithms of gamma at a cell's ends may move apart.
+
+        A narrow cell turns little change into a steep gamma', which the pitch lead must follow.
+        """
+        widths = np.diff(self.law.schedule.wind)
+        return np.asarray(reach * np.minimum(1.0, widths / FULL_WIDTH), dtype=np.float64)
+
+    def _members(self, k: int) -> tuple[int, int, int]:
+        return k, k + 1, self.cells + 1 + k
+
+    def _enclosed(self, law: CoherentLaw, k: int) -> LoopCell:
+        """Return a cell's enclosure with quick ranges; what no gain moves is enclosed once."""
+        loop = CellLoop(
+            self.turbine,
+            law,
+            self.box,
+            self.uncertainty,
+            k,
+            searching=True,
+            residual=self._residuals.get(k),
+        )
+        self._residuals[k] = loop.residual
+        return loop.enclosed(self.rate[k])
+
+    def _rows(self, cell: LoopCell, k: int) -> tuple[Floats, Floats]:
+        """Return (A, fixed, error) of each corner as rows of 15, as many at any gains."""
+        found = loop_vertices(_opened(cell))
+        error = self.error[k] * found.per_wind_error
+        rest = found.at_rest.reshape(-1, 9)
+        return (
+            np.concatenate([found.A.reshape(-1, 9), found.fixed, error], axis=1),
+            np.concatenate([rest, np.zeros((len(rest), 6))], axis=1),
+        )
+
+    def _moving(
+        self, theta: Floats, k: int, reach: float, free: NDArray[np.bool_]
+    ) -> tuple[Floats, Floats]:
+        """Return rows of 60: a corner and its three secants, for each combination of sides."""
+        cell = self._enclosed(self.at(theta), k)
+        here = self._rows(cell, k)
+        secants: list[list[tuple[Floats, ...]]] = []
+        for number, member in enumerate(self._members(k)):
+            found = []
+            for side in (-1, 1) if number < 2 else (-1,):
+                try:
+                    there = self._rows(self._beside(theta, k, member, side * reach, cell), k)
+                except ModelError:
+                    free[member, (1 + side) // 2] = False
+                    continue
+                change = [(b - a) / (side * reach) for a, b in zip(here, there, strict=True)]
+                found.append(tuple(change))
+            secants.append(found or [tuple(np.zeros_like(each) for each in here)])
+        windy, still = (
+            _apart(
+                np.concatenate(
+                    [
+                        np.concatenate([here[i], *(one[i] for one in row)], axis=1)
+                        for row in product(*secants)
+                    ]
+                )
+            )
+            for i in (0, 1)
+        )
+        return windy, still
+
+    def _beside(
+        self, theta: Floats, k: int, member: int, change: float, cell: LoopCell
+    ) -> LoopCell:
+        """Return the cell with one gain's logarithm changed; nu moves no range but its own."""
+        beside = theta.copy()
+        beside[member] *= np.exp(change)
+        law = self.at(beside)
+        if member <= self.cells:
+            return self._enclosed(law, k)
+        rate = Interval.of(float(law.gains.integral_rate[k]))
+        return replace(cell, integral_rate=rate)
+
+    def _spread(self, parts: list[Floats]) -> Moving:
+        rows = np.concatenate(parts).reshape(-1, 4, 15)
+        A, fixed, error = rows[:, :, :9].reshape(-1, 4, 3, 3), rows[:, :, 9:12], rows[:, :, 12:]
+        cell = np.repeat(np.arange(self.cells), [len(part) for part in parts])
+        members = np.stack([cell, cell + 1, self.cells + 1 + cell], axis=1)
+        at = Corners(A[:, 0], fixed[:, 0], error[:, 0], cell)
+        return Moving(at, members, A[:, 1:], fixed[:, 1:], error[:, 1:])
+
+
+def _distinct(rows: Floats) -> Floats:
+    """Return rows of which no two are the same but for what ``_opened`` added."""
+    return np.asarray(rows[np.unique(np.round(rows, 10), axis=0, return_index=True)[1]])
+
+
+def _apart(rows: Floats) -> Floats:
+    """Return rows of which no two are nearly the same."""
+    size = np.abs(rows).max(axis=0)
+    rough = np.round(rows / (SAME * np.where(size > 0, size, 1.0)))
+    return np.asarray(rows[np.unique(rough, axis=0, return_index=True)[1]])
+
+
+def _gathered(parts: list[Floats]) -> Corners:
+    rows = np.concatenate(parts)
+    cell = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+    return Corners(rows[:, :9].reshape(-1, 3, 3), rows[:, 9:12], rows[:, 12:], cell)
+
+
+def _opened(cell: LoopCell) -> LoopCell:
+    """Return the cell with ranges that are one point, and a lag disturbance of zero, opened."""
+    changed: dict[str, Interval | Fraction] = {}
+    for name in RANGES:
+        value: Interval = getattr(cell, name)
+        if value.lower == value.upper:
+            changed[name] = Interval(value.lower, value.upper + OPENED)
+    if cell.lag_disturbance == 0:
+        changed["lag_disturbance"] = OPENED
+    return replace(cell, **changed)  # type: ignore[arg-type]

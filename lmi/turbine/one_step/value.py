@@ -1,0 +1,141 @@
+"""What gains and their functions reach, and the objective made of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.lmi.turbine.one_step.joint_step import Weights
+from takagi.lmi.turbine.one_step.loop_functions import Functions, reach_of
+from takagi.lmi.turbine.one_step.loop_of_gains import LoopFamily
+from takagi.lmi.turbine.one_step.motion import motion
+from takagi.lmi.turbine.one_step.objective import Objective
+
+__all__ = [
+    "Reached",
+    "Spot",
+    "function_value",
+    "mean_error",
+    "shares_of",
+    "spot_at",
+    "weights_at",
+    "widest_multiples",
+]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Reached:
+    """What gains reach, all by the same analysis.
+
+    Attributes
+    ----------
+    wind_error : geometric mean over wind of the |v - v_s| that {x' P x <= 1} bears [m/s], with
+        schedule winds that move at the rates asked for.
+    overspeed : largest |omega - omega*| on that set [rad/s].
+    decay_rate : common decay rate at constant wind that R shows [1/s]; nan on the way where the
+        objective does not look at it.
+    pitch_rate, tower_speed : means over wind of the standard deviations per m/s of turbulence
+        [rad/s, m/s]; nan where the objective does not look at them.
+    """
+
+    wind_error: float
+    overspeed: float
+    decay_rate: float
+    pitch_rate: float
+    tower_speed: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spot:
+    """Gains, their functions, what they reach, and the objective (smaller is better).
+
+    ``floor`` is the multiple of the wind error asked for that no cell shall fall below.
+    """
+
+    theta: Floats
+    functions: Functions
+    reached: Reached
+    value: float
+    floor: float = 0.0
+
+
+def mean_error(family: LoopFamily, functions: Functions) -> float:
+    """Return the geometric mean over wind of the wind error that P bears [m/s]."""
+    return float(np.exp(shares_of(family) @ np.log(functions.scales * family.error)))
+
+
+def function_value(family: LoopFamily, functions: Functions, aim: Objective) -> float:
+    """Return the part of the objective that does not look at motion in turbulence."""
+    peak = float(reach_of(functions.P, family.box.directions[:1])[0]) ** 0.5
+    value = -aim.wind_class * float(shares_of(family) @ np.log(functions.scales))
+    if aim.decay > 0:
+        value -= aim.decay * np.log(functions.decay_rate)
+    return value + aim.overspeed * float(np.log(peak))
+
+
+def spot_at(family: LoopFamily, theta: Floats, functions: Functions, aim: Objective) -> Spot | None:
+    """Return what is reached; None where the linear loop about a trim is not stable."""
+    peak = float(reach_of(functions.P, family.box.directions[:1])[0]) ** 0.5
+    share = shares_of(family)
+    pitch = tower = np.nan
+    value = function_value(family, functions, aim)
+    if aim.watches_motion:
+        moved = motion(family.turbine, family.at(theta))
+        pitch, tower = float(share @ moved.pitch_rate), float(share @ moved.tower_speed)
+        value += aim.pitch * np.log(pitch) + aim.tower * np.log(tower)
+    reached = Reached(
+        mean_error(family, functions),
+        float(family.box.speed_error) * peak,
+        functions.decay_rate if functions.decay_rate > 0 else np.nan,
+        pitch,
+        tower,
+    )
+    return Spot(theta, functions, reached, float(value)) if np.isfinite(value) else None
+
+
+def weights_at(family: LoopFamily, spot: Spot, aim: Objective) -> Weights:
+    """Return what a step from a spot minimises: the objective's first-order change."""
+    gains = np.zeros(len(spot.theta))
+    if aim.watches_motion:
+        gains = _motion_slopes(family, spot, aim)
+    shares = shares_of(family)
+    return Weights(aim.wind_class * shares, aim.overspeed, aim.decay, gains, shares)
+
+
+def _motion_slopes(family: LoopFamily, spot: Spot, aim: Objective) -> Floats:
+    """Return d (weighed logarithms of pitch rate and tower speed) / d (logarithms of the gains)."""
+    nodes, step = family.cells + 1, 1e-2
+    share = shares_of(family)
+    slopes = np.zeros(len(spot.theta))
+    faster = [spot.theta.copy(), spot.theta.copy()]
+    faster[0][:nodes] *= np.exp(step)
+    faster[1][nodes:] *= np.exp(step)
+    here = motion(family.turbine, family.at(spot.theta))
+    for part, theta in enumerate(faster):
+        there = motion(family.turbine, family.at(theta))
+        change = (
+            aim.pitch * (there.pitch_rate - here.pitch_rate) / (share @ here.pitch_rate)
+            + aim.tower * (there.tower_speed - here.tower_speed) / (share @ here.tower_speed)
+        ) * (share / step)
+        if part == 0:
+            slopes[: nodes - 1] += change / 2
+            slopes[1:nodes] += change / 2
+        else:
+            slopes[nodes:] += change
+    return slopes
+
+
+def shares_of(family: LoopFamily) -> Floats:
+    """Return (K - 1,): each cell's share of the winds, which sum to 1."""
+    widths = np.diff(family.law.schedule.wind)
+    return np.asarray(widths / widths.sum(), dtype=np.float64)
+
+
+def widest_multiples(family: LoopFamily) -> Floats:
+    """Return (K - 1,): the multiple of the wind error up to which the cells are enclosed."""
+    wind = family.law.schedule.wind[:-1]
+    return np.asarray(float(family.box.wind_share) * wind / family.error, dtype=np.float64)

@@ -1,0 +1,79 @@
+"""From a condition on P(h) to an answer in the model's own states."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from takagi.lmi.answer import Answer, Floats
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.gains.decay.shown_rate import shown_rate
+from takagi.lmi.polynomials.polynomial_lyapunov import LyapunovFamily
+from takagi.lmi.polynomials.simplex_polynomials import Basis
+from takagi.lmi.varying.parameter_loop import Loop
+
+__all__ = ["decided_family", "family_in_states", "no_family"]
+
+
+def decided_family(condition: Condition, loop: Loop, s: Floats, basis: Basis, cures: str) -> Answer:
+    """Return the answer of a condition that is posed in states xhat = x / s.
+
+    Parameters
+    ----------
+    basis : of P; the coefficients are the unknown ``P``.
+    cures : what to do where there is none.
+    """
+    outcome = decide(condition)
+    good = outcome.status == "candidate"
+    return Answer(
+        status=outcome.status,
+        P=None,
+        family=family_in_states(outcome, loop, s, basis) if good else None,
+        margin=outcome.margin,
+        decay_rate=shown_rate(condition, outcome.values, loop.sample_time) if good else None,
+        bound=outcome.bound,
+        values=outcome.values,
+        multipliers=outcome.multipliers,
+        coordinates=s,
+        condition=condition,
+        diagnosis="" if good else _diagnosis(condition, outcome, cures),
+        tries=outcome.tries,
+    )
+
+
+def family_in_states(
+    outcome: Outcome, loop: Loop, s: Floats, basis: Basis, size: float | None = None
+) -> LyapunovFamily:
+    """Return P(h) in the model's states, times size; None makes the least eigenvalue about 1."""
+    members = outcome.values["P"]
+    family = LyapunovFamily(basis, members, loop.space.corners)
+    if size is None:
+        least = float(np.linalg.eigvalsh(family.vertices).min())
+        size = float(np.exp2(-np.floor(np.log2(least))))
+    return LyapunovFamily(basis, size * members / s / s[:, None], loop.space.corners)
+
+
+def no_family(condition: Condition, s: Floats, why: str) -> Answer:
+    """Return the no for a reason that needs no solver."""
+    return Answer(
+        status="infeasible",
+        P=None,
+        margin=-np.inf,
+        bound=0.0,
+        coordinates=s,
+        condition=condition,
+        diagnosis=why,
+    )
+
+
+def _diagnosis(condition: Condition, outcome: Outcome, cures: str) -> str:
+    if outcome.status == "unknown":
+        return (
+            f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
+            f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
+            "decay rate a little, or give scales"
+        )
+    names = [lmi.name for lmi in condition.lmis if lmi.strict]
+    binding = binding_items(condition, outcome.multipliers, *names[1:])
+    return f"no P(h) by these LMIs, which says nothing of others: {binding}; {cures}"

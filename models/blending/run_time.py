@@ -1,0 +1,146 @@
+"""A blend at run time, in floating point: share, commands, and the plant with its two actuators."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.models.blending.blending import SHARE, Actuator, Blending
+from takagi.models.errors import ModelError
+from takagi.models.ramps.effort_ramp import effort_ramp
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+__all__ = ["RunningBlend"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class RunningBlend:
+    """Evaluates ``blending`` at states of the blended plant: those of the plant, then the effort.
+
+    Attributes
+    ----------
+    errors : actuator -> delta, its motion from rest moves the plant 1 + delta times as much;
+        0 for one that is not named.  Not limited to what is proved.
+
+    Raises
+    ------
+    ModelError : a name that is no blended actuator.
+    """
+
+    blending: Blending
+    errors: Mapping[str, float] | None = None
+
+    def __post_init__(self) -> None:
+        names = [a.name for a in self.blending.actuators]
+        for name in self.errors or {}:
+            if name not in names:
+                raise ModelError(
+                    f"error of {name}: the blended actuators are {' and '.join(names)}"
+                )
+
+    def share(self, effort: float) -> float:
+        """Return F(U) of the high actuator, the slope of the secant of psi from rest."""
+        e, rest = float(self.blending.overlap), float(self.blending.effort.rest)
+        if effort == rest:
+            return float(self.blending.share_at_rest)
+        # psi in two parts, each a function of differences that are exact in floating point: the
+        # difference of psi itself has no digits left near rest.
+        here, there = (min(max(s, -e), e) for s in (effort, rest))
+        curved = (here - there) * (here + there + 2 * e) / (4 * e)
+        return (curved + (max(effort, e) - max(rest, e))) / (effort - rest)
+
+    def signals(self, state: Floats) -> dict[str, float]:
+        """Return what the law knows of the signals at a state (n,): the share's deviation, by name.
+
+        The name is that of the model's variable: the deviation from the share at rest.
+        """
+        at_rest = float(self.blending.share_at_rest)
+        name = f"delta_{SHARE}" if self.blending.share_at_rest else SHARE
+        return {name: self.share(float(state[-1])) - at_rest}
+
+    def commands(self, state: Floats) -> Floats:
+        """Return (low, high), what the actuators are told at a state (n,), in SI."""
+        found = []
+        for actuator, b in zip(self.blending.actuators, self._effectiveness, strict=True):
+            sign = self.blending.sign(actuator)
+            psi = float(effort_ramp(sign * state[-1], float(self.blending.overlap)))
+            step = sign * actuator.direction * psi / b(*map(float, state[:-1]))
+            found.append(float(actuator.variable.rest) + step)
+        return np.array(found)
+
+    def sent(self, state: Floats) -> Floats:
+        """Return the commands (low, high), held within the ranges of the actuators."""
+        sides = [a.variable.range for a in self.blending.actuators]
+        low = [-np.inf if side is None else float(side.lower) for side in sides]
+        high = [np.inf if side is None else float(side.upper) for side in sides]
+        return np.clip(self.commands(state), low, high)
+
+    def actuators(self, state: Floats) -> Floats:
+        """Return (low, high) as they act: wrong by ``errors`` in their motion from rest."""
+        told, rest = self.commands(state), self._at_rest
+        wrong = [(self.errors or {}).get(a.name, 0.0) for a in self.blending.actuators]
+        return np.asarray(rest + (1 + np.array(wrong)) * (told - rest))
+
+    def rate(self) -> Callable[[Floats, Floats], Floats]:
+        """Return (x, u) -> x' of the plant as it was written, moved by its two actuators.
+
+        u has the plant's other inputs, then the rate of the effort.  Signals and disturbances rest.
+        """
+        import sympy as sp
+
+        plant = self.blending.plant
+        values = self._values()
+        inputs = [v.symbol for v in plant.inputs]
+        blended = {a.variable.symbol: k for k, a in enumerate(self.blending.actuators)}
+        symbols = [*(v.symbol for v in plant.states), *inputs]
+        rows = [sp.sympify(row).subs(values) for row in plant.equations]
+        right = sp.lambdify(symbols, rows, modules=["scipy", "numpy"])
+        mass = None
+        if plant.mass is not None:
+            mass = sp.lambdify(
+                symbols, plant.mass.subs(values).tolist(), modules=["scipy", "numpy"]
+            )
+
+        def slope(x: Floats, u: Floats) -> Floats:
+            acting, others = self.actuators(x), iter(u[:-1])
+            given = [float(acting[blended[s]] if s in blended else next(others)) for s in inputs]
+            point = (*map(float, x[:-1]), *given)
+            f = np.array(right(*point), dtype=np.float64)
+            if mass is not None:
+                f = np.asarray(np.linalg.solve(np.array(mass(*point), float), f), np.float64)
+            return np.append(f, float(u[-1]))
+
+        return slope
+
+    def _values(self) -> dict[sp.Symbol, sp.Expr]:
+        import sympy as sp
+
+        plant = self.blending.plant
+        values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
+        rests = {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.disturbances}
+        return values | rests
+
+    @cached_property
+    def _effectiveness(self) -> tuple[Callable[..., float], ...]:
+        return tuple(self._compiled(a) for a in self.blending.actuators)
+
+    def _compiled(self, actuator: Actuator) -> Callable[..., float]:
+        import sympy as sp
+
+        symbols = [v.symbol for v in self.blending.plant.states]
+        b = sp.sympify(actuator.effectiveness).subs(self._values())
+        found: Callable[..., float] = sp.lambdify(symbols, b, modules=["scipy", "numpy"])
+        return found
+
+    @cached_property
+    def _at_rest(self) -> Floats:
+        return np.array([float(self.blending.at_rest(a)) for a in self.blending.actuators])

@@ -1,0 +1,167 @@
+"""Parts of an expression that sympy folds away, and whether they have a value on the whole box.
+
+0 log(x) becomes 0 and sqrt(x)^2 becomes x as soon as they are read, though they have no value where
+x is negative.  The reader notes every part that is not defined everywhere; of those that the result
+does not hold any more the domain is proved here, or the file is refused.
+
+A quotient that cancels, as x^2/x, stands for its limit where its denominator vanishes, if that is a
+product of deviations from rest or of sums of multiples of them: as in the checker, which reads the
+file too.  0/x and 0 (1/x) are not taken for limits: nobody needs to write them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from takagi.models.plant.plant import Plant
+
+__all__ = ["PARTIAL", "Part", "check_lost", "lost_parts"]
+
+TOLERANCE = Fraction(1, 10**6)
+# Function -> (least, greatest argument); an end that is None is open, and "open" excludes both.
+PARTIAL: Mapping[str, tuple[int | None, int | None]] = {
+    "log": (0, None),
+    "asin": (-1, 1),
+    "acos": (-1, 1),
+    "acosh": (1, None),
+    "atanh": (-1, 1),
+    "tan": (None, None),
+}
+EXCLUDED = frozenset({"log", "atanh"})
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part that has no value somewhere.
+
+    Attributes
+    ----------
+    kind : "quotient", "root", or the name of the function or table.
+    argument : the denominator, or what the root, function or table is of.
+    made : what sympy made of it.
+    column : where it stands in the text, from 0.
+    covered : range of a table's argument.
+    idle : it is multiplied by 0, or 0 is divided by it.
+    """
+
+    kind: str
+    argument: sp.Expr
+    made: sp.Expr
+    column: int
+    covered: Interval | None = None
+    idle: bool = False
+
+
+def lost_parts(parts: Iterable[Part], found: sp.Expr) -> tuple[Part, ...]:
+    """Return the parts whose domain the whole expression does not show any more."""
+    return tuple(part for part in parts if part.idle or not _survives(part, found))
+
+
+def _survives(part: Part, found: sp.Expr) -> bool:
+    import sympy as sp
+
+    powers = found.atoms(sp.Pow)
+    if part.kind == "quotient":
+        below = {power.base for power in powers if power.exp.is_negative}
+        factors = [factor.as_base_exp()[0] for factor in sp.Mul.make_args(part.argument)]
+        return all(f.is_number or f in below or -f in below for f in factors)
+    if part.kind == "root":
+        return any(p.base == part.argument and p.exp.is_integer is False for p in powers)
+    return bool(part.made.is_Function and found.has(part.made))
+
+
+def check_lost(part: Part, plant: Plant) -> None:
+    """Raise ModelError unless a part that was folded away has a value on the whole box."""
+    import sympy as sp
+
+    values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
+    argument = part.argument.subs(values)
+    if _is_defined(part, argument, plant):
+        return
+    named = {str(symbol) for symbol in argument.free_symbols}
+    box = ", ".join(
+        f"{v.name} in {v.range}" if v.range is not None else f"{v.name} without a range"
+        for v in plant.variables
+        if v.name in named
+    )
+    of = {"quotient": "the quotient by ", "root": "the root of "}.get(part.kind, f"{part.kind} of ")
+    how = "is multiplied by 0" if part.idle else "cancels"
+    raise ModelError(
+        f"{of}{part.argument} {how}, but is not shown to have a value on the whole box "
+        f"({box or 'a number'}), and where it has none the equation has none; leave it out, or "
+        "give ranges on which it has"
+    )
+
+
+def _is_defined(part: Part, argument: sp.Expr, plant: Plant) -> bool:
+    import sympy as sp
+
+    if part.kind == "quotient" and not part.idle:
+        factors = [factor.as_base_exp()[0] for factor in sp.Mul.make_args(argument)]
+        return all(_vanishes_at_rest(f, plant) or _excludes_zero(f, plant) for f in factors)
+    if part.kind == "quotient":
+        return _excludes_zero(argument, plant)
+    if part.kind == "tan":
+        return _excludes_zero(sp.cos(argument), plant)
+    if part.kind == "root" and argument.is_nonnegative:
+        return not part.made.as_base_exp()[1].is_negative or bool(argument.is_positive)
+    if part.kind == "log" and argument.is_positive:
+        return True
+    found = _range(argument, plant)
+    if found is None:
+        return False
+    if part.covered is not None:
+        return part.covered.contains(found)
+    if part.kind == "root":
+        return found.lower >= 0
+    low, high = PARTIAL[part.kind]
+    inside = (low is None or found.lower >= low) and (high is None or found.upper <= high)
+    if part.kind in EXCLUDED:
+        return inside and found.lower != low and found.upper != high
+    return inside
+
+
+def _vanishes_at_rest(factor: sp.Expr, plant: Plant) -> bool:
+    """Return whether this is a sum of multiples of deviations from rest."""
+    symbols = sorted(factor.free_symbols, key=str)
+    rest = {v.symbol: v.rest for v in plant.variables}
+    slopes = [factor.diff(s) for s in symbols]
+    return (
+        bool(symbols)
+        and all(slope.is_number and slope != 0 for slope in slopes)
+        and factor.subs({s: _rational(rest[s]) for s in symbols}) == 0
+    )
+
+
+def _rational(value: Fraction) -> sp.Rational:
+    import sympy as sp
+
+    return sp.Rational(*value.as_integer_ratio())
+
+
+def _excludes_zero(argument: sp.Expr, plant: Plant) -> bool:
+    if argument.is_nonzero:
+        return True
+    found = _range(argument, plant)
+    return found is not None and not found.lower <= 0 <= found.upper
+
+
+def _range(argument: sp.Expr, plant: Plant) -> Interval | None:
+    """Return an enclosure of what the argument takes on the box; None where there is none."""
+    from takagi.models.ranges.expression_range import expression_range
+
+    try:
+        if argument.is_Symbol:
+            return plant.box.get(argument)
+        return expression_range(argument, plant.box, tolerance=TOLERANCE).outer
+    except ModelError:
+        return None

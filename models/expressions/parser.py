@@ -1,0 +1,341 @@
+"""Expressions as text -> sympy, by a grammar of our own: nothing in the text is ever executed.
+
+    sum     = product {("+" | "-") product}
+    product = signed {("*" | "/") signed}
+    signed  = ("+" | "-") signed | power
+    power   = atom [("^" | "**") signed]                 right to left: 2^3^2 = 2^(3^2)
+    atom    = number | name | name "(" sum {"," sum} ")" | "(" sum ")"
+
+A parser of precedences (Pratt 1973, "Top down operator precedence") with bounds on length, depth
+and the size of what powers make, so that no text takes long.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, NamedTuple
+
+from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.expressions.lost_parts import PARTIAL, Part, lost_parts
+from takagi.models.expressions.tokens import Token, expression_error, number_of, tokens_of
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from takagi.models.splines.table_function import TableFunction
+
+__all__ = ["FUNCTIONS", "RESERVED", "Scope", "parse_expression", "parsed_with_losses"]
+
+FUNCTIONS = {
+    "sin": "sin",
+    "cos": "cos",
+    "tan": "tan",
+    "asin": "asin",
+    "acos": "acos",
+    "atan": "atan",
+    "sinh": "sinh",
+    "cosh": "cosh",
+    "tanh": "tanh",
+    "asinh": "asinh",
+    "acosh": "acosh",
+    "atanh": "atanh",
+    "exp": "exp",
+    "log": "log",
+    "sqrt": "sqrt",
+    "abs": "Abs",
+    "erf": "erf",
+}
+"""Name in the text -> name in sympy; each has ball arithmetic (ranges/expression_range.py)."""
+RESERVED = frozenset(FUNCTIONS) | {"pi"}
+GROWING = frozenset({"exp", "sinh", "cosh"})
+
+MAX_DEPTH = 50  # brackets, signs and powers inside one another
+MAX_POWER = 64
+MAX_DEGREE = 256  # of products and powers, multiplied out
+MAX_BITS = 20_000  # of the numbers, if all were multiplied
+MAX_ARGUMENT = 700  # of exp, sinh and cosh of a number: e^709 is the largest float
+BINDING = {"+": 1, "-": 1, "*": 2, "/": 2, "^": 4, "**": 4}
+SIGN_BINDING = 3  # -x^2 is -(x^2), -x*y is (-x)*y
+
+
+@dataclass(frozen=True, slots=True)
+class Scope:
+    """What names may mean: symbols, values of those that are constant, tables as functions."""
+
+    symbols: Mapping[str, sp.Symbol]
+    constants: Mapping[sp.Symbol, Fraction] = field(default_factory=dict)
+    tables: Mapping[str, type[TableFunction]] = field(default_factory=dict)
+
+
+def parse_expression(text: str, scope: Scope) -> sp.Expr:
+    """Return the sympy expression that the text stands for; numbers are exact decimals.
+
+    Parameters
+    ----------
+    scope : the names that may be used.  Exponents are made of numbers and constants only.
+
+    Raises
+    ------
+    ModelError : with line, column and a caret: a character, name or function that is not known,
+        a bracket or operand that is missing, a table with a wrong number of arguments, a value
+        that is no finite real number, or an expression too long, too deep or too large.
+
+    Not promised: that the expression has a value on a box (1/x is accepted).
+    """
+    return _Parser(text, scope).whole()
+
+
+def parsed_with_losses(text: str, scope: Scope) -> tuple[sp.Expr, tuple[Part, ...]]:
+    """Return the expression, and the parts whose domain it does not show any more.
+
+    Raises
+    ------
+    ModelError : as ``parse_expression``.
+    """
+    parser = _Parser(text, scope)
+    found = parser.whole()
+    return found, lost_parts(parser.parts, found)
+
+
+class _Sized(NamedTuple):
+    """An expression, and bounds on the bits of its numbers and on its degree."""
+
+    expression: sp.Expr
+    bits: int
+    degree: int
+    parts: tuple[int, ...] = ()  # of the parser's, that stand in it
+
+
+class _Parser:
+    """One pass over one text."""
+
+    def __init__(self, text: str, scope: Scope) -> None:
+        self.text = text
+        self.scope = scope
+        self.tokens = tokens_of(text)
+        self.position = 0
+        self.depth = 0
+        self.parts: list[Part] = []
+
+    def whole(self) -> sp.Expr:
+        found = self.operand(0)
+        if self.token.kind != "end":
+            raise self.error(self.token, self._unexpected(self.token))
+        return found.expression
+
+    @property
+    def token(self) -> Token:
+        return self.tokens[self.position]
+
+    def advance(self) -> Token:
+        token = self.token
+        self.position += 1
+        return token
+
+    def error(self, token: Token, problem: str) -> ModelError:
+        return expression_error(self.text, token.start, problem)
+
+    def operand(self, binding: int) -> _Sized:
+        """Return the longest expression from here whose operators bind more than ``binding``."""
+        self.depth += 1
+        if self.depth > MAX_DEPTH:
+            raise self.error(
+                self.token, f"more than {MAX_DEPTH} levels of brackets, signs and powers; split it"
+            )
+        left = self.prefix()
+        while self.token.kind == "sign" and BINDING.get(self.token.text, 0) > binding:
+            sign = self.advance()
+            # A power takes its exponent from the right, with a sign of its own: 2^-3^2.
+            right = self.operand(SIGN_BINDING if sign.text in ("^", "**") else BINDING[sign.text])
+            left = self.checked(self.combined(sign, left, right), sign)
+        self.depth -= 1
+        return left
+
+    def prefix(self) -> _Sized:
+        import sympy as sp
+
+        token = self.advance()
+        if token.kind == "number":
+            value = number_of(token, self.text)
+            ratio = value.as_integer_ratio()
+            return _Sized(sp.Rational(*ratio), sum(part.bit_length() for part in ratio), 0)
+        if token.kind == "name":
+            return self.call(token) if self.token.text == "(" else self.name(token)
+        if token.text in ("+", "-"):
+            inner = self.operand(SIGN_BINDING)
+            return inner if token.text == "+" else inner._replace(expression=-inner.expression)
+        if token.text == "(":
+            found = self.operand(0)
+            self.close(token)
+            return found
+        raise self.error(token, self._unexpected(token))
+
+    def close(self, opening: Token) -> None:
+        if self.token.text != ")":
+            found = repr(self.token.text) if self.token.kind != "end" else "the end"
+            raise self.error(
+                self.token,
+                f"{found} where the bracket opened in column {opening.start + 1} should close; "
+                "add ')' or an operator",
+            )
+        self.advance()
+
+    def name(self, token: Token) -> _Sized:
+        import sympy as sp
+
+        if token.text in self.scope.symbols:
+            return _Sized(self.scope.symbols[token.text], 0, 1)
+        if token.text == "pi":
+            return _Sized(sp.pi, 0, 1)
+        if token.text in FUNCTIONS or token.text in self.scope.tables:
+            raise self.error(token, f"{token.text} is a function; write {token.text}(...)")
+        known = [*self.scope.symbols, "pi"]
+        raise self.error(
+            token,
+            f"{token.text!r} is not known{did_you_mean(token.text, known)}; names here are "
+            + ", ".join(sorted(known)),
+        )
+
+    def call(self, token: Token) -> _Sized:
+        opening = self.advance()
+        arguments = [self.operand(0)]
+        while self.token.text == ",":
+            self.advance()
+            arguments.append(self.operand(0))
+        self.close(opening)
+        bits = sum(argument.bits for argument in arguments)
+        expressions = [argument.expression for argument in arguments]
+        function = self.function(token, expressions)
+        inner = tuple(place for argument in arguments for place in argument.parts)
+        own = self.noted_call(token, expressions, function)
+        return self.checked(_Sized(function, bits, 1, (*inner, *own)), token)
+
+    def noted(self, part: Part) -> tuple[int, ...]:
+        """Keep a part that has no value somewhere; nothing for one of a number."""
+        if part.argument.is_number:
+            return ()
+        self.parts.append(part)
+        return (len(self.parts) - 1,)
+
+    def noted_call(self, token: Token, arguments: list[sp.Expr], made: sp.Expr) -> tuple[int, ...]:
+        name, table = token.text, self.scope.tables.get(token.text)
+        if table is not None:
+            from takagi.models.splines.table_function import table_ranges
+
+            sides = zip(arguments, table_ranges(table.table), strict=True)
+            noted = [self.noted(Part(name, a, made, token.start, side)) for a, side in sides]
+            return tuple(place for places in noted for place in places)
+        if name == "sqrt":
+            return self.noted(Part("root", arguments[0], made, token.start))
+        if name in PARTIAL:
+            return self.noted(Part(name, arguments[0], made, token.start))
+        return ()
+
+    def idle(self, *operands: _Sized) -> None:
+        """Note that what stands in these operands is multiplied by 0."""
+        for place in (place for operand in operands for place in operand.parts):
+            self.parts[place] = replace(self.parts[place], idle=True)
+
+    def function(self, token: Token, arguments: list[sp.Expr]) -> sp.Expr:
+        import sympy as sp
+
+        table = self.scope.tables.get(token.text)
+        if table is None and token.text not in FUNCTIONS:
+            known = [*FUNCTIONS, *self.scope.tables]
+            variable = token.text in self.scope.symbols
+            cure = (
+                f"; {token.text} is a variable or parameter: write {token.text}*(...)"
+                if variable
+                else f"{did_you_mean(token.text, known)}; functions are {', '.join(sorted(known))}"
+            )
+            raise self.error(token, f"{token.text!r} is not a function{cure}")
+        wanted = 1 if table is None else len(table.orders)
+        if len(arguments) != wanted:
+            raise self.error(
+                token, f"{token.text} takes {wanted} argument(s), {len(arguments)} are given"
+            )
+        if table is not None:
+            return table(*arguments)
+        if token.text in GROWING and arguments[0].is_number:
+            if abs(float(arguments[0])) > MAX_ARGUMENT:
+                raise self.error(
+                    token, f"{token.text} of a number beyond {MAX_ARGUMENT} is too large"
+                )
+        return getattr(sp, FUNCTIONS[token.text])(*arguments)
+
+    def combined(self, sign: Token, left: _Sized, right: _Sized) -> _Sized:
+        a, b = left.expression, right.expression
+        bits, degree = left.bits + right.bits, left.degree + right.degree
+        parts = left.parts + right.parts
+        if sign.text in ("+", "-"):
+            total = a + b if sign.text == "+" else a - b
+            return _Sized(total, bits, max(left.degree, right.degree), parts)
+        if sign.text == "*":
+            if a == 0 or b == 0:
+                self.idle(left, right)
+            return _Sized(a * b, bits, degree, parts)
+        if sign.text == "/":
+            if b == 0:
+                raise self.error(sign, "division by zero")
+            below = self.noted(Part("quotient", b, a / b, sign.start))
+            found = _Sized(a / b, bits, degree, parts + below)
+            if a == 0:
+                self.idle(found)
+            return found
+        return self.power(sign, left, right)
+
+    def power(self, sign: Token, base: _Sized, exponent: _Sized) -> _Sized:
+        value = exponent.expression.subs(self.scope.constants)
+        if value.free_symbols:
+            names = ", ".join(sorted(str(symbol) for symbol in value.free_symbols))
+            raise self.error(
+                sign,
+                f"the exponent depends on {names}; exponents are numbers or parameters, write "
+                "exp(b*log(a)) for a^b",
+            )
+        if not value.is_Rational or abs(value) > MAX_POWER:
+            raise self.error(
+                sign, f"the exponent is {str(value)[:40]}; a rational up to {MAX_POWER} is needed"
+            )
+        times = max(1, -(-abs(int(value.p)) // int(value.q)))
+        bits, degree = (base.bits + exponent.bits) * times, base.degree * times
+        self.check_size(bits, degree, sign)  # before the power is worked out
+        if base.expression == 0 and value <= 0:
+            raise self.error(sign, f"0^{value} is not a number")
+        made, parts = base.expression**exponent.expression, base.parts + exponent.parts
+        if value.q > 1:
+            parts += self.noted(Part("root", base.expression, made, sign.start))
+        elif value <= 0:
+            parts += self.noted(Part("quotient", base.expression, made, sign.start))
+        return _Sized(made, bits, degree, parts)
+
+    def checked(self, found: _Sized, token: Token) -> _Sized:
+        """Refuse what is too large, or a number that is not finite and real."""
+        import sympy as sp
+
+        self.check_size(found.bits, found.degree, token)
+        if found.expression.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
+            raise self.error(token, f"this is {found.expression}, not a finite real number")
+        if found.expression.is_number and found.expression.is_real is False:
+            raise self.error(token, f"{found.expression} is not a real number")
+        return found
+
+    def check_size(self, bits: int, degree: int, token: Token) -> None:
+        if bits > MAX_BITS or degree > MAX_DEGREE:
+            raise self.error(
+                token,
+                f"up to here the expression has degree {degree} and numbers of {bits} bits; at "
+                f"most {MAX_DEGREE} and {MAX_BITS} are worked with, lower the powers",
+            )
+
+    @staticmethod
+    def _unexpected(token: Token) -> str:
+        if token.kind == "end":
+            return "the expression ends where a number, name or bracket is needed"
+        if token.kind in ("number", "name") or token.text == "(":
+            return f"an operator is missing before {token.text!r}; write '*' for a product"
+        if token.text == ")":
+            return "')' without its opening bracket, or nothing before it"
+        return f"{token.text!r} where a number, name or bracket is needed"

@@ -1,0 +1,68 @@
+"""The models that come with the package, by name."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.files.toml_document import read_document
+
+__all__ = ["built_in_kinds", "built_in_models", "data_folder", "resolve_model"]
+
+
+def data_folder() -> Path:
+    """Return the folder with the package's model files."""
+    return Path(__file__).parents[1] / "data"
+
+
+@lru_cache(maxsize=1)
+def _tables() -> dict[str, dict[str, Any]]:
+    return {path.stem: read_document(path).data for path in sorted(data_folder().glob("*.toml"))}
+
+
+def _descriptions() -> dict[str, str]:
+    return {
+        name: str(data.get("description", data.get("name", name)))
+        for name, data in _tables().items()
+    }
+
+
+def built_in_kinds() -> dict[str, str]:
+    """Return name -> ``"turbine"`` or ``"plant"`` of every built-in model."""
+    return {name: str(data["kind"]) for name, data in _tables().items()}
+
+
+def built_in_models() -> list[tuple[str, str]]:
+    """Return (name, one-line description) of every built-in model, sorted by name."""
+    return list(_descriptions().items())
+
+
+def resolve_model(name_or_path: str | Path) -> Path:
+    """Return the file of a built-in name, or the path of a user's own TOML file.
+
+    A built-in name wins over a file of that name; write ``./name`` for the file.
+
+    Raises
+    ------
+    ModelError : neither a built-in name (near names are offered) nor a readable file.
+    """
+    known = _descriptions()
+    if isinstance(name_or_path, str) and name_or_path in known:
+        return data_folder() / f"{name_or_path}.toml"
+    path = Path(name_or_path)
+    if path.is_file():
+        return path
+    if path.is_dir():
+        raise ModelError(f"{path}: is a folder; name the model's TOML file in it")
+    text = str(name_or_path)
+    looks_like_path = path.suffix == ".toml" or "/" in text or "\\" in text
+    if looks_like_path:
+        raise ModelError(
+            f"{path}: no such file; check the path, or use a built-in model: " + ", ".join(known)
+        )
+    raise ModelError(
+        f"model {text!r} is not known{did_you_mean(text, known)}; built-in models: "
+        f"{', '.join(known)}; or give the path of a TOML file"
+    )

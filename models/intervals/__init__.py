@@ -1,0 +1,4 @@
+"""Interval arithmetic and best-first search over boxes.
+
+What every proved range is computed with.
+"""

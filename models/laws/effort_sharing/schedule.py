@@ -1,0 +1,223 @@
+r"""What the coherent law looks up over wind: reference speed, trim effort, pitch effectiveness.
+
+At wind v the trim effort q* is the root of
+
+    T_r(omega*, beta_min + psi(q) / b, v) = n_g T_rated - J psi(-q),
+
+below zero by the torque held in reserve, above zero by what pitch must shed.  b(v) > 0 is the
+assumed pitch effectiveness [rad/s^2 per rad].  Between the nodes every column is linear in v, so
+that the tables, as emitted, *are* the law; what they leave over between nodes is a residual torque
+that the certificate encloses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from takagi.models.errors import ModelError
+from takagi.models.ramps.effort_ramp import effort_ramp
+from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.trim import (
+    TABLE_SHARE,
+    optimal_tip_speed_ratio,
+    rated_wind,
+    reference_speed,
+)
+
+__all__ = ["EffortSchedule", "effort_schedule", "frozen_wake_effectiveness"]
+
+Array = NDArray[np.float64]
+
+DEFAULT_OVERLAP = 0.01
+DEFAULT_EFFECTIVENESS_SHARE = 0.6
+# Spacing of the nodes [m/s]: fine where the trim effort bends, around rated wind.
+COARSE, FINE = 0.5, 0.1
+FINE_FROM_RATED = (-0.9, 1.6)
+SLOW_WIND_SPACING = 0.25
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EffortSchedule:
+    """Trim columns over wind, linear between the nodes.
+
+    Attributes
+    ----------
+    wind : (K,) nodes [m/s], increasing.
+    rotor_speed : (K,) omega* [rad/s].
+    trim_effort : (K,) q* [rad/s^2].
+    effectiveness : (K,) b, assumed pitch effectiveness [rad/s^2 per rad], positive.
+    effectiveness_limit : (K,) the frozen-wake effectiveness, the largest considered possible.
+    overlap : eps of the effort ramp [rad/s^2].
+    """
+
+    wind: Array
+    rotor_speed: Array
+    trim_effort: Array
+    effectiveness: Array
+    effectiveness_limit: Array
+    overlap: float
+
+    def __post_init__(self) -> None:
+        columns = (
+            "wind",
+            "rotor_speed",
+            "trim_effort",
+            "effectiveness",
+            "effectiveness_limit",
+        )
+        for name in columns:
+            column = np.array(getattr(self, name), dtype=np.float64)
+            if column.shape != np.shape(self.wind) or not np.all(np.isfinite(column)):
+                raise ModelError(
+                    f"schedule column {name} has shape {column.shape} or a non-finite entry; one "
+                    f"finite number per wind node is needed ({np.shape(self.wind)})"
+                )
+            column.flags.writeable = False
+            object.__setattr__(self, name, column)
+        if len(self.wind) < 2 or np.any(np.diff(self.wind) <= 0):
+            raise ModelError("schedule winds must increase and be at least two")
+        if self.overlap <= 0 or np.any(self.effectiveness <= 0):
+            raise ModelError("the overlap and every pitch effectiveness must be positive")
+
+    def pitch(self, wind: float, turbine: Turbine) -> float:
+        """Return the trim pitch beta_min + psi(q*) / b [rad]."""
+        q = float(np.interp(wind, self.wind, self.trim_effort))
+        b = float(np.interp(wind, self.wind, self.effectiveness))
+        return turbine.pitch_min + float(effort_ramp(q, self.overlap)) / b
+
+    def torque(self, wind: float, turbine: Turbine) -> float:
+        """Return the trim torque T_rated - (J / n_g) psi(-q*) [N m, high-speed shaft]."""
+        q = float(np.interp(wind, self.wind, self.trim_effort))
+        reserve = float(effort_ramp(-q, self.overlap))
+        return turbine.rated_torque - turbine.inertia / turbine.gear_ratio * reserve
+
+
+def frozen_wake_effectiveness(turbine: Turbine, wind: float) -> float:
+    """Return -dT_r/dbeta / J with the induction held [rad/s^2 per rad].
+
+    The published dP/dbeta over the rated speed and the inertia, linear between its winds; below its
+    first wind it falls with the square of the wind, as torque at constant tip-speed ratio does.
+
+    Source: the turbine file's frozen-wake column (Jonkman et al. 2009 for the NREL 5 MW).
+    """
+    table = turbine.frozen_wake
+    sensitivity = -np.interp(wind, table.wind, table.power_sensitivity)
+    share = min(1.0, wind / table.wind[0]) ** 2
+    return float(sensitivity * share / (turbine.rated_rotor_speed * turbine.inertia))
+
+
+def effort_schedule(
+    turbine: Turbine,
+    *,
+    overlap: float = DEFAULT_OVERLAP,
+    effectiveness_share: float = DEFAULT_EFFECTIVENESS_SHARE,
+    speed_setpoint: float | None = None,
+) -> EffortSchedule:
+    """Return the trim columns from cut-in to cut-out, rounded to the decimals that are emitted.
+
+    Parameters
+    ----------
+    overlap : eps [rad/s^2].
+    effectiveness_share : b(v) is this share of the frozen-wake effectiveness at max(v, first
+        published wind).
+    speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated speed.
+
+    Raises
+    ------
+    ModelError : no trim at some wind; the message names it.
+    """
+    if overlap <= 0 or effectiveness_share <= 0:
+        raise ModelError(
+            f"overlap {overlap:.4g} rad/s^2 and effectiveness share {effectiveness_share:.4g} "
+            "were given; both must be positive"
+        )
+    wind = _nodes(turbine, speed_setpoint)
+    speed = [round(reference_speed(turbine, v, speed_setpoint=speed_setpoint), 9) for v in wind]
+    floor = turbine.frozen_wake.wind[0]
+    effectiveness = [
+        round(effectiveness_share * frozen_wake_effectiveness(turbine, max(v, floor)), 6)
+        for v in wind
+    ]
+    limit = [round(frozen_wake_effectiveness(turbine, v), 6) for v in wind]
+    effort = [
+        round(_trim_effort(turbine, v, w, b, overlap), 9)
+        for v, w, b in zip(wind, speed, effectiveness, strict=True)
+    ]
+    return EffortSchedule(
+        np.array(wind),
+        np.array(speed),
+        np.array(effort),
+        np.array(effectiveness),
+        np.array(limit),
+        overlap,
+    )
+
+
+def _nodes(turbine: Turbine, speed_setpoint: float | None) -> list[float]:
+    """Return the winds of the table: every kink of omega*(v), and a spacing that suits q*."""
+    ratio = optimal_tip_speed_ratio(turbine)
+    top = speed_setpoint or turbine.rated_rotor_speed
+    minimum = turbine.minimum_rotor_speed
+    radius = turbine.rotor_radius
+    largest = TABLE_SHARE * turbine.torque.x_range[1]
+    kinks = [minimum * radius / largest, minimum * radius / ratio, top * radius / ratio]
+    rated = rated_wind(turbine, speed_setpoint=speed_setpoint)
+    fine = [rated + edge for edge in FINE_FROM_RATED]
+    spans = [
+        (turbine.cut_in, 5.0, SLOW_WIND_SPACING),
+        (5.0, fine[0], COARSE),
+        (fine[0], fine[1], FINE),
+        (fine[1], turbine.cut_out, COARSE),
+    ]
+    nodes = {turbine.cut_out, *(k for k in kinks if turbine.cut_in < k < turbine.cut_out)}
+    for start, stop, spacing in spans:
+        if stop > start:
+            steps = int(np.ceil((stop - start) / spacing))
+            nodes.update(np.linspace(start, stop, steps, endpoint=False).tolist())
+    return _merged(sorted(round(float(v), 4) for v in nodes), kinks)
+
+
+def _merged(nodes: list[float], kinks: list[float]) -> list[float]:
+    """Return the nodes without those that crowd another one; kinks and both ends stay."""
+    kept = [round(k, 4) for k in kinks]
+    merged = [nodes[0]]
+    for v in nodes[1:-1]:
+        gap = v - merged[-1]
+        if v in kept and gap < FINE / 2 and merged[-1] not in kept and len(merged) > 1:
+            merged[-1] = v
+        elif v in kept or gap >= FINE / 2:
+            merged.append(v)
+    return [*merged, nodes[-1]]
+
+
+def _trim_effort(turbine: Turbine, v: float, omega: float, b: float, overlap: float) -> float:
+    def excess(q: float) -> float:
+        pitch = turbine.pitch_min + float(effort_ramp(q, overlap)) / b
+        reserve = turbine.inertia * float(effort_ramp(-q, overlap))
+        demanded = turbine.gear_ratio * turbine.rated_torque - reserve
+        try:
+            return float(rotor_torque(turbine, omega, pitch, v)) - demanded
+        except ModelError as error:
+            raise ModelError(
+                f"trim at wind {v:.4g} m/s with overlap {overlap:.4g} rad/s^2: {error}; "
+                "narrow the overlap"
+            ) from error
+
+    full = turbine.gear_ratio * turbine.rated_torque / turbine.inertia
+    top = b * (turbine.torque.y_range[1] - turbine.pitch_min) * 0.999
+    # The first sign change from below: past the stall side of the table there may be others.
+    grid = np.concatenate([np.linspace(-full - overlap, overlap, 9), np.linspace(overlap, top, 60)])
+    values = [excess(float(q)) for q in grid]
+    for k in range(len(grid) - 1):
+        if values[k] >= 0 > values[k + 1] or values[k] <= 0 < values[k + 1]:
+            return float(brentq(excess, grid[k], grid[k + 1], xtol=1e-14))
+    raise ModelError(
+        f"{turbine.name}: no trim at wind {v:.4g} m/s with rotor speed {omega:.4g} rad/s and pitch "
+        f"effectiveness {b:.4g} rad/s^2 per rad; the tables end at pitch "
+        f"{turbine.torque.y_range[1]:.4g} rad: narrow the wind range or change the set-point"
+    )

@@ -1,0 +1,4 @@
+"""The published multi-region laws (on the command line.
+
+Paper): coupling filter, regional schedules, equilibria and linearisation.
+"""

@@ -1,0 +1,264 @@
+r"""The published multi-region law, read literally, and its nearest working reading.
+
+With e = omega - omega_ref(v_hat), the blended gains of the two regions, and x_b, x_c integrals:
+
+    u_1 = -k^b_w e            + k^b_I x_b        torque
+    u_2 = -k^c_w e - k^c_p b  + k^c_I x_c        pitch (absolute: b, not its deviation)
+    (T, beta_ref) = F(omega, u_1) (u_1, u_2),    held to 0..T_rated and the pitch range
+
+``paper``                   one integrator: x_b = x_c = x_I, x_I' = -e.
+``paper-two-integrators``   one per region, each tracking what its channel really asks for:
+                            x_b' = -e + (T - u_1)/(tau k^b_I),
+                            x_c' = -e + (beta_ref - u_2)/(tau k^c_I).
+
+The aggregated equation of the paper has k_I inside the bracket with a minus, the two regional laws
+with a plus; the regional sign is taken.  The triple sum over rules is the same law: ``rules``
+lists its N_a N_b N_c terms, and ``rule_memberships`` their weights.
+
+Source: Schulte (2024), Coherent Design of Wind Turbine Controllers, section "Fuzzy-Blending of
+Control Regions"; readings in docs/ledger.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, TypeAlias, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.laws.protocol import Command, Measurement
+from takagi.models.laws.published.coupling_filter import CouplingFilter
+from takagi.models.laws.published.regional_schedule import Gains, RegionalSchedule
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
+
+__all__ = ["Blended", "PaperLaw", "PaperLawName", "PaperRule", "paper_law"]
+
+Array: TypeAlias = NDArray[np.float64]
+PaperLawName: TypeAlias = Literal["paper", "paper-two-integrators"]
+
+
+class Blended(NamedTuple):
+    """What the law computes on its way: regional commands, gains, and F times the commands."""
+
+    torque: float
+    pitch: float
+    partial: Gains
+    full: Gains
+    blended_torque: float
+    blended_pitch: float
+    error: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PaperRule:
+    """One term of the triple sum: command F_m (-k_x dx + k_I x_I), weight h^a_m h^b_i h^c_j.
+
+    Attributes
+    ----------
+    filter_rule, partial_rule, full_rule : m, i, j, counted from 1.
+    filter_matrix : F_m, (2, 2), on (T_g [N m], beta_ref [rad]).
+    k_x : (2, 2), rows (k^b_x, 0) and k^c_x; columns speed error [rad/s], pitch [rad].
+    k_I : (2,), (k^b_I, k^c_I).
+    partial_corner, full_corner : premise -> its value at the rule's corner.
+    """
+
+    filter_rule: int
+    partial_rule: int
+    full_rule: int
+    filter_matrix: Array
+    k_x: Array
+    k_I: Array
+    partial_corner: dict[str, float]
+    full_corner: dict[str, float]
+
+    def command(self, deviation: ArrayLike, integral: ArrayLike) -> Array:
+        """Return F_m (-k_x dx + k_I x_I), (2,), from dx (2,) and x_I, one or one per region."""
+        dx, x = np.asarray(deviation, dtype=np.float64), np.asarray(integral, dtype=np.float64)
+        return np.asarray(self.filter_matrix @ (-self.k_x @ dx + self.k_I * x))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PaperLaw:
+    """The law as a value; see the module for the formulas and ``paper_law`` for making one.
+
+    Attributes
+    ----------
+    name : "paper" or "paper-two-integrators".
+    turbine : figures, limits and torque surface.
+    coupling : the filter F.
+    partial, full : the regional gains and their schedules.
+    tracking_time : tau [s] of the anti-windup; None with the shared integrator.
+    speed_setpoint : rotor speed of full load [rad/s].
+    """
+
+    name: PaperLawName
+    turbine: Turbine
+    coupling: CouplingFilter
+    partial: RegionalSchedule
+    full: RegionalSchedule
+    tracking_time: float | None
+    speed_setpoint: float
+
+    def __post_init__(self) -> None:
+        if self.name not in get_args(PaperLawName):
+            raise ModelError(
+                f"law {self.name!r} was given; it is one of {', '.join(get_args(PaperLawName))}"
+                f"{did_you_mean(self.name, get_args(PaperLawName))}"
+            )
+        if (self.tracking_time is None) != (self.name == "paper"):
+            raise ModelError(
+                f"law {self.name!r} with tracking time {self.tracking_time!r}: the shared "
+                "integrator has none (None), the two integrators need one in seconds"
+            )
+        if self.tracking_time is not None and not self.tracking_time > 0:
+            raise ModelError(f"tracking time {self.tracking_time!r} s was given; it must exceed 0")
+        for region in (self.partial, self.full):
+            if np.any(region.k_I >= 0):
+                raise ModelError(
+                    f"{region.model.name}: integral gains k_I must be negative (a speed below its "
+                    f"reference lowers torque and pitch); rule {int(np.argmax(region.k_I)) + 1} "
+                    f"has {float(region.k_I.max()):.6g}: give k_I = -K_I of u = -K x"
+                )
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """One integral, or one for torque and one for pitch."""
+        if self.name == "paper":
+            return ("integral of speed deficit [rad]",)
+        return ("integral of speed deficit, torque [rad]", "integral of speed deficit, pitch [rad]")
+
+    def reference_speed(self, wind: float) -> float:
+        """Return omega_ref(v_hat) [rad/s]; an estimate outside cut-in to cut-out is held there."""
+        v = min(max(wind, self.turbine.cut_in), self.turbine.cut_out)
+        per_ratio = v / self.turbine.rotor_radius
+        ceiling = TABLE_SHARE * self.turbine.torque.x_range[1] * per_ratio
+        minimum = min(self.turbine.minimum_rotor_speed, ceiling)
+        optimal = optimal_tip_speed_ratio(self.turbine) * per_ratio
+        return min(max(optimal, minimum), self.speed_setpoint)
+
+    def initial_state(self, wind: float) -> Array:
+        """Return the integrals at the law's own equilibrium, or nearest to the trim without one.
+
+        See ``paper_equilibrium``: that equilibrium need not be the turbine's trim.
+        """
+        from takagi.models.laws.published.equilibrium import equilibrium
+
+        return np.array(equilibrium(self, wind).integrals)
+
+    def blended(
+        self, state: ArrayLike, measurement: Measurement, *, reference: float | None = None
+    ) -> Blended:
+        """Return the regional and the blended commands before the limits.
+
+        ``reference`` [rad/s] stands in for omega_ref(v_hat); None takes that.
+        """
+        speed, pitch, wind = measurement
+        x = np.asarray(state, dtype=np.float64)
+        x_b, x_c = float(x[0]), float(x[-1])
+        error = speed - (self.reference_speed(wind) if reference is None else reference)
+        b, c = self.partial.gains_at(speed, pitch, wind), self.full.gains_at(speed, pitch, wind)
+        torque = -b.speed * error - b.pitch * pitch + b.integral * x_b
+        angle = -c.speed * error - c.pitch * pitch + c.integral * x_c
+        f_2, f_1 = self.coupling.factors_at(speed, torque)
+        return Blended(torque, angle, b, c, f_2 * torque, f_1 * angle, error)
+
+    def command(self, state: ArrayLike, measurement: Measurement) -> Command:
+        """Return torque [N m, high-speed shaft] and pitch reference [rad], within the limits."""
+        return self.limited(self.blended(state, measurement))
+
+    def limited(self, blended: Blended) -> Command:
+        """Return the blended command held to 0..T_rated and to the pitch range."""
+        low, high = self.turbine.pitch_min, self.turbine.pitch_max
+        torque = min(max(blended.blended_torque, 0.0), self.turbine.rated_torque)
+        return Command(torque, min(max(blended.blended_pitch, low), high))
+
+    def state_rate(
+        self, state: ArrayLike, measurement: Measurement, *, reference: float | None = None
+    ) -> Array:
+        """Return the derivative of the integrals [rad/s]; ``reference`` as in ``blended``."""
+        if reference is None:
+            reference = self.reference_speed(measurement.wind_estimate)
+        if self.tracking_time is None:
+            return np.array([reference - measurement.rotor_speed])
+        found = self.blended(state, measurement, reference=reference)
+        return self.tracking_rate(found, self.limited(found))
+
+    def tracking_rate(self, blended: Blended, command: Command) -> Array:
+        """Return (x_b', x_c') of the two integrators when ``command`` is what is carried out."""
+        tau = self.tracking_time
+        if tau is None:
+            raise ModelError(f"law {self.name!r} has one integrator and tracks nothing")
+        torque_gap, pitch_gap = command.torque - blended.torque, command.pitch - blended.pitch
+        return np.array(
+            [
+                -blended.error + torque_gap / (tau * blended.partial.integral),
+                -blended.error + pitch_gap / (tau * blended.full.integral),
+            ]
+        )
+
+    def rules(self) -> Iterator[PaperRule]:
+        """Yield the N_a N_b N_c rules one by one, m slowest, j fastest."""
+        corners = [_corners(self.partial), _corners(self.full)]
+        for m, matrix in enumerate(self.coupling.corners, start=1):
+            for i in range(len(self.partial.k_I)):
+                for j in range(len(self.full.k_I)):
+                    yield PaperRule(
+                        m,
+                        i + 1,
+                        j + 1,
+                        matrix,
+                        np.stack((self.partial.k_x[i], self.full.k_x[j])),
+                        np.array([self.partial.k_I[i], self.full.k_I[j]]),
+                        corners[0][i],
+                        corners[1][j],
+                    )
+
+    def rule_memberships(self, state: ArrayLike, measurement: Measurement) -> Array:
+        """Return h^a_m h^b_i h^c_j in the order of ``rules``; sums to 1."""
+        h_a = self.coupling.memberships(
+            measurement.rotor_speed, self.blended(state, measurement).torque
+        )
+        h_b = self.partial.memberships_at(*measurement)
+        h_c = self.full.memberships_at(*measurement)
+        return np.asarray(np.einsum("m,i,j->mij", h_a, h_b, h_c).ravel())
+
+
+def paper_law(
+    turbine: Turbine,
+    *,
+    partial: RegionalSchedule,
+    full: RegionalSchedule,
+    coupling: CouplingFilter,
+    name: PaperLawName = "paper",
+    tracking_time: float = 5.0,
+    speed_setpoint: float | None = None,
+) -> PaperLaw:
+    """Return the published law of a turbine.
+
+    Parameters
+    ----------
+    partial, full : gains with their schedules (``regional_schedule``).
+    coupling : the filter (``coupling_filter``).
+    name : "paper", or "paper-two-integrators".
+    tracking_time : tau of the anti-windup [s]; used by the two integrators alone.
+    speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated one.
+
+    Raises
+    ------
+    ModelError : an unknown name, a tracking time that is not positive, k_I of the wrong sign.
+    """
+    setpoint = turbine.rated_rotor_speed if speed_setpoint is None else speed_setpoint
+    tracking = None if name == "paper" else tracking_time
+    return PaperLaw(name, turbine, coupling, partial, full, tracking, setpoint)
+
+
+def _corners(schedule: RegionalSchedule) -> list[dict[str, float]]:
+    premises = schedule.model.premises
+    return [
+        {p.name: float(p.corners[c]) for p, c in zip(premises, rule, strict=True)}
+        for rule in schedule.model.rules
+    ]

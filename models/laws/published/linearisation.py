@@ -1,0 +1,145 @@
+r"""The published law and its loop, linearised where it really rests.
+
+States (omega, beta, integrals), design model with first-order pitch drive, v_hat = v constant:
+
+    J omega' = T_r(omega, beta, v) - n_g T,     tau_beta beta' = beta_ref - beta,     x' = law
+
+Derivatives of the law are central differences of its blended command, scheduling included.  A
+command that is held at a limit does not move; one that only just touches its limit counts as free.
+Floating point: eigenvalues for tables, not a proof.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.models.laws.protocol import Command, Measurement
+from takagi.models.laws.published.equilibrium import Equilibrium, equilibrium
+from takagi.models.laws.published.law import PaperLaw
+from takagi.models.turbine.aerodynamics import rotor_torque_gradient
+
+__all__ = ["LocalGains", "LocalLoop", "local_gains", "local_loop", "local_loops"]
+
+Array: TypeAlias = NDArray[np.float64]
+
+# Steps in rotor speed [rad/s], pitch [rad], integrals [rad]: small against every overlap, large
+# enough that rounding of the scheduled gains (1e-9 of their size) stays invisible.
+STEP = 1e-5
+# A command this far past a limit is held by it: N m and rad.
+HELD = (1e-6, 1e-9)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LocalGains:
+    """Derivatives of the law at an equilibrium; u = u* + torque . dz, z = (omega, beta, x).
+
+    Attributes
+    ----------
+    torque : (2 + k,) dT/dz: N m s/rad, N m/rad, N m/rad per integral.
+    pitch : (2 + k,) dbeta_ref/dz: s, -, - per integral.
+    integrals : (k, 2 + k) dx'/dz.
+    torque_held, pitch_held : whether the command is held at a limit there, so that it is 0.
+    """
+
+    torque: Array
+    pitch: Array
+    integrals: Array
+    torque_held: bool
+    pitch_held: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LocalLoop:
+    """The closed loop at one wind: where it rests, its matrix, and its eigenvalues.
+
+    Attributes
+    ----------
+    point : the equilibrium.
+    gains : the law's derivatives there; None without an equilibrium.
+    matrix : (2 + k, 2 + k), states (omega, beta, integrals); None without an equilibrium.
+    eigenvalues : [1/s], slowest first; empty without an equilibrium.
+    """
+
+    point: Equilibrium
+    gains: LocalGains | None
+    matrix: Array | None
+    eigenvalues: NDArray[np.complex128]
+
+    @property
+    def decay_rate(self) -> float:
+        """Minus the largest real part [1/s]; NaN without an equilibrium."""
+        return -float(self.eigenvalues[0].real) if len(self.eigenvalues) else float("nan")
+
+    @property
+    def stable(self) -> bool:
+        """Whether there is an equilibrium and all real parts are below zero."""
+        return self.decay_rate > 0
+
+
+def local_gains(law: PaperLaw, point: Equilibrium) -> LocalGains:
+    """Return the derivatives of the law at an equilibrium that exists.
+
+    ``equilibrium(law, wind)`` finds one; ``local_loop`` does both.
+    """
+    start = np.array([point.rotor_speed, point.pitch, *point.integrals])
+    at_rest = law.blended(start[2:], Measurement(point.rotor_speed, point.pitch, point.wind))
+    limits = law.limited(at_rest)
+    held = (
+        abs(limits.torque - at_rest.blended_torque) > HELD[0],
+        abs(limits.pitch - at_rest.blended_pitch) > HELD[1],
+    )
+    columns = []
+    for k in range(len(start)):
+        step = np.zeros(len(start))
+        step[k] = STEP
+        ahead, behind = (
+            _response(law, start + sign * step, point.wind, held, limits) for sign in (1, -1)
+        )
+        columns.append((ahead - behind) / (2 * STEP))
+    jacobian = np.stack(columns, axis=1)
+    return LocalGains(jacobian[0], jacobian[1], jacobian[2:], *held)
+
+
+def local_loop(law: PaperLaw, wind: float) -> LocalLoop:
+    """Return the closed loop linearised at the law's equilibrium of a constant wind [m/s].
+
+    Raises
+    ------
+    ModelError : no trim at this wind.
+    """
+    point = equilibrium(law, wind)
+    if point.kind == "none":
+        return LocalLoop(point, None, None, np.zeros(0, dtype=np.complex128))
+    gains, turbine = local_gains(law, point), law.turbine
+    slopes = rotor_torque_gradient(turbine, point.rotor_speed, point.pitch, wind)
+    matrix = np.zeros((2 + len(point.integrals),) * 2)
+    matrix[0] = -turbine.gear_ratio / turbine.inertia * gains.torque
+    matrix[0, :2] += float(slopes[0]) / turbine.inertia, float(slopes[1]) / turbine.inertia
+    matrix[1] = gains.pitch / turbine.pitch_time_constant
+    matrix[1, 1] -= 1 / turbine.pitch_time_constant
+    matrix[2:] = gains.integrals
+    eigenvalues = np.linalg.eigvals(matrix).astype(np.complex128)
+    return LocalLoop(point, gains, matrix, eigenvalues[np.argsort(-eigenvalues.real)])
+
+
+def local_loops(law: PaperLaw, winds: Iterable[float]) -> tuple[LocalLoop, ...]:
+    """Return ``local_loop`` at every wind."""
+    return tuple(local_loop(law, float(v)) for v in winds)
+
+
+def _response(
+    law: PaperLaw, z: Array, wind: float, held: tuple[bool, bool], limits: Command
+) -> Array:
+    """Return (T, beta_ref, x') with held commands at their limits and the others free of them."""
+    found = law.blended(z[2:], Measurement(float(z[0]), float(z[1]), wind))
+    torque = limits.torque if held[0] else found.blended_torque
+    pitch = limits.pitch if held[1] else found.blended_pitch
+    command = Command(torque, pitch)
+    if law.tracking_time is None:
+        return np.array([torque, pitch, -found.error])
+    return np.array([torque, pitch, *law.tracking_rate(found, command)])

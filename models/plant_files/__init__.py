@@ -1,0 +1,4 @@
+"""Reading a plant file.
+
+TOML entries to a Plant, with its tables, its blend and its design settings.
+"""

@@ -1,0 +1,81 @@
+"""The section ``[design]`` of a plant file -> ``PlantSettings``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from decimal import Decimal
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.files.units import parse_unit
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant_files.loader import read_entry
+
+if TYPE_CHECKING:
+    from takagi.models.files.toml_document import Document
+    from takagi.models.plant.entries import VariableEntry
+
+__all__ = ["load_settings"]
+
+
+def load_settings(name_or_path: str | Path) -> PlantSettings:
+    """Return what the file of a built-in name or path asks of a design, in SI.
+
+    Limits and initial states are in the units that the file gives the variables.
+
+    Raises
+    ------
+    ModelError : with file, line and field, as ``load_plant`` does; also a name that is no input
+        or state, and numbers that make no sense.
+    """
+    document, entry = read_entry(name_or_path)
+    asked = entry.design
+    rate = asked.decay_rate
+    values = {name: _float(getattr(asked, name)) for name in ("gain_bound", "damping", "fastest")}
+    limits = _in_si(document, "input_limit", asked.input_limit, entry.commanded, "input")
+    initial = _in_si(document, "initial", asked.initial, entry.all_states, "state")
+    try:
+        found = PlantSettings(
+            choice=asked.choice,
+            rest=asked.rest,
+            decay_rate=_float(rate) if isinstance(rate, Decimal) else rate,
+            relaxation=asked.relaxation,
+            input_limit=limits,
+            initial=initial,
+            **values,
+        )
+        found.require_names(states=tuple(entry.all_states), inputs=tuple(entry.commanded))
+    except ModelError as error:
+        # Every message begins with the field's name.
+        field = str(error).split()[0]
+        raise document.error(f"design.{field}", str(error)) from error
+    return found
+
+
+def _in_si(
+    document: Document,
+    field: str,
+    given: Mapping[str, Decimal],
+    variables: Mapping[str, VariableEntry],
+    what: str,
+) -> dict[str, float]:
+    found = {}
+    for name, value in given.items():
+        if name not in variables:
+            raise document.error(
+                f"design.{field}",
+                f"{name} is no {what}{did_you_mean(name, variables)}; {what}s are "
+                + (", ".join(variables) or "none"),
+            )
+        try:
+            unit = parse_unit(variables[name].unit)
+        except ModelError as error:
+            raise document.error(f"{what}s.{name}.unit", str(error)) from error
+        found[name] = float(unit.to_si(Fraction(value)))
+    return found
+
+
+def _float(value: Decimal | None) -> float | None:
+    return None if value is None else float(value)

@@ -1,0 +1,316 @@
+"""Plant files: TOML with expressions as text -> ``Plant``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from decimal import Decimal
+from fractions import Fraction
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.files.library import resolve_model
+from takagi.models.files.toml_document import Document, read_document
+from takagi.models.files.units import Unit, parse_unit
+from takagi.models.intervals.interval import Interval
+from takagi.models.plant.plant import Output, Parameter, Plant, Variable
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from takagi.models.expressions.lost_parts import Part
+    from takagi.models.expressions.parser import Scope
+    from takagi.models.plant.entries import PlantEntry, VariableEntry
+
+__all__ = ["load_plant", "plant_files", "read_entry"]
+
+Found = TypeVar("Found")
+# Those whose names share one space.
+SECTIONS = ("states", "inputs", "disturbances", "scheduling", "parameters", "tables", "premises")
+
+
+def load_plant(name_or_path: str | Path) -> Plant:
+    """Return the plant of a built-in name or of a TOML file.
+
+    Numbers are the decimals that the file has, converted to SI exactly (by a factor with pi: to
+    12 decimals).  Units are checked unless the file says ``units = "unchecked"``, and the
+    arguments of tables are proved to stay inside them on the box.
+
+    Raises
+    ------
+    ModelError : with file, line and field: a field that is missing, unknown or of the wrong type,
+        an expression or unit that cannot be read, units that do not fit, a table that does not
+        cover the box.
+    """
+    return _Reader(*read_entry(name_or_path)).plant()
+
+
+def plant_files(name_or_path: str | Path) -> list[Path]:
+    """Return the files that ``load_plant`` reads: the TOML file, then its tables.
+
+    Raises
+    ------
+    ModelError : as ``load_plant`` does for the name, the file, and the names of its tables.
+    """
+    from takagi.models.plant_files.table_entry import table_path
+
+    document, entry = read_entry(name_or_path)
+    tables = [table_path(document, name, table.file) for name, table in entry.tables.items()]
+    return [document.path, *dict.fromkeys(tables)]
+
+
+def read_entry(name_or_path: str | Path) -> tuple[Document, PlantEntry]:
+    """Return the file of a built-in name or path, and its content with the shape checked.
+
+    Raises
+    ------
+    ModelError : as ``load_plant`` does for the name, the file, and the shape of its fields.
+    """
+    from pydantic import ValidationError
+
+    from takagi.models.plant.entries import PlantEntry
+    from takagi.models.plant_files.entry_problem import problem_of
+
+    document = read_document(resolve_model(name_or_path), parse_float=Decimal)
+    try:
+        return document, PlantEntry.model_validate(document.data)
+    except ValidationError as error:
+        # One error alone, a misspelt name first: the others are often its consequences.
+        first = min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
+        place = ".".join(str(part) for part in first["loc"] if part != "[key]")
+        raise document.error(place, problem_of(first, place)) from error
+
+
+class _Reader:
+    """From the entries of one file to a plant."""
+
+    def __init__(self, document: Document, entry: PlantEntry) -> None:
+        self.document = document
+        self.entry = entry
+        self.lost: list[tuple[str, str, Part]] = []
+
+    def plant(self) -> Plant:
+        from takagi.models.plant.table_coverage import check_coverage
+
+        entry = self.entry
+        self.check_names()
+        states = self.variables("states", entry.states)
+        inputs = self.variables("inputs", entry.inputs)
+        disturbances = (
+            *self.variables("disturbances", entry.disturbances),
+            *self.scheduling(),
+        )
+        parameters = tuple(self.parameter(name) for name in entry.parameters)
+        scope = self.scope((*states, *inputs, *disturbances), parameters)
+        self.check_rows("equations", entry.equations, needed=True)
+        self.check_rows("mass", entry.mass, needed=False)
+        found = self.at(
+            "",
+            lambda: Plant(
+                equations=tuple(
+                    self.expression(f"equations.{v.name}", entry.equations[v.name], scope)
+                    for v in states
+                ),
+                states=states,
+                inputs=inputs,
+                disturbances=disturbances,
+                mass=self.mass(scope),
+                outputs=tuple(
+                    Output(
+                        name,
+                        self.expression(f"outputs.{name}.expression", output.expression, scope),
+                        self.si_unit(f"outputs.{name}.unit", output.unit),
+                    )
+                    for name, output in entry.outputs.items()
+                ),
+                parameters=parameters,
+                premises=self.premises(scope),
+                sample_time=self.sample_time(),
+                units=entry.units,
+                name=entry.name or self.document.path.stem,
+                description=entry.description,
+                source=entry.source,
+            ),
+        )
+        self.at("", lambda: check_coverage(found))
+        self.check_lost(found)
+        return found if entry.blending is None else self.behind_blend(found, scope)
+
+    def behind_blend(self, plant: Plant, scope: Scope) -> Plant:
+        from takagi.models.plant_files.blending_section import behind_blend
+
+        read = partial(self.expression, scope=scope)
+        return behind_blend(self.document, self.entry, plant, self.variable, read)
+
+    def at(self, field: str, work: Callable[[], Found]) -> Found:
+        """Return what ``work`` does; its error gets the place in the file."""
+        try:
+            return work()
+        except ModelError as error:
+            text = str(error)
+            if text.startswith(str(self.document.path)):
+                raise  # a table's file, or an inner field: the place is there already
+            raise self.document.error(field or _field_of(text), text) from error
+
+    def check_names(self) -> None:
+        from takagi.models.expressions.parser import RESERVED
+
+        entry = self.entry
+        seen: dict[str, str] = {}
+        for section in SECTIONS:
+            for name in getattr(entry, section):
+                place = f"{section}.{name}"
+                if name in RESERVED:
+                    raise self.document.error(place, f"{name} is a function or constant; rename it")
+                if name in seen:
+                    raise self.document.error(
+                        place, f"{name} is in [{seen[name]}] already; give each a name of its own"
+                    )
+                seen[name] = section
+
+    def variables(self, section: str, given: Mapping[str, VariableEntry]) -> tuple[Variable, ...]:
+        return tuple(self.variable(f"{section}.{name}", name, v) for name, v in given.items())
+
+    def scheduling(self) -> tuple[Variable, ...]:
+        for name, given in self.entry.scheduling.items():
+            if given.range is None:
+                raise self.document.error(
+                    f"scheduling.{name}",
+                    f"{name} has no range; vertices are made from it: add range = [low, high]",
+                )
+        found = self.variables("scheduling", self.entry.scheduling)
+        return tuple(replace(variable, schedules=True) for variable in found)
+
+    def variable(self, place: str, name: str, given: VariableEntry) -> Variable:
+        unit = self.unit(f"{place}.unit", given.unit)
+        side = None
+        if given.range is not None:
+            self.check_range(place, name, given)
+            side = Interval(*(unit.to_si(Fraction(end)) for end in given.range))
+        rest = unit.to_si(Fraction(given.rest))
+        return Variable(_symbol(name), unit.si, side, rest, given.description)
+
+    def check_range(self, place: str, name: str, given: VariableEntry) -> None:
+        """Refuse a range without its rest value, in the figures of the file."""
+        assert given.range is not None
+        low, high = given.range
+        if low > high:
+            raise self.document.error(
+                f"{place}.range", f"[{low}, {high}] was given; give the smaller end first"
+            )
+        if not low <= given.rest <= high:
+            unit = "" if given.unit == "-" else f" {given.unit}"
+            found = "" if "rest" in given.model_fields_set else " where no rest is given"
+            raise self.document.error(
+                f"{place}.rest" if not found else place,
+                f"{name} rests at {given.rest}{unit}{found}, outside its range [{low}, {high}]"
+                f"{unit}; give rest = ... inside it, or widen the range",
+            )
+
+    def parameter(self, name: str) -> Parameter:
+        given = self.entry.parameters[name]
+        unit = self.unit(f"parameters.{name}.unit", given.unit)
+        return Parameter(_symbol(name), unit.to_si(Fraction(given.value)), unit.si, given.source)
+
+    def unit(self, place: str, text: str) -> Unit:
+        return self.at(place, lambda: parse_unit(text))
+
+    def si_unit(self, place: str, text: str) -> str:
+        unit = self.unit(place, text)
+        if not unit.is_si:
+            raise self.document.error(
+                place, f"{text!r} was given, but expressions have SI values; write {unit.si!r}"
+            )
+        return unit.si
+
+    def scope(self, variables: Iterable[Variable], parameters: Iterable[Parameter]) -> Scope:
+        from takagi.models.expressions.parser import Scope
+        from takagi.models.plant_files.table_entry import read_table
+
+        symbols = {v.name: v.symbol for v in variables}
+        constants = {p.symbol: p.value for p in parameters}
+        symbols |= {symbol.name: symbol for symbol in constants}
+        tables = {
+            name: read_table(self.document, name, table)
+            for name, table in self.entry.tables.items()
+        }
+        return Scope(symbols, constants, tables)
+
+    def check_rows(self, section: str, given: Iterable[str], *, needed: bool) -> None:
+        states = list(self.entry.states)
+        for name in given:
+            if name not in states:
+                raise self.document.error(
+                    f"{section}.{name}",
+                    f"{name} is not a state{did_you_mean(name, states)}; states are "
+                    + ", ".join(states),
+                )
+        missing = [name for name in states if name not in set(given)]
+        if needed and missing:
+            raise self.document.error(
+                section, f"no equation for {', '.join(missing)}; every state needs one"
+            )
+
+    def expression(self, place: str, text: str, scope: Scope) -> sp.Expr:
+        from takagi.models.expressions.parser import parsed_with_losses
+
+        found, lost = self.at(place, lambda: parsed_with_losses(text, scope))
+        self.lost += [(place, text, part) for part in lost]
+        return found
+
+    def check_lost(self, plant: Plant) -> None:
+        """Refuse what sympy folded away, unless it has a value on the whole box."""
+        from takagi.models.expressions.lost_parts import check_lost
+        from takagi.models.expressions.tokens import expression_error
+
+        for place, text, part in self.lost:
+            try:
+                check_lost(part, plant)
+            except ModelError as error:
+                told = expression_error(text, part.column, str(error))
+                raise self.document.error(place, str(told)) from error
+
+    def mass(self, scope: Scope) -> sp.Matrix | None:
+        import sympy as sp
+
+        if not self.entry.mass:
+            return None
+        states = list(self.entry.states)
+        found = sp.eye(len(states))
+        for row, entries in self.entry.mass.items():
+            self.check_rows(f"mass.{row}", entries, needed=False)
+            found[states.index(row), :] = sp.zeros(1, len(states))
+            for column, text in entries.items():
+                entry = self.expression(f"mass.{row}.{column}", text, scope)
+                found[states.index(row), states.index(column)] = entry
+        return found
+
+    def premises(self, scope: Scope) -> dict[sp.Symbol, sp.Expr]:
+        return {
+            _symbol(name): self.expression(f"premises.{name}", text, scope)
+            for name, text in self.entry.premises.items()
+        }
+
+    def sample_time(self) -> float | None:
+        given = self.entry.sample_time
+        if given is not None and given <= 0:
+            raise self.document.error("sample_time", f"{given} was given; a time > 0 is needed")
+        return None if given is None else float(given)
+
+
+def _symbol(name: str) -> sp.Symbol:
+    import sympy as sp
+
+    return sp.Symbol(name, real=True)
+
+
+def _field_of(message: str) -> str:
+    """Return the field that a message of the whole plant is about, as far as it can be told."""
+    sections = {"equation of": "equations", "output": "outputs", "premise": "premises"}
+    for words, section in sections.items():
+        _, found, rest = message.partition(f"{words} ")
+        if found and (not _ or _.endswith(": ") or _.endswith(", ")):
+            return f"{section}.{rest.partition(':')[0].partition(',')[0]}"
+    return "mass" if message.startswith("mass") else "states"

@@ -1,0 +1,72 @@
+"""Rigorous ranges: rational intervals, Bernstein forms, ball arithmetic, and their evidence.
+
+interval              rational intervals in exact arithmetic
+bernstein, blossom    hulls of spline patches, exact
+polynomial            Bernstein form of polynomials and rational functions, exact
+side, balls           boxes as balls
+tape                  expressions compiled to a list of ball operations
+ball_form             derivative and Taylor forms of an expression
+table_balls           splines as operations on balls
+domain                boxes, bands around a curve, unions of cells;  cell_root: one in a search
+evidence              trees of boxes that prove a range, and their replay
+evidence_file         evidence as JSON data;  expression_text: expressions as plant files write them
+sampled               bounds from samples, which prove nothing
+
+A bound from this room, sampled ones apart, holds for every point of the domain, not for the
+points somebody looked at.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from takagi.models.expressions.evidence_file import evidence_data, evidence_of_data
+    from takagi.models.intervals.interval import Interval, exact
+    from takagi.models.ranges.domain import Cell, Domain
+    from takagi.models.ranges.evidence import Evidence, replay
+    from takagi.models.ranges.sampled import SampledBounds, sampled_bounds
+    from takagi.models.splines.exact_spline import ExactSpline, exact_bounds, exact_value
+
+__all__ = [
+    "Cell",
+    "Domain",
+    "Evidence",
+    "ExactSpline",
+    "Interval",
+    "SampledBounds",
+    "evidence_data",
+    "evidence_of_data",
+    "exact",
+    "exact_bounds",
+    "exact_value",
+    "replay",
+    "sampled_bounds",
+]
+
+_HOME = {
+    "Cell": "takagi.models.ranges.domain",
+    "Domain": "takagi.models.ranges.domain",
+    "Evidence": "takagi.models.ranges.evidence",
+    "ExactSpline": "takagi.models.splines.exact_spline",
+    "Interval": "takagi.models.intervals.interval",
+    "SampledBounds": "takagi.models.ranges.sampled",
+    "evidence_data": "takagi.models.expressions.evidence_file",
+    "evidence_of_data": "takagi.models.expressions.evidence_file",
+    "exact": "takagi.models.intervals.interval",
+    "exact_bounds": "takagi.models.splines.exact_spline",
+    "exact_value": "takagi.models.splines.exact_spline",
+    "replay": "takagi.models.ranges.evidence",
+    "sampled_bounds": "takagi.models.ranges.sampled",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOME:
+        return getattr(import_module(_HOME[name]), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,287 @@
+r"""Enclosures of a differentiable expression over a box, in ball arithmetic.
+
+These make them tight:
+
+- a variable in which f is monotone over the box is put to its ends;
+- for the others the mean-value form, f(X) in f(m) + sum_i df/dx_i(X) (X_i - m_i), next to the
+  plain evaluation; for a single one also the Taylor form of second order;
+- a removable singularity N(x)/x_j^k at x_j = 0 is taken in Taylor form there:
+  N/x_j^k = \int_0^1 k (1 - s)^{k-1} N^{(k)}(s x_j) ds / k!  lies in the range of N^{(k)}/k!.
+
+Source: Johansson (2017), "Arb: efficient arbitrary-precision midpoint-radius interval
+arithmetic", IEEE Trans. Computers 66; Moore, Kearfott, Cloud (2009), ch. 6.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.errors import ModelError
+from takagi.models.intervals.box_search import Ends, Look
+from takagi.models.ranges.ball_operations import (
+    Ball,
+    Sides,
+    attained_at,
+    between,
+    common,
+    ends_of,
+    finite_or_none,
+    highest,
+    wider,
+    worst_axis,
+)
+from takagi.models.ranges.box_side import Side
+from takagi.models.ranges.symbolic_derivatives import derivative, is_zero, order_of, slope_or_none
+from takagi.models.ranges.table_balls import tables_class
+from takagi.models.ranges.tape import Tape, tape_of
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+__all__ = ["PRECISION", "BallForm"]
+
+SHORT = 60  # operations of an expression whose second derivatives are worth their making
+PRECISION = 128  # bits; Taylor forms near a removable singularity cancel leading digits
+
+
+class BallForm:
+    """An expression with its derivatives and Taylor forms, each made when first needed.
+
+    Attributes
+    ----------
+    covered : every argument of every table is proved to stay inside it.
+    """
+
+    def __init__(
+        self, expression: sp.Expr, symbols: tuple[sp.Symbol, ...], covered: bool = False
+    ) -> None:
+        self.expression = expression
+        self.symbols = symbols
+        self.covered = covered
+        tables = tables_class()
+        # A table held at its edge has a kink there.
+        self.length = int(expression.count_ops())
+        self.is_held = not covered and tables is not None and expression.has(tables)
+        self.tape = tape_of([expression], symbols)
+        self._joint: Tape | None = None
+        self._gradient: tuple[BallForm | None, ...] | None = None
+        self._poles: tuple[int, ...] | None = None
+        self._taylor: dict[int, BallForm | None] = {}
+        self._has_pole: dict[int, bool] = {}
+
+    # ------------------------------------------------------------------ looks
+
+    def look(self, box: Sides) -> Look:
+        """Return the plain enclosure over the box; see ``search``."""
+        value = self.plain(box)
+        attained = attained_at(value) if all(side.is_point for side in box) else None
+        return Look(ends_of(value), attained, worst_axis(box, [None] * len(box)), "p")
+
+    def refined(self, box: Sides) -> Look:
+        """Return the common part of all forms over the box, and values attained there."""
+        value, slopes = self.with_slopes(box)
+        rough, axis = ends_of(value), worst_axis(box, slopes)
+        if rough is None or axis is None:
+            return self.look(box)
+        found, points = self._tightened(box, rough, slopes)
+        attained = None
+        for point in points:
+            attained = wider(attained, attained_at(point))
+        return Look(found, attained, axis, "s", (rough, "p"))
+
+    def by_letter(self, letter: str, box: Sides) -> Ends | None:
+        """Return the enclosure that a leaf's letter stands for: p(lain), or with s(lopes)."""
+        if letter == "p":
+            return ends_of(self.plain(box))
+        return self.refined(box).outer
+
+    def _tightened(
+        self, box: Sides, rough: Ends, slopes: list[Ball | None]
+    ) -> tuple[Ends, list[Ball]]:
+        """Return the common part of all forms, and balls of values at points."""
+        low, high = list(box), list(box)
+        free: list[int] = []
+        for index, (side, slope) in enumerate(zip(box, slopes, strict=True)):
+            if side.is_point:
+                continue
+            if slope is None or (slope.lower() < 0 < slope.upper()):
+                free.append(index)
+                continue
+            first, last = side.ends()
+            rising = slope.lower() >= 0
+            low[index], high[index] = (first, last) if rising else (last, first)
+        lower, upper = rough
+        points: list[Ball] = []
+        if len(free) < len(box):
+            for place, is_low in ((low, True), (high, False)):
+                value = self.plain(tuple(place))
+                if not free:
+                    points.append(value)
+                ends = ends_of(value)
+                if ends is not None and is_low:
+                    lower = max(lower, ends[0])
+                elif ends is not None:
+                    upper = min(upper, ends[1])
+        if free and all(slopes[i] is not None for i in free):
+            known = None
+            for place, is_low in ((low, True), (high, False)):
+                mean, value = self._mean_value(tuple(place), slopes, free, known)
+                known = value if len(free) == len(box) else None
+                points.append(value)
+                if len(free) == 1:
+                    mean = self._curved(tuple(place), box, free[0], value, mean)
+                ends = ends_of(mean)
+                if ends is not None and is_low:
+                    lower = max(lower, ends[0])
+                elif ends is not None:
+                    upper = min(upper, ends[1])
+        elif free:
+            points.append(self.plain(tuple(side.centre() for side in box)))
+        return (lower, upper), points
+
+    def _mean_value(
+        self, box: Sides, slopes: list[Ball | None], free: list[int], value: Ball | None
+    ) -> tuple[Ball, Ball]:
+        """Return f(m) + sum_i f_i (X_i - m_i) and f(m), the sides that are not free being points.
+
+        ``value`` is f(m) if it is known already.
+        """
+        middle = tuple(side.centre() for side in box)
+        if value is None:
+            value = self.plain(middle)
+        total = value
+        for index in free:
+            total = total + slopes[index] * (box[index].ball - middle[index].ball)
+        return total, value
+
+    def _curved(self, face: Sides, box: Sides, index: int, value: Ball, mean: Ball) -> Ball:
+        """Return the common part of ``mean`` and f(m) + f_i(m) d + f_ii(box) d^2/2, |d| <= r.
+
+        The face has one free side, of radius r and middle m; ``value`` is f(m).  Unlike the
+        mean-value form it knows how far f can rise while f_i falls.
+        """
+        if self.is_held or any(self.poles()) or self.length > SHORT:
+            return mean
+        first = self.gradient()[index]
+        second = None if first is None else first.gradient()[index]
+        if first is None or second is None:
+            return mean
+        bend = second.plain(box)
+        run = first.plain(tuple(side.centre() for side in face))
+        if not (bend.is_finite() and run.is_finite() and value.is_finite()):
+            return mean
+        radius = abs(face[index].ball - face[index].centre().ball).upper()
+        most = abs(run).upper()
+        above = value + highest(most, bend.upper(), radius)
+        below = value - highest(most, -bend.lower(), radius)
+        return common(mean, below.lower().union(above.upper()))
+
+    # ------------------------------------------------------------------ evaluations
+
+    def plain(self, box: Sides) -> Ball:
+        """Return one evaluation in balls, in Taylor form towards each removable pole."""
+        found = None
+        for index, order in enumerate(self.poles()):
+            side = box[index]
+            if order and self._is_towards_pole(side):
+                form = self._removed(index, order, side.has_zero())
+                if form is None:
+                    continue
+                taylor = form.mean_towards_zero(box, index, order)
+                if side.has_zero():
+                    return taylor
+                found = taylor if found is None else common(found, taylor)
+        direct = self.tape.run([side.ball for side in box], self.covered)[0]
+        return direct if found is None else common(found, direct)
+
+    def _is_towards_pole(self, side: Side) -> bool:
+        """Return whether the Taylor form is tried; tables are covered on the box only, not to 0."""
+        return side.has_zero() or (not self.covered and side.near_zero())
+
+    def mean_towards_zero(self, box: Sides, index: int, order: int) -> Ball:
+        r"""Return k \int_0^1 (1 - s)^{k-1} f(s x) ds over the box, k = ``order``, x side ``index``.
+
+        It lies in the range of f over the hull with x = 0, and in f(0) + x f'(hull) / (k + 1).
+        """
+        side = box[index]
+        hull, rest = side.with_zero(), (box[:index], box[index + 1 :])
+        wide = (*rest[0], hull, *rest[1])
+        if all(part.is_point for part in wide):
+            return self.plain(wide)
+        value, slopes = self.with_slopes(wide)
+        rough = ends_of(value)
+        if rough is None:
+            return value
+        ends, _ = self._tightened(wide, rough, slopes)
+        found, slope = between(*ends), slopes[index]
+        if slope is None:
+            return found
+        start = self.plain((*rest[0], side.zero(), *rest[1]))
+        return common(found, start + side.ball * slope / (order + 1))
+
+    def with_slopes(self, box: Sides) -> tuple[Ball, list[Ball | None]]:
+        """Return plain value and slopes; None for one that is not bounded."""
+        towards_pole = (
+            order and self._is_towards_pole(side)
+            for order, side in zip(self.poles(), box, strict=True)
+        )
+        if any(towards_pole):
+            slopes = [None if form is None else form.plain(box) for form in self.gradient()]
+            return self.plain(box), [finite_or_none(slope) for slope in slopes]
+        if self._joint is None:
+            slopes_of = [slope_or_none(self.expression, s) for s in self.symbols]
+            self._joint = tape_of(
+                [self.expression, *slopes_of], self.symbols, optional=len(self.symbols)
+            )
+        value, *slopes = self._joint.run([side.ball for side in box], self.covered)
+        return value, [finite_or_none(slope) for slope in slopes]
+
+    def gradient(self) -> tuple[BallForm | None, ...]:
+        if self._gradient is None:
+            self._gradient = tuple(
+                self._form(derivative(self.expression, symbol)) for symbol in self.symbols
+            )
+        return self._gradient
+
+    def _form(self, expression: sp.Expr | None) -> BallForm | None:
+        if expression is None:
+            return None
+        try:
+            return BallForm(expression, self.symbols, self.covered)
+        except ModelError:
+            return None  # a derivative without ball arithmetic: that slope is not known
+
+    def poles(self) -> tuple[int, ...]:
+        """Return, per symbol, the order of the factor 1/x^k that the expression is written with."""
+        if self._poles is None:
+            import sympy as sp
+
+            powers = sp.fraction(sp.together(self.expression))[1].as_powers_dict()
+            self._poles = tuple(order_of(powers.get(symbol, 0)) for symbol in self.symbols)
+        return self._poles
+
+    def _removed(self, index: int, order: int, needed: bool) -> BallForm | None:
+        """Return the form of d^k N/dx^k / k! for N = f x^k, after proving N^(i)(0) = 0, i < k.
+
+        None where 0 is a pole indeed (ModelError if the form is ``needed``), and where a table in
+        N has no k-th derivative: then nothing is known of f at 0.
+        """
+        if index not in self._taylor:
+            import sympy as sp
+
+            x = self.symbols[index]
+            numerator = sp.expand(sp.together(self.expression * x**order).cancel())
+            lower = [derivative(numerator, x, k) for k in range(order)]
+            vanishes = all(n is None or is_zero(n.subs(x, 0)) for n in lower)
+            known = vanishes and None not in lower
+            taylor = derivative(numerator, x, order) if known else None
+            if taylor is not None:
+                taylor = taylor / sp.factorial(order)
+            self._taylor[index] = self._form(taylor)
+            self._has_pole[index] = not vanishes
+        if self._has_pole[index] and needed:
+            raise ModelError(
+                f"{self.expression} has a pole at {self.symbols[index]} = 0, which the box "
+                "contains; take 0 out of the box, or choose another premise"
+            )
+        return self._taylor[index]

@@ -1,0 +1,215 @@
+"""Where a function is to be enclosed: a box, a band around a curve, a union of cells."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import TYPE_CHECKING, TypeAlias
+
+from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+__all__ = ["Cell", "Domain", "DomainLike", "as_domain", "value_of"]
+
+DIGITS = 12  # decimals of a range that is rounded outward
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cell:
+    """The points {x : x_i in box_i, or x_i = places_i(coordinates), coordinates in box}.
+
+    Attributes
+    ----------
+    box : a range for each variable or coordinate that varies by itself.
+    places : variable -> expression in the symbols of ``box``.
+
+    Raises
+    ------
+    ModelError : a variable that has both a range and a place, or a place in other symbols.
+    """
+
+    box: Mapping[sp.Symbol, Interval]
+    places: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        twice = sorted(str(s) for s in self.places if s in self.box)
+        if twice:
+            raise ModelError(f"{', '.join(twice)} has a range and a place; give one of them")
+        for symbol, place in self.places.items():
+            strange = sorted(str(s) for s in place.free_symbols if s not in self.box)
+            if strange:
+                raise ModelError(
+                    f"the place of {symbol}, {place}, depends on {', '.join(strange)}, which the "
+                    "box gives no range; add it to the box"
+                )
+
+    def written(self, expression: sp.Expr) -> sp.Expr:
+        """Return the expression in the symbols of the box."""
+        return expression.subs(dict(self.places), simultaneous=True) if self.places else expression
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Domain:
+    """A union of cells.
+
+    Raises
+    ------
+    ModelError : no cell.
+    """
+
+    cells: tuple[Cell, ...]
+
+    def __post_init__(self) -> None:
+        if not self.cells:
+            raise ModelError("an empty domain was given; at least one cell is needed")
+
+    @classmethod
+    def of_box(cls, box: Mapping[sp.Symbol, Interval]) -> Domain:
+        """Return the box as a domain."""
+        return cls((Cell(box),))
+
+    @classmethod
+    def union(cls, boxes: Sequence[Mapping[sp.Symbol, Interval]]) -> Domain:
+        """Return the union of boxes over the same symbols, which may touch or overlap."""
+        return cls(tuple(Cell(box) for box in boxes))
+
+    @classmethod
+    def band(
+        cls,
+        box: Mapping[sp.Symbol, Interval],
+        between: Mapping[sp.Symbol, tuple[sp.Expr, sp.Expr]],
+        *,
+        check: bool = True,
+    ) -> Domain:
+        """Return {x : lower_i(v) <= x_i <= upper_i(v), v in box}, e.g. a band around a trim curve.
+
+        x_i = lower_i + s_i (upper_i - lower_i) with a share s_i in [0, 1], so that an enclosure
+        knows that v and x_i move together.
+
+        Parameters
+        ----------
+        box : ranges of v (and of all else).
+        between : variable -> (lower, upper), expressions in the symbols of the box.
+        check : prove lower_i <= upper_i over the box; False takes the caller's word.
+
+        Raises
+        ------
+        ModelError : a band whose lower edge is not provably below the upper one.
+        """
+        import sympy as sp
+
+        sides, places = dict(box), {}
+        for symbol, (lower, upper) in between.items():
+            low, high = sp.sympify(lower), sp.sympify(upper)
+            # No symbol of an expression may be taken for it, whatever its name.
+            share = sp.Dummy(f"share_{symbol}", real=True)
+            sides[share] = Interval.of(0, 1)
+            places[symbol] = low + share * (high - low)
+            if check:
+                _check_order(symbol, high - low, box)
+        return cls((Cell(sides, places),))
+
+    def __or__(self, other: Domain) -> Domain:
+        """Return the union of both."""
+        return Domain((*self.cells, *other.cells))
+
+    @property
+    def rectangle(self) -> Mapping[sp.Symbol, Interval] | None:
+        """The box that the domain is; None for a band or several cells."""
+        first, *more = self.cells
+        return None if more or first.places else first.box
+
+    def within(self, box: Mapping[sp.Symbol, Interval]) -> Domain:
+        """Return the points whose variables that no cell speaks of lie in the box."""
+        return Domain(
+            tuple(
+                Cell({**{s: r for s, r in box.items() if s not in cell.places}, **cell.box}, places)
+                for cell in self.cells
+                for places in [cell.places]
+            )
+        )
+
+    def moved(self, places: Mapping[sp.Symbol, tuple[sp.Symbol, sp.Expr]]) -> Domain:
+        """Return the domain in other variables: x -> (d, r) writes x = r + d.
+
+        A range is moved outward where r is no rational number.
+        """
+        return Domain(tuple(_moved(cell, places) for cell in self.cells))
+
+    def sides(self, symbols: Iterable[sp.Symbol]) -> dict[sp.Symbol, Interval]:
+        """Return a range of each symbol that every cell bounds: the smallest box, or little more.
+
+        Raises
+        ------
+        ModelError : a place that has no finite range.
+        """
+        found = {}
+        for symbol in symbols:
+            parts = [_side(cell, symbol) for cell in self.cells]
+            known = [part for part in parts if part is not None]
+            if len(known) == len(parts):
+                found[symbol] = Interval(min(k.lower for k in known), max(k.upper for k in known))
+        return found
+
+
+DomainLike: TypeAlias = "Domain | Mapping[sp.Symbol, Interval]"
+
+
+def as_domain(domain: Domain | Mapping[sp.Symbol, Interval]) -> Domain:
+    """Return a domain; a mapping is the box that it gives."""
+    return domain if isinstance(domain, Domain) else Domain.of_box(domain)
+
+
+def _check_order(symbol: sp.Symbol, width: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> None:
+    from takagi.models.ranges.expression_range import expression_range
+
+    found = expression_range(width, box)
+    if found.outer.lower < 0:
+        raise ModelError(
+            f"the band of {symbol}: upper minus lower is {width} in {found.outer}, which is not "
+            "provably >= 0; swap the edges where they cross, or cut the box there"
+        )
+
+
+def _moved(cell: Cell, places: Mapping[sp.Symbol, tuple[sp.Symbol, sp.Expr]]) -> Cell:
+    taken = {deviation for s, (deviation, _) in places.items() if deviation != s}
+    clash = sorted(str(symbol) for symbol in cell.box if symbol in taken)
+    if clash:
+        raise ModelError(
+            f"a coordinate of the domain is called {', '.join(clash)}, as the deviation of a "
+            "variable from its rest is; rename the coordinate"
+        )
+    written = {s: rest + deviation for s, (deviation, rest) in places.items()}
+    box = {}
+    for symbol, side in cell.box.items():
+        deviation, rest = places.get(symbol, (symbol, None))
+        box[deviation] = side if rest is None else side - value_of(rest)
+    found = {}
+    for symbol, place in cell.places.items():
+        deviation, rest = places.get(symbol, (symbol, 0))
+        found[deviation] = place.subs(written, simultaneous=True) - rest
+    return Cell(box, found)
+
+
+def value_of(number: sp.Expr) -> Interval:
+    """Return the number as an interval; one point if it is rational."""
+    from takagi.models.ranges.expression_range import expression_range
+
+    if number.is_Rational:
+        exactly = Fraction(int(number.p), int(number.q))
+        return Interval(exactly, exactly)
+    return expression_range(number, {}).outer.outward(DIGITS)
+
+
+def _side(cell: Cell, symbol: sp.Symbol) -> Interval | None:
+    from takagi.models.ranges.expression_range import expression_range
+
+    if symbol in cell.box:
+        return cell.box[symbol]
+    if symbol not in cell.places:
+        return None
+    return expression_range(cell.places[symbol], cell.box).outer.outward(DIGITS)

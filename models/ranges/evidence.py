@@ -1,0 +1,142 @@
+"""Evidence of a proved range: the tree of boxes and how each leaf is enclosed.
+
+A tree is text in preorder.  A digit or capital letter is the number of the side that is halved
+(0-9, A-Z), followed by the lower and the upper half; a small letter ends a branch:
+
+    p   plain evaluation in ball arithmetic
+    s   with slopes: monotone variables at their ends, mean-value form in the others
+    b   Bernstein coefficients, exact
+
+Replaying needs no search: one enclosure for each leaf.  ``evidence_file`` writes it as JSON.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, TypeVar
+
+from takagi.models.errors import ModelError
+from takagi.models.intervals.box_search import SIDES, Ends
+from takagi.models.intervals.interval import Interval
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from takagi.models.ranges.domain import Domain, DomainLike
+
+__all__ = ["LONGEST", "Evidence", "leaves_of", "replay"]
+
+Place = TypeVar("Place")
+LONGEST = 100_000  # characters of all trees together that a reader accepts
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """That the values of an expression over a domain lie in ``bounds``.
+
+    Attributes
+    ----------
+    bounds : the claim, with rational ends.
+    expression, domain : what the claim is about.
+    symbols : names of the sides in the order in which the trees number them, for each cell.
+    trees : one for each cell of the domain.
+    precision : bits of the ball arithmetic; Bernstein leaves are exact.
+    """
+
+    bounds: Interval
+    expression: sp.Expr = field(repr=False)
+    domain: Domain = field(repr=False)
+    symbols: tuple[tuple[str, ...], ...]
+    trees: tuple[str, ...]
+    precision: int
+
+    def replay(self) -> Interval:
+        """Return the hull of the enclosures on the leaves; it lies inside ``bounds``.
+
+        Raises
+        ------
+        ModelError : a leaf that leaves the bounds or has none (a wrong or foreign evidence), a
+            tree that is not well formed or too long, other cells or symbols than the domain's.
+        """
+        from takagi.models.ranges.expression_range import replayed_ends
+
+        if sum(map(len, self.trees)) > LONGEST:
+            raise ModelError(
+                f"evidence of {sum(map(len, self.trees))} characters; at most {LONGEST} are read"
+            )
+        found = Interval(*replayed_ends(self))
+        if not self.bounds.contains(found):
+            raise ModelError(
+                f"the bounds {self.bounds} of {self.expression} are not proved by their evidence: "
+                f"its boxes give {found}; bound the expression again"
+            )
+        return found
+
+    def claiming(self, bounds: Interval) -> Evidence:
+        """Return the same trees as evidence of other bounds; whether they hold ``replay`` tells."""
+        return replace(self, bounds=bounds)
+
+    @property
+    def boxes(self) -> int:
+        """Number of leaves."""
+        return sum(letter.islower() for tree in self.trees for letter in tree)
+
+    @property
+    def words(self) -> str:
+        """Return how the bounds were proved, e.g. ``"ball arithmetic, 12 boxes"``."""
+        letters = {letter for tree in self.trees for letter in tree if letter.islower()}
+        used = [
+            name
+            for name, of in (("Bernstein form", "b"), ("ball arithmetic", "ps"))
+            if letters & set(of)
+        ]
+        return f"{' and '.join(used)}, {self.boxes} box{'' if self.boxes == 1 else 'es'}"
+
+
+def replay(evidence: Evidence, expression: sp.Expr, domain: DomainLike) -> Interval:
+    """Return what the evidence gives for that expression over that domain.
+
+    Raises
+    ------
+    ModelError : as ``Evidence.replay``.
+    """
+    from takagi.models.ranges.domain import as_domain
+
+    return replace(evidence, expression=expression, domain=as_domain(domain)).replay()
+
+
+def leaves_of(
+    tree: str,
+    root: Place,
+    sides: int,
+    halve: Callable[[Place, int], tuple[Place, Place]],
+    enclose: Callable[[str, Place], Ends | None],
+) -> list[Ends]:
+    """Return the enclosure on each leaf of a tree.
+
+    Raises
+    ------
+    ModelError : a letter that is unknown, a tree that ends early or late, a leaf without bound.
+    """
+    found, left = [], [root]
+    for position, letter in enumerate(tree, start=1):
+        if not left:
+            raise ModelError(f"a tree of boxes goes on after its end, at character {position}")
+        place = left.pop()
+        number = SIDES.find(letter)
+        if number >= 0:
+            if number >= sides:
+                raise ModelError(
+                    f"a tree of boxes halves side {number} at character {position}; there are "
+                    f"{sides} sides"
+                )
+            left += reversed(halve(place, number))
+            continue
+        ends = enclose(letter, place)
+        if ends is None:
+            raise ModelError(f"the leaf {letter!r} at character {position} of a tree has no bound")
+        found.append(ends)
+    if left:
+        raise ModelError(f"a tree of boxes ends early: {len(left)} boxes are missing")
+    return found

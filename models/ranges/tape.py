@@ -1,0 +1,259 @@
+"""Expressions compiled to a flat list of ball operations, each made once.
+
+Walking a sympy tree costs more than the arithmetic; a tape is walked as one loop, and several
+expressions (a function and its derivatives) share what they have in common.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+from takagi.models.errors import ModelError
+from takagi.models.ranges.table_balls import TableBalls, tables_class
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+__all__ = ["UNARY", "Ball", "Tape", "UnknownFunction", "tape_of"]
+
+Ball: TypeAlias = Any  # flint.arb carries no type annotations
+UNARY = "sin cos tan exp log sqrt asin acos atan sinh cosh tanh asinh acosh atanh sinc erf".split()
+ONE, TWO, TABLE = range(3)  # kinds of operations: one operand, two, any number into a table
+
+
+class UnknownFunction(ModelError):
+    """A function has no ball arithmetic: its range cannot be enclosed, only given or sampled."""
+
+
+class Step(NamedTuple):
+    """One operation on slots of the tape."""
+
+    kind: int
+    apply: Callable[..., Ball]
+    first: Any  # a slot; the slots of all arguments for a table
+    second: int
+
+
+class Tape(NamedTuple):
+    """Operations that fill slots: inputs first, then constants, then one slot a step.
+
+    Attributes
+    ----------
+    outputs : slot of each expression; None for one that has no enclosure.
+    """
+
+    constants: tuple[Ball, ...]
+    steps: tuple[Step, ...]
+    outputs: tuple[int | None, ...]
+
+    def run(self, balls: Sequence[Ball], covered: bool = False) -> list[Ball | None]:
+        """Return a ball for each output that contains its value for all values in the balls.
+
+        Parameters
+        ----------
+        covered : every argument of every table is proved to stay inside it, so that the part of
+            a ball that leaves the table holds no argument.
+        """
+        slots = [*balls, *self.constants]
+        add = slots.append
+        for kind, apply, first, second in self.steps:
+            if kind == ONE:
+                add(apply(slots[first]))
+            elif kind == TWO:
+                add(apply(slots[first], slots[second]))
+            else:
+                add(apply([slots[i] for i in first], covered))
+        return [None if i is None else slots[i] for i in self.outputs]
+
+
+def tape_of(
+    expressions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol], *, optional: int = 0
+) -> Tape:
+    """Return the tape of the expressions.
+
+    Parameters
+    ----------
+    optional : as many of the last expressions may have no enclosure; their output is None.
+
+    Raises
+    ------
+    ModelError : a function without ball arithmetic.
+    """
+    maker = _Maker(symbols)
+    outputs: list[int | None] = []
+    for index, expression in enumerate(expressions):
+        try:
+            outputs.append(maker.slot(expression))
+        except ModelError:
+            if index < len(expressions) - optional:
+                raise
+            outputs.append(None)
+    return maker.tape(outputs)
+
+
+class _Maker:
+    """Slots are numbered apart while the tape grows: ("in", 0), ("const", 3), ("step", 2)."""
+
+    def __init__(self, symbols: Sequence[sp.Symbol]) -> None:
+        self.inputs = len(symbols)
+        self.known: dict[sp.Expr, tuple[str, int]] = {s: ("in", i) for i, s in enumerate(symbols)}
+        self.constants: list[Ball] = []
+        self.steps: list[tuple[int, Callable[..., Ball], Any, Any]] = []
+        self.places: list[tuple[str, int]] = []
+
+    def slot(self, expression: sp.Expr) -> int:
+        """Return a number that ``tape`` turns into the slot of the expression."""
+        self.places.append(self.place(expression))
+        return len(self.places) - 1
+
+    def tape(self, outputs: Sequence[int | None]) -> Tape:
+        start = {"in": 0, "const": self.inputs, "step": self.inputs + len(self.constants)}
+
+        def slot(place: tuple[str, int]) -> int:
+            return start[place[0]] + place[1]
+
+        steps = tuple(
+            Step(
+                kind,
+                apply,
+                tuple(map(slot, first)) if kind == TABLE else slot(first),
+                slot(second) if kind == TWO else 0,
+            )
+            for kind, apply, first, second in self.steps
+        )
+        found = tuple(None if o is None else slot(self.places[o]) for o in outputs)
+        return Tape(tuple(self.constants), steps, found)
+
+    def place(self, expression: sp.Expr) -> tuple[str, int]:
+        if expression not in self.known:
+            self.known[expression] = self._made(expression)
+        return self.known[expression]
+
+    def constant(self, ball: Ball) -> tuple[str, int]:
+        self.constants.append(ball)
+        return "const", len(self.constants) - 1
+
+    def step(
+        self, apply: Callable[..., Ball], first: Any, second: Any = None, kind: int | None = None
+    ) -> tuple[str, int]:
+        chosen = (ONE if second is None else TWO) if kind is None else kind
+        self.steps.append((chosen, apply, first, second))
+        return "step", len(self.steps) - 1
+
+    def chain(
+        self, apply: Callable[[Ball, Ball], Ball], parts: Sequence[tuple[str, int]]
+    ) -> tuple[str, int]:
+        total = parts[0]
+        for part in parts[1:]:
+            total = self.step(apply, total, part)
+        return total
+
+    def _made(self, expression: sp.Expr) -> tuple[str, int]:
+        import operator
+
+        import sympy as sp
+        from flint import arb, fmpq
+
+        if expression.is_Rational:
+            return self.constant(arb(fmpq(int(expression.p), int(expression.q))))
+        if expression is sp.pi or expression is sp.E:
+            return self.constant(arb.pi() if expression is sp.pi else arb.const_e())
+        if expression.is_Symbol:
+            raise ModelError(f"{expression} has no range; add it to the box")
+        if expression.is_Add:
+            return self.chain(operator.add, [self.place(a) for a in expression.args])
+        if expression.is_Mul:
+            return self._product(expression)
+        if expression.is_Pow:
+            return self._power(expression.base, expression.exp)
+        return self._function(expression)
+
+    def _product(self, expression: sp.Expr) -> tuple[str, int]:
+        import operator
+
+        above, below = [], []
+        for factor in expression.args:
+            if factor.is_Pow and factor.exp.is_Rational and factor.exp.is_negative:
+                below.append(self.place(factor.base ** (-factor.exp)))
+            else:
+                above.append(self.place(factor))
+        if not below:
+            return self.chain(operator.mul, above)
+        bottom = self.chain(operator.mul, below)
+        if not above:
+            return self.step(_inverse, bottom)
+        return self.step(operator.truediv, self.chain(operator.mul, above), bottom)
+
+    def _power(self, base: sp.Expr, exponent: sp.Expr) -> tuple[str, int]:
+        import operator
+
+        if exponent.is_Rational and exponent.is_negative:
+            return self.step(_inverse, self.place(base**-exponent))
+        if exponent.is_Integer:
+            return self.step(_Power(int(exponent)), self.place(base))
+        if exponent.is_Rational and int(exponent.q) == 2:
+            root = self.step(_root, self.place(base))
+            return root if exponent.p == 1 else self.step(_Power(int(exponent.p)), root)
+        return self.step(operator.pow, self.place(base), self.place(exponent))
+
+    def _function(self, expression: sp.Expr) -> tuple[str, int]:
+        from flint import arb
+
+        name = type(expression).__name__
+        tables = tables_class()
+        if tables is not None and isinstance(expression, tables):
+            slots = [self.place(a) for a in expression.args]
+            return self.step(TableBalls(type(expression)), slots, kind=TABLE)
+        if name in ("Max", "Min"):
+            apply = arb.max if name == "Max" else arb.min
+            return self.chain(apply, [self.place(a) for a in expression.args])
+        special: dict[str, Callable[..., Ball]] = {
+            "Abs": _absolute,
+            "sign": arb.sgn,
+            "Heaviside": _unit_step,
+            "sqrt": _root,
+        }
+        if name not in UNARY and name not in special:
+            raise UnknownFunction(
+                f"{expression}: no ball arithmetic for {name}; known are {', '.join(UNARY)}, "
+                "Abs, sign, Max, Min, tables, powers, and + - * /; give the premise's bounds "
+                "yourself, or sample them, which proves nothing (sampled_bounds)"
+            )
+        unary: Callable[..., Ball] = special[name] if name in special else getattr(arb, name)
+        return self.step(unary, self.place(expression.args[0]))
+
+
+def _inverse(ball: Ball) -> Ball:
+    return 1 / ball
+
+
+def _absolute(ball: Ball) -> Ball:
+    return abs(ball).nonnegative_part()
+
+
+def _unit_step(ball: Ball) -> Ball:
+    return (1 + ball.sgn()) / 2
+
+
+def _root(ball: Ball) -> Ball:
+    if ball.is_exact() or not ball.is_finite():
+        return ball.sqrt()
+    low = ball.lower()
+    return ball.sqrt() if low < 0 else low.sqrt().union(ball.upper().sqrt())
+
+
+@dataclass(frozen=True, slots=True)
+class _Power:
+    """x^n by its ends: a product of balls would forget that both factors are the same."""
+
+    exponent: int
+
+    def __call__(self, ball: Ball) -> Ball:
+        n = self.exponent
+        if ball.is_exact() or not ball.is_finite():
+            return ball**n
+        if n % 2 == 0 and ball.contains(0):
+            return (ball**n).nonnegative_part()
+        return (ball.lower() ** n).union(ball.upper() ** n)

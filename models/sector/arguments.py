@@ -1,0 +1,149 @@
+"""From the arguments of ``sector_model`` to a problem and a factored form of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from takagi.models.equations.problem import Problem, cleaned, over_box, problem_of_plant, rational
+from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval, Number
+from takagi.models.plant.plant import Plant
+from takagi.models.sector.assembly import LETTERS, Equations, Factored
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from takagi.models.equations.equilibrium import Rest
+    from takagi.models.ranges.domain import Domain
+    from takagi.models.sector.choice import Choice
+
+__all__ = ["posed"]
+
+
+def posed(
+    f: Plant | Sequence[sp.Expr],
+    states: Sequence[sp.Symbol] = (),
+    inputs: Sequence[sp.Symbol] = (),
+    *,
+    rest: Rest = "given",
+    box: Mapping[sp.Symbol, tuple[Number, Number]] | None = None,
+    domain: Domain | None = None,
+    disturbances: Sequence[sp.Symbol] = (),
+    outputs: Sequence[sp.Expr] = (),
+    parameters: Mapping[sp.Symbol, Number] | None = None,
+    matrices: Mapping[str, Sequence[Sequence[sp.Expr]]] | None = None,
+    choice: Choice | None = None,
+    premises: Mapping[sp.Symbol, sp.Expr] | None = None,
+    units: Mapping[sp.Symbol, str] | None = None,
+    name: str = "",
+    source: str = "",
+) -> tuple[Problem, Factored]:
+    """Return the equations about their rest, and f = A x + B u + E w in premise symbols.
+
+    Arguments and errors are those of ``sector_model``.
+    """
+    if isinstance(f, Plant):
+        _check_only_plant(
+            states, inputs, box, disturbances, outputs, parameters, matrices, units, name, source
+        )
+        problem = problem_of_plant(f, premises, rest, domain)
+        return problem, _factored(problem, None, {}, choice or "fewest-rules")
+    values = {symbol: rational(value) for symbol, value in (parameters or {}).items()}
+    if box is None and domain is None:
+        raise ModelError("no box was given; give a range for every variable that matters")
+    equations = Equations(
+        f=cleaned(f, values),
+        states=tuple(states),
+        inputs=tuple(inputs),
+        disturbances=tuple(disturbances),
+        outputs=cleaned(outputs, values),
+        units=dict(units or {}),
+    )
+    if len(equations.f) != len(equations.states):
+        raise ModelError(
+            f"f has {len(equations.f)} rows, but there are {len(equations.states)} states; "
+            "give one each"
+        )
+    wanted = dict(zip(premises or {}, cleaned((premises or {}).values(), values), strict=True))
+    sides = {symbol: Interval.of(*ends) for symbol, ends in (box or {}).items()}
+    variables = [*equations.states, *equations.inputs, *equations.disturbances]
+    over = over_box(domain, sides, variables)
+    if domain is not None:
+        sides |= over.sides(variables)
+    bent = None if over.rectangle is not None else over
+    problem = Problem(equations, sides, bent, wanted, name=name, source=source)
+    return problem, _factored(problem, matrices, values, choice)
+
+
+def _check_only_plant(*others: object) -> None:
+    if any(bool(other) for other in others):
+        raise ModelError(
+            "a Plant was given together with states, inputs, box, parameters, matrices or the "
+            "like; the plant carries these itself, leave them out"
+        )
+
+
+def _factored(
+    problem: Problem,
+    matrices: Mapping[str, Sequence[Sequence[sp.Expr]]] | None,
+    values: Mapping[sp.Symbol, sp.Rational],
+    choice: Choice | None,
+) -> Factored:
+    import sympy as sp
+
+    plant, premises = problem.equations, dict(problem.wanted)
+    if matrices is None and choice is not None:
+        from takagi.models.sector.choice import chosen_form
+
+        return chosen_form(problem, choice)
+    if matrices is None:
+        from takagi.models.sector.factorisation import factor
+
+        return _with_premises(factor(plant), premises)
+    unknown = set(matrices) - set(LETTERS)
+    if unknown or "A" not in matrices:
+        raise ModelError(
+            f"matrices {', '.join(sorted(matrices)) or 'none'} were given; A is needed, and of "
+            "B, C, D, E those that are not zero"
+        )
+    found = {}
+    for letter, shape in _shapes(plant).items():
+        matrix = sp.Matrix(matrices[letter]) if letter in matrices else sp.zeros(*shape)
+        if matrix.shape != shape:
+            raise ModelError(f"{letter} has shape {matrix.shape}; {shape} is needed")
+        found[letter] = sp.Matrix(*shape, cleaned(list(matrix), values))
+    return Factored(found, premises)
+
+
+def _shapes(plant: Equations) -> dict[str, tuple[int, int]]:
+    n, m, p = len(plant.states), len(plant.inputs), len(plant.outputs)
+    return {"A": (n, n), "B": (n, m), "C": (p, n), "D": (p, m), "E": (n, len(plant.disturbances))}
+
+
+def _with_premises(matrices: Mapping[str, sp.Matrix], wanted: dict[sp.Symbol, sp.Expr]) -> Factored:
+    """Replace the wanted expressions, then make every entry that is still nonlinear a premise."""
+    import sympy as sp
+
+    symbols: dict[sp.Expr, sp.Symbol] = {}
+    taken = {symbol.name for symbol in wanted}
+    fresh = (s for s in sp.numbered_symbols("z", start=1) if s.name not in taken)
+
+    def entry(expression: sp.Expr) -> sp.Expr:
+        written = expression.subs({e: s for s, e in wanted.items()})
+        if not written.free_symbols - set(wanted):
+            return written
+        simplified = sp.simplify(expression)
+        if simplified not in symbols:
+            symbols[simplified] = next(fresh)
+        return symbols[simplified]
+
+    found = {letter: matrix.applyfunc(entry) for letter, matrix in matrices.items()}
+    used = {s for matrix in found.values() for s in matrix.free_symbols}
+    unused = [str(symbol) for symbol in wanted if symbol not in used]
+    if unused:
+        raise ModelError(
+            f"premise {', '.join(unused)} was not found in the factored entries; give the "
+            "matrices factored by hand"
+        )
+    return Factored(found, {**wanted, **{symbol: e for e, symbol in symbols.items()}})

@@ -1,0 +1,241 @@
+"""Premises with proved ranges; or with given ones, contradicted or confirmed; or sampled ones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+from takagi.models.equations.problem import Problem
+from takagi.models.errors import ModelError
+from takagi.models.intervals.box_search import NoBound
+from takagi.models.intervals.interval import Interval, Number
+from takagi.models.ranges.sampled import SampledBounds, sampled_bounds
+from takagi.models.ranges.tape import UnknownFunction
+from takagi.models.sector.rule_counting import ROUGH, counted
+from takagi.models.ts.premise import Premise, round_outward
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from takagi.models.ranges.evidence import Evidence
+    from takagi.models.sector.assembly import Factored
+
+__all__ = [
+    "Asked",
+    "Given",
+    "bounded_premise",
+    "bounded_premises",
+    "check_rule_count",
+    "counted_premises",
+]
+
+Given: TypeAlias = "tuple[Number, Number] | SampledBounds"
+
+FINER = (Fraction(1, 10**6), Fraction(1, 10**9))  # tolerances at which given bounds are tried
+SAMPLES = 10_000
+MARGIN = Fraction(1, 100)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Asked:
+    """What was asked of the bounds: given ones, premises to sample, and the excess allowed."""
+
+    given: Mapping[sp.Symbol, Given]
+    sampled: frozenset[sp.Symbol]
+    tolerance: Fraction
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Bounded:
+    """Bounds, why they hold in words, and the proof if there is one."""
+
+    bounds: Interval
+    evidence: str
+    proof: Evidence | None = None
+    sampled: bool = False
+
+
+def counted_premises(
+    problem: Problem, factored: Factored, asked: Asked, most_rules: int
+) -> list[Premise]:
+    """Return the premises of a model of at most ``most_rules`` rules.
+
+    Raises
+    ------
+    ModelError : more rules, with the premises ranked by what they cost; or as
+        ``bounded_premises``.
+    """
+    if 2 ** len(factored.premises) > most_rules:
+        # Rough bounds tell which premises are constant and rank the others.
+        rough = Asked(asked.given, asked.sampled, max(asked.tolerance, ROUGH))
+        check_rule_count(bounded_premises(problem, factored, rough), most_rules)
+    members = bounded_premises(problem, factored, asked)
+    check_rule_count(members, most_rules)
+    return members
+
+
+def bounded_premises(problem: Problem, factored: Factored, asked: Asked) -> list[Premise]:
+    """Return every premise with its bounds.
+
+    Raises
+    ------
+    ModelError : bounds of a premise that there is not, one that cannot be bounded, or given
+        bounds that an attained value contradicts.
+    """
+    for what, symbols in (("bounds", asked.given), ("sampled bounds", asked.sampled)):
+        unknown = sorted(str(symbol) for symbol in symbols if symbol not in factored.premises)
+        if unknown:
+            known = ", ".join(map(str, factored.premises)) or "none"
+            raise ModelError(f"{what} of {', '.join(unknown)} were given; the premises are {known}")
+    twice = sorted(str(symbol) for symbol in asked.given if symbol in asked.sampled)
+    if twice:
+        raise ModelError(f"bounds of {', '.join(twice)} are given and to be sampled; choose one")
+    return [
+        bounded_premise(
+            symbol,
+            expression,
+            problem,
+            "sampled" if symbol in asked.sampled else asked.given.get(symbol),
+            asked.tolerance,
+        )
+        for symbol, expression in factored.premises.items()
+    ]
+
+
+def bounded_premise(
+    symbol: sp.Symbol,
+    expression: sp.Expr,
+    problem: Problem,
+    given: Given | Literal["sampled"] | None,
+    tolerance: Fraction,
+) -> Premise:
+    """Return the premise with proved bounds; or with given ones, or such as its samples have.
+
+    Raises
+    ------
+    ModelError : it cannot be bounded, or an attained value contradicts the given bounds.
+    """
+    import sympy as sp
+
+    from takagi.models.equations.premise_units import unit_of
+    from takagi.models.ranges.expression_range import expression_value
+
+    names = {s.name: s for s in expression.free_symbols}
+
+    def evaluate(**point: float) -> float:
+        return expression_value(expression, {s: point[n] for n, s in names.items() if n in point})
+
+    if given == "sampled":
+        drawn = sampled_bounds(expression, problem.where, points=SAMPLES, margin=MARGIN)
+        found = _Bounded(round_outward(drawn.bounds), drawn.evidence, sampled=True)
+    elif isinstance(given, SampledBounds):
+        found = _Bounded(round_outward(given.bounds), given.evidence, sampled=True)
+    elif given is None:
+        found = _proved(symbol, expression, problem, tolerance)
+    else:
+        found = _given(symbol, expression, problem, Interval.of(*given), tolerance)
+    units = problem.equations.units
+    return Premise(
+        symbol.name,
+        found.bounds.lower,
+        found.bounds.upper,
+        unit=units[symbol] if symbol in units else unit_of(expression, units),
+        latex=sp.latex(symbol),
+        evidence=found.evidence + _over(expression, problem),
+        evaluate=evaluate,
+        proof=found.proof,
+        sampled=found.sampled,
+        domain=problem.domain,
+    )
+
+
+def _proved(
+    symbol: sp.Symbol, expression: sp.Expr, problem: Problem, tolerance: Fraction
+) -> _Bounded:
+    from takagi.models.ranges.expression_range import expression_range
+
+    try:
+        found = expression_range(expression, problem.where, tolerance=tolerance)
+    except NoBound as error:
+        raise NoBound(f"premise {symbol} = {expression}: {error}") from error
+    bounds = round_outward(found.outer)
+    if found.evidence is None:
+        return _Bounded(bounds, "ball arithmetic, rounded outward")
+    return _Bounded(
+        bounds, f"{found.evidence.words}, rounded outward", found.evidence.claiming(bounds)
+    )
+
+
+def _given(
+    symbol: sp.Symbol, expression: sp.Expr, problem: Problem, bounds: Interval, tolerance: Fraction
+) -> _Bounded:
+    """Return the given bounds: proved, or with what is missing, or refused."""
+    from takagi.models.ranges.expression_range import expression_range
+
+    words, excess = "given by the user", Fraction(0)
+    for share in (tolerance, *(finer for finer in FINER if finer < tolerance)):
+        try:
+            found = expression_range(expression, problem.where, tolerance=share)
+        except (UnknownFunction, NoBound):
+            return _supported(symbol, expression, problem, bounds)
+        if not bounds.contains(found.inner):
+            raise _contradicted(
+                symbol, expression, bounds, f"values that it attains, {found.inner}"
+            )
+        if bounds.contains(found.outer) and found.evidence is not None:
+            confirmed = f"{words}, confirmed by {found.evidence.words}"
+            return _Bounded(bounds, confirmed, found.evidence.claiming(bounds))
+        excess = max(bounds.lower - found.outer.lower, found.outer.upper - bounds.upper)
+    return _Bounded(
+        bounds,
+        f"{words}; no value outside was found, and ball arithmetic proves them but for "
+        f"{float(excess):.1e} at an end",
+    )
+
+
+def _supported(
+    symbol: sp.Symbol, expression: sp.Expr, problem: Problem, bounds: Interval
+) -> _Bounded:
+    """Return given bounds of a function that cannot be enclosed: samples may contradict them."""
+    drawn = sampled_bounds(expression, problem.where, points=SAMPLES)
+    if not bounds.contains(drawn.bounds):
+        raise _contradicted(symbol, expression, bounds, f"sampled values, {drawn.bounds}")
+    words = "given by the user for a function that cannot be enclosed; its values, "
+    return _Bounded(bounds, f"{words}{drawn.evidence}, lie inside", sampled=True)
+
+
+def _contradicted(
+    symbol: sp.Symbol, expression: sp.Expr, bounds: Interval, what: str
+) -> ModelError:
+    return ModelError(
+        f"premise {symbol} = {expression}: the given bounds {bounds} leave out {what}; widen them, "
+        "or shrink the box"
+    )
+
+
+def _over(expression: sp.Expr, problem: Problem) -> str:
+    """Return the variables that vary, with units: `` over q [rad], p [rad/s]``."""
+    varying = sorted(expression.free_symbols, key=str)
+    if not varying:
+        return ""
+    shape = "" if problem.domain is None else ", not on the whole box"
+    return f", over {', '.join(problem.equations.named(varying))}{shape}"
+
+
+def check_rule_count(premises: Sequence[Premise], most_rules: int) -> int:
+    """Return the number of rules that the premises make.
+
+    Raises
+    ------
+    ModelError : more than ``most_rules``, with the premises ranked by what they cost.
+    """
+    count = counted(premises)
+    if count.rules > most_rules:
+        raise ModelError(
+            f"{len(count.premises)} premises make {count.rules} rules, more than most_rules = "
+            f"{most_rules}; each premise doubles them, and a narrow one is the cheapest to do "
+            f"without (as an uncertainty, or by a smaller box): {count.words}"
+        )
+    return count.rules

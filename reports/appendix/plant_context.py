@@ -1,0 +1,164 @@
+"""What the templates of a plant's appendix are filled with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from takagi.reports.appendix.tex import NONE, Tex, decimal, escape, fixed, matrix, scientific, unit
+from takagi.reports.loops.plant_local import LocalLoop
+from takagi.reports.loops.proved_kinds import embedded
+from takagi.reports.page.readable_latex import readable, shortens
+from takagi.reports.sections.plant.derivation import derivation_steps
+from takagi.reports.sections.plant.gains import gain_columns
+from takagi.reports.sections.plant.plant import equations_latex, kinds
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.models.plant.plant import Plant, Variable
+    from takagi.reports.loops.plant_loop import PlantLoop
+
+__all__ = ["latex_context"]
+
+# Gains of more columns than this are set as a matrix per rule.
+MOST_COLUMNS = 9
+# A table of more rows than this is broken over pages.
+MOST_ROWS = MOST_MARGINS = 40
+
+
+def latex_context(
+    design: PlantDesign, loop: PlantLoop, loops: Sequence[LocalLoop]
+) -> dict[str, Any]:
+    """Return what all sections show."""
+    return {
+        **_plant(design.plant),
+        **_derivation(design),
+        **_law(design, loop),
+        **_certificate(design, loop),
+        "margins": [_margin_row(one) for one in loops[:MOST_MARGINS]],
+        "margins_left_out": max(len(loops) - MOST_MARGINS, 0),
+    }
+
+
+def _plant(plant: Plant) -> dict[str, Any]:
+    return {
+        "name": plant.name or "Plant",
+        "description": plant.description,
+        "source": plant.source,
+        "sample_time": None if plant.sample_time is None else decimal(plant.sample_time),
+        "equations": [Tex(readable(line)) for line in equations_latex(plant)],
+        "variables": [_variable(kind, v) for kind, v in kinds(plant)],
+        "parameters": [
+            [_symbol(p.symbol), decimal_or_rounded(p.value), unit(p.unit), escape(p.source)]
+            for p in plant.parameters
+        ],
+    }
+
+
+def _variable(kind: str, variable: Variable) -> list[Tex]:
+    ends = [NONE, NONE]
+    if variable.range is not None:
+        ends = [
+            decimal_or_rounded(variable.range.lower), decimal_or_rounded(variable.range.upper)
+        ]  # fmt: skip
+    return [
+        _symbol(variable.symbol), escape(kind), unit(variable.unit), *ends,
+        decimal_or_rounded(variable.rest), escape(variable.description),
+    ]  # fmt: skip
+
+
+def _derivation(design: PlantDesign) -> dict[str, Any]:
+    steps, vertices = derivation_steps(design.model)
+    return {
+        "steps": [(step.title, Tex(readable(step.latex))) for step in steps],
+        "vertices": [Tex(readable(step.latex)) for step in vertices],
+        "rounded": any(shortens(step.latex) for step in steps),
+        "rules": len(design.model.rules),
+    }
+
+
+def _law(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
+    if loop.gains is None:
+        return {"law": False, "notes": list(design.notes)}
+    columns = gain_columns(loop)
+    if len(columns) > MOST_COLUMNS:
+        rows = [
+            [escape(i), Tex(f"${matrix(K, exactly=True)}$")] for i, K in enumerate(loop.gains, 1)
+        ]
+        heads = [Tex("Rule"), Tex("$K_i$, SI units")]
+    else:
+        varying = [k for k, p in enumerate(loop.model.premises) if len(p.corners) > 1]
+        corners = (Tex("lower"), Tex("upper"))
+        rows = [
+            [escape(i), *(corners[rule[k]] for k in varying), *map(decimal, map(float, K.ravel()))]
+            for i, (rule, K) in enumerate(zip(loop.model.rules, loop.gains, strict=True), 1)
+        ]
+        heads = [_head(name, of) for name, of in columns]
+    return {
+        "law": True,
+        "gain_heads": heads,
+        "gains": rows,
+        "long_gains": len(rows) > MOST_ROWS,
+        "notes": list(design.notes),
+    }
+
+
+def _certificate(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
+    provenance = design.document.get("provenance", {})
+    level = loop.level if loop.bounded else None
+    return {
+        "verdict": design.checked.verdict.name,
+        "verdict_text": design.checked.verdict.value,
+        "proved": design.checked.verdict.name == "PROVED",
+        "embedded": embedded(design),
+        "claims": [(c.verdict.name, c.name, c.text) for c in design.checked.claims],
+        "messages": list(design.checked.messages),
+        "discrete": loop.discrete,
+        "decay": None if loop.decay_rate is None else decimal(loop.decay_rate),
+        "P": None if loop.decay_P is None else matrix(loop.decay_P, exactly=True),
+        "level": None if level is None else scientific(level, 4),
+        "level_proved": loop.level_proved,
+        "states": [escape(label) for label in loop.model.states],
+        "hashes": [
+            [escape(name), Tex(rf"\texttt{{{escape(value)}}}")]
+            for name, value in provenance.get("sha256", {}).items()
+        ],
+        "versions": ", ".join(f"{k} {v}" for k, v in provenance.get("versions", {}).items()),
+    }
+
+
+def _margin_row(one: LocalLoop) -> list[Tex]:
+    m = one.margins
+    head = [escape(one.place), escape(one.input.split(" [")[0])]
+    if not m.stable:
+        return [*head, *[escape("unstable")] * 6]
+    decibels = 20 * np.log10(m.gain_increase)
+    crossover = scientific(m.crossover, 3) if np.isfinite(m.crossover) else NONE
+    return [
+        *head,
+        crossover,
+        fixed(float(decibels), 1),
+        fixed(float(np.degrees(m.phase)), 1),
+        scientific(m.delay, 3) if np.isfinite(m.delay) else fixed(m.delay, 0),
+        fixed(m.disk.alpha, 2),
+        fixed(m.sensitivity_peak, 2),
+    ]
+
+
+def decimal_or_rounded(value: Any) -> Tex:
+    """Return a rational as its decimal where that ends within 15 digits, else rounded to 12."""
+    text = f"{float(value):.12g}"
+    return decimal(text) if "e" not in text else scientific(float(value), 12)
+
+
+def _symbol(symbol: Any) -> Tex:
+    import sympy as sp
+
+    return Tex(f"${readable(str(sp.latex(symbol)))}$")
+
+
+def _head(name: str, of: str) -> Tex:
+    words = escape(name)
+    return Tex(rf"\shortstack[r]{{{words}\\{{}}[{unit(of)}]}}") if of else words

@@ -1,0 +1,62 @@
+"""The appendix as files: LaTeX that compiles alone, its body, and the figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from takagi.certificates.design.turbine.design import TurbineDesign
+
+__all__ = ["appendix_files"]
+
+Tell = Callable[[str], None]
+
+FIGURES = "figures"
+
+
+def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[str, bytes | str]:
+    """Return relative file name -> content of the LaTeX appendix of a design.
+
+    ``appendix.tex`` compiles alone with pdflatex; ``appendix-body.tex`` is for ``\\input`` into a
+    paper with the packages that its first lines name; ``figures/*.pdf`` are the figures.  The same
+    design gives the same bytes: there is no date in them.
+
+    Parameters
+    ----------
+    tell : called with a word before each step.
+    """
+    from takagi.reports.appendix.blending import blending_context
+    from takagi.reports.appendix.certificate import certificate_context
+    from takagi.reports.appendix.conditions import conditions_context
+    from takagi.reports.appendix.environment import render
+    from takagi.reports.appendix.regional import region_context
+    from takagi.reports.appendix.robustness import margins_context, trim_loops
+    from takagi.reports.appendix.schedule import law_context
+    from takagi.reports.appendix.turbine import plant_context
+    from takagi.reports.appendix.turbine_figures import appendix_figures
+
+    say = tell or _silent
+    say("margins at the trims")
+    loops, none = trim_loops(design)
+    say("figures")
+    figures = appendix_figures(design, loops)
+    say("LaTeX")
+    context: dict[str, object] = {
+        **plant_context(design),
+        **blending_context(design),
+        **law_context(design),
+        **conditions_context(design),
+        **certificate_context(design),
+        **margins_context(loops, none),
+        "partial": region_context(design.partial_load, design.regional.partial, "b"),
+        "full": region_context(design.full_load, design.regional.full, "c"),
+        "figures": sorted(figures),
+    }
+    files: dict[str, bytes | str] = {
+        "appendix.tex": render("appendix.tex.jinja", context),
+        "appendix-body.tex": render("body.tex.jinja", context),
+    }
+    return files | {f"{FIGURES}/{name}": data for name, data in figures.items()}
+
+
+def _silent(_: str) -> None:
+    """Say nothing."""

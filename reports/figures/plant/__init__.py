@@ -1,0 +1,9 @@
+"""The figures of a plant's design.
+
+weights        premises and their weights over the box
+poles          poles of vertices and plant, with the proved decay rate
+responses      motions over time
+phase_plane    motions in planes of two states, with box and ellipsoid
+blend          two actuators behind a blend
+captioned      all of them with captions, and their data as CSV
+"""

@@ -1,0 +1,181 @@
+"""The figures of a plant's design with captions, and their data as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.reports.figures import BodeLine, bode_figure
+from takagi.reports.figures.plant.phase_plane import phase_figure, planes
+from takagi.reports.figures.plant.poles import vertex_poles_figure
+from takagi.reports.figures.plant.responses import responses_figure
+from takagi.reports.figures.plant.weights import PremiseCurve, premise_curves, weights_figure
+from takagi.reports.loops.plant_local import LocalLoop, common_frequencies
+from takagi.reports.loops.plant_motion import Motion, around, motions
+from takagi.reports.page.text import Plate, plate
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from takagi.reports.loops.plant_loop import PlantLoop
+
+__all__ = ["Drawn", "bode_drawings", "bode_plates", "csv_text", "motion_plates", "poles_plate",
+           "weights_plate"]  # fmt: skip
+
+AROUND = 12
+MOST_LINES = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """Plates, and file name -> CSV of the numbers that they show."""
+
+    plates: tuple[Plate, ...]
+    data: Mapping[str, str] = field(default_factory=dict)
+
+
+def weights_plate(loop: PlantLoop) -> Drawn:
+    """Return how the premises' weights vary over the box; nothing if none varies."""
+    curves = premise_curves(loop.model)
+    if not curves:
+        return Drawn(())
+    held = sorted({label.split(" [")[0] for curve in curves for label in curve.held})
+    caption = (
+        "Weights of the premises over the variables they depend on, as deviations from rest; the "
+        "membership of a rule is the product of its premises' weights."
+        + (f" At rest: {', '.join(held)}." if held else "")
+    )
+    names = ", ".join(curve.premise.name for curve in curves)
+    found = plate(
+        weights_figure(curves),
+        "memberships",
+        caption=caption,
+        alternative=f"Weights of the premises {names} over the box",
+    )
+    return Drawn((found,), {f"memberships-{c.premise.name}.csv": _curve_csv(c) for c in curves})
+
+
+def poles_plate(loop: PlantLoop) -> Plate:
+    """Return the poles of vertices, of pairs of rules, and at rest."""
+    rate = "" if loop.decay_rate is None else " Dashed: the decay rate that is proved."
+    own = "Poles of the vertices" if loop.gains is None else "Closed-loop poles of the vertices"
+    return plate(
+        vertex_poles_figure(loop),
+        "poles",
+        caption=f"{own}, and of the plant linearised where it rests. Poles of vertices alone say "
+        f"nothing about their blends: the certificate does.{rate}",
+        alternative="Poles in the complex plane: of the vertices, of pairs of rules, and at rest",
+    )
+
+
+def bode_drawings(loops: Sequence[LocalLoop]) -> list[tuple[str, Figure]]:
+    """Return (input, figure): at rest, and the vertices with the least disk margins."""
+    if not loops:
+        return []
+    omega = common_frequencies(loops)
+    found = []
+    for name in dict.fromkeys(one.input for one in loops):
+        mine = [one for one in loops if one.input == name]
+        rest = [one for one in mine if one.place == "rest"]
+        others = sorted(
+            (one for one in mine if one not in rest), key=lambda o: o.margins.disk.alpha
+        )
+        shown = [*rest, *others[: MOST_LINES - 1]]
+        found.append((name, bode_figure(omega, [_bode_line(one, omega) for one in shown])))
+    return found
+
+
+def bode_plates(loops: Sequence[LocalLoop]) -> tuple[Plate, ...]:
+    """Return one Bode plot per input."""
+    return tuple(
+        plate(
+            figure,
+            f"bode-{k}" if k > 1 else "bode",
+            caption=f"The loop broken at {name.split(' [')[0]}, all other loops closed: at rest, "
+            "and the vertices with the smallest disk margins. Filled dot: crossover with phase "
+            "margin (PM); open dot: phase crossover with gain margin (GM).",
+            alternative=f"Bode plot of the loop at {name} at rest and at vertices",
+        )
+        for k, (name, figure) in enumerate(bode_drawings(loops), 1)
+    )
+
+
+def motion_plates(loop: PlantLoop, shown: Sequence[Motion]) -> Drawn:
+    """Return responses over time and, for two states or more, planes of states."""
+    where = (
+        "Starts lie just inside the ellipsoid V = level, each where one state is largest."
+        if shown and shown[0].value.size
+        else "No proved ellipsoid: starts at a share of the box, one state at a time."
+    )
+    found = [
+        plate(
+            responses_figure(loop, shown),
+            "responses",
+            caption=f"The nonlinear plant under its law. {where} States as deviations from rest.",
+            alternative="States, inputs and the quadratic function over time, from each start",
+        )
+    ]
+    data = {"responses.csv": _motions_csv(loop, shown)}
+    if planes(loop):
+        two = len(loop.names) == 2
+        drawn = motions(loop, around(loop, AROUND)) if two else shown
+        words = "" if two else " Of the ellipsoid the shadow is drawn, its projection."
+        what = "the proved ellipsoid" if loop.level_proved else "the largest ellipsoid of V in it"
+        found.append(
+            plate(
+                phase_figure(loop, drawn),
+                "phase",
+                caption="Motions of the nonlinear plant in the plane of two states, with the box "
+                f"(dashed) and {what}.{words}",
+                alternative="Motions from around the ellipsoid to rest, with ellipsoid and box",
+            )
+        )
+        data["phase.csv"] = _motions_csv(loop, drawn)
+    return Drawn(tuple(found), data)
+
+
+def _bode_line(one: LocalLoop, omega: np.ndarray) -> BodeLine:
+    m = one.margins
+    marked = (m.phase_frequency, m.gain_increase_frequency) if m.stable else (np.nan, np.nan)
+    label = one.place + ("" if m.stable else ", unstable")
+    values = one.response.evaluate(omega)[:, 0, 0]
+    return BodeLine(label, values, *(float(w) if np.isfinite(w) else None for w in marked))
+
+
+def _curve_csv(curve: PremiseCurve) -> str:
+    unit = curve.premise.unit
+    head = [*curve.variables, f"{curve.premise.name} [{unit}]", "w0 [-]", "w1 [-]"]
+    grids = np.meshgrid(*curve.axes)
+    w0, w1 = curve.premise.weights(curve.value, clip=True)
+    return csv_text(head, np.column_stack([part.ravel() for part in (*grids, curve.value, w0, w1)]))
+
+
+def _motions_csv(loop: PlantLoop, shown: Sequence[Motion]) -> str:
+    inputs = [f"{v.name} [{v.unit}]" for v in loop.plant.inputs] if shown[0].input.size else []
+    valued = bool(shown[0].value.size)
+    blend = loop.blend
+    blended = [] if blend is None else [a.variable.label for a in blend.blending.actuators]
+    head = ["run [-]", "time [s]", *loop.model.states, *inputs, *blended]
+    head += ["V/level [-]"] * valued
+    blocks = []
+    for number, motion in enumerate(shown, 1):
+        parts = [np.full(len(motion.time), number), motion.time, motion.state]
+        parts += [motion.input] if inputs else []
+        parts += [motion.acting] if blended else []
+        parts += [motion.value] if valued else []
+        blocks.append(np.column_stack(parts))
+    return csv_text(head, np.concatenate(blocks))
+
+
+def csv_text(head: Sequence[str], rows: np.ndarray) -> str:
+    """Return a table with a line of headings, numbers to eight digits."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows([f"{value:.8g}" for value in row] for row in rows)
+    return text.getvalue()

@@ -1,0 +1,148 @@
+"""How premises and their weights depend on the variables of the box."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.models.errors import ModelError
+from takagi.reports.figures.style import COLOURS, SEQUENTIAL, STYLES, house_style, new_figure
+from takagi.reports.page.text import powers
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from takagi.models.ts.model import TSModel
+    from takagi.models.ts.premise import Premise
+
+__all__ = ["PremiseCurve", "premise_curves", "weights_figure"]
+
+Floats = NDArray[np.float64]
+LINE, GRID = 201, 61
+TRIES, SEED = 6, 5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PremiseCurve:
+    """A premise along the one or two variables that it depends on, all others at rest.
+
+    Attributes
+    ----------
+    variables : labels with units, one or two; further ones it depends on are in ``held``.
+    axes : a grid of each variable, in deviations from rest.
+    value : (k,) or (k2, k1), the last axis that of the first variable.
+    """
+
+    premise: Premise
+    variables: tuple[str, ...]
+    axes: tuple[Floats, ...]
+    value: Floats
+    held: tuple[str, ...] = ()
+
+
+def premise_curves(model: TSModel) -> tuple[PremiseCurve, ...]:
+    """Return a curve (or surface) for each premise that is not constant."""
+    rest = {
+        label.split(" [")[0]: 0.0 for label in (*model.states, *model.inputs, *model.disturbances)
+    }
+    return tuple(
+        _curve(model, premise, rest)
+        for premise in model.premises
+        if len(premise.corners) > 1 and premise.evaluate is not None
+    )
+
+
+def weights_figure(curves: tuple[PremiseCurve, ...]) -> Figure:
+    """Return one panel per premise: w_0 and w_1 over its variable, or w_1 over two.
+
+    Raises
+    ------
+    ModelError : no curves.
+    """
+    if not curves:
+        raise ModelError("no premise varies; there are no weights to draw")
+    across = 1 if len(curves) == 1 else 2
+    rows = -(-len(curves) // across)
+    with house_style():
+        figure, panels = new_figure(rows, across, height=3.0 if rows == 1 else 2.6 * rows)
+        for axes, curve in zip(panels, curves, strict=False):
+            draw = _line if len(curve.variables) == 1 else _surface
+            draw(axes, curve)
+            axes.set_title(f"{curve.premise.name} in {_range(curve.premise)}", fontsize=9.5)
+        for axes in panels[len(curves) :]:
+            axes.set_visible(False)
+        lines = next((a for a, c in zip(panels, curves, strict=False) if len(c.axes) == 1), None)
+        if lines is not None:
+            figure.legend(*lines.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def _curve(model: TSModel, premise: Premise, rest: dict[str, float]) -> PremiseCurve:
+    assert premise.evaluate is not None
+    box = {label: (float(a), float(b)) for label, (a, b) in model.box.items()}
+    known = {label: box[label] for label in box if label.split(" [")[0] in rest}
+    found = _dependent(premise, known, rest) or list(known)[:1]
+    shown = tuple(found[:2])
+    size = LINE if len(shown) == 1 else GRID
+    axes = tuple(np.linspace(*known[label], size) for label in shown)
+
+    def value(*point: float) -> float:
+        assert premise.evaluate is not None
+        names = [label.split(" [")[0] for label in shown]
+        return premise.evaluate(**{**rest, **dict(zip(names, point, strict=True))})
+
+    if len(shown) == 1:
+        values = np.array([value(float(x)) for x in axes[0]])
+    else:
+        values = np.array([[value(float(x), float(y)) for x in axes[0]] for y in axes[1]])
+    return PremiseCurve(premise, shown, axes, values, tuple(found[2:]))
+
+
+def _dependent(
+    premise: Premise, box: dict[str, tuple[float, float]], rest: dict[str, float]
+) -> list[str]:
+    """Return the variables whose change alone moves the premise somewhere in the box."""
+    assert premise.evaluate is not None
+    chance = np.random.default_rng(SEED)
+    found = []
+    for label in box:
+        name = label.split(" [")[0]
+        for _ in range(TRIES):
+            point = {**rest, **{k.split(" [")[0]: chance.uniform(*ends) for k, ends in box.items()}}
+            first = premise.evaluate(**point)
+            if premise.evaluate(**{**point, name: chance.uniform(*box[label])}) != first:
+                found.append(label)
+                break
+    return found
+
+
+def _range(premise: Premise) -> str:
+    unit = "" if premise.unit == "-" else f" {powers(premise.unit)}"
+    return f"[{float(premise.lower):.5g}, {float(premise.upper):.5g}]{unit}"
+
+
+def _line(axes: Axes, curve: PremiseCurve) -> None:
+    weights = curve.premise.weights(curve.value, clip=True)
+    for weight, words, colour, style in zip(
+        weights, ("weight of the lower bound", "weight of the upper bound"), COLOURS, STYLES,
+        strict=False,
+    ):  # fmt: skip
+        axes.plot(curve.axes[0], weight, color=colour, linestyle=style, label=words)
+    axes.set_xlim(curve.axes[0][0], curve.axes[0][-1])
+    axes.set_ylim(-0.03, 1.03)
+    axes.set_xlabel(powers(curve.variables[0]))
+    axes.set_ylabel("weight [-]")
+
+
+def _surface(axes: Axes, curve: PremiseCurve) -> None:
+    upper = curve.premise.weights(curve.value, clip=True)[1]
+    levels = np.linspace(0.0, 1.0, 11)
+    filled = axes.contourf(*curve.axes, upper, levels=levels, cmap=SEQUENTIAL)
+    bar = axes.figure.colorbar(filled, ax=axes, ticks=[0.0, 0.5, 1.0])
+    bar.set_label("weight of the\nupper bound [-]")
+    axes.set_xlabel(powers(curve.variables[0]))
+    axes.set_ylabel(powers(curve.variables[1]))

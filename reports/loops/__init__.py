@@ -1,0 +1,10 @@
+"""A design's loops as numbers, read by sections, figures and appendix.
+
+turbine_local        a turbine's law at its trims as linear feedback
+plant_loop           plant, model, gains, proved function
+plant_local          poles and margins of a plant at rest and at the vertices
+plant_motion         the nonlinear plant under its law, in time
+overlap_claims       what is proved of a published law, overlap by overlap
+proved_kinds         which kinds of claims a plant's certificate proves
+synthesis_summary    how the effort-sharing law's gains were found
+"""

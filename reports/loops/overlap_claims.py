@@ -1,0 +1,175 @@
+"""What the claims about a law of the paper say, one per pair of overlaps, in short form.
+
+Winds count as proved only where the checker says so: all claimed winds of a PROVED claim; of any
+other the ranges that its words name as proved, and none where these words are not understood.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from takagi.certificates.checker.kernel.result import Claim, Verdict
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.turbine.design import TurbineDesign
+
+__all__ = ["OverlapClaim", "Span", "gap_words", "overlap_claims", "wind_words", "window_width"]
+
+KIND = "paper-loop"
+NUMBER = r"(\d+(?:\.\d+)?(?:e[+-]?\d+)?)"
+RANGE = re.compile(rf"{NUMBER} to {NUMBER}")
+PROVED_WINDS = re.compile(r"proved for winds (.+?)(?: \(\+\d+ more\))? m/s with ")
+DECAY = re.compile(rf"at no less than {NUMBER} to {NUMBER} 1/s")
+HALF_WIDTH = re.compile(rf"in a stated set \(speed within {NUMBER} to {NUMBER} rad/s\)")
+SPEED = re.compile(rf"the speed is within {NUMBER} % of rated of its reference")
+PITCH = re.compile(r"of rated of its reference, (pitch within [^;]*)")
+FEW, MOST = 3, 6
+
+Span = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class OverlapClaim:
+    """The claim for one pair of overlaps.
+
+    Attributes
+    ----------
+    name, text, verdict : the checker's.
+    speed_overlap : eps_omega [rad/s];  torque_overlap : eps_T [N m].
+    chosen : whether these are the overlaps of the law that is emitted.
+    proved : disjoint winds for which it is proved [m/s];  left : those looked at and not proved.
+    decay : (least, greatest) proved decay rate over the winds [1/s];  speed_share : bound on the
+        speed's distance from its reference at rest [% of rated];  half_width : of the widest set,
+        in speed [rad/s].  The checker's digits; empty where it names none.
+    pitch : how far pitch rests from the trim tables', in the checker's words.
+    """
+
+    name: str
+    text: str
+    verdict: Verdict
+    speed_overlap: float
+    torque_overlap: float
+    chosen: bool
+    proved: tuple[Span, ...]
+    left: tuple[Span, ...]
+    decay: tuple[str, ...]
+    speed_share: str
+    half_width: str
+    pitch: str
+
+    @property
+    def label(self) -> str:
+        """The overlaps with their units."""
+        return f"{self.speed_overlap:g} rad/s, {self.torque_overlap:g} N m"
+
+
+def overlap_claims(design: TurbineDesign) -> tuple[OverlapClaim, ...]:
+    """Return the claims about a law of the paper in the file's order; none for another law."""
+    coupling = design.document["gains"].get("coupling", {})
+    own = coupling.get("speed_overlap"), coupling.get("torque_overlap")
+    pairs = zip(design.document["claims"], design.checked.claims, strict=True)
+    return tuple(_short(stated, checked, own) for stated, checked in pairs if _concerned(stated))
+
+
+def wind_words(claim: OverlapClaim) -> str:
+    """Return the proved winds in a few words, no wider than what is proved; "none" without any."""
+    proved, count = claim.proved, len(claim.proved)
+    if not proved:
+        return "none"
+    if width := window_width(claim):
+        # One window may be left out in several parts.
+        looked = count + len(_merged(claim.left, reach=width))
+        first, last = proved[0][0], proved[-1][0]
+        return f"{count} of {looked} windows, from {first:g} to {last:g} m/s"
+    more = f" (+{count - MOST} more)" if count > MOST else ""
+    return ", ".join(_rounded(span, inward=True) for span in proved[:MOST]) + f"{more} m/s"
+
+
+def gap_words(claim: OverlapClaim) -> str:
+    """Return the winds looked at and not proved, no narrower than they are."""
+    more = f" (+{len(claim.left) - MOST} more)" if len(claim.left) > MOST else ""
+    gaps = ", ".join(_rounded(span, inward=False) for span in claim.left[:MOST])
+    return f"{gaps}{more} m/s" if gaps else "none"
+
+
+def window_width(claim: OverlapClaim) -> float:
+    """Return the width [m/s] of the windows that the winds consist of; 0 where they do not."""
+    widths = [round(high - low, 6) for low, high in claim.proved]
+    return widths[0] if len(widths) > FEW and len(set(widths)) == 1 else 0.0
+
+
+def _concerned(stated: Mapping[str, Any]) -> bool:
+    return bool(stated["kind"] == KIND)
+
+
+def _short(stated: Mapping[str, Any], checked: Claim, own: tuple[object, object]) -> OverlapClaim:
+    claimed = [(float(low), float(high)) for low, high in stated["winds"]]
+    named = [gap["wind"] for gap in stated["unproved"]]
+    proved = _proved(_merged(claimed), checked)
+    looked = _merged([*claimed, *((float(low), float(high)) for low, high in named)])
+    decay, width, speed, pitch = (
+        found.groups() if (found := words.search(checked.text)) and proved else ()
+        for words in (DECAY, HALF_WIDTH, SPEED, PITCH)
+    )
+    return OverlapClaim(
+        name=checked.name,
+        text=checked.text,
+        verdict=checked.verdict,
+        speed_overlap=float(stated["speed_overlap"]),
+        torque_overlap=float(stated["torque_overlap"]),
+        chosen=(stated["speed_overlap"], stated["torque_overlap"]) == own,
+        proved=proved,
+        left=tuple(gap for span in looked for gap in _gaps(span, proved)),
+        decay=decay,
+        speed_share="".join(speed),
+        half_width=width[1] if width else "",
+        pitch="".join(pitch),
+    )
+
+
+def _proved(claimed: Sequence[Span], checked: Claim) -> tuple[Span, ...]:
+    """Return the winds that are certainly proved, within those claimed."""
+    if checked.verdict is Verdict.PROVED:
+        return tuple(claimed)
+    words = PROVED_WINDS.match(checked.text)
+    if checked.verdict is not Verdict.UNDECIDED or words is None:
+        return ()
+    ranges = [RANGE.fullmatch(part) for part in words[1].split(", ")]
+    named = [(float(found[1]), float(found[2])) for found in ranges if found is not None]
+    if len(named) < len(ranges):
+        return ()
+    inside = [(max(a, low), min(b, high)) for a, b in named for low, high in claimed]
+    return tuple(_merged([span for span in inside if span[0] < span[1]]))
+
+
+def _merged(spans: Sequence[Span], *, reach: float = 0.0) -> list[Span]:
+    """Return the union as disjoint ranges; those no further apart than ``reach`` become one."""
+    found: list[Span] = []
+    for low, high in sorted(spans):
+        if found and low <= found[-1][1] + reach:
+            found[-1] = found[-1][0], max(high, found[-1][1])
+        else:
+            found.append((low, high))
+    return found
+
+
+def _gaps(span: Span, covered: Sequence[Span]) -> list[Span]:
+    low, gaps = span[0], []
+    for start, stop in covered:
+        if stop <= low or start >= span[1]:
+            continue
+        if start > low:
+            gaps.append((low, start))
+        low = stop
+    return [*gaps, (low, span[1])] if low < span[1] else gaps
+
+
+def _rounded(span: Span, *, inward: bool) -> str:
+    turns = (math.ceil, math.floor) if inward else (math.floor, math.ceil)
+    low, high = (turn(round(1000 * end, 6)) / 1000 for turn, end in zip(turns, span, strict=True))
+    # A range below the digits shown keeps its own.
+    return f"{low:.7g} to {high:.7g}" if low < high else f"{span[0]:.9g} to {span[1]:.9g}"

@@ -1,0 +1,136 @@
+r"""The linear loops of a plant: at its rest and at the vertices, their poles and margins.
+
+A loop is broken at input k while the others stay closed: L_k(s) = K_k (s I - A + B' K')^{-1} B_k,
+with B' K' of the other inputs (negative feedback).  In discrete time s is replaced by
+z = e^{j omega T}.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.reports.margins import LoopResponse, Margins, loop_margins, loop_response
+
+if TYPE_CHECKING:
+    from takagi.reports.loops.plant_loop import PlantLoop
+
+__all__ = ["LocalLoop", "common_frequencies", "local_loops", "pair_poles"]
+
+Floats = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+POINTS = 1200
+# An undamped open loop has no finite response at its own frequency.
+NUDGE = 1e-9
+# Loops at vertices are listed up to this many rules, pairs of rules up to PAIRED.
+LISTED, PAIRED = 32, 64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LocalLoop:
+    """One loop: where, broken at which input, its response and margins, and the closed poles."""
+
+    place: str
+    input: str
+    response: LoopResponse
+    margins: Margins
+    poles: Complex
+
+
+def local_loops(loop: PlantLoop) -> tuple[LocalLoop, ...]:
+    """Return the loops at rest, then at each vertex with its own gain; none for an analysis.
+
+    Vertices are corners of the premises' ranges: the plant need not reach them.
+    """
+    if loop.gains is None:
+        return ()
+    rest, K = loop.at_rest()
+    assert K is not None
+    places = [("rest", rest.A, rest.B, K)]
+    if len(loop.model.rules) <= LISTED:
+        stacks = zip(loop.model.A, loop.model.B, loop.gains, strict=True)
+        places += [(f"vertex {i}", A, B, K_i) for i, (A, B, K_i) in enumerate(stacks, 1)]
+    return tuple(
+        _broken(loop, place, A, B, K_i, k)
+        for place, A, B, K_i in places
+        for k in range(B.shape[1])
+        if np.any(K_i[k])
+    )
+
+
+def pair_poles(loop: PlantLoop) -> tuple[Complex, Complex]:
+    """Return the poles of all G_ii, and of all (G_ij + G_ji) / 2 with i < j, as flat arrays.
+
+    G_ij = A_i - B_i K_j; without gains the poles of A_i, and no pairs.  Pairs are left out beyond
+    64 rules.
+    """
+    A, B, K = loop.model.A, loop.model.B, loop.gains
+    none = np.zeros(0, dtype=np.complex128)
+    if K is None:
+        return np.linalg.eigvals(A).astype(np.complex128).ravel(), none
+    own = np.linalg.eigvals(A - np.einsum("inm,imk->ink", B, K)).astype(np.complex128).ravel()
+    if len(A) > PAIRED:
+        return own, none
+    G = A[:, None] - np.einsum("inm,jmk->ijnk", B, K)
+    i, j = np.triu_indices(len(A), 1)
+    return own, np.linalg.eigvals((G[i, j] + G[j, i]) / 2).astype(np.complex128).ravel()
+
+
+def _broken(loop: PlantLoop, place: str, A: Floats, B: Floats, K: Floats, k: int) -> LocalLoop:
+    others = [j for j in range(B.shape[1]) if j != k]
+    inner = A - B[:, others] @ K[others]
+    closed = A - B @ K
+    if loop.model.sample_time is None:
+        import control
+
+        found = loop_response(control.ss(inner, B[:, [k]], K[[k]], 0.0))
+        response = replace(found, evaluate=_beside_poles(found.evaluate))
+    else:
+        response = _sampled(inner, B[:, [k]], K[[k]], loop.model.sample_time, closed)
+    poles = np.linalg.eigvals(closed).astype(np.complex128)
+    return LocalLoop(place, loop.model.inputs[k], response, loop_margins(response), poles)
+
+
+def _beside_poles(evaluate: Callable[[Floats], Complex]) -> Callable[[Floats], Complex]:
+    """Return the response, a little beside a frequency where it has a pole on the axis."""
+
+    def nudged(omega: Floats) -> Complex:
+        try:
+            return evaluate(omega)
+        except np.linalg.LinAlgError:
+            return evaluate(np.asarray(omega) * (1 + NUDGE) + NUDGE)
+
+    return nudged
+
+
+def _sampled(A: Floats, B: Floats, K: Floats, step: float, closed: Floats) -> LoopResponse:
+    """Return L(e^{j omega T}) up to the Nyquist frequency pi / T."""
+    eye = np.eye(len(A))
+
+    def evaluate(omega: Floats) -> Complex:
+        z = np.exp(1j * np.asarray(omega) * step)
+        inner = np.linalg.solve(z[:, None, None] * eye - A, np.broadcast_to(B, (len(z), *B.shape)))
+        return np.asarray(K @ inner, dtype=np.complex128)
+
+    return LoopResponse(
+        evaluate=evaluate,
+        # From slow to Nyquist, that end left out: poles at -1 lie there.
+        frequencies=np.geomspace(1e-4, 1 - 1e-6, POINTS) * np.pi / step,
+        at_infinity=None,
+        stable=bool(np.all(np.abs(np.linalg.eigvals(closed)) < 1)),
+    )
+
+
+def common_frequencies(loops: Sequence[LocalLoop]) -> Floats:
+    """Return one grid for all loops, from a hundredth of the lowest crossover to 30 highest."""
+    found = [w for one in loops for w in one.margins.crossovers]
+    ends = [one.response.frequencies for one in loops]
+    low = min(found) / 100 if found else min(float(e[e > 0][0]) for e in ends)
+    high = 30 * max(found) if found else max(float(e[-1]) for e in ends)
+    if any(one.response.at_infinity is None for one in loops):
+        high = min(high, min(float(e[-1]) for e in ends))
+    return np.geomspace(low, max(high, 10 * low), 700)

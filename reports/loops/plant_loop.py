@@ -1,0 +1,200 @@
+"""The loop of a plant and its design as numbers, read by all sections and figures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.certificates.checker.kernel.result import Verdict
+from takagi.models.errors import ModelError
+from takagi.models.plant.plant import Plant
+from takagi.models.ts.model import Matrices, TSModel
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.models.blending.run_time import RunningBlend
+
+__all__ = ["PlantLoop", "plant_loop"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class PlantLoop:
+    """The plant under u = u* - sum_i h_i K_i (x - x*), or left alone where there are no gains.
+
+    Attributes
+    ----------
+    gains : K (r, m, n) as emitted; None for an analysis.
+    state, input : x* (n,) and u* (m,), where the plant rests.
+    P : (n, n), of V = (x - x*)' P (x - x*): of a proved invariant ellipsoid, else of the proved
+        decay; None where neither is proved.
+    level : c of the set {V <= c}: as proved, else the largest that stays inside the box, computed
+        in floating point; None without P; inf where no state has a bound.
+    level_proved : whether the certificate proves that the set lies in the box and is invariant.
+    decay_rate, decay_P : alpha [1/s] and the P of the proved decay, V' <= -2 alpha V; None if none.
+    """
+
+    plant: Plant
+    model: TSModel
+    gains: Floats | None
+    state: Floats
+    input: Floats
+    P: Floats | None = None
+    level: float | None = None
+    level_proved: bool = False
+    decay_rate: float | None = None
+    decay_P: Floats | None = None
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the model's states without units, e.g. ``"angle"``."""
+        return tuple(label.split(" [")[0] for label in self.model.states)
+
+    @property
+    def bounded(self) -> bool:
+        """Whether there is an ellipsoid of finite size."""
+        return self.P is not None and self.level is not None and bool(np.isfinite(self.level))
+
+    @property
+    def ellipsoid(self) -> tuple[Floats, float]:
+        """Return (P, level); only where ``bounded``."""
+        assert self.P is not None and self.level is not None
+        return self.P, self.level
+
+    @property
+    def discrete(self) -> bool:
+        return self.model.sample_time is not None
+
+    @cached_property
+    def _others(self) -> dict[str, float]:
+        labels = (*self.model.inputs, *self.model.disturbances)
+        return {label.split(" [")[0]: 0.0 for label in labels}
+
+    @cached_property
+    def blend(self) -> RunningBlend | None:
+        """The blend of two actuators in the plant, as it runs; None without one."""
+        if self.plant.blending is None:
+            return None
+        from takagi.models.blending.run_time import RunningBlend
+
+        return RunningBlend(self.plant.blending)
+
+    def premise_values(self, deviation: Floats) -> Floats:
+        """Return z at x = x* + deviation, inputs and disturbances at rest, the share as it is."""
+        if not self.model.premises:
+            return np.zeros(0)
+        point = dict(zip(self.names, map(float, deviation), strict=True))
+        known = {} if self.blend is None else self.blend.signals(self.state + deviation)
+        return self.model.premise_values(**(self._others | known), **point)
+
+    def memberships(self, deviation: Floats) -> Floats:
+        """Return h (r,); outside the box premises stay at their nearer bound, as at run time."""
+        if not self.model.premises:
+            return np.full(len(self.model.rules), 1 / len(self.model.rules))
+        low, width, upper = self._corners
+        share = np.clip((self.premise_values(deviation) - low) / width, 0.0, 1.0)
+        return np.asarray(np.where(upper, share, 1.0 - share).prod(axis=1), dtype=np.float64)
+
+    @cached_property
+    def _corners(self) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+        """Lower ends, widths (1 for a constant premise), and which rules take the upper end.
+
+        A motion asks for memberships some thousand times, one state at a time.
+        """
+        members = self.model.premises
+        low = np.array([float(p.lower) for p in members])
+        width = np.array([float(p.upper - p.lower) for p in members])
+        # A constant premise has weight 1 whatever rounding makes of its value.
+        constant = width == 0
+        low, width = np.where(constant, -np.inf, low), np.where(constant, 1.0, width)
+        return low, width, (np.array(self.model.rules) == 1) | constant
+
+    def command(self, deviation: Floats) -> Floats:
+        """Return u (m,) of the law at x = x* + deviation."""
+        if self.gains is None:
+            return self.input
+        blended = np.tensordot(self.memberships(deviation), self.gains, axes=1)
+        return np.asarray(self.input - blended @ deviation, dtype=np.float64)
+
+    def at_rest(self) -> tuple[Matrices, Floats | None]:
+        """Return (A, B, ...) and K where the plant rests: the loop linearised there.
+
+        For x' = A(z(x)) x + B(z(x)) u the derivative at 0 is A(z(0)), B(z(0)).
+        """
+        h = self.memberships(np.zeros(len(self.names)))
+        stacks = (self.model.A, self.model.B, self.model.C, self.model.D, self.model.E)
+        matrices = Matrices(*(np.tensordot(h, stack, axes=1) for stack in stacks))
+        K = None if self.gains is None else np.tensordot(h, self.gains, axes=1)
+        return matrices, K
+
+
+def plant_loop(design: PlantDesign) -> PlantLoop:
+    """Return the loop of a design, with the function that its certificate proves.
+
+    Raises
+    ------
+    ModelError : the gains do not fit the model.
+    """
+    plant, model = design.plant, design.model
+    gains = None if design.gains is None else np.asarray(design.gains, dtype=np.float64)
+    r, n, m = model.B.shape
+    if gains is not None and gains.shape != (r, m, n):
+        raise ModelError(
+            f"gains have shape {gains.shape}; {r} rules, {m} inputs and {n} states need "
+            f"({r}, {m}, {n})"
+        )
+    state, inputs = _trim(design)
+    decay_P, rate = _proved(design, "decay", "decay_rate")
+    P, level = _proved(design, "invariant-ellipsoid", "level")
+    known = level is not None
+    if P is None and decay_P is not None:
+        P, level = decay_P, _level(model, gains, decay_P)
+    return PlantLoop(
+        plant, model, gains, state, inputs, P, level, known, decay_rate=rate, decay_P=decay_P
+    )
+
+
+def _trim(design: PlantDesign) -> tuple[Floats, Floats]:
+    """Return (x*, u*): of the emitted law, else the rest values of the plant."""
+    plant = design.plant
+    given: Any = (design.document.get("gains") or {}).get("trim") or {}
+    state = given.get("state", [v.rest for v in plant.states])
+    inputs = given.get("input", [v.rest for v in plant.inputs])
+    return np.array([_float(x) for x in state]), np.array([_float(u) for u in inputs])
+
+
+def _proved(design: PlantDesign, kind: str, figure: str) -> tuple[Floats | None, float | None]:
+    """Return P and a figure of the first claim of a kind that is proved; (None, None) if none."""
+    claims = design.document.get("claims", [])
+    for claim, checked in zip(claims, design.checked.claims, strict=False):
+        if claim.get("kind") == kind and checked.verdict is Verdict.PROVED:
+            P = np.array([[_float(entry) for entry in row] for row in claim["P"]])
+            return P, _float(claim[figure])
+    return None, None
+
+
+def _float(number: object) -> float:
+    """Return a number of a certificate, which may be written as a fraction."""
+    return float(Fraction(str(number)))
+
+
+def _level(model: TSModel, gains: Floats | None, P: Floats) -> float:
+    """Return min over |a'x| <= b of b^2 / (a' P^-1 a): sides of states, and of inputs by K_i."""
+    inverse = np.linalg.inv(P)
+    found = [np.inf]
+    for label, ends in model.box.items():
+        b = min(abs(float(ends[0])), abs(float(ends[1])))
+        if label in model.states:
+            rows = np.eye(len(P))[[model.states.index(label)]]
+        elif gains is not None and label in model.inputs:
+            rows = gains[:, model.inputs.index(label), :]
+        else:
+            continue
+        found += [b**2 / float(a @ inverse @ a) for a in rows if np.any(a)]
+    return float(min(found))

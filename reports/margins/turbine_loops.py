@@ -1,0 +1,255 @@
+r"""The turbine's loops at a trim, each broken at its actuator with the other closed.
+
+With the plant y = P u, y = (omega, beta), u = (T_g, beta_ref), and the law u = C y, the loop at
+both actuators is L = -C P (negative feedback).  Breaking one with the other closed gives the
+scalar loops; all three are built in state space, so that their closed-loop poles are the same.
+
+A law is given by its partial derivatives at the trim, with x_I' = omega_ref - omega:
+
+    T_g      = k_Tw omega + k_TI x_I
+    beta_ref = k_bw omega + k_bb beta + k_bI x_I
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from math import isfinite
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.models.errors import ModelError
+from takagi.models.turbine import Turbine, rotor_torque_gradient, tip_speed_ratio
+from takagi.models.turbine.trim import TrimPoint
+from takagi.reports.margins.turbine_dynamics import (
+    FirstOrderDrive,
+    SecondOrderDrive,
+    Tower,
+    linear_plant,
+)
+
+if TYPE_CHECKING:
+    from control import StateSpace
+
+__all__ = [
+    "LocalGains",
+    "Loops",
+    "break_loops",
+    "closed_loop_poles",
+    "loops_at_trim",
+    "pitch_loop",
+    "plant_at_trim",
+    "torque_loop",
+]
+
+Plant = Literal["design", "validation"]
+
+# The validation plant runs its controller every 20 ms and gives the command one sample later.
+SAMPLE_TIME = 0.02
+COMPUTATION_DELAY = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class LocalGains:
+    """A law's partial derivatives at a trim; signs as the law is written, u = + gain * signal.
+
+    Attributes
+    ----------
+    torque_by_speed : dT_g/d omega [N m s/rad], high-speed-shaft torque by rotor speed.
+    torque_by_integral : dT_g/d x_I [N m/rad], with x_I' = omega_ref - omega.
+    pitch_by_speed : d beta_ref/d omega [s].
+    pitch_by_pitch : d beta_ref/d beta [-].
+    pitch_by_integral : d beta_ref/d x_I [-].
+    """
+
+    torque_by_speed: float = 0.0
+    torque_by_integral: float = 0.0
+    pitch_by_speed: float = 0.0
+    pitch_by_pitch: float = 0.0
+    pitch_by_integral: float = 0.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            if not isfinite(getattr(self, field.name)):
+                raise ModelError(
+                    f"local gain {field.name!r} is {getattr(self, field.name)}; "
+                    "a finite number is needed"
+                )
+
+    def controller(self) -> StateSpace:
+        """Return (omega, beta) -> (T_g, beta_ref); the integrator only if something reads it."""
+        import control
+
+        D = [[self.torque_by_speed, 0.0], [self.pitch_by_speed, self.pitch_by_pitch]]
+        if self.torque_by_integral == 0 and self.pitch_by_integral == 0:
+            return control.ss([], [], [], D)
+        C = [[self.torque_by_integral], [self.pitch_by_integral]]
+        return control.ss([[0.0]], [[-1.0, 0.0]], C, D)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Loops:
+    """The loops of one trim under negative feedback, python-control state spaces.
+
+    Attributes
+    ----------
+    torque, pitch : scalar loops, broken at one actuator, the other closed.
+    both : 2 x 2, broken at both; order torque, pitch.
+    poles : of the closed loop [1/s], by real part, slowest first.
+    """
+
+    torque: StateSpace
+    pitch: StateSpace
+    both: StateSpace
+    poles: NDArray[np.complex128]
+
+    @property
+    def decay_rate(self) -> float:
+        """-max Re(poles) [1/s]; negative for an unstable loop."""
+        return float(-self.poles.real.max())
+
+
+def break_loops(plant: StateSpace, controller: LocalGains | StateSpace) -> Loops:
+    """Return the loops of a plant (T_g, beta_ref, ...) -> (omega, beta) and a law.
+
+    Parameters
+    ----------
+    plant : as from ``linear_plant``: first two inputs torque and pitch reference, no feedthrough
+        from them to the outputs.
+    controller : local gains, or any state space (omega, beta) -> (T_g, beta_ref).
+
+    Raises
+    ------
+    ModelError : other numbers of signals, or a feedthrough in the plant.
+    """
+    import control
+
+    law = controller.controller() if isinstance(controller, LocalGains) else controller
+    if (law.ninputs, law.noutputs) != (2, 2) or plant.noutputs != 2 or plant.ninputs < 2:
+        raise ModelError(
+            f"plant with {plant.ninputs} inputs and {plant.noutputs} outputs, law with "
+            f"{law.ninputs} and {law.noutputs}; needed: plant (torque, pitch reference, ...) -> "
+            "(rotor speed, pitch), law back"
+        )
+    both = -law * plant[:, :2]
+    A, B, C, D = (np.asarray(part) for part in (both.A, both.B, both.C, both.D))
+    if np.any(D):
+        raise ModelError(f"the loop has feedthrough {D.tolist()}; the plant must be lagged")
+
+    def broken(i: int) -> StateSpace:
+        j = 1 - i
+        return control.ss(A - B[:, [j]] @ C[[j]], B[:, [i]], C[[i]], 0.0)
+
+    poles = np.linalg.eigvals(A - B @ C).astype(np.complex128)
+    order = np.lexsort((poles.imag, -poles.real))
+    return Loops(torque=broken(0), pitch=broken(1), both=both, poles=poles[order])
+
+
+def torque_loop(plant: StateSpace, controller: LocalGains | StateSpace) -> StateSpace:
+    """Return the loop broken at the generator torque, pitch closed (see ``break_loops``)."""
+    return break_loops(plant, controller).torque
+
+
+def pitch_loop(plant: StateSpace, controller: LocalGains | StateSpace) -> StateSpace:
+    """Return the loop broken at the pitch reference, torque closed (see ``break_loops``)."""
+    return break_loops(plant, controller).pitch
+
+
+def plant_at_trim(
+    turbine: Turbine, point: TrimPoint, *, kind: Plant = "validation", effectiveness: float = 1.0
+) -> StateSpace:
+    """Return the linear plant at a trim from the turbine's own figures.
+
+    Parameters
+    ----------
+    kind : ``"design"``: stiff tower, first-order pitch drive, nothing else.  ``"validation"``:
+        second-order drive, tower mode, speed filter, a delay of half a 20 ms sample and one sample
+        of computation.
+    effectiveness : factor on dT_r/d beta [-]: 1 is the quasi-steady table, the frozen-wake ratio
+        the other end of the truth.
+
+    Raises
+    ------
+    ModelError : unknown kind, or a trim outside the coefficient tables.
+    """
+    if kind not in ("design", "validation"):
+        raise ModelError(f"plant kind {kind!r} was given; it is 'design' or 'validation'")
+    by_speed, by_pitch, by_wind = (
+        float(part) / turbine.inertia
+        for part in rotor_torque_gradient(turbine, point.rotor_speed, point.pitch, point.wind)
+    )
+    by_pitch *= effectiveness
+    torque = turbine.gear_ratio / turbine.inertia
+    if kind == "design":
+        drive = FirstOrderDrive(turbine.pitch_time_constant)
+        return linear_plant(
+            speed=by_speed, pitch=by_pitch, wind=by_wind, torque=torque, drive=drive
+        )
+    return linear_plant(
+        speed=by_speed,
+        pitch=by_pitch,
+        wind=by_wind,
+        torque=torque,
+        drive=SecondOrderDrive(turbine.pitch_drive_frequency, turbine.pitch_drive_damping),
+        tower=_tower(turbine, point),
+        speed_filter=turbine.speed_filter,
+        delay=SAMPLE_TIME / 2 + COMPUTATION_DELAY,
+    )
+
+
+def loops_at_trim(
+    turbine: Turbine,
+    point: TrimPoint,
+    gains: LocalGains | StateSpace,
+    *,
+    kind: Plant = "validation",
+    effectiveness: float = 1.0,
+) -> Loops:
+    """Return ``break_loops(plant_at_trim(...), gains)``."""
+    return break_loops(plant_at_trim(turbine, point, kind=kind, effectiveness=effectiveness), gains)
+
+
+def closed_loop_poles(
+    turbine: Turbine,
+    points: Sequence[TrimPoint],
+    gains: Sequence[LocalGains | StateSpace],
+    *,
+    kind: Plant = "validation",
+) -> tuple[NDArray[np.complex128], ...]:
+    """Return the closed-loop poles [1/s] at each trim, slowest first.
+
+    Raises
+    ------
+    ModelError : not as many gains as trims.
+    """
+    if len(points) != len(gains):
+        raise ModelError(f"{len(points)} trims and {len(gains)} gains; one each is needed")
+    return tuple(
+        loops_at_trim(turbine, point, law, kind=kind).poles
+        for point, law in zip(points, gains, strict=True)
+    )
+
+
+def _tower(turbine: Turbine, point: TrimPoint) -> Tower:
+    """Derivatives of F = (k/R) v^2 c_T(lambda, beta), k = rho pi R^3 / 2, lambda = omega R / v.
+
+    By speed k v c_T,lambda; by pitch (k/R) v^2 c_T,beta; by wind
+    (k/R) v (2 c_T - lambda c_T,lambda).
+    """
+    ratio = float(tip_speed_ratio(turbine, point.rotor_speed, point.wind))
+    at = (ratio, point.pitch)
+    k, v = turbine.torque_constant, point.wind
+    by_ratio = float(turbine.thrust(*at, dx=1))
+    return Tower(
+        mass=turbine.tower_mass,
+        damping=turbine.tower_damping,
+        stiffness=turbine.tower_stiffness,
+        thrust_by_speed=k * v * by_ratio,
+        thrust_by_pitch=k / turbine.rotor_radius * v**2 * float(turbine.thrust(*at, dy=1)),
+        thrust_by_wind=k
+        / turbine.rotor_radius
+        * v
+        * (2 * float(turbine.thrust(*at)) - ratio * by_ratio),
+    )

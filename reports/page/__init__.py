@@ -1,0 +1,7 @@
+"""What every HTML page is made of.
+
+text                     numbers as text, tables, figures with captions, sections
+rounded_bounds           proved bounds, rounded to the side on which they stay true
+mathml, mathml_signs     formulas as MathML
+readable_latex           a derivation's formulas made readable
+"""

@@ -1,0 +1,147 @@
+"""What a section is made of: numbers as text, tables, figures; the templates print them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from takagi.reports.figures.writing import figure_to_svg
+from takagi.reports.page import rounded_bounds as bounds
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "Plate",
+    "Section",
+    "Table",
+    "at_least",
+    "at_most",
+    "decimal",
+    "fixed",
+    "plate",
+    "powers",
+    "significant",
+    "span",
+]
+
+LONG_CELL = 24
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+MINUS, DASH, INFINITY = "\u2212", "\u2013", "\u221e"
+
+
+@dataclass(frozen=True, slots=True)
+class Plate:
+    """A figure: name (its file and anchor), caption (HTML), text for those who cannot see it."""
+
+    name: str
+    svg: str
+    caption: str
+    alternative: str
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table with a caption; the first column names the row.
+
+    Attributes
+    ----------
+    columns : (heading, unit) each; an empty unit prints none.
+    rows : cells as text, one per column.
+    folded : words of the line that unfolds it; empty shows it at once.
+    """
+
+    caption: str
+    columns: tuple[tuple[str, str], ...]
+    rows: tuple[tuple[str, ...], ...]
+    folded: str = ""
+    note: str = ""
+
+    @property
+    def wordy(self) -> tuple[bool, ...]:
+        """Per column: whether it holds words that should wrap and stand to the left."""
+        return tuple(
+            any(len(row[k]) > LONG_CELL for row in self.rows) for k in range(len(self.columns))
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """One section: anchor, title, and what its template ``<anchor>.html.jinja`` is filled with."""
+
+    anchor: str
+    title: str
+    content: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def plates(self) -> tuple[Plate, ...]:
+        """The figures of the section, in the order of its content."""
+        found: list[Plate] = []
+        for value in self.content.values():
+            items = value if isinstance(value, (list, tuple)) else (value,)
+            found += [item for item in items if isinstance(item, Plate)]
+        return tuple(found)
+
+
+def plate(figure: Figure, name: str, *, caption: str, alternative: str) -> Plate:
+    """Return a drawn figure as a plate; its SVG stands in the page and in a file of its own."""
+    svg = figure_to_svg(figure, name=name, description=alternative)
+    return Plate(name, svg, caption, alternative)
+
+
+def fixed(value: float, digits: int) -> str:
+    """Return a number with so many decimals; a dash for nan, a true minus sign."""
+    if math.isnan(value):
+        return DASH
+    if math.isinf(value):
+        return INFINITY if value > 0 else MINUS + INFINITY
+    text = f"{value:.{digits}f}"
+    if float(text) == 0:
+        text = text.lstrip("-")
+    return text.replace("-", MINUS)
+
+
+def significant(value: float, digits: int = 3) -> str:
+    """Return a number to so many significant digits, without an exponent where that reads well."""
+    if math.isnan(value) or math.isinf(value):
+        return fixed(value, 0)
+    if value == 0:
+        return "0"
+    size = math.floor(math.log10(abs(value)))
+    if -4 <= size < 7:
+        return fixed(value, max(digits - 1 - size, 0))
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    return f"{mantissa.replace('-', MINUS)}·10{str(int(exponent)).translate(RAISED)}"
+
+
+def at_most(value: float, digits: int) -> str:
+    """Return an upper bound with so many decimals, rounded up to stay one."""
+    if not math.isfinite(value):
+        return fixed(value, digits)
+    return fixed(float(bounds.at_most_to(value, digits)), digits)
+
+
+def at_least(value: float, digits: int = 3) -> str:
+    """Return a lower bound above 0 to so many significant digits, rounded down to stay one."""
+    if not value > 0 or math.isinf(value):
+        return significant(value, digits)
+    return significant(float(bounds.at_least(value, digits)), digits)
+
+
+def decimal(value: float) -> str:
+    """Return a short decimal as it is emitted, without zeros at its end."""
+    return f"{value:.12g}".replace("-", MINUS)
+
+
+def powers(words: str) -> str:
+    """Return words with ^2, ^3, ^-1 raised, as in m/s²."""
+    return re.sub(r"\^(-?\d+)", lambda match: match[1].translate(RAISED), words)
+
+
+def span(values: Sequence[float], digits: int = 3) -> str:
+    """Return "low to high" of lower bounds, or the one number where both read the same."""
+    low, high = at_least(min(values), digits), at_least(max(values), digits)
+    return low if low == high else f"{low} to {high}"

@@ -1,0 +1,5 @@
+"""The HTML reports: one room each, one section of the page a file.
+
+turbine/    the report of a turbine's design
+plant/      the report of a plant's design
+"""

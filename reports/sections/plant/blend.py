@@ -1,0 +1,152 @@
+"""The blend of two actuators: who acts where, how well it is known, and the law that is emitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from takagi.reports.figures.plant.blend import actuators_figure, blend_curve, hand_over_figure
+from takagi.reports.loops.plant_motion import horizon, motions, starts
+from takagi.reports.page.mathml import mathml
+from takagi.reports.page.readable_latex import readable
+from takagi.reports.page.text import DASH, Section, Table, decimal, plate, significant
+
+if TYPE_CHECKING:
+    from takagi.models.blending.blending import Actuator, Blending
+    from takagi.models.blending.run_time import RunningBlend
+    from takagi.reports.loops.plant_loop import PlantLoop
+    from takagi.reports.loops.plant_motion import Motion
+
+__all__ = ["actuators_csv", "blend_section", "hand_overs"]
+
+# Of a motion [s]: a plant of minutes takes hours to settle.
+LONGEST = 1e5
+
+COLUMNS = (
+    ("actuator", ""), ("acts", ""), ("idles at", ""), ("limits", ""), ("unit", ""),
+    ("effort per unit", ""), ("wrong by", ""), ("commands in the motions below", ""),
+)  # fmt: skip
+
+
+def blend_section(loop: PlantLoop, blend: RunningBlend) -> Section:
+    """Return the section about the blend of a loop."""
+    shown = hand_overs(loop)
+    given = blend.blending
+    curve = blend_curve(blend, loop.state)
+    share = given.share
+    content: dict[str, Any] = {
+        "laws": [mathml(line) for line in _laws(given)],
+        "equations": [mathml(readable(line)) for line in _equations(given)],
+        "overlap": significant(float(given.overlap)),
+        "unit": given.effort.unit,
+        "ends": [decimal(float(end)) for end in (given.efforts.lower, given.efforts.upper)],
+        "rest": decimal(float(given.effort.rest)),
+        "share": [significant(float(share.lower)), significant(float(share.upper))],
+        "low": given.low.name,
+        "high": given.high.name,
+        "errors": [a.name for a in given.actuators if a.error],
+        "table": _table(given, shown),
+        "curves": plate(
+            actuators_figure(blend, curve),
+            "actuators",
+            caption=f"{given.low.name} and {given.high.name} over the effort, the other states at "
+            "rest. Both act in the shaded overlap only; what they deliver adds up to the effort, "
+            "and their shares of a change to 1. Dotted: where the plant rests; dashed: limits.",
+            alternative=f"Delivered effort, shares and commands of {given.low.name} and "
+            f"{given.high.name} over the effort",
+        ),
+        "motions": plate(
+            hand_over_figure(blend, shown, float(loop.state[-1])),
+            "hand-over",
+            caption="Effort and both actuators in the motions of the nonlinear plant. Shaded: the "
+            "overlap.",
+            alternative="Effort and commands of both actuators over time, from each start",
+        ),
+    }
+    return Section("blend", "Two actuators, one effort", content)
+
+
+def hand_overs(loop: PlantLoop) -> tuple[Motion, ...]:
+    """Return motions from both sides: the first state and the effort largest, and least."""
+    found = starts(loop)
+    picked = [found[0], found[-1]]
+    begin = [(name, x) for name, x in picked]
+    begin += [
+        (name.replace("largest", "least").replace("= ", "= \u2212"), -x) for name, x in picked
+    ]
+    return motions(loop, begin, duration=horizon(loop, longest=LONGEST))
+
+
+def actuators_csv(blend: RunningBlend, loop: PlantLoop) -> str:
+    """Return the numbers of the figure over the effort."""
+    from takagi.reports.figures.plant.captioned import csv_text
+
+    curve, given = blend_curve(blend, loop.state), blend.blending
+    unit, names = given.effort.unit, [a.variable.label for a in given.actuators]
+    head = [
+        f"effort [{unit}]",
+        *(f"delivered by {a.name} [{unit}]" for a in given.actuators),
+        f"share of {given.high.name} [-]",
+        *names,
+    ]
+    rows = np.column_stack((curve.effort, curve.delivered, curve.slope, curve.commands))
+    return csv_text(head, rows)
+
+
+def _laws(given: Blending) -> list[str]:
+    found = []
+    for actuator in given.actuators:
+        sign = "+" if given.sign(actuator) * actuator.direction > 0 else "-"
+        effort = "U" if actuator is given.high else "-U"
+        b = _latex(actuator.effectiveness)
+        idle = actuator.variable.rest
+        start = "" if idle == 0 else f"{decimal(float(idle))} {sign} "
+        minus = "" if idle != 0 or sign == "+" else "-"
+        found.append(
+            rf"\mathrm{{{_name(actuator.name)}}} = {start}{minus}\frac{{\psi({effort})}}{{{b}}}"
+        )
+    return found
+
+
+def _equations(given: Blending) -> list[str]:
+    from takagi.reports.sections.plant.plant import equations_latex
+
+    return equations_latex(given.plant)
+
+
+def _latex(expression: Any) -> str:
+    import sympy as sp
+
+    return readable(str(sp.latex(expression)))
+
+
+def _name(name: str) -> str:
+    return name.replace("_", r"\_")
+
+
+def _table(given: Blending, shown: Sequence[Motion]) -> Table:
+    rows = tuple(_row(given, a, k, shown) for k, a in enumerate(given.actuators))
+    return Table("The two actuators", COLUMNS, rows)
+
+
+def _row(given: Blending, actuator: Actuator, k: int, shown: Sequence[Motion]) -> tuple[str, ...]:
+    variable, e = actuator.variable, significant(float(given.overlap))
+    side = variable.range
+    limits = DASH
+    if side is not None:
+        limits = f"{decimal(float(side.lower))} to {decimal(float(side.upper))}"
+    seen = [motion.acting[:, k] for motion in shown if len(motion.acting)]
+    least = min((float(series.min()) for series in seen), default=float("nan"))
+    most = max((float(series.max()) for series in seen), default=float("nan"))
+    return (
+        variable.name,
+        f"below {e} {given.effort.unit}" if k == 0 else f"above \u2212{e} {given.effort.unit}",
+        decimal(float(variable.rest)),
+        limits,
+        variable.unit,
+        str(actuator.effectiveness).replace("**", "^"),
+        f"\u00b1{significant(100 * float(actuator.error))} %" if actuator.error else "nothing",
+        f"{significant(least)} to {significant(most)}",
+    )

@@ -1,0 +1,61 @@
+"""The certificate claim by claim: verdicts, the proved function, what was tried."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.reports.page.text import Section, Table, significant
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.reports.loops.plant_loop import PlantLoop
+
+__all__ = ["certificate_section"]
+
+
+def certificate_section(design: PlantDesign, loop: PlantLoop) -> Section:
+    """Return the section with each claim, P and its ellipsoid."""
+    claims = design.document.get("claims", [])
+    kinds = [str(claim.get("kind", "")) for claim in claims]
+    kinds += [""] * (len(design.checked.claims) - len(kinds))
+    found = zip(design.checked.claims, kinds, strict=False)
+    level = loop.level
+    return Section(
+        "certificate",
+        "The certificate, claim by claim",
+        {
+            "claims": Table(
+                "Claims, in the order of the file",
+                (("claim", ""), ("kind", ""), ("verdict", "")),
+                tuple((c.name, kind, c.verdict.name) for c, kind in found),
+                note="What each says, with its numbers, stands above in the verdict.",
+            ),
+            "tried": list(design.certificate.tried),
+            "functions": _functions(loop),
+            "level": significant(level, 4) if level is not None and loop.bounded else "",
+            "level_proved": loop.level_proved,
+            "states": list(loop.model.states),
+            "overshoot": _overshoot(loop),
+        },
+    )
+
+
+def _functions(loop: PlantLoop) -> list[tuple[str, list[list[str]]]]:
+    """Return (of what, P row by row), those of decay and of the invariant set once each."""
+    found = [("decay", loop.decay_P)] if loop.decay_P is not None else []
+    if loop.level_proved and loop.P is not None:
+        found.append(("invariant set", loop.P))
+    return [
+        (words, [[significant(float(entry), 6) for entry in row] for row in P])
+        for words, P in found
+        if P is not None
+    ]
+
+
+def _overshoot(loop: PlantLoop) -> str:
+    """Return sqrt(cond P): ||x(t)|| <= this times e^(-alpha t) ||x(0)||; empty without decay."""
+    if loop.decay_P is None:
+        return ""
+    return significant(float(np.sqrt(np.linalg.cond(loop.decay_P))))

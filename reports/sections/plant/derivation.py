@@ -1,0 +1,57 @@
+"""From the equations to the vertices: the derivation's own steps, and the proved bounds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.ts.derivation import Step
+from takagi.reports.figures.plant.captioned import Drawn
+from takagi.reports.page.mathml import mathml
+from takagi.reports.page.readable_latex import readable, shortens
+from takagi.reports.page.text import Section, Table, decimal
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.models.ts.model import TSModel
+
+__all__ = ["derivation_section", "derivation_steps", "premise_rows"]
+
+PREMISES = (("premise", ""), ("lower", ""), ("upper", ""), ("unit", ""), ("bounds by", ""))
+VERTEX = "Vertex "
+
+
+def derivation_section(design: PlantDesign, drawn: Drawn) -> Section:
+    """Return the section with the steps of the derivation, premises and their weights."""
+    model = design.model
+    steps, vertices = derivation_steps(model)
+    return Section(
+        "derivation",
+        "From equations to a Takagi–Sugeno model",
+        {
+            "exactness": "" if model.derivation is None else model.derivation.exactness,
+            "steps": [(step.title, mathml(readable(step.latex))) for step in steps],
+            "vertices": [(step.title, mathml(readable(step.latex))) for step in vertices],
+            "rounded": any(shortens(step.latex) for step in steps),
+            "premises": Table("Premises with proved bounds", PREMISES, premise_rows(model)),
+            "constant": [p.name for p in model.premises if len(p.corners) == 1],
+            "rules": len(model.rules),
+            "figures": list(drawn.plates),
+        },
+    )
+
+
+def derivation_steps(model: TSModel) -> tuple[tuple[Step, ...], tuple[Step, ...]]:
+    """Return the steps up to the list of rules, and those of the single vertices."""
+    steps = () if model.derivation is None else model.derivation.steps
+    return (
+        tuple(step for step in steps if not step.title.startswith(VERTEX)),
+        tuple(step for step in steps if step.title.startswith(VERTEX)),
+    )
+
+
+def premise_rows(model: TSModel) -> tuple[tuple[str, ...], ...]:
+    """Return name, lower, upper, unit and evidence of each premise."""
+    return tuple(
+        (p.name, decimal(float(p.lower)), decimal(float(p.upper)), p.unit, p.evidence)
+        for p in model.premises
+    )

@@ -1,0 +1,84 @@
+"""Simulations of the nonlinear plant under its law, from inside the ellipsoid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.reports.figures.plant.captioned import Drawn
+from takagi.reports.loops.plant_motion import Motion
+from takagi.reports.page.text import DASH, Section, Table, significant
+
+if TYPE_CHECKING:
+    from takagi.reports.loops.plant_loop import PlantLoop
+
+__all__ = ["motion_section", "settling_time"]
+
+# V may seem to rise by this share through the tolerance of the integration.
+SLACK = 1e-5
+SETTLED = 0.01
+
+
+def motion_section(loop: PlantLoop, shown: Sequence[Motion], drawn: Drawn) -> Section:
+    """Return the section with responses, planes of states and a table of figures."""
+    return Section(
+        "responses",
+        "Motions of the nonlinear plant",
+        {
+            "figures": list(drawn.plates),
+            "table": _table(loop, shown),
+            "lost": [motion.name for motion in shown if not motion.whole],
+            "rising": [motion.name for motion in shown if _rises(motion)],
+            "valued": bool(shown and shown[0].value.size),
+            "law": loop.gains is not None,
+        },
+    )
+
+
+def settling_time(motion: Motion) -> float:
+    """Return when the state stays below a hundredth of its start, entry by entry largest [s].
+
+    Measured in the largest deviation of each state over the motion; nan if it does not settle.
+    """
+    size = np.abs(motion.state).max(axis=0)
+    share = np.max(np.abs(motion.state) / np.where(size > 0, size, 1.0), axis=1)
+    late = np.flatnonzero(share > SETTLED)
+    if not motion.whole or (late.size and late[-1] == len(share) - 1):
+        return float("nan")
+    return float(motion.time[late[-1] + 1]) if late.size else 0.0
+
+
+def _rises(motion: Motion) -> bool:
+    """Return whether V grows by more than the integration's tolerance explains."""
+    if motion.value.size < 2:
+        return False
+    return bool(np.any(np.diff(motion.value) > SLACK * motion.value[0]))
+
+
+def _table(loop: PlantLoop, shown: Sequence[Motion]) -> Table:
+    inputs = [v.label for v in loop.plant.inputs] if loop.gains is not None else []
+    columns = [
+        ("start", ""),
+        *((f"{label.split(' [')[0]} at start", _unit(label)) for label in loop.model.states),
+        ("settled to 1 %", "s"),
+        *((f"{label.split(' [')[0]}, largest", _unit(label)) for label in inputs),
+    ]
+    rows = []
+    for motion in shown:
+        time = settling_time(motion)
+        largest = np.abs(motion.input).max(axis=0) if inputs else []
+        rows.append(
+            (
+                motion.name,
+                *(significant(float(x)) for x in motion.state[0]),
+                DASH if np.isnan(time) else significant(time),
+                *(significant(float(u)) for u in largest),
+            )
+        )
+    return Table("The motions in figures", tuple(columns), tuple(rows))
+
+
+def _unit(label: str) -> str:
+    return label.partition(" [")[2].rstrip("]")

@@ -1,0 +1,97 @@
+"""The plant: its equations as they were given, variables, parameters with sources."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.reports.page.mathml import mathml
+from takagi.reports.page.readable_latex import readable
+from takagi.reports.page.text import Section, Table, decimal
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.models.plant.plant import Plant, Variable
+
+__all__ = ["equations_latex", "kinds", "parameter_rows", "plant_section", "variable_rows"]
+
+VARIABLES = (
+    ("variable", ""), ("kind", ""), ("unit", ""), ("lower", ""), ("upper", ""), ("rest", ""),
+    ("meaning", ""),
+)  # fmt: skip
+PARAMETERS = (("parameter", ""), ("value", ""), ("unit", ""), ("source", ""))
+
+
+def plant_section(design: PlantDesign) -> Section:
+    """Return the section about the plant as its file gives it."""
+    plant = design.plant
+    outputs = tuple((y.name, y.unit) for y in plant.outputs)
+    return Section(
+        "plant",
+        "The plant",
+        {
+            "description": plant.description,
+            "source": plant.source,
+            "sample_time": plant.sample_time,
+            "equations": [mathml(readable(line)) for line in equations_latex(plant)],
+            "outputs": [
+                (name, unit, mathml(readable(latex), block=False))
+                for (name, unit), latex in zip(outputs, _outputs(plant), strict=True)
+            ],
+            "variables": Table("Variables and the box", VARIABLES, variable_rows(plant)),
+            "parameters": Table("Parameters", PARAMETERS, parameter_rows(plant))
+            if plant.parameters
+            else None,
+            "units": plant.units,
+        },
+    )
+
+
+def equations_latex(plant: Plant) -> list[str]:
+    r"""Return one formula per state, ``\dot{x} = ...``, parameters as symbols.
+
+    With a mass matrix one formula M x' = f in matrices.
+    """
+    import sympy as sp
+
+    mark = r"\dot{{{}}}" if plant.sample_time is None else "{{{}}}^{{+}}"
+    left = [mark.format(sp.latex(v.symbol)) for v in plant.states]
+    if plant.mass is None:
+        return [f"{a} = {sp.latex(row)}" for a, row in zip(left, plant.equations, strict=True)]
+    matrix = sp.latex(plant.mass, mat_delim="", mat_str="pmatrix")
+    f = sp.latex(sp.Matrix(plant.equations), mat_delim="", mat_str="pmatrix")
+    rates = r"\\".join(left)
+    return [rf"{matrix}\begin{{pmatrix}}{rates}\end{{pmatrix}} = {f}"]
+
+
+def variable_rows(plant: Plant) -> tuple[tuple[str, ...], ...]:
+    """Return name, kind, unit, range and rest as they are used, meaning."""
+    return tuple(_variable(kind, v) for kind, v in kinds(plant))
+
+
+def kinds(plant: Plant) -> list[tuple[str, Variable]]:
+    """Return (what it is, variable): state, input, disturbance or scheduling."""
+    outside = [("scheduling" if v.schedules else "disturbance", v) for v in plant.disturbances]
+    return [
+        *(("state", v) for v in plant.states), *(("input", v) for v in plant.inputs), *outside
+    ]  # fmt: skip
+
+
+def parameter_rows(plant: Plant) -> tuple[tuple[str, ...], ...]:
+    """Return name, value, unit, source."""
+    return tuple(
+        (str(p.symbol), decimal(float(p.value)), p.unit, p.source) for p in plant.parameters
+    )
+
+
+def _variable(kind: str, variable: Variable) -> tuple[str, ...]:
+    ends = ("any", "any")
+    if variable.range is not None:
+        ends = (decimal(float(variable.range.lower)), decimal(float(variable.range.upper)))
+    rest = decimal(float(variable.rest))
+    return (variable.name, kind, variable.unit, *ends, rest, variable.description)
+
+
+def _outputs(plant: Plant) -> list[str]:
+    import sympy as sp
+
+    return [str(sp.latex(y.expression)) for y in plant.outputs]

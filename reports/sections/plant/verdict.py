@@ -1,0 +1,112 @@
+"""The verdict first: what is proved of this plant, in words and numbers, and what is left out."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.reports.loops.plant_local import LocalLoop
+from takagi.reports.loops.proved_kinds import embedded, proved_kinds
+from takagi.reports.page.text import Section, at_least, decimal, significant
+from takagi.reports.sections.plant.gains import largest_commands
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.reports.loops.plant_loop import PlantLoop
+
+__all__ = ["verdict_section"]
+
+
+def verdict_section(design: PlantDesign, loop: PlantLoop, loops: Sequence[LocalLoop]) -> Section:
+    """Return the verdict box of a plant's design."""
+    return Section(
+        "verdict",
+        "Verdict",
+        {
+            "verdict": design.checked.verdict.name,
+            "meaning": design.checked.verdict.value,
+            "claims": [(c.name, c.verdict.name, c.text) for c in design.checked.claims],
+            "messages": list(design.checked.messages),
+            "name": design.plant.name or "the plant",
+            "embedded": embedded(design),
+            "decays": loop.decay_rate is not None,
+            "level_proved": loop.level_proved,
+            "law": loop.gains is not None,
+            "facts": _facts(loop, loops, limits="input-limits" in proved_kinds(design)),
+            "inputs_bounded": [v.name for v in design.plant.inputs if v.range is not None],
+            "disturbances": [v.name for v in design.plant.disturbances if not v.schedules],
+            "signals": [v.name for v in design.plant.disturbances if v.schedules],
+            "discrete": loop.discrete,
+        },
+    )
+
+
+def _facts(
+    loop: PlantLoop, loops: Sequence[LocalLoop], *, limits: bool
+) -> list[tuple[str, str, str]]:
+    """Return (what, figure, remark); ``limits``: a claim proves how large the inputs get."""
+    model = loop.model
+    varying = sum(len(p.corners) > 1 for p in model.premises)
+    facts = [
+        (
+            "Model",
+            f"{len(model.rules)} rules",
+            f"from {varying} premises with proved bounds"
+            if varying != 1
+            else "from one premise with proved bounds",
+        )
+    ]
+    if loop.decay_rate is not None:
+        time = 1 / loop.decay_rate if loop.decay_rate > 0 else np.inf
+        facts.append(
+            (
+                "Decay, proved",
+                f"≥ {at_least(loop.decay_rate)} 1/s",
+                f"of the state, in the measure √V: a factor e in at most {significant(time)} s"
+                if np.isfinite(time)
+                else "V does not grow",
+            )
+        )
+    facts += [
+        (
+            f"Box, {_name(label)}",
+            f"{_short(float(low))} to {_short(float(high))} {_unit(label)}",
+            "deviation from rest",
+        )
+        for label, (low, high) in model.box.items()
+    ]
+    facts += [
+        ("Largest command", f"{significant(size)} {_unit(name)}", f"of {_name(name)}, from rest "
+         "value, for states in the ellipsoid; floating point")
+        for name, size in ([] if limits else largest_commands(loop))
+    ]  # fmt: skip
+    rest = [one for one in loops if one.place == "rest"]
+    facts += [
+        (
+            "Margins at rest",
+            f"{significant(float(np.degrees(one.margins.phase)), 2)}° phase, "
+            f"{significant(one.margins.disk.alpha, 2)} disk",
+            f"loop at {_name(one.input)}, linear; a delay of {significant(one.margins.delay)} s "
+            "is borne",
+        )
+        for one in rest
+        if one.margins.stable and np.isfinite(one.margins.phase)
+    ]
+    return facts
+
+
+def _short(value: float) -> str:
+    """Return six digits at most; the table of variables has them all."""
+    return decimal(float(f"{value:.6g}"))
+
+
+def _name(label: str) -> str:
+    return label.split(" [")[0]
+
+
+def _unit(label: str) -> str:
+    unit = label.partition(" [")[2].rstrip("]")
+    return "" if unit == "-" else unit

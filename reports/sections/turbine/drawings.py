@@ -1,0 +1,141 @@
+"""Figures that only the page has: the wind class, gains over wind, the effort ramp."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
+from takagi.reports.figures.style import (
+    COLOURS,
+    GREY,
+    house_style,
+    marks_above,
+    new_figure,
+    wind_axis,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from takagi.certificates.design.claim_summary import ClaimSummary
+    from takagi.models.laws.effort_sharing.law import CoherentLaw
+
+__all__ = ["effort_figure", "gains_figure", "regional_gains_figure", "wind_class_figure"]
+
+Real = NDArray[np.float64]
+
+
+def wind_class_figure(summary: ClaimSummary) -> Figure:
+    """Return the certified |v - v_s| [m/s] and |v_s'| [m/s^2] over the schedule wind."""
+    edges, proved = summary.edges, np.array(summary.proved)
+    shown = (
+        (summary.wind_error, "|v \u2212 v$_s$| up to\n[m/s]"),
+        (summary.wind_rate, "|v$_s$'| up to\n[m/s\u00b2]"),
+    )
+    with house_style():
+        figure, panels = new_figure(2, 1, height=3.4, share_x=True)
+        for axes, (values, label) in zip(panels, shown, strict=True):
+            heights = np.where(proved, values, np.nan)
+            axes.stairs(heights, edges, baseline=0.0, fill=True, color=COLOURS[0], alpha=0.25)
+            axes.stairs(heights, edges, baseline=None, color=COLOURS[0], linewidth=1.6)
+            axes.set_ylabel(label)
+            axes.set_ylim(bottom=0.0)
+            _unproved(axes, edges, proved)
+        panels[-1].set_xlim(edges[0], edges[-1])
+        wind_axis(panels[-1])
+        figure.align_ylabels(panels)
+    return figure
+
+
+def _unproved(axes: Axes, edges: Sequence[float], proved: NDArray[np.bool_]) -> None:
+    for low, high, fine in zip(edges, edges[1:], proved, strict=False):
+        if not fine:
+            axes.axvspan(
+                low, high, facecolor="none", edgecolor=COLOURS[1], hatch="////", linewidth=0.0
+            )
+
+
+def gains_figure(law: CoherentLaw, regions: dict[str, float]) -> Figure:
+    """Return gamma, nu, b with its limit, and the share of pitch over the schedule wind."""
+    table, wind = law.schedule, law.schedule.wind
+    fine = np.linspace(wind[0], wind[-1], 800)
+    share = effort_ramp_slope(np.interp(fine, wind, table.trim_effort), table.overlap)
+    with house_style():
+        figure, panels = new_figure(2, 2, height=4.8, share_x=True)
+        panels[0].plot(wind, law.gains.proportional, color=COLOURS[0])
+        panels[0].set_ylabel("proportional \u03b3 [1/s]")
+        panels[1].stairs(law.gains.integral_rate, wind, baseline=None, color=COLOURS[0], lw=1.5)
+        panels[1].set_ylabel("integral rate \u03bd [1/s]")
+        panels[2].plot(wind, table.effectiveness, color=COLOURS[0], label="assumed, b")
+        panels[2].plot(
+            wind, table.effectiveness_limit, color=COLOURS[1], ls="--", label="frozen wake"
+        )
+        panels[2].set_ylabel("pitch effectiveness\n[rad/s\u00b2 per rad]")
+        panels[2].legend(loc="upper left")
+        panels[3].plot(fine, share, color=COLOURS[0], label="pitch, F")
+        panels[3].plot(fine, 1 - share, color=COLOURS[1], ls="--", label="torque, 1 \u2212 F")
+        panels[3].set_ylabel("share at the trim [-]")
+        panels[3].legend(loc="center right")
+        _over_wind(panels, wind, regions)
+    return figure
+
+
+def _over_wind(panels: Sequence[Axes], wind: Real, regions: dict[str, float]) -> None:
+    for k, axes in enumerate(panels):
+        axes.set_xlim(wind[0], wind[-1])
+        axes.set_ylim(bottom=0.0)
+        if k < 2:
+            marks_above(axes, regions, width=3.0)
+        else:
+            wind_axis(axes, ticks=6)
+            for begin in regions.values():
+                axes.axvline(begin, color=GREY, linestyle=":", linewidth=1.0)
+
+
+def effort_figure(overlap: float) -> Figure:
+    """Return psi(U) and psi(-U) [rad/s^2], and the shares psi' and 1 - psi', over the effort."""
+    effort = np.linspace(-4 * overlap, 4 * overlap, 401)
+    share = effort_ramp_slope(effort, overlap)
+    with house_style():
+        figure, (ramp, shares) = new_figure(1, 2, height=3.2)
+        ramp.plot(effort, effort_ramp(effort, overlap), color=COLOURS[0], label="pitch, \u03c8(U)")
+        ramp.plot(
+            effort,
+            effort_ramp(-effort, overlap),
+            color=COLOURS[1],
+            ls="--",
+            label="torque reserve, \u03c8(\u2212U)",
+        )
+        ramp.set_ylabel("effort delivered [rad/s\u00b2]")
+        shares.plot(effort, share, color=COLOURS[0], label="pitch, F = \u03c8'(U)")
+        shares.plot(effort, 1 - share, color=COLOURS[1], ls="--", label="torque, 1 \u2212 F")
+        shares.set_ylabel("share of a change of effort [-]")
+        for axes in (ramp, shares):
+            axes.set_xlabel("demanded effort U [rad/s\u00b2]")
+            axes.axvspan(-overlap, overlap, color=GREY, alpha=0.12, lw=0)
+            axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.2))
+    return figure
+
+
+def regional_gains_figure(
+    wind: ArrayLike, columns: Sequence[tuple[str, ArrayLike]], regions: dict[str, float]
+) -> Figure:
+    """Return gains of the paper's structure over wind, one panel each (label with unit, values)."""
+    v = np.asarray(wind, dtype=np.float64)
+    with house_style():
+        figure, panels = new_figure(
+            len(columns), 1, width=5.2, height=1.3 * len(columns) + 0.6, share_x=True
+        )
+        for axes, (label, values) in zip(panels, columns, strict=True):
+            axes.plot(v, np.asarray(values, dtype=np.float64), color=COLOURS[0])
+            axes.set_ylabel(label)
+        panels[0].set_xlim(v[0], v[-1])
+        marks_above(panels[0], regions, width=4.2)
+        wind_axis(panels[-1])
+        figure.align_ylabels(panels)
+    return figure

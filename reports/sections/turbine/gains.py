@@ -1,0 +1,99 @@
+"""The law that is shipped: its equations and its gains over wind."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from takagi.reports.loops.synthesis_summary import synthesis_words
+from takagi.reports.page.text import Section, Table, fixed, plate, significant
+from takagi.reports.sections.turbine.drawings import gains_figure
+from takagi.reports.sections.turbine.operation import region_starts
+from takagi.reports.sections.turbine.synthesis_table import synthesis_table
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.models.laws.effort_sharing.law import CoherentLaw
+
+__all__ = ["gains_section"]
+
+
+def gains_section(design: TurbineDesign) -> Section:
+    """Return the section about the law and its gains."""
+    law = design.coherent
+    content: dict[str, Any] = {"law": design.law, "coherent": law is not None}
+    if law is not None:
+        content |= _coherent(design, law)
+    else:
+        content["rules"] = [4, len(design.partial_load.rules), len(design.full_load.rules)]
+        content["settings"] = design.settings
+    return Section("law", "The law and its gains", content)
+
+
+def _coherent(design: TurbineDesign, law: CoherentLaw) -> dict[str, Any]:
+    limited = design.effort.torque_limited if design.effort is not None else np.zeros(0)
+    winds = law.schedule.wind[limited.astype(bool)] if limited.size else limited
+    return {
+        "figure": plate(
+            gains_figure(law, region_starts(design)),
+            "gains",
+            caption="Gains of the law over the schedule wind, the assumed pitch effectiveness, "
+            "and how a change of effort is shared at the trim.",
+            alternative="Proportional gain, integral rate, pitch effectiveness, and the shares of "
+            "pitch and torque over wind; pitch takes over from torque around rated wind",
+        ),
+        "table": _table(law),
+        "synthesis": synthesis_words(design),
+        "comparison": synthesis_table(design),
+        "limited": "" if not winds.size else f"{winds.min():g} to {winds.max():g} m/s",
+        "overlap": significant(float(law.schedule.overlap)),
+        "wind_filter": significant(law.wind_filter),
+        "pitch_lead": significant(law.feedforward.pitch_lead),
+        "integral_limit": significant(law.integral_limit),
+    }
+
+
+def _table(law: CoherentLaw) -> Table:
+    table, gains = law.schedule, law.gains
+    # nu, f and g belong to the interval that begins at the node; the last node begins none.
+    rates, inertia, limit = (
+        [*map(float, column), float("nan")]
+        for column in (
+            gains.integral_rate,
+            law.feedforward.inertia,
+            law.feedforward.effort_limit,
+        )
+    )
+    columns = (
+        table.wind,
+        table.rotor_speed,
+        table.trim_effort,
+        table.effectiveness,
+        gains.proportional,
+        rates,
+        inertia,
+        limit,
+    )
+    return Table(
+        "The emitted tables of the law",
+        (
+            ("v<sub>s</sub>", "m/s"),
+            ("ω*", "rad/s"),
+            ("q*", "rad/s²"),
+            ("b", "rad/s² per rad"),
+            ("γ", "1/s"),
+            ("ν", "1/s"),
+            ("f", "rad/s per m/s"),
+            ("g", "rad/s²"),
+        ),
+        tuple(
+            tuple(
+                fixed(float(value), digits)
+                for value, digits in zip(row, (4, 6, 6, 6, 5, 6, 4, 4), strict=True)
+            )
+            for row in zip(*columns, strict=True)
+        ),
+        folded=f"All {len(table.wind)} nodes as a table",
+        note="ν, f and g hold from their node to the next; the others are linear between nodes.",
+    )

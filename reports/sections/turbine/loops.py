@@ -1,0 +1,222 @@
+"""Linear checks: closed-loop poles over wind, Bode plots and margins of both loops."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from takagi.certificates.design.claim_summary import claim_summary
+from takagi.models.turbine.trim import rated_wind
+from takagi.reports.figures import BodeLine, bode_figure, poles_figure
+from takagi.reports.loops.turbine_local import LoopPoint, loop_points
+from takagi.reports.margins import (
+    Loops,
+    Margins,
+    closed_loop_poles,
+    loop_margins,
+    loop_response,
+    loops_at_trim,
+)
+from takagi.reports.page.text import Plate, Section, Table, fixed, plate, significant
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.turbine.design import TurbineDesign
+
+__all__ = ["loops_section", "poles_section"]
+
+TRIMS = (8.0, 11.0, 12.0, 14.0, 18.0, 25.0)
+FREQUENCY = np.geomspace(1e-2, 30.0, 700)
+Actuator = Literal["torque", "pitch"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Row:
+    """One loop at one wind with one wake: ``factor`` multiplies dT_r/dbeta."""
+
+    loop: LoopPoint
+    actuator: Actuator
+    wake: str
+    factor: float
+    loops: Loops
+    margins: Margins
+
+
+def poles_section(design: TurbineDesign) -> Section:
+    """Return the section about the poles of the design model over wind."""
+    turbine = design.turbine
+    winds = np.arange(np.ceil(turbine.cut_in), turbine.cut_out + 0.25, 0.5)
+    points, none = loop_points(design, winds.tolist())
+    poles = closed_loop_poles(
+        turbine, [p.point for p in points], [p.controller for p in points], kind="design"
+    )
+    summary = claim_summary(design)
+    figure = poles_figure(
+        [p.wind for p in points],
+        poles,
+        decay_rate=None if summary is None else summary.decay_rate or None,
+        reach=6.0,
+    )
+    slowest = min(zip(points, poles, strict=True), key=lambda pair: -pair[1].real.max())
+    return Section(
+        "poles",
+        "Closed-loop poles over wind",
+        {
+            "figure": plate(
+                figure,
+                "poles",
+                caption="Poles of the design model with the law linearised at its trims, "
+                "every 0.5 m/s. Dashed: the decay rate proved for all winds of the certificate.",
+                alternative="Closed-loop poles in the complex plane coloured by wind, and the "
+                "decay of the slowest pole over wind",
+            ),
+            "slowest": fixed(-float(slowest[1].real.max()), 4),
+            "slowest_wind": f"{slowest[0].wind:g}",
+            "stable": all(p.real.max() < 0 for p in poles),
+            "none": ", ".join(f"{v:g}" for v in none),
+            "certified": "" if summary is None else significant(summary.decay_rate),
+        },
+    )
+
+
+def loops_section(design: TurbineDesign) -> Section:
+    """Return the section about Bode plots and margins on the validation plant."""
+    turbine = design.turbine
+    rated = round(rated_wind(turbine, speed_setpoint=design.settings.speed_setpoint), 2)
+    winds = sorted({*TRIMS, rated})
+    points, none = loop_points(design, winds)
+    rows = [row for point in points for row in _rows(design, point)]
+    return Section(
+        "loops",
+        "Bode plots and margins",
+        {
+            "figures": [
+                _bode(design, rows, "torque", "equilibrium"),
+                _bode(design, rows, "pitch", "equilibrium"),
+                _bode(design, rows, "pitch", "frozen"),
+            ],
+            "table": _table(rows),
+            "unstable": [
+                f"{row.loop.wind:g} m/s, {row.actuator} loop, {row.wake}"
+                for row in rows
+                if not row.margins.stable
+            ],
+            "least": _least(rows),
+            "none": ", ".join(f"{v:g}" for v in none),
+            "setpoint": design.settings.speed_setpoint,
+            "turbine": turbine,
+        },
+    )
+
+
+def _rows(design: TurbineDesign, point: LoopPoint) -> list[_Row]:
+    wakes = [("equilibrium", 1.0)]
+    if np.isfinite(point.frozen_wake):
+        wakes.append(("frozen", point.frozen_wake))
+    rows = []
+    for wake, factor in wakes:
+        loops = loops_at_trim(design.turbine, point.point, point.controller, effectiveness=factor)
+        for actuator in _acting(point):
+            margins = loop_margins(getattr(loops, actuator))
+            rows.append(_Row(point, actuator, wake, factor, loops, margins))
+    return rows
+
+
+def _acting(point: LoopPoint) -> list[Actuator]:
+    found: list[Actuator] = []
+    if point.torque_acts:
+        found.append("torque")
+    if point.pitch_acts:
+        found.append("pitch")
+    return found
+
+
+def _bode(design: TurbineDesign, rows: Sequence[_Row], actuator: Actuator, wake: str) -> Plate:
+    turbine = design.turbine
+    lines = []
+    for row in rows:
+        if row.actuator != actuator or row.wake != wake:
+            continue
+        response = loop_response(getattr(row.loops, actuator), frequencies=FREQUENCY)
+        m, values = row.margins, response.evaluate(FREQUENCY)[:, 0, 0]
+        # An unstable loop has crossings too, but no margins: none are marked.
+        marked = (m.phase_frequency, m.gain_increase_frequency) if m.stable else (np.nan, np.nan)
+        name = f"{row.loop.wind:g} m/s" + ("" if m.stable else ", unstable")
+        lines.append(BodeLine(name, values, *map(_finite, marked)))
+    if not lines:
+        lines = [BodeLine("no wind", np.zeros(len(FREQUENCY), dtype=np.complex128))]
+    tower = float(np.sqrt(turbine.tower_stiffness / turbine.tower_mass))
+    speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
+    marks = {f"tower {tower / 2 / np.pi:.2f} Hz": tower, "3P": 3 * speed}
+    words = "torque command" if actuator == "torque" else "pitch reference"
+    return plate(
+        bode_figure(FREQUENCY, lines, marks=marks),
+        f"bode-{actuator}" + ("-frozen" if wake == "frozen" else ""),
+        caption=f"The loop broken at the {words}, where it acts, the other actuator closed; {wake} "
+        "wake. Filled dot: crossover with phase margin (PM); open dot: phase crossover with gain "
+        "margin (GM). 3P at full-load speed.",
+        alternative=f"Bode plot of the loop at the {words} for several winds, {wake} wake",
+    )
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _table(rows: Sequence[_Row]) -> Table:
+    return Table(
+        "Margins on the validation plant",
+        (
+            ("wind", "m/s"),
+            ("loop", ""),
+            ("wake", ""),
+            ("crossover", "rad/s"),
+            ("gain", "dB"),
+            ("phase", "°"),
+            ("delay", "s"),
+            ("disk: gain", "± dB"),
+            ("disk: phase", "± °"),
+            ("peak |S|", "-"),
+        ),
+        tuple(_cells(row) for row in rows),
+        note="Gain: upward factor to instability. Disk: gain and phase may change together by this "
+        "much. Delay and phase are ∞ where the loop gain never reaches 1.",
+    )
+
+
+def _cells(row: _Row) -> tuple[str, ...]:
+    m = row.margins
+    wake = row.wake if row.wake == "equilibrium" else f"{row.wake} × {fixed(row.factor, 2)}"
+    head = (f"{row.loop.wind:g}", row.actuator, wake)
+    if not m.stable:
+        return (*head, *["unstable"] * 7)
+    return (
+        *head,
+        significant(m.crossover),
+        fixed(20 * np.log10(m.gain_increase), 1),
+        fixed(float(np.degrees(m.phase)), 0),
+        significant(m.delay),
+        fixed(20 * np.log10(m.disk.gain_increase), 1),
+        fixed(float(np.degrees(m.disk.phase)), 0),
+        fixed(m.sensitivity_peak, 2),
+    )
+
+
+def _least(rows: Sequence[_Row]) -> dict[str, str]:
+    """Return the smallest margins over all rows, with their winds."""
+    if not rows:
+        return {}
+
+    def worst(name: str, value: list[float], digits: int) -> str:
+        k = int(np.argmin(value))
+        return f"{fixed(value[k], digits)}{name} at {rows[k].loop.wind:g} m/s ({rows[k].actuator})"
+
+    gains = [20 * np.log10(max(row.margins.gain_increase, 1e-9)) for row in rows]
+    return {
+        "gain": worst(" dB", gains, 1),
+        "phase": worst("°", [float(np.degrees(row.margins.phase)) for row in rows], 0),
+        "delay": worst(" s", [row.margins.delay for row in rows], 2),
+        "disk": worst("", [row.margins.disk.alpha for row in rows], 2),
+    }

@@ -1,0 +1,59 @@
+"""The wind observer: its error model, premise and gains."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.reports.page.text import Section, Table, decimal, fixed, significant
+from takagi.reports.sections.turbine.regions import premise_table
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.turbine.design import TurbineDesign
+
+__all__ = ["observer_section"]
+
+
+def observer_section(design: TurbineDesign) -> Section:
+    """Return the section about the wind observer."""
+    found = design.observer
+    low, high = found.observer.limits
+    return Section(
+        "observer",
+        "Wind observer",
+        {
+            "l1": f"{found.gains[0]:g}",
+            "l2": f"{found.gains[1]:g}",
+            "decay": significant(found.decay_rate),
+            "limits": f"{fixed(low, 1)} to {fixed(high, 1)}",
+            "premises": premise_table(found.model, "estimation error"),
+            "poles": _poles(design),
+            "box": [
+                (name, decimal(float(a)), decimal(float(b)))
+                for name, (a, b) in found.model.box.items()
+            ],
+        },
+    )
+
+
+def _poles(design: TurbineDesign) -> Table:
+    """Return the poles of [-l1, d; -l2, 0] at both corners of d."""
+    l1, l2 = design.observer.gains
+    rows = []
+    for vertex, name in zip(design.observer.model.vertices, ("lower", "upper"), strict=True):
+        A = vertex.A - np.array([[l1], [l2]]) @ vertex.C
+        poles = sorted(np.linalg.eigvals(A), key=lambda p: (-p.real, p.imag))
+        rows.append((f"d {name}", *(_complex(complex(p)) for p in poles)))
+    return Table(
+        "Poles of the estimation error at the premise's corners",
+        (("corner", ""), ("first", "1/s"), ("second", "1/s")),
+        tuple(rows),
+    )
+
+
+def _complex(value: complex) -> str:
+    real = significant(value.real, 4)
+    if abs(value.imag) < 1e-12:
+        return real
+    return f"{real} {'+' if value.imag > 0 else '−'} {significant(abs(value.imag), 4)} j"

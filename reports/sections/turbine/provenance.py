@@ -1,0 +1,42 @@
+"""How to check it, and where everything comes from."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from takagi.reports.page.text import Section, Table, fixed
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.certificates.design.turbine.design import TurbineDesign
+
+__all__ = ["check_section", "provenance_section"]
+
+
+def check_section(design: TurbineDesign) -> Section:
+    """Return the section that says how to check the certificate."""
+    return Section("check", "How to check it", {"verdict": design.checked.verdict.name})
+
+
+def provenance_section(design: TurbineDesign | PlantDesign, *, timings: bool) -> Section:
+    """Return versions, hashes, configuration and, where wanted, how long each step took."""
+    recorded = design.document["provenance"]
+    files = recorded.get("files_sha256", {})
+    hashes = [(f"certificate: {name}", value) for name, value in recorded["sha256"].items()]
+    hashes += [(f"file: {name}", value) for name, value in files.items()]
+    versions = tuple((name, str(value)) for name, value in recorded["versions"].items())
+    seconds = tuple((step, fixed(value, 2)) for step, value in design.seconds.items())
+    return Section(
+        "provenance",
+        "Provenance",
+        {
+            "versions": Table("Versions", (("part", ""), ("version", "")), versions),
+            "hashes": Table("SHA-256", (("of", ""), ("digest", "")), tuple(hashes)),
+            "solver": recorded.get("solver", {}),
+            "configuration": json.dumps(recorded.get("configuration", {}), indent=1),
+            "timings": Table("Time per step", (("step", ""), ("time", "s")), seconds)
+            if timings and seconds
+            else None,
+        },
+    )

@@ -1,0 +1,137 @@
+"""The regional Takagi-Sugeno models: premises with proved ranges, rules, vertices, gains."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from takagi.models.laws.published.regional_schedule import regional_schedule
+from takagi.models.turbine.trim import trim
+from takagi.reports.page.text import Plate, Section, Table, decimal, fixed, plate, significant
+from takagi.reports.sections.turbine.drawings import regional_gains_figure
+from takagi.reports.sections.turbine.operation import region_starts
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.lmi.turbine.regional import RegionGains
+    from takagi.models.ts.model import TSModel
+
+__all__ = ["premise_table", "regions_section"]
+
+CORNERS = ("lower", "upper")
+SYMBOLS = {
+    "partial load": ("k<sub>ω</sub>",),
+    "full load": ("k<sub>ω</sub>", "k<sub>β</sub>"),
+}
+UNITS = {"partial load": ("N m s/rad", "N m/rad"), "full load": ("s", "-", "1/rad")}
+
+
+def regions_section(design: TurbineDesign) -> Section:
+    """Return the section about the regional models and the gains of the paper's structure."""
+    parts = (design.regional.partial, design.regional.full)
+    return Section(
+        "regions",
+        "Regional Takagi–Sugeno models",
+        {
+            "regions": [_region(design, part) for part in parts],
+            "figures": [p for part in parts if (p := _over_wind(design, part)) is not None],
+            "used": design.coherent is None,
+        },
+    )
+
+
+def _region(design: TurbineDesign, part: RegionGains) -> dict[str, Any]:
+    model = part.model
+    box = [(name, float(low), float(high)) for name, (low, high) in model.box.items()]
+    return {
+        "name": part.region,
+        "anchor": part.region.replace(" ", "-"),
+        "states": model.states,
+        "input": model.inputs[0],
+        "source": model.source,
+        "box": [(name, decimal(low), decimal(high)) for name, low, high in box],
+        "premises": premise_table(model, part.region),
+        "vertices": _vertices(model),
+        "gains": _gains(part),
+        "decay": "" if part.decay_rate is None else significant(part.decay_rate),
+        "bounds": [(n, significant(a), significant(b)) for n, (a, b) in part.bounds.items()],
+        "diagnosis": part.diagnosis,
+        "asked": part.requirement,
+    }
+
+
+def premise_table(model: TSModel, words: str) -> Table:
+    """Return the premises of a model with their rigorous ranges."""
+    return Table(
+        f"Premises, {words}",
+        (("premise", ""), ("lower", ""), ("upper", ""), ("unit", ""), ("why it cannot leave", "")),
+        tuple(
+            (p.name, decimal(float(p.lower)), decimal(float(p.upper)), p.unit,
+             p.evidence)
+            for p in model.premises
+        ),
+    )  # fmt: skip
+
+
+def _vertices(model: TSModel) -> list[dict[str, Any]]:
+    """Return one entry per rule: its corners and its matrices as rows of text."""
+    found = []
+    for number, (rule, vertex) in enumerate(zip(model.rules, model.vertices, strict=True), 1):
+        corners = [f"{p.name} {CORNERS[c]}" for p, c in zip(model.premises, rule, strict=True)]
+        matrices = [
+            (name, [[significant(float(x), 5) for x in row] for row in getattr(vertex, name)])
+            for name in ("A", "B", "E")
+            if getattr(vertex, name).size
+        ]
+        found.append({"number": number, "corners": ", ".join(corners), "matrices": matrices})
+    return found
+
+
+def _gains(part: RegionGains) -> Table | None:
+    if part.k_x is None or part.k_I is None:
+        return None
+    names = [p.name for p in part.model.premises]
+    heads = [*SYMBOLS[part.region], "k<sub>I</sub>"]
+    return Table(
+        f"Gains, {part.region}: u = −k<sub>x</sub> Δx + k<sub>I</sub> x<sub>I</sub>",
+        (
+            ("rule", ""),
+            *((name, "") for name in names),
+            *zip(heads, UNITS[part.region], strict=True),
+        ),
+        tuple(
+            (
+                str(k + 1),
+                *(CORNERS[c] for c in rule),
+                *(significant(float(x), 6) for x in part.k_x[k]),
+                significant(float(part.k_I[k]), 6),
+            )
+            for k, rule in enumerate(part.model.rules)
+        ),
+    )
+
+
+def _over_wind(design: TurbineDesign, part: RegionGains) -> Plate | None:
+    if part.k_x is None or part.k_I is None:
+        return None
+    setpoint = design.settings.speed_setpoint
+    schedule = regional_schedule(
+        design.turbine, part.model, k_x=part.k_x, k_I=part.k_I, speed_setpoint=setpoint
+    )
+    low, high = (float(end) for end in part.model.box["wind estimate [m/s]"])
+    winds = np.linspace(low, high, 60)
+    points = [trim(design.turbine, float(v), speed_setpoint=setpoint) for v in winds]
+    rows = np.array([schedule.gains_at(p.rotor_speed, p.pitch, p.wind) for p in points])
+    units = UNITS[part.region]
+    columns = [(f"on speed\n[{units[0]}]", rows[:, 0]), (f"on integral\n[{units[-1]}]", rows[:, 2])]
+    if part.region == "full load":
+        columns.insert(1, ("on pitch\n[-]", rows[:, 1]))
+    starts = {k: v for k, v in region_starts(design).items() if low < v < high}
+    return plate(
+        regional_gains_figure(winds, columns, starts),
+        f"gains-{part.region.replace(' ', '-')}",
+        caption=f"{part.region.capitalize()}: the rules' gains blended along the trim, "
+        f"{fixed(low, 2)} to {fixed(high, 2)} m/s.",
+        alternative=f"Blended regional gains over wind, {part.region}",
+    )

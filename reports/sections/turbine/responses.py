@@ -1,0 +1,146 @@
+"""Step and gust responses of the nonlinear loop across rated wind, beside the reference's law."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.certificates.design.claim_summary import claim_summary
+from takagi.models.laws.protocol import Law
+from takagi.models.simulation import (
+    BaselineLaw,
+    Case,
+    Result,
+    WindSeries,
+    gust_wind,
+    ramp_wind,
+    run_cases,
+    step_wind,
+    validation_plant,
+)
+from takagi.models.turbine.trim import rated_wind
+from takagi.reports.figures import ResponseLine, response_figure
+from takagi.reports.page.text import Plate, Section, Table, fixed, plate, powers, significant
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.turbine.design import TurbineDesign
+
+__all__ = ["responses_section"]
+
+STEP = 1.5
+DURATION, BEGIN = 90.0, 15.0
+NAMES = ("step-up", "step-down", "gust", "ramp")
+
+
+def responses_section(design: TurbineDesign) -> Section:
+    """Return the section with the simulated responses."""
+    turbine = design.turbine
+    laws: dict[str, Law] = {design.law.name: design.law, "baseline": BaselineLaw(turbine)}
+    winds = _winds(design)
+    plant, observer = validation_plant(turbine), design.observer.observer
+    cases = [Case(name, plant, law, wind, observer) for wind in winds for name, law in laws.items()]
+    results = run_cases(cases)
+    groups = [results[k : k + len(laws)] for k in range(0, len(results), len(laws))]
+    return Section(
+        "responses",
+        "Responses across rated wind",
+        {
+            "figures": [
+                _figure(design, name, group) for name, group in zip(NAMES, groups, strict=True)
+            ],
+            "table": _table(design, results),
+            "law": design.law.name,
+            "torque_rate": fixed(plant.torque_rate_limit / 1e3, 0),
+            "pitch_rate": fixed(float(np.degrees(plant.pitch_rate_limit)), 0),
+            "class_known": claim_summary(design) is not None,
+        },
+    )
+
+
+def _winds(design: TurbineDesign) -> tuple[WindSeries, ...]:
+    setpoint = design.settings.speed_setpoint
+    rated = round(rated_wind(design.turbine, speed_setpoint=setpoint), 2)
+    low, high = round(rated - STEP, 2), round(rated + STEP, 2)
+    radius = design.turbine.rotor_radius
+    return (
+        step_wind(low, high, DURATION, begin=BEGIN),
+        step_wind(high, low, DURATION, begin=BEGIN),
+        gust_wind(rated, DURATION, rotor_radius=radius, begin=BEGIN),
+        ramp_wind(low - 2, high + 2, DURATION, rate=0.2, begin=BEGIN),
+    )
+
+
+def _figure(design: TurbineDesign, name: str, results: Sequence[Result]) -> Plate:
+    turbine = design.turbine
+    lines = [
+        ResponseLine(
+            result.label,
+            result.history.wind,
+            result.history.pitch,
+            result.history.torque,
+            result.history.rotor_speed,
+            result.history.electrical_power,
+        )
+        for result in results
+    ]
+    speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
+    rated = {"rotor_speed": speed, "torque": turbine.rated_torque}
+    wind = powers(results[0].wind_name).capitalize()
+    return plate(
+        response_figure(results[0].history.time, lines, rated=rated),
+        f"response-{name}",
+        caption=f"{wind}: {' and '.join(line.label for line in lines)} law on the validation "
+        "plant, wind observer in the loop. Dotted: rated.",
+        alternative=f"Time responses of wind, pitch, torque, rotor speed and power: {wind}",
+    )
+
+
+def _table(design: TurbineDesign, results: Sequence[Result]) -> Table:
+    return Table(
+        "The same runs in numbers",
+        (
+            ("wind", ""),
+            ("law", ""),
+            ("energy", "kWh"),
+            ("largest overspeed", "%"),
+            ("pitch travel", "°"),
+            ("both active", "% of time"),
+            ("tower DEL", "MN m"),
+            ("|v − v<sub>s</sub>| reached", "m/s"),
+            ("|v<sub>s</sub>'| reached", "m/s²"),
+            ("time inside the class", "%"),
+        ),
+        tuple(
+            (
+                result.wind_name,
+                result.label,
+                fixed(result.metrics.energy, 2),
+                fixed(result.metrics.overspeed, 2),
+                fixed(result.metrics.pitch_travel, 1),
+                fixed(result.metrics.both_active, 1),
+                fixed(result.metrics.tower_del, 2),
+                *_class_use(design, result),
+            )
+            for result in results
+        ),
+        note="Both active: pitch above fine pitch while torque is below rated. The last three "
+        "columns compare with the certified wind class; outside it the run is a simulation only.",
+    )
+
+
+def _class_use(design: TurbineDesign, result: Result) -> tuple[str, str, str]:
+    """Return the reached |v - v_s| and |v_s'|, and the share of time inside the certified class."""
+    summary, law = claim_summary(design), design.coherent
+    if summary is None or law is None or result.label != law.name:
+        return "–", "–", "–"
+    history = result.history
+    schedule = history.law_states[:, 1] if law.wind_filter > 0 else history.wind_estimate
+    error = np.abs(history.wind - schedule)
+    rate = np.abs(np.gradient(schedule, history.time))
+    cell = np.clip(np.searchsorted(summary.edges, schedule) - 1, 0, len(summary.winds) - 1)
+    fine = np.array(summary.proved)[cell]
+    inside = fine & (error <= np.array(summary.wind_error)[cell])
+    inside &= rate <= np.array(summary.wind_rate)[cell]
+    return significant(error.max()), significant(rate.max()), fixed(100 * float(inside.mean()), 0)
