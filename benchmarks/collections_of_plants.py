@@ -243,7 +243,10 @@ def true_norm(plant: dict[str, Floats], K: Floats, norm: str) -> float:
     if not np.isfinite(A).all() or np.linalg.eigvals(A).real.max() >= 0:
         return np.inf
     if norm == "H-infinity":
-        return float(hamiltonian_norm(A, plant["B1"], C, plant["D11"]))
+        try:
+            return float(hamiltonian_norm(A, plant["B1"], C, plant["D11"]))
+        except OverflowError:  # eigenvalues of the Hamiltonian that rounding keeps on the axis
+            return np.inf
     if plant["D11"].any():
         return np.inf
     P = solve_continuous_lyapunov(A.T, -C.T @ C)

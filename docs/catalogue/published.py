@@ -38,6 +38,8 @@ least norm zero were stopped by the time there.
 | refused: white noise reaches the output directly (AC4, HE6, HE7, JE3, NN13) | - | 5 |
 | not run within the time (AC13, JE1) | 2 | 0 |
 
+With a core for itself, takagi finds candidates for EB4 (0.500049, 5 s) and HE7 (2.42575, 2 s) too.
+
 The same with `--certify` asks for a proof of every default design with at most 9 states, and for
 nothing but its kind of bound. PROVED by both checkers, and within so much of the design's own
 bound, end of H-infinity all 66 designs that there are (0.03 %), of H2 all 69 (0.02 %), of peaks 67
