@@ -1,20 +1,20 @@
 """What is asked of a solver: LMIs as data, one condition a file, the only solver calls.
 
-    term, unknown      an LMI as data: sums of L X R with constants, batched over vertices
-    evaluate, exact, express, typeset    its readers: floats, rationals, cvxpy, LaTeX
-    answer, intake     what is handed back; what is checked at the door
-    multisimplex, unknown_polynomial    matrix polynomials in memberships, as LMI coefficients
-    lyapunov_family    a Lyapunov matrix that changes with the memberships
-    solver/            cone data, the solver calls; decide, optimise, re-centre, check, diagnose
+    condition/         an LMI as data: sums of L X R with constants, batched over vertices; and its
+                       readers: floats, rationals, cvxpy, LaTeX
+    polynomials/       matrix polynomials in memberships; a Lyapunov matrix that changes with them
+    sums/              double sums over rules, and the relaxations that make LMIs of them
+    cone/, solver/     cone data and their multipliers; the solver calls
+    refutation/        exact reasons for a no
+    decision/          decide, optimise, check, diagnose
+    parameter_search/  the best value of a parameter in a condition
     analysis/          one condition a file about a given loop: stability, decay, norms, regions
     varying/           ... by Lyapunov functions that change with parameters or memberships
-    sums/              double sums over rules, and the relaxations that make LMIs of them
-    synthesis/         gains that are sought: decay, regions, limits, cost, observers
-    performance/       ... against disturbances;  attraction/  ... with a region of attraction
-    fuzzy/             ... with a function of the memberships;  structured/  ... with a structure
-    alternatives/      exact reasons for a no, checked by integers alone
+    gains/             gains that are sought, one kind of question a room
     explaining/        what stands in the way, and what would help
     turbine/           gains of the multi-region wind-turbine controller
+    answer, relaxation_result    what is handed back
+    argument_checks, stabilisability    what is checked at the door
 
 Importing this package imports nothing heavy: names are looked up when they are used.  No module
 bears the name of a function: it would hide it once imported.

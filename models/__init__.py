@@ -1,12 +1,15 @@
 """What is controlled and by which law: Takagi-Sugeno models, their derivation, wind turbines.
 
-    ts_model, premise       TSModel: vertices, premises with proved ranges, rules, box
-    plant/                  Plant: equations, variables with units and ranges; plant files
-    sector/                 sector_model: symbolic sector nonlinearity, bounds by ball arithmetic
-    surface, enclosure/     spline surfaces and rigorous ranges in exact arithmetic
+    ts/                     TSModel: vertices, premises with proved ranges, rules, box
+    plant/, plant_files/    Plant: equations, variables with units and ranges; plant files read
+    files/, expressions/    what model files share; expressions as text
+    equations/, sector/     the plant about its equilibrium; symbolic sector nonlinearity
+    intervals/, splines/, ranges/    interval arithmetic; spline surfaces; rigorous ranges
     reduction/              fewer rules with a proved error; a box cut into cells
-    turbine/                wind turbines: data, aerodynamics, trim, regional models, observer
-    loading, library        models from files and built-in ones by name
+    ramps/, blending/       one quantity handed over to another; two actuators that share one effort
+    laws/, loops/           controller laws as values; closed loops as families of matrices
+    turbine/, simulation/   wind turbines; the nonlinear plant and the loop in time
+    loading, errors         models from files and built-in ones by name; ModelError
 
 Importing this package imports nothing heavy: names are looked up when they are used.
 """

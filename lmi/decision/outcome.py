@@ -39,7 +39,7 @@ class Outcome:
     ----------
     status : "candidate" when every LMI holds, the strict ones with a margin, and the objective, if
         one is minimised, is near the least; "infeasible" when multipliers leave no unknowns of
-        whatever size (``judging``); "unknown" otherwise.
+        whatever size (``answer_check``); "unknown" otherwise.
     values : unknown name -> (count, rows, cols).
     margin : as ``evaluate.margin`` recomputes it from ``values``.
     bound : no values have a larger t, to solver accuracy; inf when unknown.

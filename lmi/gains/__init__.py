@@ -1,13 +1,13 @@
-"""Gains that are sought, one question a file: decay, regions, limits, cost, observers.
+"""Gains that are sought, one kind of question a room.
 
-compensation, compensation_*   parallel distributed compensation: called, posed, solved
-closed_loop                    the loop of u = -sum_j h_j K_j x, continuous and discrete
-demands, limits, rate_limits   what a design must do besides decaying
-region_sums, uncertainty       regions of the complex plane and uncertain models, as double sums
-ladder, climb, largest_rate, shown_rate    one relaxation after another; the largest decay rate
-regulator, cost_condition, guaranteed_cost    the linear-quadratic regulator
-observation, secant_family     observers, also with premises that are not measured
+requirements/      what any of them may have to keep: limits, rates, regions, uncertainty
+decay/             a decay rate: parallel distributed compensation, one relaxation after another
+cost/              the least guaranteed quadratic cost
+disturbance/       the least gain of energy, variance or peaks
+attraction/        the largest region of attraction, with input limits and saturation
+fuzzy/             with a Lyapunov function that depends on the memberships
+structured/        with zeros, shared gains, outputs in the place of states
+observer, secant_vertices    observers, also with premises that are not measured
 
-The sums and their relaxations are in ``sums``; gains against disturbances, with regions of
-attraction, fuzzy functions and structure have rooms of their own beside this one.
+The sums and their relaxations are in ``sums``.
 """

@@ -1,8 +1,8 @@
 """The calls of a solver: cone data in, numbers out.  Its word is recorded, never believed.
 
-Which solver is first is foretold from the sizes (``choice``); the others follow when its numbers
-do not withstand their check: clarabel with the other chordal flag, with other regularisation,
-unscaled, then whatever else is installed.
+Which solver is first is foretold from the sizes (``solver_choice``); the others follow when its
+numbers do not withstand their check: clarabel with the other chordal flag, with other
+regularisation, unscaled, then whatever else is installed.
 """
 
 from __future__ import annotations

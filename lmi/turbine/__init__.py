@@ -1,11 +1,9 @@
 """The gains of the multi-region wind-turbine controller.
 
-regional_condition, regional   gains of partial and full load: decay rate, actuator limits
-effort                         gains of the coherent law, wind by wind
-one_step                       the same gains and the loop's quadratic functions found together:
-                               _family (the loop as a function of its gains), _condition and _search
-                               (one convex step), _climb (steps that lose nothing), _value and
-                               _objective, _motion (pitch and tower in turbulence, an estimate)
+regional_condition, regional    gains of partial and full load: decay rate, actuator limits
+region_request, region_diagnosis    what is asked of a region; why it has no gains
+effort                          gains of the effort-sharing law, wind by wind
+one_step/                       the same gains and the loop's quadratic functions found together
 """
 
 from __future__ import annotations

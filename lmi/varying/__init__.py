@@ -2,5 +2,6 @@
 
 constant_parameters, parameter_*    P polynomial in constant or moving parameters
 varying_memberships, fuzzy_condition, rate_polytopes    memberships with bounds on their rates
-lyapunov_forms, robust_gain, family_answer    the two forms of decrease; the norm; the answer
+membership_points    a function sought at single points of the memberships
+lyapunov_forms, robust_gain, answer_in_states    the two forms of decrease; the norm; the answer
 """

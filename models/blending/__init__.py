@@ -1,11 +1,10 @@
 """Two actuators that share one effort, handed over by a ramp, for any plant.
 
-hand_over       psi, its slope, and the range of its secants, exactly
-blending        Actuator, Blending: who acts where, and how well it is known
-substitution    the plant behind the blend: one input, the rate of the effort
-reach           whether the actuators can deliver what is asked of them on the box
-modelling       its Takagi-Sugeno model
-running         shares, commands and actuators over a motion, in floating point
+blending             Actuator, Blending: who acts where, and how well it is known
+substitution         the plant behind the blend: one input, the rate of the effort
+actuator_authority   whether the actuators can deliver what is asked of them on the box
+modelling            its Takagi-Sugeno model
+run_time             shares, commands and actuators over a motion, in floating point
 """
 
 from __future__ import annotations

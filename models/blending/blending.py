@@ -53,7 +53,7 @@ class Actuator:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Blending:
-    """One effort U for two actuators, psi the ramp of ``hand_over``, e its overlap:
+    """One effort U for two actuators, psi the ramp of ``exact_effort_ramp``, e its overlap:
 
         low    u = idle - direction psi(-U) / b        acts where U < e
         high   u = idle + direction psi(U) / b         acts where U > -e

@@ -1,14 +1,10 @@
-"""Controller laws as values: the protocol that they share, and one law a file.
+"""Controller laws as values: the protocol that they share, and the laws.
 
-law                          Law, Measurement, Command
-sampled                      a law as the discrete program that a controller runs
-pdc                          one gain a rule: u = u* - sum h_i K_i (x - x*), for any plant
-coherent, effort, schedule, feedforward    one effort shared by torque and pitch, its ramp, its
-                             tables, and what it makes of its schedule wind's rate
-paper, coupling_filter, ramps, regional_schedule, reference_filter    the published law and its
-                             parts
-paper_equilibrium, paper_rest, paper_one_integrator, paper_two_integrators,
-paper_linearisation          where the published law rests, and how it behaves there
+protocol           Law, Measurement, Command
+sampled            a law as the discrete program that a controller runs
+pdc                one gain a rule: u = u* - sum h_i K_i (x - x*), for any plant
+effort_sharing/    one effort shared by torque and pitch: the law, its tables, its feed-forward
+published/         the published multi-region law and its parts; its equilibria, its linearisation
 """
 
 from __future__ import annotations

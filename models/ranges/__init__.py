@@ -1,15 +1,13 @@
-"""Rigorous ranges: rational intervals, Bernstein forms, ball arithmetic, and their evidence.
+"""Rigorous ranges of expressions on boxes, with evidence that can be replayed.
 
-interval              rational intervals in exact arithmetic
-bernstein, blossom    hulls of spline patches, exact
-polynomial            Bernstein form of polynomials and rational functions, exact
-side, balls           boxes as balls
-tape                  expressions compiled to a list of ball operations
-ball_form             derivative and Taylor forms of an expression
-table_balls           splines as operations on balls
-domain                boxes, bands around a curve, unions of cells;  cell_root: one in a search
+expression_range      an expression: Bernstein form or ball arithmetic, branch and bound
+bernstein_form        polynomials and rational functions, exact
+tape, ball_form       expressions compiled to ball operations; derivative and Taylor forms of them
+box_side, ball_operations, table_balls    boxes as balls; splines as operations on balls
+symbolic_derivatives, linear_combination  what the forms need: derivatives; t = x + 2 y in one
+domain, cell_enclosures    boxes, bands around a curve, unions of cells; one cell in a search
+branch_and_bound      the range of any interval enclosure over boxes
 evidence              trees of boxes that prove a range, and their replay
-evidence_file         evidence as JSON data;  expression_text: expressions as plant files write them
 sampled               bounds from samples, which prove nothing
 
 A bound from this room, sampled ones apart, holds for every point of the domain, not for the

@@ -1,8 +1,8 @@
 """Rigorous range of a symbolic expression: Bernstein form or ball arithmetic, branch and bound.
 
 Quotients of polynomials with rational coefficients are enclosed exactly in Bernstein form, all
-else in ball arithmetic with derivative forms.  See ``enclosure/polynomial`` and
-``enclosure/ball_form``; what is said here is which of them is taken.
+else in ball arithmetic with derivative forms.  See ``bernstein_form`` and
+``ball_form``; what is said here is which of them is taken.
 """
 
 from __future__ import annotations

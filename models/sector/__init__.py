@@ -1,18 +1,15 @@
 """Symbolic sector nonlinearity: from equations of motion to an exact Takagi-Sugeno model.
 
-model         sector_model, the front door
-problem       plants in deviations from rest;  rest, mass: the rest checked or solved, M(x) x' = f
-terms, form   ways to write f(x, u, w) as A(x) x + B(x) u + E(x) w, and to choose premises
-choice        fewest rules or the smallest hull (hull_width);  linear_span: exact elimination
-posing        from the arguments to a problem and its factored form
-bounding      premises with proved ranges; with given or sampled ones;  premise_units
-rule_counting how many rules there would be, and which premises make them
-domain_steps  a band or a union of cells in LaTeX
-factor        one factored form without a search
-assemble      derivation and model from entries in premise symbols
-exactness     whether the factored form is the plant: symbolically, or at points
-multilinear   entries at all corners, each rounded once;  rule_steps: rules and vertices in LaTeX
-ball          rigorous ranges of expressions by ball arithmetic
+model             sector_model, the front door;  arguments  from what it is given to a problem
+terms, factored_form    ways to write f(x, u, w) as A(x) x + B(x) u + E(x) w, and to choose premises
+choice            fewest rules or the smallest hull (hull_width);  linear_span: exact elimination
+factorisation     one factored form without a search;  given_quotients: premises that are given
+premise_bounds    premises with proved ranges; with given or sampled ones
+rule_counting     how many rules there would be, and which premises make them
+assembly          derivation and model from entries in premise symbols
+exactness         whether the factored form is the plant: symbolically, or at points
+multilinear       entries at all corners, each rounded once
+rule_steps, domain_steps    rules and vertices in LaTeX; a band or a union of cells in LaTeX
 """
 
 from __future__ import annotations

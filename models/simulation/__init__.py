@@ -1,9 +1,9 @@
 """The nonlinear plant, wind, and the closed loop in time.
 
 wind, turbulence        wind series: steps, ramps, gusts; rotor-effective turbulence
-plant, dynamics, wake   the plants as values, and their right-hand sides
+turbine_plant, dynamics, wake    the plants as values, and their right-hand sides
 closed_loop, history    a law on a plant in a wind, and what it leaves
-steps                   samples of the law, and the plant's steps within them
+time_steps              samples of the law, and the plant's steps within them
 baseline                the reference's own controller as a law
 metrics, scenario       numbers of a record; laws side by side in the same winds
 """

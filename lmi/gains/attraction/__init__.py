@@ -1,6 +1,7 @@
 """Regions of attraction with limits: the largest ellipsoid from which a loop settles.
 
-design      gains given or sought;  condition  its LMIs;  saturation  actuators that saturate
-box, task   where the ellipsoid may lie, checked at the door
-search, largest_set    what "largest" means, and how it is found
+design               gains given or sought
+condition, saturation    its LMIs; actuators that saturate
+request, state_box   what is asked, checked at the door; where the ellipsoid may lie
+search, set_size     how the largest is found, and what "largest" means
 """

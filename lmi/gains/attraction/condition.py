@@ -2,7 +2,7 @@ r"""The LMIs of a region of attraction: an ellipsoid {x' P x <= 1} that no traje
 
 With Q = P^-1: the double sums of the loop (one without saturation, several with: ``saturation``),
 limits on inputs and states on the ellipsoid (``limits``), and a measure of the ellipsoid's size to
-be made as large as possible (``largest_set``).  Inside the ellipsoid the limits hold, so inside it
+be made as large as possible (``set_size``).  Inside the ellipsoid the limits hold, so inside it
 the loop is what the double sums say, V' <= -2 alpha V, and a trajectory that starts in it stays in
 it.  A model that equals its plant on a box only says so only while the ellipsoid lies in the box.
 """

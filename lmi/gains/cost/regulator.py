@@ -1,6 +1,6 @@
 r"""The linear-quadratic regulator of a Takagi-Sugeno model: the least guaranteed cost, by PDC.
 
-The LMIs are in ``cost_condition``.  They are solved in states in which a first guess of the cost is
+The LMIs are in ``condition``.  They are solved in states in which a first guess of the cost is
 |x|^2, and again in those of what was found where that was far off.
 """
 

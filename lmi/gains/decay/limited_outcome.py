@@ -47,8 +47,8 @@ def held(found: Decided) -> bool:
     Without limits on states and inputs Q may be divided by any number: nothing is lost then.  With
     them, a no counts where the bound on the margin is below zero by more than its multipliers leave
     to any Q and gains of the sizes that the condition allows.  The bound itself counts what is left
-    of stationarity for unknowns about as large as those that were found only (``duality``): where
-    gains exist far from those, that is no bound.
+    of stationarity for unknowns about as large as those that were found only (``cone/duality``):
+    where gains exist far from those, that is no bound.
     """
     outcome, data = found.outcome, found.data
     if not found.task.limits.level or outcome.status == "candidate":

@@ -1,6 +1,8 @@
 """Gains against disturbances: energy gain (H-infinity), variance (H2), peak-to-peak.
 
-disturbed_plant   plant, disturbance and performance output
-*_sums            the LMIs of one norm as double sums;  *_design  gains with the least norm
-task, units, sums, design    what the norms share: checked at the door, posed in good units, solved
+disturbed_plant      plant, disturbance and performance output
+energy_gain, output_variance, peak_gain    gains with the least norm;  *_sums  its LMIs
+request, coordinates, sums, design    what the norms share: checked at the door, posed in good
+                     coordinates, solved
+gramian_bound, riccati_bound    the least H2 norm of one rule, by two other ways
 """

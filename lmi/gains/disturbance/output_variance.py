@@ -38,7 +38,7 @@ def h2_pdc(
     For white noise w, every blend of the vertices, however fast it varies; nu bounds the energies
     of z after an impulse in each w_k at one instant, too.  What is meant where the memberships
     vary, and what is not bounded, is as for ``h2_norm``.  Of one rule sqrt(nu) is the least H2 norm
-    that state feedback can reach, in continuous time without a program: see ``regulated``.
+    that state feedback can reach, in continuous time without a program: see ``riccati_bound``.
 
     Parameters
     ----------

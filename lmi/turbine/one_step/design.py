@@ -5,8 +5,8 @@ gains gamma (nodes) and nu (cells), the function P with its invariant set {x' P 
 wind class, its multipliers and the function R of the common decay rate move at once, from the
 two-step gains on:
 
-1. the loop is enclosed at the present gains and beside them (``one_step_family``);
-2. one convex step moves functions and gains (``one_step_condition``), within a trust region;
+1. the loop is enclosed at the present gains and beside them (``loop_of_gains``);
+2. one convex step moves functions and gains (``condition``), within a trust region;
 3. the loop is enclosed anew at the new gains, the functions are improved there with gains fixed,
    and the step is taken if the objective, at these true enclosures, became smaller; if not, the
    trust region shrinks.

@@ -22,7 +22,7 @@ class Objective:
     decay : on the common decay rate at constant wind.
     pitch : on the standard deviation of the pitch rate in turbulence.
     tower : on that of the tower's speed; both are estimates about the trim, no bounds
-        (``one_step_motion``).
+        (``motion``).
     kept : share of what the start bears, on the mean over wind and in its weakest cell, that no
         step may fall below.
     """

@@ -143,7 +143,7 @@ class PaperLaw:
     def initial_state(self, wind: float) -> Array:
         """Return the integrals at the law's own equilibrium, or nearest to the trim without one.
 
-        See ``paper_equilibrium``: that equilibrium need not be the turbine's trim.
+        See ``equilibrium``: that equilibrium need not be the turbine's trim.
         """
         from takagi.models.laws.published.equilibrium import equilibrium
 

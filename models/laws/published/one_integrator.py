@@ -1,5 +1,5 @@
 r"""Rest points of law ``paper``: omega = omega_ref, and one balance over pitch; see
-``paper_equilibrium`` for the formulas.
+``equilibrium`` for the formulas.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 r"""Rest points of law ``paper-two-integrators``: one balance over the shared speed error; see
-``paper_equilibrium`` for the formulas.
+``equilibrium`` for the formulas.
 """
 
 from __future__ import annotations

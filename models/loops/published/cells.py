@@ -5,7 +5,7 @@ For winds v of a cell and a centre z_0(v), linear in v, the mean value theorem o
 
     z' = d + A (z - z_0(v)),     d = f(z_0(v), v),     A in the hull of the corners' ranges
 
-where f is the field of ``paper_field``.  In y = (z - z_0)/r all sizes are comparable, so the
+where f is the field of ``vector_field``.  In y = (z - z_0)/r all sizes are comparable, so the
 family is emitted in these units: A_ij r_j / r_i and d_i / r_i, both in 1/s.
 
 d is bounded from the field at the cell's middle and the range of its slope along the centres.
