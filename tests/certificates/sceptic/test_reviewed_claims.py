@@ -112,3 +112,25 @@ def test_a_function_that_stands_still_at_an_instant_is_not_said_never_to_fall() 
 
     assert (found.verdict.name, second) == ("DISPROVED", "DISPROVED")
     assert "has V' < 0 wherever x is not 0" in found.text and "falls" not in found.text
+
+
+@pytest.mark.parametrize(
+    ("rate", "factor", "verdict"),
+    [
+        # x1' = x1, x2' = -x2: along e1 nothing decays, and the sum is diag(3, 0).
+        (0.5, [[1], [0]], "DISPROVED"),
+        (0, [[0], [0]], "UNDECIDED"),
+        (0, [[0], [1]], "UNDECIDED"),
+        (0, [[0], [0.001]], "UNDECIDED"),
+    ],
+)
+def test_multipliers_exclude_by_their_sum_alone(
+    rate: float, factor: list[list[float]], verdict: str
+) -> None:
+    """Zeros show nothing, small ones no more than large ones; a sum may have rows of zeros."""
+    claim: Data = {"name": "n", "kind": "no-common-decay", "decay_rate": rate}
+    claim |= {"multipliers": [{"blend": 0, "factor": factor}]}
+
+    ((found, second),) = both(model_data([[[1, 0], [0, -1]]]), None, claim)
+
+    assert (found.verdict.name, second) == (verdict, verdict)

@@ -54,6 +54,8 @@ OBSERVER = {"name": "o", "kind": "observer", "L": [[[2]]], "P": [[1]], "decay_ra
         # With u = -1 the output is 0 whatever x does: nothing can observe it.
         ("x + x*u", "1", "z", Verdict.UNDECIDED),
         ("x + 2*u", "1", "2", Verdict.UNDECIDED),
+        # At x = -3 nothing is added, elsewhere it is.
+        ("x + (x + 3)*u", "1", "z + 3", Verdict.UNDECIDED),
     ],
 )
 def test_an_output_to_which_an_input_is_added_shows_no_premise(
@@ -65,6 +67,25 @@ def test_an_output_to_which_an_input_is_added_shows_no_premise(
     found = check_document(made).claims
     assert [claim.verdict for claim in found] == [Verdict.PROVED, verdict]
     assert [opinion.verdict for opinion in judge_document(made)] == ["PROVED", verdict.name]
+
+
+@pytest.mark.parametrize(("premise", "verdict"), [("x2", "PROVED"), ("p", "UNDECIDED")])
+def test_a_signal_is_measured_by_no_output(premise: str, verdict: str) -> None:
+    """x1' = -x1 + z x2, x2' = -x2, y = x2: z = x2 is seen, the signal z = p is not."""
+
+    def ranged(name: str) -> Document:
+        return {"name": name, "unit": "-", "rest": 0, "range": [-1, 1]}
+
+    embedding = {"premises": [{"name": "z", "expression": premise, "lower": -1, "upper": 1}]}
+    embedding |= {"A": [["-1", "z"], ["0", "-1"]], "B": [["0"], ["0"]], "C": [["0", "1"]]}
+    model = plant("x2", "1", "0") | {"states": [ranged("x1"), ranged("x2")]}
+    model |= {"disturbances": [ranged("p")], "equations": [f"-x1 + ({premise})*x2", "-x2"]}
+    model["embedding"] = embedding | {"D": [["0"]], "E": [["0"], ["0"]]}
+    claim = OBSERVER | {"L": [[[0], [0]]], "P": [[1, 0], [0, 1]], "decay_rate": 0.4}
+    made = document(model, [EMBEDDING, claim])
+
+    assert [one.verdict.name for one in check_document(made).claims] == ["PROVED", verdict]
+    assert [opinion.verdict for opinion in judge_document(made)] == ["PROVED", verdict]
 
 
 def square(rules: list[list[int]], *, stated: bool) -> Document:
