@@ -218,6 +218,12 @@ MUTATIONS: dict[str, Callable[[dict[str, Any]], None]] = {
     "other states": lambda d: d["gains"].__setitem__("states", 5),
     "other filter": lambda d: d["gains"]["coupling"].__setitem__("variant", "sector"),
     "low top": lambda d: d["gains"]["coupling"].__setitem__("top_torque", 43_500.0),
+    "top inside the corner": lambda d: d["gains"]["coupling"].__setitem__(
+        "top_torque", _inside_the_corner(d)
+    ),
+    "other pitch limits": lambda d: d["gains"].__setitem__(
+        "pitch_max", 0.9 * d["gains"]["pitch_max"]
+    ),
     "stronger gain": lambda d: d["gains"]["full"].__setitem__(
         "k_speed", _scaled(d["gains"]["full"]["k_speed"], 1.5)
     ),
@@ -234,6 +240,12 @@ MUTATIONS: dict[str, Callable[[dict[str, Any]], None]] = {
     "small rate limit": lambda d: d["model"].__setitem__("pitch_rate_limit", 1e-3),
     "heavier rotor": lambda d: d["model"].__setitem__("rotor_inertia", 6e7),
 }
+
+
+def _inside_the_corner(parts: dict[str, Any]) -> float:
+    """Return a torque at which the rounded corner has not ended yet."""
+    overlap = float(parts["claims"][0]["torque_overlap"])
+    return float(parts["gains"]["rated_torque"]) + 0.4 * overlap
 
 
 @pytest.mark.parametrize("what", MUTATIONS)
