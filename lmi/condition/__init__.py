@@ -1,5 +1,8 @@
-"""A linear matrix inequality as data.
+"""A linear matrix inequality as data, and its readers.
 
-Unknowns, terms, eigenvalue regions, uncertainty; and its readers in floats, rationals, cvxpy and
-LaTeX.
+term, unknown         sums of L X R with constants, in blocks; what an LMI is solved for
+evaluate, exact       values put into it: in floats, in exact numbers
+express, typeset      the same terms in cvxpy, in LaTeX or Markdown
+region, uncertainty   regions for eigenvalues; norm-bounded uncertainty, as values
+item_labels, selected_items    names of items; some of the items
 """

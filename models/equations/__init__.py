@@ -1,4 +1,8 @@
 """A plant's equations about its equilibrium, before a model is made.
 
-Mass matrix solved, inputs at equilibrium found, units of premises.
+problem          equations that vanish at the origin, box, names, premises
+mass_matrix      from M(x) x' = f to x' = adj(M) f / det M
+equilibrium      where a plant rests: checked exactly, or solved for its inputs
+premise_units    units of premises, as far as the expressions tell them
+symbolic_form    what a model was derived from, in symbols
 """

@@ -1,4 +1,7 @@
-"""Reading a plant file.
+"""Reading a plant file: from TOML entries to a Plant.
 
-TOML entries to a Plant, with its tables, its blend and its design settings.
+loader             the file as a whole
+table_entry        a table that it names
+blending_section, design_section    its sections ``[blending]`` and ``[design]``
+entry_problem      what is wrong with a field, in words
 """

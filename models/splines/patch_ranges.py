@@ -2,7 +2,7 @@ r"""Ranges of a bicubic surface and its derivatives over rectangles, in floating
 
 On each knot cell the surface is a polynomial; its Bernstein coefficients on the part of the cell
 that the rectangle covers bound it (Lane and Riesenfeld 1981).  The same bound as
-``enclosure.bernstein`` up to rounding, a hundred times faster: for searching, not for proving.
+``exact_spline`` up to rounding, a hundred times faster: for searching, not for proving.
 """
 
 from __future__ import annotations

@@ -1,4 +1,12 @@
-"""Wind turbines: figures with their sources, aerodynamics, trim, regional models, observer."""
+"""Wind turbines: figures with their sources, aerodynamics, trim, regional models, observer.
+
+loader, file_figures, frozen_wake    turbine files and their parts
+data, derating       a turbine as a value; the same one at a lower torque set-point
+aerodynamics, trim   rotor torque, power, thrust; steady operation over wind
+partial_load, full_load, regional_model    the regional models, and what they share
+operating_band, torque_secants, torque_slope    where they hold; secants and slopes of the torque
+wind_observer        the wind observer: for design, and to run
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Gains for a decay rate.
+"""Gains for a decay rate, by parallel distributed compensation.
 
-Parallel distributed compensation by one relaxation, or by one relaxation after another.
+pdc                one gain a rule, one Lyapunov function for all
+request, condition, design    what is asked; the LMIs; gains in the model's units, or a no
+largest_rate, shown_rate      the largest rate with gains; which rate given unknowns show
+relaxation_search, relaxation_table    one relaxation after another; what each costs and buys
+limited_outcome    whether a no is one of the limits
 """
