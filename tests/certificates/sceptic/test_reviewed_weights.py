@@ -76,7 +76,9 @@ def test_a_signal_is_measured_by_no_output(premise: str, verdict: str) -> None:
     def ranged(name: str) -> Document:
         return {"name": name, "unit": "-", "rest": 0, "range": [-1, 1]}
 
-    embedding = {"premises": [{"name": "z", "expression": premise, "lower": -1, "upper": 1}]}
+    embedding: Document = {
+        "premises": [{"name": "z", "expression": premise, "lower": -1, "upper": 1}]
+    }
     embedding |= {"A": [["-1", "z"], ["0", "-1"]], "B": [["0"], ["0"]], "C": [["0", "1"]]}
     model = plant("x2", "1", "0") | {"states": [ranged("x1"), ranged("x2")]}
     model |= {"disturbances": [ranged("p")], "equations": [f"-x1 + ({premise})*x2", "-x2"]}
