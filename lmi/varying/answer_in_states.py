@@ -8,7 +8,7 @@ from takagi.lmi.answer import Answer, Floats
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import Outcome, decide
 from takagi.lmi.decision.diagnosis import binding_items
-from takagi.lmi.gains.decay.shown_rate import shown_rate
+from takagi.lmi.parameter_search.shown_rate import shown_rate
 from takagi.lmi.polynomials.polynomial_lyapunov import LyapunovFamily
 from takagi.lmi.polynomials.simplex_polynomials import Basis
 from takagi.lmi.varying.parameter_loop import Loop

@@ -16,9 +16,9 @@ from takagi.lmi.cone.balance import balanced_inputs, state_units
 from takagi.lmi.decision.decide import Outcome, decide, improve
 from takagi.lmi.decision.diagnosis import binding_items
 from takagi.lmi.gains.decay.condition import size_of_motion
-from takagi.lmi.gains.decay.shown_rate import rate_of_parameter, shown_rate
 from takagi.lmi.gains.fuzzy.design import FuzzyDesign
 from takagi.lmi.gains.fuzzy.request import FuzzyTask
+from takagi.lmi.parameter_search.shown_rate import rate_of_parameter, shown_rate
 
 __all__ = ["Units", "searched", "units_of"]
 
