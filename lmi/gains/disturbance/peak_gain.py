@@ -120,15 +120,13 @@ def peak_pdc(
     search = _Search(task)
     if search.best() is None:
         return _without_rate(task, search.rates(FINE))
-    first: Design | None = None
+    tried: list[Design] = []
     # Gains with the least bound of all may be too large to be told: then others are near it.
     for look in sorted(search.seen, key=lambda look: look.gain)[:AGAIN]:
-        found = designed(search.task_at(look), _posed, meaning)
-        first = first or found
-        if found.found or out_of_time():
-            return found
-    assert first is not None  # where a rate was found it was seen
-    return first
+        tried.append(designed(search.task_at(look), _posed, meaning))
+        if tried[-1].found or out_of_time():
+            return tried[-1]
+    return tried[0]
 
 
 class _Look(NamedTuple):
