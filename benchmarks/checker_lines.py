@@ -235,7 +235,8 @@ class Campaign:
             import pytest
 
             sys.meta_path.insert(0, Breaker(change))
-            options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist"]
+            # To explain assertions, pytest asks for modules that are not imported yet, and fails.
+            options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--assert=plain"]
             return pytest.main([*names, *options]) == 0
 
         return Outcome(*(("", "") if copied(work, 300.0) else ("a test", "fails")), len(names))

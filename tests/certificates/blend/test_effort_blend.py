@@ -24,6 +24,8 @@ from tests.models.blending.plants import plant_of
 
 Data = dict[str, Any]
 GAIN = [[4.0, 6.0]]
+# The claims about model and blend alone.
+ABOUT = ("sector-embedding", "effort-blend")
 
 
 @cache
@@ -35,11 +37,9 @@ def design() -> PlantDesign:
 
 
 def changed(change: Callable[[Data], None]) -> Data:
-    """The certificate with the claims about model and blend alone, changed and sealed again."""
+    """The certificate with these claims alone, changed and sealed again."""
     found = copy.deepcopy(dict(design().document))
-    found["claims"] = [
-        c for c in found["claims"] if c["kind"] in ("sector-embedding", "effort-blend")
-    ]
+    found["claims"] = [c for c in found["claims"] if c["kind"] in ABOUT]
     change(found)
     return resealed(found)
 
@@ -170,6 +170,31 @@ def test_gains_may_go_with_what_is_known() -> None:
     document = changed(by_share)
 
     assert verdicts(document)[-1] == second(document)[-1] == "PROVED"
+
+
+@pytest.mark.parametrize(("premise", "verdict"), [("x", "PROVED"), ("effort/3", "UNDECIDED")])
+def test_two_gains_go_by_the_weights_of_the_model(
+    premise: str, verdict: str, tmp_path: Path
+) -> None:
+    """Actuators without errors cancel all but x in x' = a x^2 + U: two rules, and two gains."""
+    plant = plant_of(
+        tmp_path,
+        low='"2", error = 0.1 -> "2"',
+        high='"2 + x", error = 0.2 -> "2 + x"',
+        equation="a*x - -> a*x^2 -",
+    )
+    found = certify_plant(plant, lambda model: np.array([GAIN] * len(model.A)), PlantSettings())
+    document = copy.deepcopy(dict(found.document))
+    document["claims"] = [c for c in document["claims"] if c["kind"] in ABOUT]
+    law = document["gains"]
+    (own,) = law["premises"]
+    assert own["expression"] == "x" and law["rules"] == [[0], [1]]
+    # Not in place: in memory model and law share their premises.
+    law["premises"] = [{**own, "expression": premise}]
+    law["K"] = [[[4.0, 6.0]], [[5.0, 6.0]]]
+    document = resealed(document)
+
+    assert verdicts(document) == second(document) == ["PROVED", verdict]
 
 
 def test_a_plant_behind_a_blend_needs_the_claim_beside_its_file(tmp_path: Path) -> None:

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from fractions import Fraction
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.turbine.paper_inputs import Overlaps
+from takagi.certificates.checker.turbine.coherent_inputs import Plant
+from takagi.certificates.checker.turbine.paper_inputs import Overlaps, PaperLaw
+from takagi.certificates.checker.turbine.paper_loop import Ends
 from takagi.certificates.checker.words import paper as words
+from tests.certificates.pinned.turbine.inputs import read
 
 DECIMALS = st.integers(1, 10**13).map(lambda k: Fraction(k, 10**12))
 
@@ -39,3 +44,41 @@ def test_overlaps_are_named_as_they_are() -> None:
 
     assert "0.1000000001 rad/s" in words._words(overlaps)
     assert "2000.0004 N m" in words._words(overlaps)
+
+
+def recorded() -> tuple[Plant, PaperLaw]:
+    """Return the turbine and the law with one integrator, as they are recorded."""
+    data = read("paper")
+    return Plant.read(data["model"]), PaperLaw.read(data["gains"])
+
+
+def test_winds_that_are_left_out_are_told() -> None:
+    plant, law = recorded()
+
+    def said(left: list[tuple[Fraction, Fraction]]) -> str:
+        winds = [(Fraction(5), Fraction(6))]
+        return words.said(plant, law, law.overlaps, winds, [], [], winds, [], left)[1]
+
+    ends = "not proved: 5 to 6 m/s, where no stated cell holds"
+    assert said([]).endswith(ends)
+    left = [(Fraction(3), Fraction(4))]
+    assert said(left).endswith(f"{ends}; looked at but not claimed: 3 to 4 m/s")
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_the_width_of_the_set_is_added_to_how_far_its_centre_is(side: int) -> None:
+    """Pitch of the tables is zero here: 1.5 degrees off and 0.4 wide is near, 0.6 wide is not."""
+    _, law = recorded()
+    partial, full = (
+        replace(region, pitch=[Fraction(0)] * len(region.pitch))
+        for region in (law.partial, law.full)
+    )
+    flat, degree = replace(law, partial=partial, full=full), Fraction(1745, 100000)
+
+    def near(width: Fraction) -> bool:
+        z = [Fraction(1), side * degree * Fraction(3, 2), Fraction(0)]
+        ends = Ends((Fraction(8), Fraction(9)), (z, z), [Fraction(0), width, Fraction(0)])
+        return words._near_trim_pitch(flat, ends)
+
+    assert near(degree * Fraction(2, 5))
+    assert not near(degree * Fraction(3, 5))

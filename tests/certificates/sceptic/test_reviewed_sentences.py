@@ -11,11 +11,13 @@ import pytest
 
 from takagi.certificates import Verdict, certify, check
 from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.plant.sector_embedding import plant_family
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import InputLimits, L2Gain, Peak
 from takagi.certificates.requests.request import Request
 from takagi.models import Plant, TSModel, load_model, sector_model
+from tests.certificates.embedding.plants import as_read
 from tests.certificates.kinds.claims import model_data, said_of
 
 Data = dict[str, Any]
@@ -139,6 +141,36 @@ def test_a_disturbance_that_rests_elsewhere_is_a_deviation(tmp_path: Path) -> No
 
 def test_what_rests_at_zero_is_itself(tmp_path: Path) -> None:
     assert not [text for text in valve(tmp_path, 0, 0, 0) if "at rest" in text or "*" in text]
+
+
+@pytest.mark.parametrize(
+    ("rests", "offsets", "told"),
+    [
+        ((0, 0), (0, 0), ""),
+        ((0, 2), (0, 0), "xy"),
+        ((0, 0), (3, 0), "y"),
+        ((0, 0), (0, 3), "y"),
+        ((2, 2), (-2, -2), "x"),
+    ],
+)
+def test_one_that_rests_elsewhere_is_enough(
+    rests: tuple[int, int], offsets: tuple[int, int], told: str
+) -> None:
+    """Of two states, and of the outputs a + offset and b + offset."""
+    names = ("a", "b")
+    model: Data = {"kind": "plant", "sample_time": None, "embedding": {"premises": []}}
+    model["states"] = [
+        {"name": n, "symbol": f"d{n}", "unit": "-", "rest": rest, "range": [rest - 1, rest + 1]}
+        for n, rest in zip(names, rests, strict=True)
+    ]
+    model["equations"] = [f"{rest} - {n}" for n, rest in zip(names, rests, strict=True)]
+    model["outputs"] = [
+        {"name": f"y{n}", "unit": "-", "expression": f"{n} + ({off})"}
+        for n, off in zip(names, offsets, strict=True)
+    ]
+    model["embedding"] |= {"A": [["-1", "0"], ["0", "-1"]], "C": [["1", "0"], ["0", "1"]]}
+
+    assert plant_family(as_read(model)).resting_elsewhere == told
 
 
 def lines(expression: str = "x", rest: int = 0) -> Data:

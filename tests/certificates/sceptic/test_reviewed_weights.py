@@ -69,21 +69,28 @@ def test_an_output_to_which_an_input_is_added_shows_no_premise(
     assert [opinion.verdict for opinion in judge_document(made)] == ["PROVED", verdict.name]
 
 
+@pytest.mark.parametrize("seen", [["x2"], ["x2", "x1"], ["x1 + x2", "x2"]])
 @pytest.mark.parametrize(("premise", "verdict"), [("x2", "PROVED"), ("p", "UNDECIDED")])
-def test_a_signal_is_measured_by_no_output(premise: str, verdict: str) -> None:
-    """x1' = -x1 + z x2, x2' = -x2, y = x2: z = x2 is seen, the signal z = p is not."""
+def test_a_signal_is_measured_by_no_output(premise: str, verdict: str, seen: list[str]) -> None:
+    """x1' = -x1 + z x2, x2' = -x2, an output x2: z = x2 is seen, the signal z = p is not."""
 
     def ranged(name: str) -> Document:
         return {"name": name, "unit": "-", "rest": 0, "range": [-1, 1]}
 
+    C = [[str(int(state in output)) for state in ("x1", "x2")] for output in seen]
+    outputs = [
+        {"name": f"y{k}", "unit": "-", "expression": output} for k, output in enumerate(seen)
+    ]
+
     embedding: Document = {
         "premises": [{"name": "z", "expression": premise, "lower": -1, "upper": 1}]
     }
-    embedding |= {"A": [["-1", "z"], ["0", "-1"]], "B": [["0"], ["0"]], "C": [["0", "1"]]}
+    embedding |= {"A": [["-1", "z"], ["0", "-1"]], "B": [["0"], ["0"]], "C": C}
     model = plant("x2", "1", "0") | {"states": [ranged("x1"), ranged("x2")]}
     model |= {"disturbances": [ranged("p")], "equations": [f"-x1 + ({premise})*x2", "-x2"]}
-    model["embedding"] = embedding | {"D": [["0"]], "E": [["0"], ["0"]]}
-    claim = OBSERVER | {"L": [[[0], [0]]], "P": [[1, 0], [0, 1]], "decay_rate": 0.4}
+    model["outputs"] = outputs
+    model["embedding"] = embedding | {"D": [["0"]] * len(seen), "E": [["0"], ["0"]]}
+    claim = OBSERVER | {"L": [[[0] * len(seen)] * 2], "P": [[1, 0], [0, 1]], "decay_rate": 0.4}
     made = document(model, [EMBEDDING, claim])
 
     assert [one.verdict.name for one in check_document(made).claims] == ["PROVED", verdict]
