@@ -3,7 +3,7 @@
 interval            intervals on integers over 10^36;  powers: their whole powers and roots
     dual                such an interval and its slopes
 spline              ranges of a surface and its derivatives on such intervals
-exponential         exp, alone
+exponential         exp, alone;  monotone: increasing functions, from points to intervals
 elementary, logarithm   sin, cos, atan, ...; log, erf, ... on intervals, and all by name
 effort_ramp         the ramp by which two actuators share one effort
 """

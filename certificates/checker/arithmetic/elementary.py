@@ -1,8 +1,7 @@
 """Elementary functions of intervals: sin, cos, tan, atan, asin, acos, and by name all others.
 
-A function is worked out at points, on a grid of 10^48 with series whose rounding and remainder are
-both far below the padding; the result is rounded outward to the grid of 10^36.  Increasing
-functions take their ends to ends; sin and cos look for the extremes between.
+Increasing functions take their ends to ends (``monotone``); sin and cos look for the extremes
+between.
 """
 
 from __future__ import annotations
@@ -13,38 +12,22 @@ from math import isqrt
 
 from takagi.certificates.checker.arithmetic.exponential import FINE, exp_at
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval
+from takagi.certificates.checker.arithmetic.logarithm import (
+    acosh_at,
+    asinh_at,
+    atanh_at,
+    error_function,
+    hyperbolic_cosine,
+    hyperbolic_tangent,
+    log_at,
+    sinh_at,
+)
+from takagi.certificates.checker.arithmetic.monotone import GUARD, PAD, PI_FINE, increasing
 from takagi.certificates.checker.kernel.refusal import Refused
 
-__all__ = ["GUARD", "PAD", "PI_FINE", "function_of", "increasing", "pi_interval"]
+__all__ = ["function_of"]
 
-GUARD = FINE // ONE
-# Units of FINE.  A series here has at most 60 terms, each of which errs by at most two units for
-# every earlier one, and is multiplied by at most 8 afterwards: 60 * 60 * 2 * 8 < 10^5.
-PAD = 10**5
-PI_FINE = 3141592653589793238462643383279502884197169399375  # pi 10^48, rounded down
 FARTHEST = 10**6  # of an angle, in rad: pi is known to 10^-48
-Point = Callable[[int], tuple[int, int]]
-
-
-def pi_interval() -> Interval:
-    return Interval(PI_FINE // GUARD, PI_FINE // GUARD + 1)
-
-
-def increasing(at: Point, at_zero: int | None = 0) -> Callable[[Interval], Interval]:
-    """Return the function of intervals, from ``at``: x FINE -> a bracket of f(x) FINE.
-
-    Parameters
-    ----------
-    at_zero : f(0) ONE, which is exact; None where 0 is nothing special.
-    """
-
-    def of(a: Interval) -> Interval:
-        low, high = at(a[0] * GUARD)[0] // GUARD, -(-at(a[1] * GUARD)[1] // GUARD)
-        if at_zero is None:
-            return Interval(low, high)
-        return Interval(at_zero if a.low == 0 else low, at_zero if a.high == 0 else high)
-
-    return of
 
 
 def _padded(value: int, pad: int = PAD) -> tuple[int, int]:
@@ -170,9 +153,6 @@ def function_of(name: str) -> Callable[[Interval], Interval]:
     ------
     Refused : an unknown name; and, when called, an argument outside the function's domain.
     """
-    # Imported here: these functions are made of the ones above.
-    from takagi.certificates.checker.arithmetic import logarithm as e
-
     known: dict[str, Callable[[Interval], Interval]] = {
         "sin": sine,
         "cos": cosine,
@@ -182,14 +162,14 @@ def function_of(name: str) -> Callable[[Interval], Interval]:
         "acos": _acos,
         "abs": _absolute,
         "exp": increasing(exp_at, ONE),
-        "log": increasing(e.log_at, None),
-        "sinh": increasing(e.sinh_at),
-        "cosh": e.hyperbolic_cosine,
-        "tanh": e.hyperbolic_tangent,
-        "asinh": increasing(e.asinh_at),
-        "acosh": increasing(e.acosh_at, None),
-        "atanh": increasing(e.atanh_at),
-        "erf": e.error_function,
+        "log": increasing(log_at, None),
+        "sinh": increasing(sinh_at),
+        "cosh": hyperbolic_cosine,
+        "tanh": hyperbolic_tangent,
+        "asinh": increasing(asinh_at),
+        "acosh": increasing(acosh_at, None),
+        "atanh": increasing(atanh_at),
+        "erf": error_function,
     }
     if name not in known:
         raise Refused(f"no enclosure of {name}")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import isqrt
 
-from takagi.certificates.checker.arithmetic.elementary import PAD, PI_FINE, increasing
 from takagi.certificates.checker.arithmetic.exponential import FINE, LARGEST, exp_at
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval
+from takagi.certificates.checker.arithmetic.monotone import PAD, PI_FINE, increasing
 from takagi.certificates.checker.kernel.refusal import Refused
 
 __all__ = ["acosh_at", "asinh_at", "atanh_at", "error_function", "hyperbolic_cosine"]

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import TypeAlias
 
-from takagi.certificates.checker.arithmetic.elementary import function_of, pi_interval
+from takagi.certificates.checker.arithmetic.elementary import function_of
 from takagi.certificates.checker.arithmetic.interval import (
     ONE,
     UNIT,
@@ -15,6 +15,7 @@ from takagi.certificates.checker.arithmetic.interval import (
     point,
     product,
 )
+from takagi.certificates.checker.arithmetic.monotone import pi_interval
 from takagi.certificates.checker.arithmetic.powers import power, root, whole_power
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.graph import Graph, Node, largest_bits

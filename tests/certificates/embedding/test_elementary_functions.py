@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates.checker.arithmetic import interval as d
-from takagi.certificates.checker.arithmetic.elementary import PI_FINE, function_of
+from takagi.certificates.checker.arithmetic.elementary import function_of
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval
+from takagi.certificates.checker.arithmetic.monotone import PI_FINE
 from takagi.certificates.checker.arithmetic.powers import power, root
 from takagi.certificates.checker.kernel.refusal import Refused
 
