@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from takagi.certificates.checker.kernel.entry_path import EntryPath, path_in_one_word
 from takagi.certificates.checker.kernel.reader import Number, canonical
 
 __all__ = ["Difference", "differing", "in_words", "shown"]
@@ -16,20 +17,17 @@ LONGEST, BEFORE = 60, 20
 class Difference(NamedTuple):
     """One part that is not the same: its keys from the top, and both values; None for no part."""
 
-    path: tuple[str | int, ...]
+    path: EntryPath
     first: Any
     second: Any
 
     @property
     def place(self) -> str:
         """The path in one word, printable, e.g. ``K[0][1]``."""
-        words = (
-            f"[{key}]" if isinstance(key, int) else f".{ascii(key)[1:-1]}" for key in self.path
-        )
-        return "".join(words).removeprefix(".")
+        return path_in_one_word(self.path)
 
 
-def differing(first: Any, second: Any, path: tuple[str | int, ...] = ()) -> Iterator[Difference]:
+def differing(first: Any, second: Any, path: EntryPath = ()) -> Iterator[Difference]:
     """Yield the smallest parts that differ; numbers are compared by value, 1.0 equals 1.
 
     Lists of different length differ as a whole.

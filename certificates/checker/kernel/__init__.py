@@ -1,6 +1,7 @@
 """What every check runs through.
 
 reader        strict JSON, numbers as written;  refusal: why a file is not read on
+refused_entry, entry_path   at which place of the file a number is refused
 definite      definiteness of integer matrices
 matrices      exact matrices: integers over one denominator
 family        the loop that model and gains make, and the blends that stand for all of it

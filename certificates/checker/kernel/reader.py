@@ -68,7 +68,7 @@ def read_text(written: str, source: str) -> dict[str, Any]:
         )
     except CertificateError as error:
         # Imported here: only a file that is refused has its entry looked for.
-        from takagi.certificates.checker.files.refused_entry import place
+        from takagi.certificates.checker.kernel.refused_entry import place
 
         raise CertificateError(f"{source}: {place(written, error, _literal)}{error}") from error
     except (json.JSONDecodeError, RecursionError) as error:

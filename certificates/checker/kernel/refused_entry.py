@@ -10,12 +10,10 @@ import json
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from takagi.certificates.checker.files.differing import Difference
+from takagi.certificates.checker.kernel.entry_path import EntryPath, path_in_one_word
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 __all__ = ["place"]
-
-Path = tuple[str | int, ...]
 
 
 class _Odd(NamedTuple):
@@ -44,10 +42,10 @@ def place(written: str, error: CertificateError, literal: Callable[[str], object
     except ValueError:  # no JSON behind that entry
         return ""
     found = next((path for path, odd in _odd(value, ()) if odd.why == str(error)), ())
-    return f"{Difference(found, None, None).place}: " if found else ""
+    return f"{path_in_one_word(found)}: " if found else ""
 
 
-def _odd(value: Any, path: Path) -> Iterator[tuple[Path, _Odd]]:
+def _odd(value: Any, path: EntryPath) -> Iterator[tuple[EntryPath, _Odd]]:
     if isinstance(value, _Odd):
         yield path, value
     elif isinstance(value, dict):

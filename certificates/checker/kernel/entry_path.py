@@ -1,0 +1,13 @@
+"""The way from the top of a file to one entry, in one word."""
+
+from __future__ import annotations
+
+__all__ = ["EntryPath", "path_in_one_word"]
+
+EntryPath = tuple[str | int, ...]
+
+
+def path_in_one_word(path: EntryPath) -> str:
+    """Return the keys from the top as one printable word, e.g. ``K[0][1]``."""
+    words = (f"[{key}]" if isinstance(key, int) else f".{ascii(key)[1:-1]}" for key in path)
+    return "".join(words).removeprefix(".")
