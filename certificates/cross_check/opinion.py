@@ -27,7 +27,8 @@ from takagi.certificates.cross_check.kernel.reading import (
     whole,
 )
 from takagi.certificates.cross_check.loop import decay, disturbed, fuzzy, limits, observing
-from takagi.certificates.cross_check.loop.loop import Loop, read_loop
+from takagi.certificates.cross_check.loop.loop import Loop
+from takagi.certificates.cross_check.plant.model_loop import read_loop
 
 __all__ = ["NOT_REPLAYED", "Opinion", "claims_of", "judge", "judge_document", "obligations"]
 

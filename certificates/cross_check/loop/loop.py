@@ -26,7 +26,7 @@ from takagi.certificates.cross_check.kernel.reading import (
 )
 from takagi.certificates.cross_check.kernel.reading import stack as read_stack
 
-__all__ = ["Loop", "Mixture", "close", "pick", "read_loop", "same_weights", "single"]
+__all__ = ["Loop", "Mixture", "close", "pick", "same_weights", "single", "vertices"]
 
 Stack = Sequence[fmpq_mat]
 Side = tuple[fmpq, fmpq]
@@ -153,26 +153,8 @@ def single(matrices: Stack) -> Stack:
     return [first] if all(one == first for one in matrices) else list(matrices)
 
 
-def read_loop(model: Any, gains: Any) -> Loop:
-    """Return the loop of a certificate's model and gains.
-
-    Raises
-    ------
-    Refusal : another kind of model, shapes or names that do not fit.
-    """
-    kind = entry(model, "kind")
-    if kind == "takagi-sugeno":
-        loop = _vertices(model)
-    elif kind == "plant":
-        from takagi.certificates.cross_check.plant.plant import plant_loop
-
-        loop = plant_loop(model)
-    else:
-        raise Refusal(f"a model of kind {kind!a} has no vertices")
-    return loop if gains is None else close(loop, gains)
-
-
-def _vertices(model: Any) -> Loop:
+def vertices(model: Any) -> Loop:
+    """Return the loop of a model of kind ``takagi-sugeno``, without gains."""
     stacks: dict[str, Stack] = {x: read_stack(model, x) for x in AXES if x == "A" or x in model}
     size: dict[str, int] = {}
     for x, matrices in stacks.items():

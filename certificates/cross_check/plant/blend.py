@@ -26,7 +26,6 @@ from takagi.certificates.cross_check.kernel.reading import (
     stack,
     whole,
 )
-from takagi.certificates.cross_check.loop.loop import read_loop
 from takagi.certificates.cross_check.plant.algebra import Algebra
 from takagi.certificates.cross_check.plant.embedding import Search
 from takagi.certificates.cross_check.plant.expression import (
@@ -41,6 +40,7 @@ from takagi.certificates.cross_check.plant.expression import (
     value_of,
 )
 from takagi.certificates.cross_check.plant.interval import Interval
+from takagi.certificates.cross_check.plant.model_loop import read_loop
 from takagi.certificates.cross_check.plant.plant import Plant, Variable, read_plant
 from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_secant
 
