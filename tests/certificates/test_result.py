@@ -7,8 +7,9 @@ from itertools import product
 import pytest
 
 from takagi.certificates.checker import CertificateError, Verdict
+from takagi.certificates.checker.kernel.certificate import concluded
 from takagi.certificates.checker.kernel.claim_kinds import OWN_READING, RESTING, replay
-from takagi.certificates.checker.kernel.result import Checked, Claim
+from takagi.certificates.checker.kernel.result import Claim
 
 PROVED, DISPROVED, UNDECIDED = Verdict.PROVED, Verdict.DISPROVED, Verdict.UNDECIDED
 
@@ -19,7 +20,7 @@ PAIRS = list(product(Verdict, repeat=2))
 @pytest.mark.parametrize("verdicts", PAIRS, ids=lambda pair: "-".join(v.name for v in pair))
 def test_two_claims(verdicts: tuple[Verdict, Verdict]) -> None:
     """PROVED when both are, DISPROVED when one is, UNDECIDED otherwise; messages are kept."""
-    checked = Checked.of([Claim("a", verdict, "text") for verdict in verdicts], ["note"])
+    checked = concluded([Claim("a", verdict, "text") for verdict in verdicts], ["note"])
 
     expected = DISPROVED if DISPROVED in verdicts else UNDECIDED
     if verdicts == (PROVED, PROVED):
@@ -30,13 +31,13 @@ def test_two_claims(verdicts: tuple[Verdict, Verdict]) -> None:
 
 
 def test_no_claim_is_not_proved() -> None:
-    assert Checked.of([], []).verdict is UNDECIDED
+    assert concluded([], []).verdict is UNDECIDED
 
 
 def test_no_claim_goes_without_what_it_assumes() -> None:
     """A claim whose kind is not told would be shown as if it assumed nothing."""
     with pytest.raises(ValueError, match="shorter"):
-        Checked.of([Claim("a", PROVED, "text")] * 2, [], kinds=["coherent-loop"])
+        concluded([Claim("a", PROVED, "text")] * 2, [], kinds=["coherent-loop"])
 
 
 @pytest.mark.parametrize("kind", [*OWN_READING, *RESTING])

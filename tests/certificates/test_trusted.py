@@ -159,7 +159,8 @@ def test_words_are_imported_where_no_proof_can_follow() -> None:
     }
 
     assert asking == {
-        ("kernel/result.py", "of"),
+        ("kernel/certificate.py", "concluded"),
+        ("plant/containment.py", "_of_no_plant"),
         ("plant/effort_blend.py", "_check_acts"),
         ("plant/effort_blend.py", "_check_share"),
         ("plant/trim.py", "_apart"),

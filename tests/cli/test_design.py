@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from takagi.certificates.checker import Checked, Claim, Verdict, check
+from takagi.certificates.checker import Claim, Verdict, check
+from takagi.certificates.checker.kernel.certificate import concluded
 from takagi.cli.main import main
 
 if TYPE_CHECKING:
@@ -132,7 +133,7 @@ def test_what_is_not_proved_is_written_and_returns_one(
 ) -> None:
     """An UNDECIDED certificate lists what fails; it is kept, and the status says so."""
     claim = Claim("loop", Verdict.UNDECIDED, "wind 11.4 to 11.5 m/s: a corner fails")
-    undecided = replace(finished, checked=Checked.of([claim, *finished.checked.claims[1:]], []))
+    undecided = replace(finished, checked=concluded([claim, *finished.checked.claims[1:]], []))
     monkeypatch.setattr(
         "takagi.certificates.design.turbine.design.design_turbine", lambda *_, **__: undecided
     )

@@ -14,7 +14,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
+from takagi.certificates.checker.kernel.certificate import concluded
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.reports.appendix import appendix_files
 from takagi.reports.appendix.tex import Tex, decimal, escape, fixed, scientific, unit
 
@@ -76,7 +77,7 @@ def with_paper_law(design: TurbineDesign) -> TurbineDesign:
         effort=None,
         candidate=None,
         document={"claims": [claim]},
-        checked=Checked.of([Claim("paper loop", Verdict.UNDECIDED, HOSTILE)], [HOSTILE]),
+        checked=concluded([Claim("paper loop", Verdict.UNDECIDED, HOSTILE)], [HOSTILE]),
     )
 
 
@@ -199,7 +200,7 @@ def test_what_is_not_proved_is_not_called_proved(
     claim = Claim("coherent loop", Verdict.UNDECIDED, "wind 3 to 4 m/s: a reason")
     undrawn(monkeypatch)
 
-    found = appendix_files(replace(design, checked=Checked.of([claim], [])))
+    found = appendix_files(replace(design, checked=concluded([claim], [])))
     body = str(found["appendix-body.tex"])
 
     assert "not proved as a whole" in body
@@ -279,7 +280,7 @@ def test_the_verb_speaks_json_and_fails_an_open_certificate(
     from takagi.certificates.design.turbine import design as turbine_design
     from takagi.cli.main import main
 
-    opened = replace(design, checked=Checked.of([Claim("c", Verdict.UNDECIDED, "why")], []))
+    opened = replace(design, checked=concluded([Claim("c", Verdict.UNDECIDED, "why")], []))
     monkeypatch.setattr(turbine_design, "design_turbine", lambda *_, **__: opened)
     undrawn(monkeypatch)
 

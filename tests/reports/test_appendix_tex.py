@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
+from takagi.certificates.checker.kernel.certificate import concluded
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.reports.appendix import appendix_files
 from takagi.reports.output import write_folder
 
@@ -47,7 +48,7 @@ def paper_design(design: TurbineDesign, name: str) -> TurbineDesign:
     )
     wide = [[1234567.8901234 + 10 * i + j for j in range(7)] for i in range(7)]
     claim = {"name": HOSTILE, "kind": "other", "P": wide, "words": HOSTILE, "rate": 1e-9}
-    checked = Checked.of([Claim(HOSTILE, Verdict.UNDECIDED, HOSTILE)], [HOSTILE])
+    checked = concluded([Claim(HOSTILE, Verdict.UNDECIDED, HOSTILE)], [HOSTILE])
     return replace(
         design,
         law=law,
@@ -93,7 +94,7 @@ def test_the_published_laws_compile(design: TurbineDesign, tmp_path: Path, law: 
 def test_an_open_certificate_compiles(design: TurbineDesign, tmp_path: Path) -> None:
     """Without a proof there is a figure and a paragraph less."""
     claim = Claim("coherent loop", Verdict.UNDECIDED, "wind 3 to 4 m/s: a reason")
-    sound(compiled(tmp_path, appendix_files(replace(design, checked=Checked.of([claim], [])))))
+    sound(compiled(tmp_path, appendix_files(replace(design, checked=concluded([claim], [])))))
 
 
 def test_the_body_compiles_inside_a_paper(design: TurbineDesign, tmp_path: Path) -> None:

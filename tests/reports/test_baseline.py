@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.kernel.certificate import check_document, concluded
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
 from takagi.certificates.document.certificate_file import certificate_document
@@ -186,7 +186,7 @@ def turbine(*cells: tuple[float, float, float], peak: float = 0.05) -> tuple[Dat
     model = {"kind": "turbine", "rated_rotor_speed": 1.25}
     data = {"model": model, "gains": {"rotor_speed": [1, 1.25]}, "claims": [claim]}
     proved = Claim("loop", Verdict.PROVED, "")
-    return read_text(json.dumps(data), "test"), Checked.of([proved], [])
+    return read_text(json.dumps(data), "test"), concluded([proved], [])
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.checker.kernel.result import Checked
+from takagi.certificates.checker.kernel.certificate import concluded
 from takagi.certificates.claims.turbine.published import paper_law_data
 from takagi.certificates.controller.content import bound, gain_file_of
 from takagi.certificates.controller.plant_members import plant_members
@@ -96,7 +96,7 @@ def plant_file(name: str, folder: Path) -> Path:
     data = plant_data(law.model)
     gains = pdc_law_data(law.model, law.gains) | law_members(data)
     document = certificate_document(model=data, gains=gains, claims=[], provenance={})
-    own = plant_members(plant, law.model, gains, Checked.of([], []), ())
+    own = plant_members(plant, law.model, gains, concluded([], []), ())
     path = folder / "gains.json"
     path.write_text(dump_gains(gain_file_of(bound(document, own))), encoding="utf-8")
     return path

@@ -14,7 +14,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
+from takagi.certificates.checker.kernel.certificate import concluded
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.design.claim_summary import claim_summary
 from takagi.certificates.design.turbine.design import DesignSettings, TurbineDesign
 from takagi.certificates.document.certificate_file import dumps
@@ -108,7 +109,7 @@ def undecided(design: TurbineDesign) -> TurbineDesign:
         replace(other, verdict=Verdict.UNDECIDED, text="what it rests on is not proved")
         for other in design.checked.claims[1:]
     ]
-    return replace(design, checked=Checked.of([claim, *resting], []))
+    return replace(design, checked=concluded([claim, *resting], []))
 
 
 def with_paper_law(design: TurbineDesign) -> TurbineDesign:
@@ -138,7 +139,7 @@ def with_paper_law(design: TurbineDesign) -> TurbineDesign:
             "claims": [{"kind": "quadratic-decay", "name": "decay"}],
             "provenance": {"sha256": {}, "versions": {}},
         },
-        checked=Checked.of([Claim("decay", Verdict.UNDECIDED, "from 12 m/s")], []),
+        checked=concluded([Claim("decay", Verdict.UNDECIDED, "from 12 m/s")], []),
     )
 
 
@@ -176,7 +177,7 @@ def overlap_design(
         law=SimpleNamespace(name=name),
         candidate=None,
         document={"claims": claims, "gains": {"coupling": own}},
-        checked=Checked.of(checked, []),
+        checked=concluded(checked, []),
     )
     return cast(TurbineDesign, stub)
 
@@ -308,7 +309,7 @@ def test_a_list_cut_short_leaves_nothing_proved(turbine_design: TurbineDesign) -
     """Where the checker's list of failures is cut, no cell is taken as proved."""
     design = undecided(turbine_design)
     claim = replace(design.checked.claims[0], text="wind 3 to 4 m/s: x (+58 more)")
-    summary = claim_summary(replace(design, checked=Checked.of([claim], [])))
+    summary = claim_summary(replace(design, checked=concluded([claim], [])))
 
     assert summary is not None
     assert not any(summary.proved)

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
+from takagi.certificates.checker.kernel.certificate import concluded
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.design.plant.design import PlantDesign
 from takagi.reports.output import write_folder
 from takagi.reports.sections.plant import plant_appendix
@@ -35,7 +36,7 @@ def hostile(design: PlantDesign) -> PlantDesign:
         parameters=tuple(replace(p, source=HOSTILE) for p in design.plant.parameters),
     )
     claims = [Claim(HOSTILE, Verdict.UNDECIDED, HOSTILE)]
-    certificate = replace(design.certificate, checked=Checked.of(claims, [HOSTILE]))
+    certificate = replace(design.certificate, checked=concluded(claims, [HOSTILE]))
     return replace(design, plant=plant, certificate=certificate, notes=(HOSTILE,))
 
 

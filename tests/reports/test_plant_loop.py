@@ -8,6 +8,7 @@ import control
 import numpy as np
 import pytest
 
+from takagi.certificates.checker.kernel.certificate import concluded
 from takagi.certificates.design.plant.design import PlantDesign
 from takagi.models.errors import ModelError
 from takagi.reports.figures.plant.phase_plane import ellipse, planes
@@ -65,9 +66,9 @@ def test_a_claim_that_is_not_proved_gives_no_ellipsoid() -> None:
     """P of an undecided claim is nobody's function."""
     design = design_of(PENDULUM)
     checked = design.certificate.checked
-    from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
+    from takagi.certificates.checker.kernel.result import Claim, Verdict
 
-    doubted = Checked.of([Claim(c.name, Verdict.UNDECIDED, c.text) for c in checked.claims], [])
+    doubted = concluded([Claim(c.name, Verdict.UNDECIDED, c.text) for c in checked.claims], [])
     loop = plant_loop(replace(design, certificate=replace(design.certificate, checked=doubted)))
 
     assert loop.P is None and loop.level is None and loop.decay_rate is None

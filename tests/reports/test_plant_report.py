@@ -15,7 +15,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
+from takagi.certificates.checker.kernel.certificate import concluded
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.design.plant.design import PlantDesign, design_plant
 from takagi.models.plant.plant import Plant
 from takagi.reports.loops.proved_kinds import proved_kinds
@@ -75,7 +76,7 @@ def report_of(name: str) -> ReportFiles:
 def doubted(design: PlantDesign) -> PlantDesign:
     """The same, if the checker had not been able to prove anything."""
     claims = [Claim(c.name, Verdict.UNDECIDED, "a reason") for c in design.checked.claims]
-    certificate = replace(design.certificate, checked=Checked.of(claims, ["a message"]))
+    certificate = replace(design.certificate, checked=concluded(claims, ["a message"]))
     return replace(design, certificate=certificate)
 
 
@@ -153,7 +154,7 @@ def test_the_words_about_the_plant_itself_need_the_embedding() -> None:
     claims = list(design.checked.claims)
     assert "sector-embedding" in proved_kinds(design)
     claims[0] = replace(claims[0], verdict=Verdict.UNDECIDED)
-    less = replace(design, certificate=replace(design.certificate, checked=Checked.of(claims, [])))
+    less = replace(design, certificate=replace(design.certificate, checked=concluded(claims, [])))
 
     assert "the nonlinear plant itself" in report_of(SMALL).html
     page = plant_report(less)

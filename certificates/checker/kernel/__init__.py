@@ -6,5 +6,6 @@ definite      definiteness of integer matrices
 matrices      exact matrices: integers over one denominator
 family        the loop that model and gains make, and the blends that stand for all of it
 claim_kinds   which function replays which kind of claim
-certificate   the whole file: hashes, and every claim by its kind;  result: the verdicts
+certificate   the whole file: hashes, every claim by its kind, the verdict on all of them
+result        verdicts, and what the check of a claim or of a file returns
 """

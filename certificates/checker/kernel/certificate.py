@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,9 @@ from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.claim_kinds import KINDS, replay
 from takagi.certificates.checker.kernel.reader import integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Checked, Outcome
+from takagi.certificates.checker.kernel.result import Checked, Outcome, Verdict
 
-__all__ = ["FORMAT", "VERSION", "check", "check_document"]
+__all__ = ["FORMAT", "VERSION", "check", "check_document", "concluded"]
 
 FORMAT, VERSION, MOST_CLAIMS = "takagi-certificate", 1, 200
 WITHOUT = "checked without a {} file: the verdict is about the {} inside the certificate"
@@ -99,4 +100,28 @@ def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
         from takagi.certificates.checker.plant.containment import of_the_plant
 
         found = of_the_plant(found, kinds, path)
-    return Checked.of(found, messages, kinds)
+    return concluded(found, messages, kinds)
+
+
+def concluded(found: Sequence[Outcome], notes: list[str], kinds: Sequence[str] = ()) -> Checked:
+    """Return the verdict on the whole, and then each claim in words.
+
+    Parameters
+    ----------
+    notes : the messages.
+    kinds : of the claims, in the same order: each says what it assumes.
+    """
+    verdicts = {one.verdict for one in found}
+    overall = Verdict.UNDECIDED
+    if Verdict.DISPROVED in verdicts:
+        overall = Verdict.DISPROVED
+    elif verdicts == {Verdict.PROVED}:
+        overall = Verdict.PROVED
+    # Imported here, as all words are: no verdict depends on it.
+    from takagi.certificates.checker.words.assumed import assumed
+    from takagi.certificates.checker.words.saying import in_words
+
+    claims = [in_words(one) for one in found]
+    if kinds:
+        claims = [replace(a, assumes=assumed(k)) for a, k in zip(claims, kinds, strict=True)]
+    return Checked(overall, claims, notes)

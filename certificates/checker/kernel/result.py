@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import Enum
-from importlib import import_module
 from typing import Any
 
-__all__ = ["Checked", "Claim", "Found", "Outcome", "Verdict", "in_words"]
+__all__ = ["Checked", "Claim", "Found", "Outcome", "Verdict"]
 
 
 class Verdict(Enum):
@@ -51,15 +50,6 @@ class Claim:
 Outcome = Claim | Found
 
 
-def in_words(found: Outcome) -> Claim:
-    """Return the claim with the verdict that was found, and its sentence."""
-    if isinstance(found, Claim):
-        return found
-    words = import_module(f"takagi.certificates.checker.words.{found.words}")
-    name, text = words.said(**found.given)
-    return Claim(name, found.verdict, text)
-
-
 @dataclass(frozen=True)
 class Checked:
     """The outcome of a check.
@@ -79,26 +69,3 @@ class Checked:
     def assumes(self) -> tuple[str, ...]:
         """What the claims rest on beside the proof, each phrase once."""
         return tuple(dict.fromkeys(phrase for claim in self.claims for phrase in claim.assumes))
-
-    @classmethod
-    def of(cls, found: Sequence[Outcome], notes: list[str], kinds: Sequence[str] = ()) -> Checked:
-        """Return the verdict on the whole, and then each claim in words.
-
-        Parameters
-        ----------
-        notes : the messages.
-        kinds : of the claims, in the same order: each says what it assumes.
-        """
-        verdicts = {one.verdict for one in found}
-        overall = Verdict.UNDECIDED
-        if Verdict.DISPROVED in verdicts:
-            overall = Verdict.DISPROVED
-        elif verdicts == {Verdict.PROVED}:
-            overall = Verdict.PROVED
-        # Imported here, as all words are: no verdict depends on it.
-        from takagi.certificates.checker.words.assumed import assumed
-
-        claims = [in_words(one) for one in found]
-        if kinds:
-            claims = [replace(a, assumes=assumed(k)) for a, k in zip(claims, kinds, strict=True)]
-        return cls(overall, claims, notes)

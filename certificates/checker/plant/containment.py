@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from takagi.certificates.checker.kernel.claim_kinds import KINDS
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict, in_words
+from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict
 
 __all__ = ["of_the_plant"]
 
@@ -34,5 +34,8 @@ def of_the_plant(found: Sequence[Outcome], kinds: Sequence[str], where: str) -> 
 
 
 def _of_no_plant(one: Outcome) -> Claim:
+    # Imported here: its verdict stands, and its name is looked for.
+    from takagi.certificates.checker.words.saying import in_words
+
     why = "it holds for the model, which is not proved to contain its plant"
     return Claim(in_words(one).name, Verdict.UNDECIDED, why)

@@ -8,8 +8,9 @@ from itertools import pairwise
 from typing import Any
 
 from takagi.certificates.checker.kernel.reader import number
-from takagi.certificates.checker.kernel.result import Outcome, in_words
+from takagi.certificates.checker.kernel.result import Outcome
 from takagi.certificates.checker.turbine.coherent_inputs import Law
+from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.checker.words.shown import at_least, at_most, exactly
 
 __all__ = ["said"]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from takagi.certificates.checker.kernel.result import Outcome, in_words
+from takagi.certificates.checker.kernel.result import Outcome
+from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.checker.words.shown import at_least
 
 __all__ = ["said"]

@@ -7,9 +7,10 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.kernel.reader import member, number
-from takagi.certificates.checker.kernel.result import Outcome, in_words
+from takagi.certificates.checker.kernel.result import Outcome
 from takagi.certificates.checker.turbine.coherent_inputs import Law
 from takagi.certificates.checker.turbine.wind_rate import Range
+from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.checker.words.shown import at_least, at_most
 
 __all__ = ["said"]

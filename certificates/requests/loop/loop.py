@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 from takagi.certificates.checker.kernel.claim_kinds import replay
 from takagi.certificates.checker.kernel.family import Family, read_family
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.kernel.result import Claim, Verdict, in_words
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.averages import why_averages_fail
+from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.model_data import pdc_law_data, ts_model_data
 from takagi.certificates.document.plant_embedding import law_members
 from takagi.certificates.requests.loop.piece_search import Cuts

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.claim_kinds import replay
 from takagi.certificates.checker.kernel.family import Blend, Family, Stack
-from takagi.certificates.checker.kernel.result import Verdict, in_words
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.kinds.halvings import halved
+from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.requests.loop.weight_points import (
     Point,
     corners_of,

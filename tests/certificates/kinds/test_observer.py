@@ -10,8 +10,8 @@ import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.checker.kernel.family import read_family
-from takagi.certificates.checker.kernel.result import in_words
 from takagi.certificates.checker.kinds.observer import check_observer
+from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.requests import Loop, ObservedFeedback, ObserverError
 from takagi.certificates.requests.loop.exact_floats import as_read
 from takagi.lmi import observer, pdc, secant_vertices

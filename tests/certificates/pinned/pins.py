@@ -25,7 +25,8 @@ from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Found, in_words
+from takagi.certificates.checker.kernel.result import Claim, Found
+from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.pinned import loops, shapes, texts
 
 FOLDER = Path(__file__).parent

@@ -8,12 +8,12 @@ from unittest.mock import patch
 
 from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.kernel.result import in_words
 from takagi.certificates.checker.turbine import (
     equilibrium,
 )
 from takagi.certificates.checker.turbine.paper_rest import PaperRests, bends
 from takagi.certificates.checker.turbine.rest_count import Count, Span
+from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.pinned.turbine.inputs import as_read, read
 from tests.certificates.pinned.turbine.inputs import read as coherent_read
 from tests.certificates.pinned.turbine.paper_numbers import LAWS
