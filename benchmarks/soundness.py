@@ -32,7 +32,7 @@ from modes import Known, TooLong, as_read  # noqa: E402
 
 from takagi.certificates import CertificateError, Verdict, certify  # noqa: E402
 from takagi.certificates.checker.kernel.claim_kinds import replay  # noqa: E402
-from takagi.certificates.checker.kernel.family import read_family  # noqa: E402
+from takagi.certificates.checker.kernel.model_loop import read_family  # noqa: E402
 from takagi.models import TSModel  # noqa: E402
 
 Counts = Counter[str]

@@ -11,8 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.kernel.family import Family, read_family
+from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.model_loop import read_family
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 Rows = list[list[Fraction]]

@@ -88,7 +88,7 @@ def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
     family = None
     if any(kind in KINDS for kind in kinds):
         # Imported here: a turbine's loop is no sum over rules.
-        from takagi.certificates.checker.kernel.family import read_family
+        from takagi.certificates.checker.kernel.model_loop import read_family
 
         family = read_family(model, gains)
     found: list[Outcome] = []

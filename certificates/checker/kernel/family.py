@@ -27,7 +27,7 @@ from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.matrices import Matrix, mean, read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["SECANTS", "Blend", "Family", "bounded", "read_family", "weights_of"]
+__all__ = ["SECANTS", "Blend", "Family", "bounded", "closed_by", "vertices", "weights_of"]
 
 Stack = tuple[Matrix, ...]
 Pairs = tuple[tuple[int, int], ...]
@@ -94,14 +94,6 @@ class Family:
         """Whether the weights are averages along a segment: nothing in the loop can have them."""
         return self.weights == SECANTS and self.rules > 1
 
-    @property
-    def about(self) -> str:
-        """What a proof for every blend is about, in words."""
-        if not self.K:
-            return f"every blend of the {self.rules} vertices" if self.rules > 1 else "the loop"
-        law = "with their gains" if self.shared_weights else f"and any of {len(self.K)} gains"
-        return f"every blend of {self.rules} rules {law}"
-
     def groups(self) -> list[tuple[str, Pairs]]:
         """Return the pairs (vertex, gain) whose products of weights are equal, with a name."""
         r, s, c = self.rules, len(self.K), self.corners
@@ -119,15 +111,8 @@ class Family:
         return [(f"rules {i + 1} and {j + 1}" if i != j else f"rule {i + 1}", tuple(pairs))
                 for pairs in found.values() for i, j in pairs[:1]]  # fmt: skip
 
-    def blends(self, claim: Any = (), where: str = "") -> list[Blend]:
-        """Return the groups of ``groups``, on every piece of the weights that the claim has.
-
-        Their matrices are made when they are asked for.
-        """
-        if "halvings" in claim:
-            from takagi.certificates.checker.kinds.halvings import pieces
-
-            return [blend for piece in pieces(claim, self, where) for blend in piece.blends()]
+    def blends(self) -> list[Blend]:
+        """Return the groups of ``groups``; their matrices are made when they are asked for."""
         return [Blend(self, label, pairs) for label, pairs in self.groups()]
 
 
@@ -180,26 +165,7 @@ def _at(stack: Stack, i: int) -> Matrix:
     return stack[i if len(stack) > 1 else 0]
 
 
-def read_family(model: Any, gains: Any, where: str = "model") -> Family:
-    """Return the loop of a certificate's ``model`` and ``gains``, every number as written.
-
-    Raises
-    ------
-    CertificateError : a kind that is not known, shapes that do not fit, gains of another model.
-    """
-    kind = reader.member(model, "kind", where)
-    if kind == "takagi-sugeno":
-        plain = _vertices(model, where)
-    elif kind == "plant":
-        from takagi.certificates.checker.plant.sector_embedding import plant_family
-
-        plain = plant_family(model, where)
-    else:
-        raise CertificateError(f"{where}.kind: {kind!a} has no vertices for this claim")
-    return plain if gains is None else _closed_by(plain, gains, "gains")
-
-
-def _vertices(model: Any, where: str) -> Family:
+def vertices(model: Any, where: str) -> Family:
     """Return the model of kind ``takagi-sugeno``; see ``Family`` for what may be left out."""
     stacks: dict[str, Any] = {
         x: read_stack(model, x, where) for x in SHAPES if x == "A" or x in model
@@ -299,7 +265,13 @@ def weights_of(premises: Any, corners: tuple[tuple[int, ...], ...] | None) -> st
     return reader.canonical([said, rows])
 
 
-def _closed_by(plain: Family, gains: Any, where: str) -> Family:
+def closed_by(plain: Family, gains: Any, where: str) -> Family:
+    """Return the loop with u = -sum_j g_j K_j x.
+
+    Raises
+    ------
+    CertificateError : gains for other states, of another shape or sample time.
+    """
     K = _single(read_stack(gains, "K", where))
     needed = (plain.B[0].shape[1] if plain.B else 0, plain.order)
     if K[0].shape != needed:

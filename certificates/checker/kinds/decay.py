@@ -20,6 +20,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
+from takagi.certificates.checker.kernel.blends import blends_of
 from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, text
@@ -38,7 +39,7 @@ def check_decay(claim: Any, family: Family, where: str) -> Outcome:
     if not P.is_positive_definite:
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
     factor = decrease_factor(family, alpha)
-    blends = family.blends(claim, where)
+    blends = blends_of(family, claim, where)
     for blend in blends:
         if not decrease(family, P, blend.A, factor).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")

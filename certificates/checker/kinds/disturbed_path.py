@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
+from takagi.certificates.checker.kernel.blends import blends_of
 from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
 from takagi.certificates.checker.kernel.reader import member, text
@@ -68,7 +69,7 @@ def paths(claim: Any, family: Family, where: str) -> Iterator[Path]:
     direct: list[Stack] = [F] if F else []
     if way == "inputs" and whole.D:
         direct.append(whole.D)
-    blends = replace(whole, more=(entering_stack, *direct)).blends(claim, where)
+    blends = blends_of(replace(whole, more=(entering_stack, *direct)), claim, where)
     bounded(len(blends), whole.order + entering_stack[0].shape[1])
     for blend in blends:
         B, *through = map(blend.of, blend.family.more)

@@ -27,6 +27,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+from takagi.certificates.checker.kernel.blends import blends_of
 from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, numbers, text
@@ -57,7 +58,7 @@ def check_gain_rounding(claim: Any, family: Family, where: str) -> Outcome:
     effects = [_effect(P @ B, tau) for B in family.B]
     steps = [_step(absolute, relative, K, tau) for K in family.K]
     # Both are convex, so that on a piece of the weights their means at its corners bound them.
-    blends = replace(family, more=(tuple(effects), tuple(steps))).blends(claim, where)
+    blends = blends_of(replace(family, more=(tuple(effects), tuple(steps))), claim, where)
     bounded(len(blends), 2 * n if family.is_discrete else n)
     for blend in blends:
         effect, step = (blend.of(blend.family.more[side], side) for side in (0, 1))

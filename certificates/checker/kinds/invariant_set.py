@@ -32,6 +32,7 @@ from fractions import Fraction
 from itertools import product
 from typing import Any
 
+from takagi.certificates.checker.kernel.blends import blends_of
 from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, numbers
@@ -91,7 +92,7 @@ class InvariantSet:
         entering = replace(family, E=self.E) if self.E else family
         corners = 1 if self.bounds is None or self.is_ball else 1 << (len(self.bounds) - 1)
         wide = self.E[0].shape[1] if self.is_ball else 1
-        blends = entering.blends(self.claim, self.where)
+        blends = blends_of(entering, self.claim, self.where)
         bounded(len(blends) * corners, family.order + wide)
         for blend in blends:
             if self.bounds is None:

@@ -34,6 +34,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
+from takagi.certificates.checker.kernel.blends import blends_of
 from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix, read_stack
 from takagi.certificates.checker.kernel.reader import number, text
@@ -148,7 +149,7 @@ def secant_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, 
 def error_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, Matrix]]:
     """Yield the mean of A_i - L_j C_i over each group of pairs with equal weights."""
     L = _gains(claim, family, where)
-    for blend in _of_error(family, L).blends(claim, where):
+    for blend in blends_of(_of_error(family, L), claim, where):
         yield blend.label, blend.A.T
 
 
@@ -162,9 +163,9 @@ def joint_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, M
     if len(both.groups()) != len(error.groups()):
         # One of the two is affine in h: all pairs, for both.
         error, both = _pair_by_pair(error), _pair_by_pair(both)
-    blends = both.blends(claim, where)
+    blends = blends_of(both, claim, where)
     bounded(len(blends), 2 * family.order)
-    for one, other in zip(blends, error.blends(claim, where), strict=True):
+    for one, other in zip(blends, blends_of(error, claim, where), strict=True):
         push = one.of(one.family.A) - one.A
         yield one.label, Matrix.blocks([[one.A, push], [rest, other.A.T]])
 

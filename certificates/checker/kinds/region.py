@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from takagi.certificates.checker.kernel.blends import blends_of
 from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import member, text
@@ -35,7 +36,7 @@ def check_region(claim: Any, family: Family, where: str) -> Outcome:
     parts = _parts(claim, where)
     if not P.is_positive_definite:
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    blends = family.blends(claim, where)
+    blends = blends_of(family, claim, where)
     bounded(len(blends), sum(len(L.rows) for L, _ in parts) * family.order)
     for blend in blends:
         PG = P @ blend.A

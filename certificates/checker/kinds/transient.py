@@ -26,6 +26,7 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.exponential import exp_above
+from takagi.certificates.checker.kernel.blends import blends_of
 from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, numbers, text
@@ -53,7 +54,7 @@ def check_transient(claim: Any, family: Family, where: str) -> Outcome:
     if why:
         return Claim(name, Verdict.UNDECIDED, why)
     factor = decrease_factor(family, alpha)
-    for blend in family.blends(claim, where):
+    for blend in blends_of(family, claim, where):
         if not decrease(family, P, blend.A, factor).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
     if kappa * exp_above(alpha * time) > share:

@@ -29,7 +29,7 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi
-from takagi.certificates.checker.kernel.family import read_family
+from takagi.certificates.checker.kernel.family import closed_by
 from takagi.certificates.checker.kernel.matrices import read_stack
 from takagi.certificates.checker.kernel.reader import canonical, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
@@ -40,7 +40,7 @@ from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.ranges import Ranges
 from takagi.certificates.checker.plant.reading import PlantNodes, read_plant
-from takagi.certificates.checker.plant.sector_embedding import KIND
+from takagi.certificates.checker.plant.sector_embedding import KIND, plant_family
 from takagi.certificates.checker.plant.vertices import corners_of
 
 __all__ = ["check_effort_blend"]
@@ -228,5 +228,5 @@ def _check_known(plant: PlantNodes, blend: Blend, gains: Any) -> None:
 
 def _check_weights(model: Any, gains: Any) -> None:
     """Refuse gains by rule whose weights are made of other premises than the plant's."""
-    if not read_family(model, gains).shared_weights:
+    if not closed_by(plant_family(model), gains, "gains").shared_weights:
         raise Refused("the law's gains go by other weights than the model's rules")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.shown import at_least
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
@@ -14,7 +15,7 @@ __all__ = ["falling", "said"]
 def said(name: str, family: Family, alpha: Fraction, blends: int) -> tuple[str, str]:
     """Return name and sentence."""
     return name, (
-        f"V = x'Px {falling(alpha)}{undisturbed(family)} along {family.about} "
+        f"V = x'Px {falling(alpha)}{undisturbed(family)} along {about(family)} "
         f"(inequalities: {blends}){while_valid(family)}"
     )
 

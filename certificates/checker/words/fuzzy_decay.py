@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.decay import falling
 from takagi.certificates.checker.words.shown import at_least
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
@@ -21,7 +22,7 @@ def said(name: str, family: Family, alpha: Fraction, rates: Rates | None) -> tup
     if rates is not None:
         moving = "while the weights keep to their rates: " + shown_rates(rates)
     return name, (
-        f"V = x'P(h)x {falling(alpha)}{undisturbed(family)} along {family.about}, {moving}"
+        f"V = x'P(h)x {falling(alpha)}{undisturbed(family)} along {about(family)}, {moving}"
         f"{while_valid(family)}"
     )
 

@@ -6,6 +6,7 @@ from fractions import Fraction
 
 from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.decay import falling
 from takagi.certificates.checker.words.shown import at_least
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
@@ -21,6 +22,6 @@ def said(
     room += ["the stated absolute steps"] if any(map(any, absolute.rows)) else []
     words = " and ".join(room) or "nothing"
     return name, (
-        f"V = x'Px {falling(alpha)}{undisturbed(family)} along {family.about}, with all gains off "
+        f"V = x'Px {falling(alpha)}{undisturbed(family)} along {about(family)}, with all gains off "
         f"by up to {words}{while_valid(family)}"
     )

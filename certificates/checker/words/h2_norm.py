@@ -6,6 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.kernel.family import Family, Stack
+from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.disturbed_path import path_deviations, shown_path
 from takagi.certificates.checker.words.shown import at_most
 from takagi.certificates.checker.words.validity import while_valid
@@ -19,7 +20,7 @@ def said(name: str, claim: Any, family: Family, norm: Fraction, entering: Stack)
     noise += _in_which_sense(family, entering)
     return name, (
         f"the mean over time of E|y|^2 is at most {at_most(norm, 6)}^2 for white noise of {noise}, "
-        f"along {family.about}{_unforeseeing(family)} ({shown_path(claim, family)})"
+        f"along {about(family)}{_unforeseeing(family)} ({shown_path(claim, family)})"
         f"{while_valid(family)}{path_deviations(claim, family)}"
     )
 

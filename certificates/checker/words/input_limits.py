@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet
+from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.deviations import deviations
 from takagi.certificates.checker.words.invariant_set import (
     letters,
@@ -37,7 +38,7 @@ def said(
     return name, (
         f"|u_k| <= {_most(limits)} for u = -Kx, from anywhere in {{x'Px <= {shown_level(held)}}}"
         f"{_rate(family, rates, moving)}, "
-        f"along {family.about}; the set is invariant{where_valid(family)}; "
+        f"along {about(family)}; the set is invariant{where_valid(family)}; "
         f"{motion(held, family)}{deviations(family, 'xu' + letters(held))}"
     )
 

@@ -6,6 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.disturbed_path import path_deviations, shown_path
 from takagi.certificates.checker.words.shown import at_least, at_most
 from takagi.certificates.checker.words.validity import granted, while_valid
@@ -30,6 +31,6 @@ def said(
         )
     return name, (
         f"the energy of y is at most {at_most(gain, 6)}^2 times that of w, from rest, along "
-        f"{family.about} ({shown_path(claim, family)}){validity}"
+        f"{about(family)} ({shown_path(claim, family)}){validity}"
         f"{path_deviations(claim, family)}"
     )

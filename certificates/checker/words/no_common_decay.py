@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.shown import at_most
 
 __all__ = ["blend_name", "said"]
@@ -22,7 +23,7 @@ def said(
     at_once = "falls in each sample" if family.is_discrete else "has V' < 0"
     falls_so = f"decays at {at_most(alpha, 6)} 1/s" if alpha else f"{at_once} wherever x is not 0"
     return name, (
-        f"no common quadratic function {falls_so} along {family.about}: "
+        f"no common quadratic function {falls_so} along {about(family)}: "
         f"none does along {listed}{more}"
     )
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet
+from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.disturbed_path import path_deviations, shown_path
 from takagi.certificates.checker.words.invariant_set import shown_level, where_valid
 from takagi.certificates.checker.words.shown import at_least, at_most
@@ -21,6 +22,6 @@ def said(
     return name, (
         f"|y| <= {at_most(gain * bound, 6)} at all times, from rest and from anywhere in "
         f"{{x'Px <= {shown_level(held)}}}, for |w|_2 <= {at_least(bound, 6)} at all times (gain "
-        f"{at_most(gain, 6)}), along {family.about} ({shown_path(claim, family)}); the "
+        f"{at_most(gain, 6)}), along {about(family)} ({shown_path(claim, family)}); the "
         f"set is invariant{where_valid(family)}{path_deviations(claim, family, 'x')}"
     )

@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.shown import at_least, at_most, exactly
 
 __all__ = ["in_words", "said"]
@@ -21,7 +22,7 @@ def said(
     region = " and ".join(in_words(L, M) for L, M in parts)
     if fails_at:
         return name, f"the inequality of {region} fails at {fails_at}"
-    return name, (f"with weights at rest the eigenvalues z of {family.about} lie where {region}")
+    return name, (f"with weights at rest the eigenvalues z of {about(family)} lie where {region}")
 
 
 def in_words(L: Matrix, M: Matrix) -> str:

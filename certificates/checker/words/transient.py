@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.shown import at_least, at_most
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
@@ -26,5 +27,5 @@ def said(
     return name, (
         f"|x(t)| <= {at_most(kappa, 6)} exp(-{at_least(alpha, 6)} t) |x(0)|{units}, so at most "
         f"{at_most(share, 6)} |x(0)| after {at_most(time, 6)} s,{undisturbed(family)} "
-        f"along {family.about}{while_valid(family)}"
+        f"along {about(family)}{while_valid(family)}"
     )

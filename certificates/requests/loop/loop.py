@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.certificates.checker.kernel.claim_kinds import replay
-from takagi.certificates.checker.kernel.family import Family, read_family
+from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.kernel.model_loop import read_family
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.kinds.averages import why_averages_fail

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.checker.kernel.family import read_family
+from takagi.certificates.checker.kernel.model_loop import read_family
 from takagi.certificates.checker.kinds.observer import check_observer
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.requests import Loop, ObservedFeedback, ObserverError

@@ -6,7 +6,8 @@ import json
 from functools import cache
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import Family, read_family
+from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.kernel.model_loop import read_family
 from takagi.certificates.checker.kernel.reader import read_text
 
 __all__ = ["loop", "read"]

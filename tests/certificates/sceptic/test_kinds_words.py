@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates import Verdict
-from takagi.certificates.checker.kernel.family import read_family
+from takagi.certificates.checker.kernel.model_loop import read_family
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kinds.decay import check_decay
 from takagi.certificates.checker.words.saying import in_words
