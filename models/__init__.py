@@ -20,6 +20,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from takagi.models.equations.step import Step
     from takagi.models.errors import ModelError
     from takagi.models.files.library import built_in_models
     from takagi.models.intervals.interval import Interval
@@ -28,8 +29,10 @@ if TYPE_CHECKING:
     from takagi.models.loops.secant.feedback import Feedback, blended_feedback, product_memberships
     from takagi.models.loops.secant.matrices import SecantEmbedding
     from takagi.models.plant.entries import plant_file_schema
-    from takagi.models.plant.plant import Output, Parameter, Plant, Variable
-    from takagi.models.ranges.domain import Cell, Domain
+    from takagi.models.plant.plant import Plant
+    from takagi.models.plant.variables import Output, Parameter, Variable
+    from takagi.models.ranges.cell import Cell
+    from takagi.models.ranges.domain import Domain
     from takagi.models.ranges.sampled import sampled_bounds
     from takagi.models.reduction.box_refinement import refine
     from takagi.models.reduction.cell_models import CellModels, ModelCell
@@ -39,12 +42,12 @@ if TYPE_CHECKING:
     from takagi.models.reduction.rule_tensor import mode_spectrum
     from takagi.models.reduction.tensor_reduction import reduce_rules
     from takagi.models.reduction.vertex_merging import merge_vertices
-    from takagi.models.sector.model import sector_model
-    from takagi.models.sector.rule_counting import RuleCount, rule_count
+    from takagi.models.sector.model import rule_count, sector_model
+    from takagi.models.sector.rule_counting import RuleCount
     from takagi.models.splines.curve import Curve, interpolate_curve
     from takagi.models.splines.surface import Surface
     from takagi.models.splines.table_function import table_function
-    from takagi.models.ts.derivation import Derivation, Step
+    from takagi.models.ts.derivation import Derivation
     from takagi.models.ts.model import Matrices, TSModel
     from takagi.models.ts.premise import Premise
     from takagi.models.turbine.data import Turbine
@@ -103,7 +106,7 @@ __all__ = [
 ]
 
 _HOME = {
-    "Cell": "ranges.domain",
+    "Cell": "ranges.cell",
     "CellModels": "reduction.cell_models",
     "Curve": "splines.curve",
     "Derivation": "ts.derivation",
@@ -116,19 +119,19 @@ _HOME = {
     "ModelCell": "reduction.cell_models",
     "ModelError": "errors",
     "NormBlock": "reduction.norm_block",
-    "Output": "plant.plant",
-    "Parameter": "plant.plant",
+    "Output": "plant.variables",
+    "Parameter": "plant.variables",
     "Plant": "plant.plant",
     "Premise": "ts.premise",
     "ReducedModel": "reduction.reduced_model",
     "Region": "loops.secant.embedding",
     "RuleCount": "sector.rule_counting",
     "SecantEmbedding": "loops.secant.matrices",
-    "Step": "ts.derivation",
+    "Step": "equations.step",
     "Surface": "splines.surface",
     "TSModel": "ts.model",
     "Turbine": "turbine.data",
-    "Variable": "plant.plant",
+    "Variable": "plant.variables",
     "WindObserver": "turbine.wind_observer",
     "blended_feedback": "loops.secant.feedback",
     "built_in_models": "files.library",
@@ -143,7 +146,7 @@ _HOME = {
     "product_memberships": "loops.secant.feedback",
     "reduce_rules": "reduction.tensor_reduction",
     "refine": "reduction.box_refinement",
-    "rule_count": "sector.rule_counting",
+    "rule_count": "sector.model",
     "sampled_bounds": "ranges.sampled",
     "secant_embedding": "loops.secant.embedding",
     "sector_model": "sector.model",

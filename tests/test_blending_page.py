@@ -11,6 +11,7 @@ import pytest
 from takagi.certificates import Verdict
 from takagi.certificates.design.plant.design import certify_plant
 from takagi.models import ModelError, load_model
+from takagi.models.blending.blending import blending_of
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.entries import ActuatorEntry, EffortEntry
 from takagi.models.plant.plant import Plant
@@ -49,8 +50,9 @@ def test_the_opening_that_is_worked_out_on_the_page(tmp_path: Path) -> None:
     from takagi.models.blending import RunningBlend
 
     plant = vessel(tmp_path, example())
-    assert plant.blending is not None
-    commands = RunningBlend(plant.blending).commands(np.array([3e5, 0.0, -0.8e5]))
+    blending = blending_of(plant)
+    assert blending is not None
+    commands = RunningBlend(blending).commands(np.array([3e5, 0.0, -0.8e5]))
 
     assert commands == pytest.approx([0.8, 0.0])
 

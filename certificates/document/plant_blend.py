@@ -20,8 +20,10 @@ __all__ = ["blend_claim", "blend_data", "blend_of", "unknown_premises"]
 
 def blend_of(model: TSModel) -> Blending | None:
     """Return the blend of the plant that a model was derived from; None where it has none."""
+    from takagi.models.blending.blending import blending_of
+
     form = None if model.derivation is None else model.derivation.form
-    return None if form is None or form.plant is None else form.plant.blending
+    return None if form is None or form.plant is None else blending_of(form.plant)
 
 
 def unknown_premises(model: TSModel) -> list[bool]:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from takagi.models.equations.problem import Problem
     from takagi.models.equations.symbolic_form import SymbolicForm
-    from takagi.models.plant.plant import Variable
+    from takagi.models.plant.variables import Variable
     from takagi.models.ts.model import TSModel
 
 __all__ = ["embedding_claim", "is_embedded", "law_members", "plant_and_claim", "plant_data"]

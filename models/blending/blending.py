@@ -14,9 +14,10 @@ from takagi.models.ramps.exact_effort_ramp import ramp, ramp_slope, share_range
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.plant.plant import Plant, Variable
+    from takagi.models.plant.plant import Plant
+    from takagi.models.plant.variables import Variable
 
-__all__ = ["EFFORT", "RATE", "SHARE", "Actuator", "Blending", "shown"]
+__all__ = ["EFFORT", "RATE", "SHARE", "Actuator", "Blending", "blending_of", "shown"]
 
 # Names that the blended plant has beside those of the file.
 EFFORT, RATE, SHARE = "effort", "effort_rate", "share"
@@ -159,6 +160,13 @@ class Blending:
             )
         step = delivered / Fraction(int(b.p), int(b.q))
         return actuator.variable.rest + self.sign(actuator) * actuator.direction * step
+
+
+def blending_of(plant: Plant) -> Blending | None:
+    """Return what a plant behind a blend was made of; None for others."""
+    found = plant.blending
+    assert found is None or isinstance(found, Blending)  # nothing else makes such plants
+    return found
 
 
 def shown(unit: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from takagi.models.blending.blending import SHARE
+from takagi.models.blending.blending import SHARE, blending_of
 from takagi.models.errors import ModelError
 from takagi.models.sector.model import sector_model
 
@@ -57,7 +57,7 @@ def _wanted(plant: Plant, *, always: bool) -> dict[sp.Symbol, sp.Expr]:
     """Return premise -> signal, of those that stand in the equations once they are expanded."""
     import sympy as sp
 
-    blending = plant.blending
+    blending = blending_of(plant)
     if blending is None or not (always or any(a.error for a in blending.actuators)):
         return {}
     expanded = sp.Matrix([sp.expand(row) for row in plant.equations])

@@ -20,7 +20,8 @@ from takagi.models.blending.actuator_authority import check_reach
 from takagi.models.blending.blending import SHARE, Actuator, Blending
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.plant import Parameter, Plant, Variable
+from takagi.models.plant.plant import Plant
+from takagi.models.plant.variables import Parameter, Variable
 
 if TYPE_CHECKING:
     import sympy as sp

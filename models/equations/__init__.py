@@ -1,5 +1,6 @@
 """A plant's equations about its equilibrium, before a model is made.
 
+equations, step  f, g and A(z), ..., E(z) in symbols; one line of a derivation
 problem          equations that vanish at the origin, box, names, premises
 mass_matrix      from M(x) x' = f to x' = adj(M) f / det M
 equilibrium      where a plant rests: checked exactly, or solved for its inputs

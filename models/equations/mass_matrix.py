@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from takagi.models.equations.step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Plant
 from takagi.models.ranges.domain import Domain
-from takagi.models.ts.derivation import Step
 
 if TYPE_CHECKING:
     import sympy as sp

@@ -7,14 +7,15 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from takagi.models.equations.equations import Equations
 from takagi.models.equations.equilibrium import RESTS, Rest, check_rest, inputs_at_rest
 from takagi.models.equations.premise_units import units_of
+from takagi.models.equations.step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
-from takagi.models.plant.plant import Plant, Variable
+from takagi.models.plant.plant import Plant
+from takagi.models.plant.variables import Variable
 from takagi.models.ranges.domain import Domain
-from takagi.models.sector.assembly import Equations
-from takagi.models.ts.derivation import Step
 
 if TYPE_CHECKING:
     import sympy as sp

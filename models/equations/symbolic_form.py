@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
+    from takagi.models.equations.equations import Factored
     from takagi.models.equations.problem import Problem
     from takagi.models.plant.plant import Plant
-    from takagi.models.sector.assembly import Factored
 
 __all__ = ["SymbolicForm"]
 

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 from takagi.models.errors import ModelError
 from takagi.models.expressions.writer import expression_text, read_back
 from takagi.models.intervals.interval import Interval
-from takagi.models.ranges.domain import Cell, Domain
+from takagi.models.ranges.cell import Cell
+from takagi.models.ranges.domain import Domain
 from takagi.models.ranges.evidence import LONGEST, Evidence
 
 if TYPE_CHECKING:

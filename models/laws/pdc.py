@@ -62,11 +62,13 @@ class PdcLaw:
     def blend(self) -> RunningBlend | None:
         """The blend of two actuators behind the effort that is commanded; None without one."""
         form = None if self.model.derivation is None else self.model.derivation.form
-        if form is None or form.plant is None or form.plant.blending is None:
+        if form is None or form.plant is None:
             return None
+        from takagi.models.blending.blending import blending_of
         from takagi.models.blending.run_time import RunningBlend
 
-        return RunningBlend(form.plant.blending)
+        blending = blending_of(form.plant)
+        return None if blending is None else RunningBlend(blending)
 
     @property
     def is_scheduled(self) -> bool:

@@ -6,68 +6,27 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from takagi.models.errors import ModelError
+from takagi.models.files.units import PURE, Dimension, parse_unit
 from takagi.models.intervals.interval import Interval
+from takagi.models.plant.dimensions import CURE, dimension_of, short
+from takagi.models.plant.variables import Output, Parameter, Variable
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.blending.blending import Blending
+__all__ = ["Blended", "Plant"]
 
-__all__ = ["Output", "Parameter", "Plant", "Variable"]
+PER_SECOND = parse_unit("1/s").dimension
 
 
-@dataclass(frozen=True, slots=True)
-class Variable:
-    """A state, input or disturbance.
-
-    Attributes
-    ----------
-    symbol : as it stands in the equations.
-    unit : SI, e.g. ``"rad/s"``; ``"-"`` for a pure number.
-    range : where the model shall hold; None for a variable that no premise may depend on.
-    rest : its value at the operating point that the model is written around.
-    description : in words, e.g. ``"angle from upright"``.
-    schedules : of a disturbance: it stands in coefficients alone, so that A, B, C and D may depend
-        on it and its column of E is 0.  It needs a range.
-    """
-
-    symbol: sp.Symbol
-    unit: str = "-"
-    range: Interval | None = None
-    rest: Fraction = Fraction(0)
-    description: str = ""
-    schedules: bool = False
+class Blended(Protocol):
+    """What a plant behind a blend was made of: ``takagi.models.blending.Blending``."""
 
     @property
-    def name(self) -> str:
-        return str(self.symbol.name)
-
-    @property
-    def label(self) -> str:
-        """Return e.g. ``"theta [rad]"``."""
-        return f"{self.name} [{self.unit}]"
-
-
-@dataclass(frozen=True, slots=True)
-class Parameter:
-    """A number with a name: exact value, SI unit, and where it comes from."""
-
-    symbol: sp.Symbol
-    value: Fraction
-    unit: str = "-"
-    source: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Output:
-    """What is measured: y = expression, in its unit."""
-
-    name: str
-    expression: sp.Expr
-    unit: str = "-"
+    def plant(self) -> Plant: ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,7 +71,7 @@ class Plant:
     name: str = ""
     description: str = ""
     source: str = ""
-    blending: Blending | None = None
+    blending: Blended | None = None
 
     def __post_init__(self) -> None:
         if not self.states or len(self.equations) != len(self.states):
@@ -181,9 +140,7 @@ class Plant:
                 '"unchecked" is needed'
             )
         if self.units == "checked":
-            from takagi.models.plant.dimensions import check_units
-
-            check_units(self)
+            _check_units(self)
 
     def _check_names(self) -> None:
         names = [v.name for v in self.variables] + [p.symbol.name for p in self.parameters]
@@ -214,3 +171,86 @@ class Plant:
                     f"plant {self.name!r}, {what}: {', '.join(unknown)} is neither a variable nor "
                     "a parameter; define it, or correct its name"
                 )
+
+
+def _check_units(plant: Plant) -> None:
+    """Raise ModelError unless every equation, mass entry, output and premise fits by its units.
+
+    What is added must have one unit; arguments of sin, exp, ... are pure numbers or in rad; the
+    derivative of a state has its unit per second (in discrete time: its unit); tables take and
+    give what they say.  Numbers in an expression are pure; 0 fits everything.
+
+    The check reads the expressions as sympy holds them: what cancels is not looked at.
+    """
+    units = _dimensions(plant)
+    values = plant.values
+    wanted = _rate_dimensions(plant, units, values)
+    for variable, row, dimension in zip(plant.states, plant.equations, wanted, strict=True):
+        place = f"equation of {variable.name}"
+        found = dimension_of(row, units, values, place=place)
+        if dimension is not None and found is not None and found != dimension:
+            left = "the left side" if plant.mass is not None else _left(plant, variable.name)
+            raise ModelError(
+                f"{place}: {short(row)} has the unit {found}, but {left} has {dimension}; {CURE}"
+            )
+    for output in plant.outputs:
+        place = f"output {output.name}"
+        found = dimension_of(output.expression, units, values, place=place)
+        stated = _si(output.unit, place).dimension
+        if found is not None and found != stated:
+            raise ModelError(
+                f"{place}: {short(output.expression)} has the unit {found}, but {output.unit!r} "
+                f"is stated ({stated}); {CURE}"
+            )
+    for symbol, expression in plant.premises.items():
+        dimension_of(expression, units, values, place=f"premise {symbol}")
+
+
+def _dimensions(plant: Plant) -> dict[sp.Symbol, Dimension]:
+    found = {v.symbol: _si(v.unit, f"variable {v.name}").dimension for v in plant.variables}
+    for parameter in plant.parameters:
+        place = f"parameter {parameter.symbol}"
+        found[parameter.symbol] = _si(parameter.unit, place).dimension
+    return found
+
+
+def _rate_dimensions(
+    plant: Plant, units: Mapping[sp.Symbol, Dimension], values: Mapping[sp.Symbol, Fraction]
+) -> list[Dimension | None]:
+    """Return the unit of each row of M x'; None for a row of zeros."""
+    step = PER_SECOND if plant.sample_time is None else PURE
+    rates = [units[variable.symbol].times(step) for variable in plant.states]
+    if plant.mass is None:
+        return list(rates)
+    found: list[Dimension | None] = []
+    for row, variable in enumerate(plant.states):
+        place = f"mass row of {variable.name}"
+        seen: tuple[str, Dimension] | None = None
+        for column, rate in enumerate(rates):
+            entry = dimension_of(plant.mass[row, column], units, values, place=place)
+            if entry is None:
+                continue
+            term = f"({short(plant.mass[row, column])}) {_left(plant, plant.states[column].name)}"
+            total = entry.times(rate)
+            if seen is not None and seen[1] != total:
+                raise ModelError(
+                    f"{place}: {seen[0]} has the unit {seen[1]} and {term} has {total}, but they "
+                    f"are added; {CURE}"
+                )
+            seen = seen or (term, total)
+        found.append(None if seen is None else seen[1])
+    return found
+
+
+def _left(plant: Plant, name: str) -> str:
+    return f"{name}'" if plant.sample_time is None else f"{name}(t + T)"
+
+
+def _si(text: str, place: str) -> Any:
+    unit = parse_unit(text)
+    if not unit.is_si:
+        raise ModelError(
+            f"{place}: the unit {text!r} is not SI; give the value in {unit.si!r} (plant files "
+            "convert, a Plant in Python does not)"
+        )
+    return unit

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from takagi.models.blending.blending import Actuator
     from takagi.models.files.toml_document import Document
     from takagi.models.plant.entries import ActuatorEntry, PlantEntry, VariableEntry
-    from takagi.models.plant.plant import Plant, Variable
+    from takagi.models.plant.plant import Plant
+    from takagi.models.plant.variables import Variable
 
 __all__ = ["behind_blend"]
 

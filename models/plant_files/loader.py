@@ -15,7 +15,8 @@ from takagi.models.files.library import resolve_model
 from takagi.models.files.toml_document import Document, read_document
 from takagi.models.files.units import Unit, parse_unit
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.plant import Output, Parameter, Plant, Variable
+from takagi.models.plant.plant import Plant
+from takagi.models.plant.variables import Output, Parameter, Variable
 
 if TYPE_CHECKING:
     import sympy as sp

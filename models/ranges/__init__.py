@@ -5,9 +5,10 @@ bernstein_form        polynomials and rational functions, exact
 tape, ball_form       expressions compiled to ball operations; derivative and Taylor forms of them
 box_side, ball_operations, table_balls    boxes as balls; splines as operations on balls
 symbolic_derivatives, linear_combination  what the forms need: derivatives; t = x + 2 y in one
-domain, cell_enclosures    boxes, bands around a curve, unions of cells; one cell in a search
+cell, domain          a box with places; boxes, bands around a curve, unions of cells
+cell_enclosures, cell_search    one cell in a search; the search over cells
 branch_and_bound      the range of any interval enclosure over boxes
-evidence              trees of boxes that prove a range, and their replay
+evidence, replayed_leaves    trees of boxes that prove a range, and their replay
 sampled               bounds from samples, which prove nothing
 
 A bound from this room, sampled ones apart, holds for every point of the domain, not for the
@@ -22,7 +23,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from takagi.models.expressions.evidence_file import evidence_data, evidence_of_data
     from takagi.models.intervals.interval import Interval, exact
-    from takagi.models.ranges.domain import Cell, Domain
+    from takagi.models.ranges.cell import Cell
+    from takagi.models.ranges.domain import Domain
     from takagi.models.ranges.evidence import Evidence, replay
     from takagi.models.ranges.sampled import SampledBounds, sampled_bounds
     from takagi.models.splines.exact_spline import ExactSpline, exact_bounds, exact_value
@@ -44,7 +46,7 @@ __all__ = [
 ]
 
 _HOME = {
-    "Cell": "takagi.models.ranges.domain",
+    "Cell": "takagi.models.ranges.cell",
     "Domain": "takagi.models.ranges.domain",
     "Evidence": "takagi.models.ranges.evidence",
     "ExactSpline": "takagi.models.splines.exact_spline",

@@ -10,17 +10,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from takagi.models.errors import ModelError
 from takagi.models.intervals.box_search import Ends, Look
 from takagi.models.intervals.interval import Interval
-from takagi.models.ranges.linear_combination import combined
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.ranges.domain import Cell
-
 __all__ = [
     "CellRoot",
     "attained_at_points",
-    "cell_root",
     "checked_symbols",
     "enclosed_by_letter",
     "halve",
@@ -29,7 +25,6 @@ __all__ = [
 ]
 
 MOST_CORNERS = 4  # sides whose ends are all tried as first samples
-MOST_SIDES = 36  # letters of a tree that number the sides
 
 
 class CellRoot(NamedTuple):
@@ -80,29 +75,6 @@ class CellRoot(NamedTuple):
 
 
 Place: TypeAlias = tuple[CellRoot, Any]  # with a box: Sides, or a PolynomialBox
-
-
-def cell_root(expression: sp.Expr, cell: Cell) -> CellRoot:
-    """Return the expression on the cell.
-
-    Raises
-    ------
-    ModelError : a symbol without range, too many of them, a function without ball arithmetic, or
-        an argument that leaves its table.
-    """
-    from takagi.models.ranges.ball_form import BallForm
-    from takagi.models.ranges.bernstein_form import polynomial_box
-
-    written, box, meanings = combined(cell.written(expression), cell.box)
-    symbols = checked_symbols(written, box)
-    if len(symbols) > MOST_SIDES:
-        raise ModelError(
-            f"the expression depends on {len(symbols)} symbols; at most {MOST_SIDES} can be bounded"
-        )
-    sides = tuple(box[symbol] for symbol in symbols)
-    polynomial = polynomial_box(written, symbols, sides)
-    form = BallForm(written, symbols, _covered(written, box))
-    return CellRoot(written, symbols, sides, form, polynomial, meanings)
 
 
 def look(place: Place) -> Look:
@@ -159,35 +131,6 @@ def enclosed_by_letter(letter: str, place: Place) -> tuple[Any, Any] | None:
         return look_at_polynomial(box).outer
     ends: tuple[Any, Any] | None = root.form.by_letter(letter, box)
     return ends
-
-
-def _covered(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> bool:
-    """Return whether there are tables and every argument provably stays strictly inside its own.
-
-    Raises
-    ------
-    ModelError : an argument that takes values outside its table.
-    """
-    from takagi.models.ranges.table_balls import EDGE, tables_class
-
-    tables = tables_class()
-    calls = set() if tables is None else expression.atoms(tables)
-    inside = bool(calls)
-    for call in sorted(calls, key=str):
-        from takagi.models.ranges.expression_range import expression_range
-        from takagi.models.splines.table_function import table_ranges
-
-        for argument, covers in zip(call.args, table_ranges(call.table), strict=True):
-            found = expression_range(argument, box)
-            slack = EDGE * covers.width
-            held = Interval(covers.lower - slack, covers.upper + slack)
-            if not held.contains(found.inner):
-                raise ModelError(
-                    f"an argument of {call}, {argument}, takes values in {found.inner}, but the "
-                    f"table covers {covers}; shrink the ranges or extend the table"
-                )
-            inside = inside and covers.contains(found.outer)
-    return inside
 
 
 def checked_symbols(

@@ -3,53 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, TypeAlias
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
+from takagi.models.ranges.cell import Cell
+from takagi.models.ranges.cell_search import bounds_on
 
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Cell", "Domain", "DomainLike", "as_domain", "value_of"]
+__all__ = ["Domain", "DomainLike", "as_domain", "value_of"]
 
 DIGITS = 12  # decimals of a range that is rounded outward
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Cell:
-    """The points {x : x_i in box_i, or x_i = places_i(coordinates), coordinates in box}.
-
-    Attributes
-    ----------
-    box : a range for each variable or coordinate that varies by itself.
-    places : variable -> expression in the symbols of ``box``.
-
-    Raises
-    ------
-    ModelError : a variable that has both a range and a place, or a place in other symbols.
-    """
-
-    box: Mapping[sp.Symbol, Interval]
-    places: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        twice = sorted(str(s) for s in self.places if s in self.box)
-        if twice:
-            raise ModelError(f"{', '.join(twice)} has a range and a place; give one of them")
-        for symbol, place in self.places.items():
-            strange = sorted(str(s) for s in place.free_symbols if s not in self.box)
-            if strange:
-                raise ModelError(
-                    f"the place of {symbol}, {place}, depends on {', '.join(strange)}, which the "
-                    "box gives no range; add it to the box"
-                )
-
-    def written(self, expression: sp.Expr) -> sp.Expr:
-        """Return the expression in the symbols of the box."""
-        return expression.subs(dict(self.places), simultaneous=True) if self.places else expression
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -165,12 +133,10 @@ def as_domain(domain: Domain | Mapping[sp.Symbol, Interval]) -> Domain:
 
 
 def _check_order(symbol: sp.Symbol, width: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> None:
-    from takagi.models.ranges.expression_range import expression_range
-
-    found = expression_range(width, box)
-    if found.outer.lower < 0:
+    found = bounds_on(width, Cell(box)).outer
+    if found.lower < 0:
         raise ModelError(
-            f"the band of {symbol}: upper minus lower is {width} in {found.outer}, which is not "
+            f"the band of {symbol}: upper minus lower is {width} in {found}, which is not "
             "provably >= 0; swap the edges where they cross, or cut the box there"
         )
 
@@ -197,19 +163,15 @@ def _moved(cell: Cell, places: Mapping[sp.Symbol, tuple[sp.Symbol, sp.Expr]]) ->
 
 def value_of(number: sp.Expr) -> Interval:
     """Return the number as an interval; one point if it is rational."""
-    from takagi.models.ranges.expression_range import expression_range
-
     if number.is_Rational:
         exactly = Fraction(int(number.p), int(number.q))
         return Interval(exactly, exactly)
-    return expression_range(number, {}).outer.outward(DIGITS)
+    return bounds_on(number, Cell({})).outer.outward(DIGITS)
 
 
 def _side(cell: Cell, symbol: sp.Symbol) -> Interval | None:
-    from takagi.models.ranges.expression_range import expression_range
-
     if symbol in cell.box:
         return cell.box[symbol]
     if symbol not in cell.places:
         return None
-    return expression_range(cell.places[symbol], cell.box).outer.outward(DIGITS)
+    return bounds_on(cell.places[symbol], Cell(cell.box)).outer.outward(DIGITS)

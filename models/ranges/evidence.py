@@ -12,22 +12,19 @@ Replaying needs no search: one enclosure for each leaf.  ``evidence_file`` write
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
-from takagi.models.intervals.box_search import SIDES, Ends
 from takagi.models.intervals.interval import Interval
+from takagi.models.ranges.domain import Domain, DomainLike, as_domain
+from takagi.models.ranges.replayed_leaves import replayed_ends
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.ranges.domain import Domain, DomainLike
+__all__ = ["LONGEST", "Evidence", "replay"]
 
-__all__ = ["LONGEST", "Evidence", "leaves_of", "replay"]
-
-Place = TypeVar("Place")
 LONGEST = 100_000  # characters of all trees together that a reader accepts
 
 
@@ -59,13 +56,15 @@ class Evidence:
         ModelError : a leaf that leaves the bounds or has none (a wrong or foreign evidence), a
             tree that is not well formed or too long, other cells or symbols than the domain's.
         """
-        from takagi.models.ranges.expression_range import replayed_ends
-
         if sum(map(len, self.trees)) > LONGEST:
             raise ModelError(
                 f"evidence of {sum(map(len, self.trees))} characters; at most {LONGEST} are read"
             )
-        found = Interval(*replayed_ends(self))
+        found = Interval(
+            *replayed_ends(
+                self.expression, self.domain.cells, self.symbols, self.trees, self.precision
+            )
+        )
         if not self.bounds.contains(found):
             raise ModelError(
                 f"the bounds {self.bounds} of {self.expression} are not proved by their evidence: "
@@ -101,42 +100,4 @@ def replay(evidence: Evidence, expression: sp.Expr, domain: DomainLike) -> Inter
     ------
     ModelError : as ``Evidence.replay``.
     """
-    from takagi.models.ranges.domain import as_domain
-
     return replace(evidence, expression=expression, domain=as_domain(domain)).replay()
-
-
-def leaves_of(
-    tree: str,
-    root: Place,
-    sides: int,
-    halve: Callable[[Place, int], tuple[Place, Place]],
-    enclose: Callable[[str, Place], Ends | None],
-) -> list[Ends]:
-    """Return the enclosure on each leaf of a tree.
-
-    Raises
-    ------
-    ModelError : a letter that is unknown, a tree that ends early or late, a leaf without bound.
-    """
-    found, left = [], [root]
-    for position, letter in enumerate(tree, start=1):
-        if not left:
-            raise ModelError(f"a tree of boxes goes on after its end, at character {position}")
-        place = left.pop()
-        number = SIDES.find(letter)
-        if number >= 0:
-            if number >= sides:
-                raise ModelError(
-                    f"a tree of boxes halves side {number} at character {position}; there are "
-                    f"{sides} sides"
-                )
-            left += reversed(halve(place, number))
-            continue
-        ends = enclose(letter, place)
-        if ends is None:
-            raise ModelError(f"the leaf {letter!r} at character {position} of a tree has no bound")
-        found.append(ends)
-    if left:
-        raise ModelError(f"a tree of boxes ends early: {len(left)} boxes are missing")
-    return found

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     import sympy as sp
 
     from takagi.models.intervals.interval import Number
-    from takagi.models.ranges.domain import Cell, Domain, DomainLike
+    from takagi.models.ranges.cell import Cell
+    from takagi.models.ranges.domain import Domain, DomainLike
 
 __all__ = ["SampledBounds", "moved_into", "sampled_bounds"]
 

@@ -8,6 +8,7 @@ from fractions import Fraction
 from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeAlias
 
+from takagi.models.equations.equations import Factored
 from takagi.models.equations.equilibrium import Rest
 from takagi.models.equations.problem import Problem, box_in_fractions, problem_of_plant
 from takagi.models.errors import ModelError
@@ -15,7 +16,7 @@ from takagi.models.intervals.interval import Interval, Number, exact
 from takagi.models.plant.plant import Plant
 from takagi.models.reduction.cell_models import CellModels, ModelCell
 from takagi.models.reduction.hull_spread import HullSpread
-from takagi.models.sector.assembly import Factored, assemble
+from takagi.models.sector.assembly import assemble
 from takagi.models.sector.choice import Choice, chosen_form
 from takagi.models.sector.model import MOST_RULES
 from takagi.models.sector.premise_bounds import bounded_premise, check_rule_count

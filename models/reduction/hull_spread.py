@@ -10,8 +10,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.models.equations.equations import Factored
 from takagi.models.intervals.interval import Interval
-from takagi.models.sector.assembly import Factored
 from takagi.models.sector.multilinear import MultiAffine, multi_affine
 
 __all__ = ["HullSpread"]

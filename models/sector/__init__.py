@@ -1,11 +1,11 @@
 """Symbolic sector nonlinearity: from equations of motion to an exact Takagi-Sugeno model.
 
-model             sector_model, the front door;  arguments  from what it is given to a problem
+model             sector_model and rule_count;  arguments: from what they are given to a problem
 terms, factored_form    ways to write f(x, u, w) as A(x) x + B(x) u + E(x) w, and to choose premises
 choice            fewest rules or the smallest hull (hull_width);  linear_span: exact elimination
 factorisation     one factored form without a search;  given_quotients: premises that are given
 premise_bounds    premises with proved ranges; with given or sampled ones
-rule_counting     how many rules there would be, and which premises make them
+rule_counting     how many rules premises make, and which of them are cheap to do without
 assembly          derivation and model from entries in premise symbols
 exactness         whether the factored form is the plant: symbolically, or at points
 multilinear       entries at all corners, each rounded once
@@ -18,11 +18,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from takagi.models.equations.equations import Equations, Factored
     from takagi.models.ranges.expression_range import expression_range, expression_value
-    from takagi.models.sector.assembly import Equations, Factored, assemble
+    from takagi.models.sector.assembly import assemble
     from takagi.models.sector.factorisation import factor
-    from takagi.models.sector.model import sector_model
-    from takagi.models.sector.rule_counting import RuleCount, rule_count
+    from takagi.models.sector.model import rule_count, sector_model
+    from takagi.models.sector.rule_counting import RuleCount
 
 __all__ = [
     "Factored",
@@ -37,14 +38,14 @@ __all__ = [
 ]
 
 _HOME = {
-    "Factored": "takagi.models.sector.assembly",
-    "Equations": "takagi.models.sector.assembly",
+    "Factored": "takagi.models.equations.equations",
+    "Equations": "takagi.models.equations.equations",
     "RuleCount": "takagi.models.sector.rule_counting",
     "assemble": "takagi.models.sector.assembly",
     "expression_range": "takagi.models.ranges.expression_range",
     "expression_value": "takagi.models.ranges.expression_range",
     "factor": "takagi.models.sector.factorisation",
-    "rule_count": "takagi.models.sector.rule_counting",
+    "rule_count": "takagi.models.sector.model",
     "sector_model": "takagi.models.sector.model",
 }
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from takagi.models.equations.equations import Equations, Factored
 from takagi.models.equations.problem import Problem, cleaned, over_box, problem_of_plant, rational
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number
 from takagi.models.plant.plant import Plant
-from takagi.models.sector.assembly import LETTERS, Equations, Factored
+from takagi.models.sector.assembly import LETTERS
 
 if TYPE_CHECKING:
     import sympy as sp

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from fractions import Fraction
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from takagi.models.equations.equations import Equations, Factored
+from takagi.models.equations.step import Step
 from takagi.models.intervals.interval import Interval, Number
 from takagi.models.sector.exactness import Exactness, check_exact
 from takagi.models.sector.multilinear import vertex_product
 from takagi.models.sector.rule_steps import rule_steps
-from takagi.models.ts.derivation import Derivation, Step
+from takagi.models.ts.derivation import Derivation
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import Premise
 
@@ -20,61 +21,9 @@ if TYPE_CHECKING:
 
     from takagi.models.equations.symbolic_form import SymbolicForm
 
-__all__ = ["Factored", "Equations", "assemble"]
+__all__ = ["assemble"]
 
 LETTERS = ("A", "B", "C", "D", "E")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Equations:
-    """xdot = f(x, u, w), y = outputs(x, u), in symbols; ``units`` by symbol.
-
-    With ``sample_time`` T in s, x(t + T) stands in the place of xdot.  ``scheduling`` are the
-    disturbances that stand in coefficients alone: no term goes to their columns of E.
-    """
-
-    f: tuple[sp.Expr, ...]
-    states: tuple[sp.Symbol, ...]
-    inputs: tuple[sp.Symbol, ...]
-    disturbances: tuple[sp.Symbol, ...]
-    outputs: tuple[sp.Expr, ...]
-    units: Mapping[sp.Symbol, str]
-    sample_time: float | None = None
-    scheduling: tuple[sp.Symbol, ...] = ()
-
-    def named(self, symbols: Sequence[sp.Symbol]) -> tuple[str, ...]:
-        """Return ``"x1 [rad]"``, ... for the symbols."""
-        return tuple(f"{symbol} [{self.units.get(symbol, '-')}]" for symbol in symbols)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Factored:
-    """A, B, C, D, E with entries in premise symbols, and what each premise stands for.
-
-    ``constants`` gives the value of symbols that may stand in the entries besides.
-    """
-
-    matrices: Mapping[str, sp.Matrix]
-    premises: Mapping[sp.Symbol, sp.Expr]
-    constants: Mapping[sp.Symbol, Fraction] = field(default_factory=dict)
-
-    def pairs(self, plant: Equations) -> list[tuple[str, sp.Expr, sp.Expr]]:
-        """Return (place, plant's expression, the same rebuilt from the entries), row by row."""
-        import sympy as sp
-
-        x, u, w = (sp.Matrix(part) for part in (plant.states, plant.inputs, plant.disturbances))
-        m = self.matrices
-        rebuilt = m["A"] * x + _times(m["B"], u) + _times(m["E"], w)
-        seen = m["C"] * x + _times(m["D"], u)
-        rows = [*zip(plant.f, rebuilt, strict=True), *zip(plant.outputs, seen, strict=True)]
-        return [
-            (
-                f"row {row}" if row <= len(plant.f) else f"output {row - len(plant.f)}",
-                wanted,
-                written.xreplace(dict(self.premises)),
-            )
-            for row, (wanted, written) in enumerate(rows, start=1)
-        ]
 
 
 def assemble(
@@ -142,13 +91,6 @@ def assemble(
         source=source,
         derivation=derivation,
     )
-
-
-def _times(matrix: sp.Matrix, vector: sp.Matrix) -> sp.Matrix:
-    """Return matrix * vector, zero when there is nothing to multiply with."""
-    import sympy as sp
-
-    return matrix * vector if len(vector) else sp.zeros(matrix.rows, 1)
 
 
 def _derivation(

@@ -8,9 +8,9 @@ from itertools import islice, product
 from math import prod
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+from takagi.models.equations.equations import Equations, Factored
 from takagi.models.equations.problem import Problem
 from takagi.models.errors import ModelError
-from takagi.models.sector.assembly import Equations, Factored
 from takagi.models.sector.factored_form import Form, Place, forms_of
 from takagi.models.sector.given_quotients import with_quotients, without_quotients
 from takagi.models.sector.hull_width import HullWidth

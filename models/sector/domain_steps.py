@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from takagi.models.ts.derivation import Step
+from takagi.models.equations.step import Step
 
 if TYPE_CHECKING:
     from takagi.models.intervals.interval import Interval
-    from takagi.models.ranges.domain import Cell, Domain
+    from takagi.models.ranges.cell import Cell
+    from takagi.models.ranges.domain import Domain
 
 __all__ = ["domain_steps"]
 

@@ -9,7 +9,7 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.sector.assembly import Equations
+    from takagi.models.equations.equations import Equations
 
 __all__ = ["factor"]
 

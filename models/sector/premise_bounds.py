@@ -19,8 +19,8 @@ from takagi.models.ts.premise import Premise, round_outward
 if TYPE_CHECKING:
     import sympy as sp
 
+    from takagi.models.equations.equations import Factored
     from takagi.models.ranges.evidence import Evidence
-    from takagi.models.sector.assembly import Factored
 
 __all__ = [
     "Asked",

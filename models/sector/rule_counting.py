@@ -5,16 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
 
 from takagi.models.ts.premise import Premise
 
-if TYPE_CHECKING:
-    import sympy as sp
-
-    from takagi.models.plant.plant import Plant
-
-__all__ = ["RuleCount", "counted", "rule_count"]
+__all__ = ["RuleCount", "counted"]
 
 ROUGH = Fraction(1, 50)  # excess of bounds that only rank premises
 MOST_TOLD = 8  # premises that are told, of how many there may be
@@ -44,38 +38,6 @@ class RuleCount:
         ]
         left = len(self.premises) - len(told)
         return "; ".join(told) + (f"; and {left} more" if left else "")
-
-
-def rule_count(
-    f: Plant | Sequence[sp.Expr],
-    states: Sequence[sp.Symbol] = (),
-    inputs: Sequence[sp.Symbol] = (),
-    **options: Any,
-) -> RuleCount:
-    """Return how many rules ``sector_model`` would make of the same arguments, and why.
-
-    No vertex is computed; bounds are proved, but looser than the model's: each end exceeds the
-    premise's range by up to a fiftieth of its width.
-
-    Parameters
-    ----------
-    options : any of ``sector_model`` but ``most_rules``.
-
-    Raises
-    ------
-    ModelError : as ``sector_model``, but not for too many rules.
-    """
-    from takagi.models.intervals.interval import exact
-    from takagi.models.sector.arguments import posed
-    from takagi.models.sector.premise_bounds import Asked, bounded_premises
-
-    given, sampled = options.pop("bounds", None), options.pop("sampled_bounds", ())
-    tolerance = options.pop("tolerance", None)
-    problem, factored = posed(f, states, inputs, **options)
-    share = ROUGH if tolerance is None else exact(tolerance)
-    return counted(
-        bounded_premises(problem, factored, Asked(given or {}, frozenset(sampled), share))
-    )
 
 
 def counted(premises: Sequence[Premise]) -> RuleCount:

@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.models.ts.derivation import Step
+from takagi.models.equations.step import Step
 from takagi.models.ts.premise import Premise
 from takagi.models.ts.vertex_product import VertexProduct
 

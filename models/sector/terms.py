@@ -13,7 +13,7 @@ from takagi.models.intervals.interval import Interval
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.sector.assembly import Equations
+    from takagi.models.equations.equations import Equations
 
 __all__ = ["Option", "RowTerm", "Sum", "product_of", "row_terms", "terms_of"]
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from takagi.models.simulation.turbine_plant import Flag, Plant
 from takagi.models.simulation.wake import excess_sensitivity, wake_time_constant
 from takagi.models.splines.scalar_surface import scalar_surface
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["Dynamics", "Loads", "dynamics"]
+__all__ = ["Dynamics", "Loads", "dynamics", "plant_derivative"]
 
 State = list[float]
 # A wind below this is no wind for a rotor; the tip-speed ratio is clipped long before [m/s].
@@ -83,6 +86,20 @@ def dynamics(plant: Plant) -> Dynamics:
         return rate
 
     return Dynamics(derivative, _hold(plant), _loads(plant, rotor, wake))
+
+
+def plant_derivative(
+    plant: Plant, state: Sequence[float], torque: float, pitch_reference: float, wind: float
+) -> NDArray[np.float64]:
+    """Return the time derivative of the plant's state, same order as ``state_names``.
+
+    Parameters
+    ----------
+    torque : of the generator, on the high-speed shaft [N m].
+    pitch_reference [rad], wind [m/s] (undisturbed by the tower's own motion).
+    """
+    rate = dynamics(plant).derivative(list(state), torque, pitch_reference, wind)
+    return np.array(rate, dtype=np.float64)
 
 
 def _rotor(turbine: Turbine) -> Rotor:

@@ -5,7 +5,6 @@ Both are values; what they do in time is in ``takagi.models.simulation.dynamics`
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntFlag
 from math import inf
@@ -101,21 +100,6 @@ class Plant:
             if full.startswith(name):
                 return place
         return None
-
-    def derivative(
-        self, state: Sequence[float], torque: float, pitch_reference: float, wind: float
-    ) -> NDArray[np.float64]:
-        """Return the time derivative of the state, same order as ``state_names``.
-
-        Parameters
-        ----------
-        torque : of the generator, on the high-speed shaft [N m].
-        pitch_reference [rad], wind [m/s] (undisturbed by the tower's own motion).
-        """
-        from takagi.models.simulation.dynamics import dynamics
-
-        rate = dynamics(self).derivative(list(state), torque, pitch_reference, wind)
-        return np.array(rate, dtype=np.float64)
 
     def initial_state(self, wind: float) -> tuple[NDArray[np.float64], TrimPoint]:
         """Return the resting state at a constant wind [m/s], and the trim it belongs to.

@@ -5,27 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from takagi.models.equations.step import Step
+
 if TYPE_CHECKING:
     from takagi.models.equations.symbolic_form import SymbolicForm
 
-__all__ = ["Derivation", "Step"]
+__all__ = ["Derivation"]
 
 SPECIAL = {letter: f"\\{letter}" for letter in "&%$#_{}"} | {
     "\\": r"\textbackslash{}",
     "^": r"\textasciicircum{}",
     "~": r"\textasciitilde{}",
 }
-
-
-@dataclass(frozen=True, slots=True)
-class Step:
-    r"""One line of reasoning: ``title`` in plain words, ``latex`` in display mathematics.
-
-    ``latex`` has neither dollar signs nor an environment around it; it fits inside ``\[ ... \]``.
-    """
-
-    title: str
-    latex: str
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,8 +19,8 @@ every wind of the band is above rated; with the default bands b <= -0.15 1/s^2/r
 
 from __future__ import annotations
 
+from takagi.models.equations.equations import Equations, Factored
 from takagi.models.intervals.interval import Number, exact
-from takagi.models.sector.assembly import Equations, Factored
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import operating_band

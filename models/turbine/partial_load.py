@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import math
 
+from takagi.models.equations.equations import Equations, Factored
+from takagi.models.equations.step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
-from takagi.models.sector.assembly import Equations, Factored
-from takagi.models.ts.derivation import Step
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import operating_band

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
+from takagi.models.equations.equations import Equations, Factored
+from takagi.models.equations.step import Step
 from takagi.models.intervals.interval import exact
-from takagi.models.sector.assembly import Equations, Factored, assemble
-from takagi.models.ts.derivation import Step
+from takagi.models.sector.assembly import assemble
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import Premise
 from takagi.models.turbine.data import Turbine

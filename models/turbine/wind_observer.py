@@ -26,11 +26,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from takagi.models.equations.equations import Equations, Factored
+from takagi.models.equations.step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
-from takagi.models.sector.assembly import Equations, Factored, assemble
+from takagi.models.sector.assembly import assemble
 from takagi.models.splines.scalar_surface import scalar_surface
-from takagi.models.ts.derivation import Step
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import Premise, round_outward
 from takagi.models.turbine.data import Turbine

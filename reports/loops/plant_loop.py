@@ -79,11 +79,11 @@ class PlantLoop:
     @cached_property
     def blend(self) -> RunningBlend | None:
         """The blend of two actuators in the plant, as it runs; None without one."""
-        if self.plant.blending is None:
-            return None
+        from takagi.models.blending.blending import blending_of
         from takagi.models.blending.run_time import RunningBlend
 
-        return RunningBlend(self.plant.blending)
+        blending = blending_of(self.plant)
+        return None if blending is None else RunningBlend(blending)
 
     def premise_values(self, deviation: Floats) -> Floats:
         """Return z at x = x* + deviation, inputs and disturbances at rest, the share as it is."""

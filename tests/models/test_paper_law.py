@@ -15,9 +15,10 @@ from scipy.integrate import solve_ivp
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.coupling_filter import Variant, coupling_filter
-from takagi.models.laws.published.equilibrium import equilibria, equilibrium, placement_rows
+from takagi.models.laws.published.equilibrium import equilibria, equilibrium
 from takagi.models.laws.published.law import PaperLaw, PaperLawName, paper_law
 from takagi.models.laws.published.linearisation import local_gains, local_loop
+from takagi.models.laws.published.placement import placement_rows
 from takagi.models.laws.published.regional_schedule import RegionalSchedule, regional_schedule
 from takagi.models.ramps.membership_ramp import Shape
 from takagi.models.turbine.aerodynamics import rotor_torque

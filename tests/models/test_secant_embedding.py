@@ -21,7 +21,8 @@ from takagi.models.loops.secant.embedding import Region, secant_embedding
 from takagi.models.loops.secant.entries import Form
 from takagi.models.loops.secant.feedback import Feedback, blended_feedback, product_memberships
 from takagi.models.loops.secant.matrices import SecantCell, SecantEmbedding
-from takagi.models.plant.plant import Plant, Variable
+from takagi.models.plant.plant import Plant
+from takagi.models.plant.variables import Variable
 
 X, V, U, W, P = sp.symbols("x v u w p", real=True)
 ROUNDING = 1e-9

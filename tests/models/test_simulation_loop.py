@@ -24,6 +24,7 @@ from takagi.models.simulation import (
     turbulent_wind,
     validation_plant,
 )
+from takagi.models.simulation.dynamics import plant_derivative
 from takagi.models.turbine import nrel5mw
 from takagi.models.turbine.wind_observer import WindObserver
 
@@ -120,7 +121,7 @@ def test_loop_equals_an_adaptive_solver() -> None:
     )
 
     def rate(_: float, state: Array) -> Array:
-        return plant.derivative(state.tolist(), point.torque, point.pitch + 0.02, 14.0)
+        return plant_derivative(plant, state.tolist(), point.torque, point.pitch + 0.02, 14.0)
 
     solved = solve_ivp(rate, (0.0, 20.0), start, method="DOP853", rtol=1e-9, atol=1e-11)
 

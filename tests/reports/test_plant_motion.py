@@ -12,7 +12,8 @@ import sympy as sp
 
 from takagi.models import load_model, sector_model
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.plant import Parameter, Plant, Variable
+from takagi.models.plant.plant import Plant
+from takagi.models.plant.variables import Parameter, Variable
 from takagi.reports.figures.plant.captioned import Drawn
 from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
 from takagi.reports.loops.plant_motion import around, motions, plant_rate, starts

@@ -48,9 +48,9 @@ def secant_model(
     """
     import sympy as sp
 
+    from takagi.models.equations.equations import Factored
     from takagi.models.equations.problem import box_in_fractions, problem_of_plant
     from takagi.models.equations.symbolic_form import SymbolicForm
-    from takagi.models.sector.assembly import Factored
     from takagi.models.sector.multilinear import vertex_product
     from takagi.models.sector.premise_bounds import Asked, counted_premises
 

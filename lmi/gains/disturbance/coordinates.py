@@ -9,7 +9,7 @@ by entry, so nothing is changed by it but the rounding.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -125,6 +125,23 @@ class PerformanceUnits:
         )
         K = self.feedback + K
         return np.broadcast_to(K, (rules, *K.shape[1:])).copy()
+
+    def posed(self, plant: DisturbedPlant) -> DisturbedPlant:
+        """Return the plant in these coordinates."""
+        if self.feedback.any():
+            plain = replace(self, feedback=np.zeros_like(self.feedback))
+            return plain.posed(plant.fed_back(self.feedback))
+        T, tau, rate = self.states, self.inputs, self.rate
+        c, d = self.output, self.disturbance
+        return replace(
+            plant,
+            A=np.asarray(np.linalg.solve(T, plant.A @ T) / rate, dtype=np.float64),
+            B=np.asarray(np.linalg.solve(T, plant.B * tau) / rate, dtype=np.float64),
+            E=np.asarray(np.linalg.solve(T, plant.E) * (d / rate), dtype=np.float64),
+            C=plant.C @ T / c,
+            D12=plant.D12 * tau / c,
+            D11=plant.D11 * (d / c),
+        )
 
     def posed_gains(self, K: Floats) -> Floats:
         """Return the gains (r, m, n) of the model in these coordinates: M_i = posed_gains Q."""

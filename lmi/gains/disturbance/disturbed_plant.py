@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol, TypeAlias, runtime_checkable
+from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,9 +14,6 @@ from takagi.lmi.condition.term import Array
 from takagi.lmi.cone.balance import state_units
 from takagi.models.errors import ModelError
 from takagi.models.ts.premise import Premise
-
-if TYPE_CHECKING:
-    from takagi.lmi.gains.disturbance.coordinates import PerformanceUnits
 
 __all__ = ["Disturbed", "DisturbedPlant", "Performance", "check_reachable", "plant_of"]
 
@@ -76,25 +73,6 @@ class DisturbedPlant:
     def fed_back(self, K: Floats) -> DisturbedPlant:
         """Return the plant whose input is counted from -K x, the same K (m, n) in every rule."""
         return replace(self, A=self.A - self.B @ K, C=self.C - self.D12 @ K)
-
-    def posed(self, units: PerformanceUnits) -> DisturbedPlant:
-        """Return the plant in the given coordinates."""
-        if units.feedback.any():
-            plain = replace(units, feedback=np.zeros_like(units.feedback))
-            return self.fed_back(units.feedback).posed(plain)
-        T, tau, rate = units.states, units.inputs, units.rate
-        c, d = units.output, units.disturbance
-        return DisturbedPlant(
-            A=np.asarray(np.linalg.solve(T, self.A @ T) / rate, dtype=np.float64),
-            B=np.asarray(np.linalg.solve(T, self.B * tau) / rate, dtype=np.float64),
-            E=np.asarray(np.linalg.solve(T, self.E) * (d / rate), dtype=np.float64),
-            C=self.C @ T / c,
-            D12=self.D12 * tau / c,
-            D11=self.D11 * (d / c),
-            sample_time=self.sample_time,
-            premises=self.premises,
-            rules=self.rules,
-        )
 
 
 def plant_of(

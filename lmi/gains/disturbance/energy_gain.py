@@ -107,7 +107,7 @@ def hinf_pdc(
 
 def _posed(task: PerformanceTask, units: PerformanceUnits) -> Condition:
     return hinf_pdc_condition(
-        task.plant.posed(units),
+        units.posed(task.plant),
         relaxation=task.relaxation,
         decay_rate=task.decay_rate / units.rate,
         limits=task.inside(units),

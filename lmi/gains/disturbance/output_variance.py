@@ -88,7 +88,7 @@ def h2_pdc(
 
 def _posed(task: PerformanceTask, units: PerformanceUnits) -> Condition:
     return h2_pdc_condition(
-        task.plant.posed(units),
+        units.posed(task.plant),
         relaxation=task.relaxation,
         decay_rate=task.decay_rate / units.rate,
         limits=task.inside(units),

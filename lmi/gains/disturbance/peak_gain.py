@@ -297,7 +297,7 @@ def _without_rate(task: PerformanceTask, rates: list[float]) -> Design:
 
 def _posed(task: PerformanceTask, units: PerformanceUnits) -> Condition:
     return peak_pdc_condition(
-        task.plant.posed(units),
+        units.posed(task.plant),
         decay_rate=task.decay_rate / units.rate,
         relaxation=task.relaxation,
         limits=task.inside(units),

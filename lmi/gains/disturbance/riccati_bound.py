@@ -143,7 +143,7 @@ def _at(task: PerformanceTask, pose: Pose, weight: float) -> _Found | None:
     units = PerformanceUnits.of(task.plant, P_room, feedback=regulator.gains, noise=True)
     condition = pose(task, units)
     data = assemble(condition)
-    posed = task.plant.posed(units)
+    posed = units.posed(task.plant)
     values = _unknowns(condition, posed, task.tolerance)
     z = None if values is None else _multipliers(data, posed)
     if values is None or z is None:

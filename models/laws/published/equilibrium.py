@@ -24,45 +24,16 @@ All this is floating point, for a constant wind with v_hat = v.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
 
-import numpy as np
-
-from takagi.models.laws.published.coupling_filter import coupling_filter
-from takagi.models.laws.published.equilibrium_point import Equilibrium
-from takagi.models.laws.published.law import PaperLaw, PaperLawName, paper_law
+from takagi.models.laws.published.equilibrium_point import Equilibrium, LawFigures
 from takagi.models.laws.published.one_integrator import one_integrator_rest
 from takagi.models.laws.published.two_integrators import two_integrators_rest
 
-__all__ = ["Equilibrium", "PlacementRow", "equilibria", "equilibrium", "placement_rows"]
+__all__ = ["Equilibrium", "equilibria", "equilibrium"]
 
 
-@dataclass(frozen=True, slots=True)
-class PlacementRow:
-    """Which regions one placement of the ramp serves.
-
-    Attributes
-    ----------
-    placement : share of the overlap above rated speed.
-    kinds : region -> (winds at the intended equilibrium, winds tried), for "1.5", "2", "2.5", "3".
-    worst_pitch : largest pitch offset [rad]; worst_power : smallest power ratio, where it rests.
-    integral_travel : how far an integral moves over the winds that were tried [rad].
-    """
-
-    placement: float
-    kinds: dict[str, tuple[int, int]]
-    worst_pitch: float
-    worst_power: float
-    integral_travel: float
-
-    @property
-    def served(self) -> tuple[str, ...]:
-        """Regions in which every wind that was tried has the intended equilibrium."""
-        return tuple(region for region, (good, tried) in self.kinds.items() if good == tried)
-
-
-def equilibrium(law: PaperLaw, wind: float) -> Equilibrium:
+def equilibrium(law: LawFigures, wind: float) -> Equilibrium:
     """Return where the law rests at a constant wind [m/s], estimate exact.
 
     Of several equilibria of the shared integrator the one with least pitch is returned.
@@ -76,67 +47,6 @@ def equilibrium(law: PaperLaw, wind: float) -> Equilibrium:
     )
 
 
-def equilibria(law: PaperLaw, winds: Iterable[float]) -> tuple[Equilibrium, ...]:
+def equilibria(law: LawFigures, winds: Iterable[float]) -> tuple[Equilibrium, ...]:
     """Return ``equilibrium`` at every wind."""
     return tuple(equilibrium(law, float(v)) for v in winds)
-
-
-def placement_rows(
-    law: PaperLaw,
-    *,
-    placements: Sequence[float] = (0.0, 0.25, 0.5, 0.75, 1.0),
-    winds: Sequence[float],
-    speed_overlap: float | None = None,
-    name: PaperLawName | None = None,
-) -> tuple[PlacementRow, ...]:
-    """Return which regions each placement of the speed ramp serves.
-
-    Parameters
-    ----------
-    law : everything but the placement is taken from it.
-    placements : shares of the overlap above rated speed.
-    winds : [m/s].
-    speed_overlap : [rad/s]; None takes the law's.
-    name : None takes the law's.
-    """
-    coupling = law.coupling
-    rows = []
-    for placement in placements:
-        moved = coupling_filter(
-            law.turbine,
-            speed_overlap=coupling.speed_ramp.width if speed_overlap is None else speed_overlap,
-            torque_overlap=coupling.torque_overlap,
-            variant=coupling.variant,
-            placement=placement,
-            minimum_torque=coupling.minimum_torque,
-            shape=coupling.speed_ramp.shape,
-            torque_shape=coupling.shape,
-            speed_setpoint=law.speed_setpoint,
-        )
-        tried = paper_law(
-            law.turbine,
-            partial=law.partial,
-            full=law.full,
-            coupling=moved,
-            name=law.name if name is None else name,
-            tracking_time=5.0 if law.tracking_time is None else law.tracking_time,
-            speed_setpoint=law.speed_setpoint,
-        )
-        rows.append(_row(placement, equilibria(tried, winds)))
-    return tuple(rows)
-
-
-def _row(placement: float, found: Sequence[Equilibrium]) -> PlacementRow:
-    kinds = {}
-    for region in ("1.5", "2", "2.5", "3"):
-        here = [point for point in found if point.trim.region == region]
-        if here:
-            kinds[region] = (sum(point.kind == "intended" for point in here), len(here))
-    resting = [point for point in found if point.kind != "none"]
-    pitches = [abs(point.pitch_offset) for point in resting]
-    powers = [point.power_ratio for point in resting]
-    travel = max(
-        (np.ptp(x) for x in zip(*(p.integrals for p in resting), strict=True)), default=0.0
-    )
-    worst = max(pitches, default=0.0), min(powers, default=1.0)
-    return PlacementRow(placement, kinds, *worst, float(travel))

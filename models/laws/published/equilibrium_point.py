@@ -5,18 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import radians
-from typing import Literal, TypeAlias
+from typing import Literal, Protocol, TypeAlias
 
 import numpy as np
 from scipy.optimize import brentq
 
-from takagi.models.laws.published.law import PaperLaw
+from takagi.models.laws.published.coupling_filter import CouplingFilter
+from takagi.models.laws.published.regional_schedule import RegionalSchedule
 from takagi.models.splines.scalar_surface import scalar_surface
+from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TrimPoint, trim
 
 __all__ = [
     "Equilibrium",
     "Kind",
+    "LawFigures",
     "first_root",
     "held_torque",
     "highest_pitch",
@@ -36,6 +39,33 @@ PITCH_TOLERANCE = radians(0.1)
 TORQUE_TOLERANCE = 1e-3  # of rated torque
 GRID = 60
 NO_ROOT = float("nan")
+
+
+class LawFigures(Protocol):
+    """What finding an equilibrium reads of ``PaperLaw``, which itself starts in one."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def turbine(self) -> Turbine: ...
+
+    @property
+    def coupling(self) -> CouplingFilter: ...
+
+    @property
+    def partial(self) -> RegionalSchedule: ...
+
+    @property
+    def full(self) -> RegionalSchedule: ...
+
+    @property
+    def tracking_time(self) -> float | None: ...
+
+    @property
+    def speed_setpoint(self) -> float: ...
+
+    def reference_speed(self, wind: float) -> float: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,13 +108,13 @@ class Equilibrium:
         return self.rotor_speed * self.torque / (self.trim.rotor_speed * self.trim.torque)
 
 
-def torque_of(law: PaperLaw, command: float) -> float:
+def torque_of(law: LawFigures, command: float) -> float:
     """Return the torque that a torque command u_1 becomes: f_2 u_1 within 0..T_rated [N m]."""
     f_2, _ = law.coupling.factors_at(law.speed_setpoint, command)
     return min(max(f_2 * command, 0.0), law.turbine.rated_torque)
 
 
-def passing_torque(law: PaperLaw) -> float:
+def passing_torque(law: LawFigures) -> float:
     """Return the largest torque command that passes unchanged."""
     coupling = law.coupling
     if coupling.variant == "sector":
@@ -92,26 +122,26 @@ def passing_torque(law: PaperLaw) -> float:
     return coupling.rated_torque - coupling.torque_overlap / 2
 
 
-def held_torque(law: PaperLaw) -> float:
+def held_torque(law: LawFigures) -> float:
     """Return the largest torque command that is carried out as it is: rated, or near it."""
     if law.coupling.variant == "sector":
         return law.coupling.rated_torque
     return passing_torque(law)
 
 
-def rotor_of(law: PaperLaw, speed: float, wind: float) -> Callable[[float], float]:
+def rotor_of(law: LawFigures, speed: float, wind: float) -> Callable[[float], float]:
     """Return the rotor torque over pitch, as torque on the high-speed shaft [N m]."""
     table, turbine = scalar_surface(law.turbine.torque), law.turbine
     scale = turbine.torque_constant * wind**2 / turbine.gear_ratio
     return lambda pitch: scale * table(speed * turbine.rotor_radius / wind, pitch)
 
 
-def trim_of(law: PaperLaw, wind: float) -> TrimPoint:
+def trim_of(law: LawFigures, wind: float) -> TrimPoint:
     setpoint = None if law.speed_setpoint == law.turbine.rated_rotor_speed else law.speed_setpoint
     return trim(law.turbine, wind, speed_setpoint=setpoint)
 
 
-def highest_pitch(law: PaperLaw) -> float:
+def highest_pitch(law: LawFigures) -> float:
     return min(law.turbine.pitch_max, law.turbine.torque.y_range[1])
 
 
@@ -128,7 +158,7 @@ def first_root(function: Callable[[float], float], low: float, high: float) -> f
 
 
 def named(
-    law: PaperLaw,
+    law: LawFigures,
     wind: float,
     point: TrimPoint,
     f_1: float,
@@ -147,7 +177,7 @@ def named(
     return Equilibrium(wind, kind, speed, pitch, torque, integrals, point, f_1)
 
 
-def nowhere(law: PaperLaw, wind: float, point: TrimPoint, f_1: float) -> Equilibrium:
+def nowhere(law: LawFigures, wind: float, point: TrimPoint, f_1: float) -> Equilibrium:
     b = law.partial.gains_at(point.rotor_speed, point.pitch, wind).integral
     c = law.full.gains_at(point.rotor_speed, point.pitch, wind)
     integrals: tuple[float, ...] = (point.torque / b,)

@@ -31,6 +31,7 @@ from numpy.typing import ArrayLike, NDArray
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.laws.published.coupling_filter import CouplingFilter
+from takagi.models.laws.published.equilibrium import equilibrium
 from takagi.models.laws.published.regional_schedule import Gains, RegionalSchedule
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
@@ -145,8 +146,6 @@ class PaperLaw:
 
         See ``equilibrium``: that equilibrium need not be the turbine's trim.
         """
-        from takagi.models.laws.published.equilibrium import equilibrium
-
         return np.array(equilibrium(self, wind).integrals)
 
     def blended(

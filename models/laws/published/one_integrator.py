@@ -8,6 +8,7 @@ import numpy as np
 
 from takagi.models.laws.published.equilibrium_point import (
     Equilibrium,
+    LawFigures,
     first_root,
     highest_pitch,
     named,
@@ -16,13 +17,12 @@ from takagi.models.laws.published.equilibrium_point import (
     torque_of,
     trim_of,
 )
-from takagi.models.laws.published.law import PaperLaw
 from takagi.models.turbine.trim import TrimPoint
 
 __all__ = ["one_integrator_rest"]
 
 
-def one_integrator_rest(law: PaperLaw, wind: float) -> Equilibrium:
+def one_integrator_rest(law: LawFigures, wind: float) -> Equilibrium:
     speed, point = law.reference_speed(wind), trim_of(law, wind)
     f_1 = law.coupling.speed_ramp.at(speed)
     rotor, lowest = rotor_of(law, speed, wind), law.turbine.pitch_min
@@ -49,7 +49,7 @@ def one_integrator_rest(law: PaperLaw, wind: float) -> Equilibrium:
 
 
 def _torque_alone(
-    law: PaperLaw, wind: float, point: TrimPoint, pitch: float, f_1: float
+    law: LawFigures, wind: float, point: TrimPoint, pitch: float, f_1: float
 ) -> Equilibrium:
     """Return the equilibrium at a fixed pitch, or none where torque does not suffice."""
     speed = law.reference_speed(wind)

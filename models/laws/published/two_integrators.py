@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 from takagi.models.laws.published.equilibrium_point import (
     Equilibrium,
     Kind,
+    LawFigures,
     first_root,
     held_torque,
     highest_pitch,
@@ -20,7 +21,6 @@ from takagi.models.laws.published.equilibrium_point import (
     torque_of,
     trim_of,
 )
-from takagi.models.laws.published.law import PaperLaw
 from takagi.models.turbine.trim import TrimPoint
 
 __all__ = ["two_integrators_rest"]
@@ -28,7 +28,7 @@ __all__ = ["two_integrators_rest"]
 CONTRACTIONS = 12
 
 
-def two_integrators_rest(law: PaperLaw, wind: float) -> Equilibrium:
+def two_integrators_rest(law: LawFigures, wind: float) -> Equilibrium:
     speed, point = law.reference_speed(wind), trim_of(law, wind)
     f_1, lowest = law.coupling.speed_ramp.at(speed), law.turbine.pitch_min
     passing, rotor = passing_torque(law), rotor_of(law, speed, wind)
@@ -54,7 +54,7 @@ def two_integrators_rest(law: PaperLaw, wind: float) -> Equilibrium:
     return _resting(law, point, f_1, None, error, *_carried(law, speed + error, wind, error))
 
 
-def _raised(law: PaperLaw, point: TrimPoint, f_1: float) -> Equilibrium:
+def _raised(law: LawFigures, point: TrimPoint, f_1: float) -> Equilibrium:
     """Return the equilibrium below the reference speed, where ``sector`` gives more than u_1."""
     wind, speed = point.wind, law.reference_speed(point.wind)
 
@@ -76,7 +76,7 @@ def _raised(law: PaperLaw, point: TrimPoint, f_1: float) -> Equilibrium:
     return _resting(law, point, f_1, None, error_at(command), law.turbine.pitch_min, command)
 
 
-def _carried(law: PaperLaw, speed: float, wind: float, error: float) -> tuple[float, float]:
+def _carried(law: LawFigures, speed: float, wind: float, error: float) -> tuple[float, float]:
     """Return (pitch, torque command u_1) at which both integrators rest with this error."""
     tau, highest = float(law.tracking_time or 0.0), highest_pitch(law)
     f_1 = law.coupling.speed_ramp.at(speed)
@@ -99,7 +99,7 @@ def _carried(law: PaperLaw, speed: float, wind: float, error: float) -> tuple[fl
 
 
 def _resting(
-    law: PaperLaw,
+    law: LawFigures,
     point: TrimPoint,
     f_1: float,
     kind: Kind | None,

@@ -15,7 +15,8 @@ from takagi.models.loops.secant.closed_loop import ClosedLoop, close_loop
 from takagi.models.loops.secant.entries import Entry, Form, entries_of, split
 from takagi.models.loops.secant.feedback import Feedback
 from takagi.models.loops.secant.matrices import SecantCell, SecantEmbedding, SecantFactor
-from takagi.models.plant.plant import Plant, Variable
+from takagi.models.plant.plant import Plant
+from takagi.models.plant.variables import Variable
 from takagi.models.ranges.expression_range import expression_range
 from takagi.models.ts.premise import round_outward
 

@@ -10,7 +10,8 @@ from takagi.reports.page.text import Section, Table, decimal
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.design import PlantDesign
-    from takagi.models.plant.plant import Plant, Variable
+    from takagi.models.plant.plant import Plant
+    from takagi.models.plant.variables import Variable
 
 __all__ = ["equations_latex", "kinds", "parameter_rows", "plant_section", "variable_rows"]
 

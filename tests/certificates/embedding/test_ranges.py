@@ -16,7 +16,8 @@ from takagi.certificates.checker import CertificateError
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.plant import Plant, Variable
+from takagi.models.plant.plant import Plant
+from takagi.models.plant.variables import Variable
 from takagi.models.ranges.domain import Domain
 from takagi.models.sector.model import sector_model
 from takagi.models.splines.curve import Curve, interpolate_curve

@@ -17,7 +17,8 @@ from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.plant import Output, Plant, Variable
+from takagi.models.plant.plant import Plant
+from takagi.models.plant.variables import Output, Variable
 from takagi.models.plant_files.loader import load_plant
 from tests.certificates.embedding.plants import as_read, changed
 

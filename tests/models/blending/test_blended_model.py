@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from takagi.models import ModelError, Plant, TSModel
 from takagi.models.blending import RunningBlend, blended_model
+from takagi.models.blending.blending import blending_of
 from takagi.models.laws import PdcLaw
 from tests.models.blending.plants import ROOM, plant_of
 
@@ -61,9 +62,10 @@ def test_the_model_equals_the_two_actuators(
     """sum h_i (A_i x + B_i u) is x' by hand, with weights >= 0 that sum to one."""
     text, rest, load = ROOMS[name]
     plant, model = made(text)
-    assert plant.blending is not None
+    blending = blending_of(plant)
+    assert blending is not None
     state = np.array([x, effort])
-    known = RunningBlend(plant.blending).signals(state)
+    known = RunningBlend(blending).signals(state)
     signals = {**known, "cooling_error": low, "heating_error": high}
     moved = {"effort": effort} if rest == 0 else {"delta_effort": effort - rest}
     point = {"x": x, **moved, "effort_rate": 0.0, **signals}
@@ -87,9 +89,10 @@ def test_the_running_plant_is_the_one_by_hand(
 ) -> None:
     """Another way to the same rate, which knows nothing of shares."""
     plant, _ = made(ROOM)
-    assert plant.blending is not None
+    blending = blending_of(plant)
+    assert blending is not None
     errors = {"cooling": low, "heating": high}
-    rate = RunningBlend(plant.blending, errors).rate()
+    rate = RunningBlend(blending, errors).rate()
 
     found = rate(np.array([x, effort]), np.array([7.0]))
     assert found == pytest.approx([by_hand(x, effort, (low, high)), 7.0], abs=1e-12)
@@ -110,10 +113,11 @@ def test_a_wrong_effectiveness_in_the_law_stays_in_the_model(tmp_path: Path) -> 
         tmp_path, a=", error = 0.1 -> ", b=", error = 0.2 -> ", c='ness = "2 + x" -> ness = "2"'
     )
     model = blended_model(plant)
-    assert plant.blending is not None
+    blending = blending_of(plant)
+    assert blending is not None
     for x, effort in ((0.7, 2.0), (-0.9, 1.0), (0.3, -2.0), (0.5, 0.0)):
         state = np.array([x, effort])
-        known = RunningBlend(plant.blending).signals(state)
+        known = RunningBlend(blending).signals(state)
         now = model.blend(model.premise_values(x=x, effort=effort, effort_rate=0.0, **known))
         low, high = (max(s - 0.5, 0) + min(max(s + 0.5, 0), 1) ** 2 / 2 for s in (-effort, effort))
         wanted = 0.5 * x - low + (2 + x) / 2 * high
@@ -140,7 +144,8 @@ def test_a_law_that_is_scheduled_by_the_share_follows_the_effort(tmp_path: Path)
 
 def test_an_error_of_no_actuator_is_refused(tmp_path: Path) -> None:
     plant = plant_of(tmp_path)
-    assert plant.blending is not None
+    blending = blending_of(plant)
+    assert blending is not None
 
     with pytest.raises(ModelError, match="error of fan: the blended actuators are cooling and"):
-        RunningBlend(plant.blending, {"fan": 0.1})
+        RunningBlend(blending, {"fan": 0.1})

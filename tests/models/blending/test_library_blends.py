@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from takagi.models import Plant, TSModel, load_model
 from takagi.models.blending import RunningBlend, blended_model
+from takagi.models.blending.blending import blending_of
 
 Floats = NDArray[np.float64]
 
@@ -66,7 +67,8 @@ def made(name: str) -> tuple[Plant, TSModel]:
 def test_model_and_running_plant_equal_the_equations(name: str, shares: list[float]) -> None:
     """Anywhere in the box, actuators as wrong as they may be; weights are convex."""
     plant, model = made(name)
-    assert plant.blending is not None
+    blending = blending_of(plant)
+    assert blending is not None
     sides = [v.range for v in plant.states]
     x = np.array([
         float(side.lower) + share * float(side.width)
@@ -74,9 +76,9 @@ def test_model_and_running_plant_equal_the_equations(name: str, shares: list[flo
         if side is not None
     ])  # fmt: skip
     wrong = 0.2 * np.array(shares[4:]) - 0.1
-    names = [a.name for a in plant.blending.actuators]
+    names = [a.name for a in blending.actuators]
     errors = dict(zip(names, wrong, strict=True))
-    running = RunningBlend(plant.blending, errors)
+    running = RunningBlend(blending, errors)
     wanted = FIELDS[name](x, wrong)
     size = 1e-9 * np.abs(wanted).max() + 1e-12
 

@@ -20,7 +20,8 @@ from takagi.models import (
     sampled_bounds,
     sector_model,
 )
-from takagi.models.plant.plant import Plant, Variable
+from takagi.models.plant.plant import Plant
+from takagi.models.plant.variables import Variable
 
 Q, P, U = sp.symbols("q p u", real=True)
 Z1 = sp.Symbol("z1", real=True)

@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 from takagi.models import Interval, ModelError, Plant, load_model, rule_count, sector_model
-from takagi.models.plant.plant import Variable
+from takagi.models.plant.variables import Variable
 
 STATES = sp.symbols("x1:13", real=True)
 HALVES = [sp.Rational(k + 1, 10) for k in range(12)]

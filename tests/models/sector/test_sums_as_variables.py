@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import Domain, Interval, ModelError, sector_model
-from takagi.models.plant.plant import Plant, Variable
+from takagi.models.plant.plant import Plant
+from takagi.models.plant.variables import Variable
 from takagi.models.ranges import evidence_data, evidence_of_data
 from takagi.models.ranges.linear_combination import combined
 from takagi.models.sector import expression_range, expression_value

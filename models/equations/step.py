@@ -1,0 +1,18 @@
+"""One line of reasoning in a derivation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["Step"]
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    r"""One line of reasoning: ``title`` in plain words, ``latex`` in display mathematics.
+
+    ``latex`` has neither dollar signs nor an environment around it; it fits inside ``\[ ... \]``.
+    """
+
+    title: str
+    latex: str

@@ -1,0 +1,65 @@
+"""What stands in a plant's equations: variables, parameters and outputs, with their units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from takagi.models.intervals.interval import Interval
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+__all__ = ["Output", "Parameter", "Variable"]
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A state, input or disturbance.
+
+    Attributes
+    ----------
+    symbol : as it stands in the equations.
+    unit : SI, e.g. ``"rad/s"``; ``"-"`` for a pure number.
+    range : where the model shall hold; None for a variable that no premise may depend on.
+    rest : its value at the operating point that the model is written around.
+    description : in words, e.g. ``"angle from upright"``.
+    schedules : of a disturbance: it stands in coefficients alone, so that A, B, C and D may depend
+        on it and its column of E is 0.  It needs a range.
+    """
+
+    symbol: sp.Symbol
+    unit: str = "-"
+    range: Interval | None = None
+    rest: Fraction = Fraction(0)
+    description: str = ""
+    schedules: bool = False
+
+    @property
+    def name(self) -> str:
+        return str(self.symbol.name)
+
+    @property
+    def label(self) -> str:
+        """Return e.g. ``"theta [rad]"``."""
+        return f"{self.name} [{self.unit}]"
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A number with a name: exact value, SI unit, and where it comes from."""
+
+    symbol: sp.Symbol
+    value: Fraction
+    unit: str = "-"
+    source: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """What is measured: y = expression, in its unit."""
+
+    name: str
+    expression: sp.Expr
+    unit: str = "-"
