@@ -4,6 +4,5 @@ largest_parameter    the largest or smallest value with a solution
 parameter_path, parameter_pencil    a path to it; which value given unknowns allow
 multiplier_bound     which values the multipliers exclude
 parameter_sweep      many values, assembled once
-shown_rate           the decay rate that given unknowns show
 least_over_rate      the decay rate at which a bound is least
 """

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from takagi.lmi.answer import Answer, Floats
+from takagi.lmi.condition.shown_rate import shown_rate
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import Outcome, decide
 from takagi.lmi.decision.diagnosis import binding_items
-from takagi.lmi.parameter_search.shown_rate import shown_rate
 from takagi.lmi.polynomials.polynomial_lyapunov import LyapunovFamily
 from takagi.lmi.polynomials.simplex_polynomials import Basis
 from takagi.lmi.varying.parameter_loop import Loop

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from takagi.lmi.answer import Answer, Design, Floats
+from takagi.lmi.condition.shown_rate import shown_rate
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import Assembled, assemble
 from takagi.lmi.decision.decide import Outcome, decide, improve
@@ -14,7 +15,6 @@ from takagi.lmi.decision.diagnosis import binding_items
 from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, decide_by_rounds
 from takagi.lmi.gains.decay.limited_outcome import EFFORTS, Decided, held, in_a_fit_size
 from takagi.lmi.gains.decay.request import Task
-from takagi.lmi.parameter_search.shown_rate import shown_rate
 from takagi.lmi.sums.relaxations import Relaxation
 
 __all__ = ["ANY", "decided", "design_at", "design_of", "rate_shown"]

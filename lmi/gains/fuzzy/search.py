@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Answer, Floats, Try
 from takagi.lmi.argument_checks import check_stabilisable, fixed_mode
+from takagi.lmi.condition.shown_rate import rate_of_parameter, shown_rate
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.cone.balance import balanced_inputs, state_units
@@ -18,7 +19,6 @@ from takagi.lmi.decision.diagnosis import binding_items
 from takagi.lmi.gains.decay.condition import size_of_motion
 from takagi.lmi.gains.fuzzy.design import FuzzyDesign
 from takagi.lmi.gains.fuzzy.request import FuzzyTask
-from takagi.lmi.parameter_search.shown_rate import rate_of_parameter, shown_rate
 
 __all__ = ["Units", "searched", "units_of"]
 

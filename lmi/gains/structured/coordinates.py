@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi.argument_checks import rate_parameter
+from takagi.lmi.condition.shown_rate import rate_of_parameter
 from takagi.lmi.cone.balance import motion
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.structured.structure import Structure
 from takagi.lmi.gains.structured.sums import Objective
-from takagi.lmi.parameter_search.shown_rate import rate_of_parameter
 
 __all__ = ["LocalUnits"]
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from takagi.lmi.answer import Floats
 from takagi.lmi.condition.evaluate import lmi_value
 from takagi.lmi.condition.term import LMI, Array, Condition
 
@@ -53,8 +52,8 @@ def _room(
     """Return how far the parameter may move before an item of the LMI is singular."""
     here = dict(condition.parameters)
     there = {**here, name: here[name] + towards}
-    G: Floats = lmi.sign * lmi_value(lmi, values, here)
-    D: Floats = G - lmi.sign * lmi_value(lmi, values, there)
+    G = lmi.sign * lmi_value(lmi, values, here)
+    D = G - lmi.sign * lmi_value(lmi, values, there)
     try:
         L = np.linalg.cholesky((G + G.transpose(0, 2, 1)) / 2)
     except np.linalg.LinAlgError:

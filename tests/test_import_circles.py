@@ -1,0 +1,135 @@
+"""No module and no room leads back to itself by imports, lazy ones and those for types included."""
+
+from __future__ import annotations
+
+import ast
+from collections import defaultdict
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+FLOORS = ("models", "lmi")  # whose modules are in no circle
+ROOMS = ("models", "lmi")  # whose folders are in no circle either
+
+Graph = dict[str, set[str]]
+
+
+def parsed(root: Path, floor: str) -> dict[str, ast.Module]:
+    """Return import name -> syntax tree, of every module and package of a floor."""
+    return {
+        ".".join(["takagi", *path.relative_to(root).with_suffix("").parts]).removesuffix(
+            ".__init__"
+        ): ast.parse(path.read_text(encoding="utf-8"))
+        for path in sorted((root / floor).rglob("*.py"))
+    }
+
+
+def names(tree: ast.Module) -> list[tuple[str, str]]:
+    """Return (module, name) of every import in a file; the name of ``import x`` is empty."""
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found += [(alias.name, "") for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found += [(node.module, alias.name) for alias in node.names]
+    return found
+
+
+def home(module: str, name: str, packages: dict[str, dict[str, str]], known: set[str]) -> str:
+    """Return the module that an import leads to, through what packages hand out."""
+    if f"{module}.{name}" in known:
+        return f"{module}.{name}"
+    further = packages.get(module, {}).get(name)
+    return module if further in (None, module) else home(str(further), name, packages, known)
+
+
+def graph_of(root: Path, floor: str) -> Graph:
+    """Return module -> modules of the same floor that it imports.
+
+    What the ``__init__`` of a package hands out is not an import of the package: an import of it
+    is an import of the module that has the name.
+    """
+    trees = parsed(root, floor)
+    packages = {
+        module: {name: source for source, name in names(tree)}
+        for module, tree in trees.items()
+        if any(other.startswith(f"{module}.") for other in trees)
+    }
+    modules = trees.keys() - packages.keys()
+    return {
+        module: {
+            target
+            for source, name in names(trees[module])
+            for target in [home(source, name, packages, set(trees))]
+            if target in modules and target != module
+        }
+        for module in sorted(modules)
+    }
+
+
+def rooms_of(graph: Graph) -> Graph:
+    """Return the graph of what lies side by side in a folder: rooms, and modules beside them."""
+    found: Graph = defaultdict(set)
+    for module, targets in graph.items():
+        for target in targets:
+            here, there = module.split("."), target.split(".")
+            depth = next(k for k, (a, b) in enumerate(zip(here, there, strict=False)) if a != b)
+            found[".".join(here[: depth + 1])].add(".".join(there[: depth + 1]))
+    return dict(found)
+
+
+def circle(graph: Graph) -> str:
+    """Return one circle of a graph, each of it imports the next; empty without one."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        # Its list goes from what is imported to what imports it.
+        return " -> ".join(reversed(error.args[1]))
+    return ""
+
+
+@pytest.mark.parametrize("floor", FLOORS)
+def test_no_module_leads_back_to_itself(floor: str) -> None:
+    found = graph_of(ROOT, floor)
+
+    assert len(found) > 10
+    assert circle(found) == "", f"modules of {floor} import each other in a circle"
+
+
+@pytest.mark.parametrize("floor", ROOMS)
+def test_no_room_leads_back_to_itself(floor: str) -> None:
+    """Of two folders, or of a folder and a module beside it, only one imports the other."""
+    found = circle(rooms_of(graph_of(ROOT, floor)))
+
+    assert found == "", f"rooms of {floor} import each other in a circle"
+
+
+@pytest.mark.parametrize(
+    "back",
+    [
+        "from takagi.models.low.value import value",
+        "def late():\n    from takagi.models.low import value\n",
+        "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import takagi.models.low.value",
+    ],
+    ids=["plain", "lazy, through the package", "for types"],
+)
+def test_a_circle_is_found_and_named(tmp_path: Path, back: str) -> None:
+    files = {
+        "low/__init__.py": "from takagi.models.low.value import value",
+        "low/value.py": "from takagi.models.high.reader import read\nvalue = 1",
+        "high/__init__.py": "",
+        "high/reader.py": back,
+    }
+    for name, text in files.items():
+        path = tmp_path / "models" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    graph = graph_of(tmp_path, "models")
+
+    assert set(circle(graph).split(" -> ")) == {
+        "takagi.models.low.value",
+        "takagi.models.high.reader",
+    }
+    assert set(circle(rooms_of(graph)).split(" -> ")) == {"takagi.models.low", "takagi.models.high"}
