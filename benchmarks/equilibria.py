@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import get_args
 
 from takagi.certificates.design.given.runnable_law import law_from_gains
-from takagi.certificates.design.turbine.design import DesignSettings
 from takagi.certificates.design.turbine.published_law import designed_law
 from takagi.certificates.design.turbine.regions import regional_design
+from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.equilibrium import ClosedLoopRests, RestCell, closed_loop_equilibria
 from takagi.lmi.turbine.effort import effort_gains
 from takagi.models.laws.effort_sharing.law import CoherentLaw

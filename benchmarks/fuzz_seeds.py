@@ -21,7 +21,8 @@ from takagi.certificates.claims.turbine.published import (
     paper_claim,
     paper_law_data,
 )
-from takagi.certificates.design.plant.design import NoPlantDesign, design_plant
+from takagi.certificates.design.design import NoDesign
+from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document.certificate_file import (
     certificate_document,
@@ -181,7 +182,7 @@ def _write(folder: Path, document: Document) -> None:
 def _write_plant(folder: Path, name: str) -> None:
     files = plant_files(name)
     found = design_plant(load_plant(name), files=files)
-    if isinstance(found, NoPlantDesign):
+    if isinstance(found, NoDesign):
         raise SystemExit(f"{name}: {found.reason}")
     _write(folder, found.document)
     for file in files:

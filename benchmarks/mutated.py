@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates import DesignSettings, certify, design_turbine
-from takagi.certificates.design.plant.design import PlantDesign, design_plant
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.requests import (
     BoxEnlargement,
     Decay,

@@ -30,9 +30,9 @@ from takagi.certificates.claims.turbine.published import (
     paper_law_data,
     with_overlaps,
 )
-from takagi.certificates.design.turbine.design import DesignSettings
 from takagi.certificates.design.turbine.published_law import designed_law
 from takagi.certificates.design.turbine.regions import regional_design
+from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.document.certificate_file import certificate_document, turbine_data
 from takagi.models.laws.published.equilibrium import equilibrium
 from takagi.models.laws.published.law import PaperLaw

@@ -31,11 +31,9 @@ if TYPE_CHECKING:
         load_certificate,
     )
     from takagi.certificates.design.given.runnable_law import law_from_gains
-    from takagi.certificates.design.turbine.design import (
-        DesignSettings,
-        TurbineDesign,
-        design_turbine,
-    )
+    from takagi.certificates.design.turbine.design import design_turbine
+    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.certificates.design.turbine.settings import DesignSettings
     from takagi.certificates.equilibrium.search import closed_loop_equilibria
 
 __all__ = [
@@ -59,8 +57,8 @@ _HOME = {
     "CertificateError": "checker.kernel.refusal",
     "Checked": "checker.kernel.result",
     "Claim": "checker.kernel.result",
-    "DesignSettings": "design.turbine.design",
-    "TurbineDesign": "design.turbine.design",
+    "DesignSettings": "design.turbine.settings",
+    "TurbineDesign": "design.turbine.result",
     "Verdict": "checker.kernel.result",
     "certify": "claims.plant.certification",
     "check": "checker.kernel.certificate",

@@ -1,15 +1,45 @@
-"""One door for models in files: a built-in name or a path."""
+"""One door for models in files: a built-in name or a path, read once.
+
+``read_model`` returns the file as a value: its kind, its document, the files beside it, and the
+model, made when it is asked for.  A verb reads it at its door and passes it on.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
+    from takagi.models.plant_files.loader import PlantFile
     from takagi.models.turbine.data import Turbine
+    from takagi.models.turbine.loader import TurbineFile
 
-__all__ = ["load_model"]
+    ModelFile: TypeAlias = PlantFile | TurbineFile
+
+__all__ = ["load_model", "read_model"]
+
+
+def read_model(name_or_path: str | Path) -> ModelFile:
+    """Return the file of a built-in name or path, read once.
+
+    A file that says neither kind is taken for a turbine's, whose reader names file and line.
+
+    Raises
+    ------
+    ModelError : no such model, or a file that is not TOML.
+    """
+    from takagi.models.files.library import resolve_model
+    from takagi.models.files.toml_document import decimal_of, read_document
+
+    document = read_document(resolve_model(name_or_path), parse_float=decimal_of)
+    if document.data.get("kind") == "plant":
+        from takagi.models.plant_files.loader import PlantFile
+
+        return PlantFile(name_or_path, document)
+    from takagi.models.turbine.loader import TurbineFile
+
+    return TurbineFile(name_or_path, document.in_floats())
 
 
 def load_model(name_or_path: str | Path) -> Plant | Turbine:
@@ -22,19 +52,10 @@ def load_model(name_or_path: str | Path) -> Plant | Turbine:
     ModelError : neither a built-in name nor a readable file, a file of another kind, or one that
         is malformed; the message names file, line, field and what was expected.
     """
-    from takagi.models.files.library import resolve_model
-    from takagi.models.files.toml_document import read_document
-
-    document = read_document(resolve_model(name_or_path))
-    kind = document.data.get("kind")
-    if kind == "plant":
-        from takagi.models.plant_files.loader import load_plant
-
-        return load_plant(name_or_path)
-    if kind == "turbine":
-        from takagi.models.turbine.loader import load_turbine
-
-        return load_turbine(name_or_path)
-    raise document.error(
-        "kind", f'{kind!r} was given; a model file says kind = "plant" or kind = "turbine"'
-    )
+    found = read_model(name_or_path)
+    stated = found.document.data.get("kind")
+    if stated != found.kind:
+        raise found.document.error(
+            "kind", f'{stated!r} was given; a model file says kind = "plant" or kind = "turbine"'
+        )
+    return found.model

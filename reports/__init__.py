@@ -12,8 +12,7 @@
     maps/             what a finished sweep leaves
     baseline/         a certificate against an earlier one
     ci_formats        the results of a check as JUnit, SARIF and Markdown
-    turbine_folder    the folder that ``takagi design`` leaves for a turbine
-    plant_folder      the same for a plant
+    design_folder     the folder that ``takagi design`` leaves, and the appendix's
     output            write a file or a folder whole or not at all
     system_errors     what the operating system's refusals mean, and what to do
 

@@ -8,7 +8,7 @@ from takagi.certificates.controller.plant_members import statement
 from takagi.certificates.design.claim_summary import claim_summary
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
 
 __all__ = ["turbine_members"]
 

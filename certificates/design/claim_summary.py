@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
 
 __all__ = ["ClaimSummary", "claim_summary"]
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.design.turbine.design import DesignSettings, design_turbine
+from takagi.certificates.design.turbine.design import design_turbine
 from takagi.certificates.design.turbine.scale import default_settings
+from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.document.provenance import plain, provenance
 from takagi.certificates.sweep.grid import SweepMap, Task
 from takagi.certificates.sweep.loop_settings import model_numbers

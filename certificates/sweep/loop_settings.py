@@ -20,7 +20,7 @@ from takagi.models.splines.surface import Surface
 from takagi.models.turbine.data import Turbine
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import DesignSettings
+    from takagi.certificates.design.turbine.settings import DesignSettings
 
 __all__ = ["AXES", "LoopSettings", "loop_at", "model_numbers"]
 

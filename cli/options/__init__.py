@@ -1,6 +1,6 @@
 """What may be asked on the command line, and its translation into settings.
 
-model_kind             whether a MODEL is a turbine or another plant, and which options fit it
+given                  which options were given, and as they would be typed
 design_options         what may be asked of a turbine's design
 law_options            of its law: set-points, schedule, ramps
 synthesis_options      of the search for its gains

@@ -39,7 +39,7 @@ from takagi.cli.options.uncertainty_options import (
 )
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import DesignSettings
+    from takagi.certificates.design.turbine.settings import DesignSettings
     from takagi.models.turbine.data import Turbine
 
 __all__ = [

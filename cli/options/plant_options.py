@@ -13,6 +13,7 @@ import typer
 if TYPE_CHECKING:
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.entries import VariableEntry
+    from takagi.models.plant_files.loader import PlantFile
 
 __all__ = ["plant_options", "plant_settings", "values_in_si"]
 
@@ -79,7 +80,7 @@ def plant_options(
     """Declare what a design for a plant may be asked for."""
 
 
-def plant_settings(model: str, given: Mapping[str, Any]) -> PlantSettings:
+def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings:
     """Return what the plant's file asks for, with what the command line gives in its place.
 
     Raises
@@ -87,10 +88,8 @@ def plant_settings(model: str, given: Mapping[str, Any]) -> PlantSettings:
     ModelError : an option that makes no sense for the plant; names the option.
     """
     from takagi.models.errors import ModelError
-    from takagi.models.plant_files.design_section import load_settings
-    from takagi.models.plant_files.loader import read_entry
 
-    settings = load_settings(model)
+    settings, entry = source.settings, source.entry
     changes: dict[str, Any] = {
         name: given[name]
         for name in ("relaxation", "gain_bound", "damping", "fastest", "choice")
@@ -100,7 +99,6 @@ def plant_settings(model: str, given: Mapping[str, Any]) -> PlantSettings:
         changes["rest"] = "solve inputs"
     if given.get("decay_rate") is not None:
         changes["decay_rate"] = _rate(given["decay_rate"])
-    _, entry = read_entry(model)
     for name, variables in (("input_limit", entry.commanded), ("initial", entry.all_states)):
         if given.get(name):
             changes[name] = values_in_si(_option(name), given[name], variables)

@@ -1,6 +1,7 @@
 """What several verbs run or read.
 
-turbine                a turbine's design; a requirement that none meets is an answer
-plant                  a plant's design or the proof of given gains; no gains is an answer
+makers                 one maker of designs for each kind of model, and which one it is
+turbine                makes a turbine's design; a requirement that none meets is an answer
+plant                  makes a plant's design or the proof of given gains; no gains is an answer
 earlier_certificate    an earlier certificate to compare with, and a tolerance
 """

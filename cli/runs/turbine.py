@@ -1,83 +1,91 @@
-"""Runs a design for a verb; a requirement that no design meets is an answer, not a misuse."""
+"""Makes a turbine's design for a verb; a requirement that no design meets is an answer."""
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
-from takagi.cli.errors import UNPROVED
+from takagi.certificates.design.design import CertifiedLaw, NoDesign
+from takagi.cli.options.design_options import design_settings, turbine_options
+from takagi.cli.options.given import as_typed
+from takagi.cli.options.uncertainty_options import uncertainty_asked
 from takagi.cli.progress import Tell
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.models.turbine.loader import TurbineFile
 
-__all__ = ["Unprovable", "answered", "asked_for", "design_asked"]
+__all__ = ["TurbineMaker"]
 
 Value = TypeVar("Value")
 
 
-@dataclass(frozen=True, slots=True)
-class Unprovable:
-    """No design was found that meets what was asked; ``reason`` names condition, wind and cure."""
+@dataclass(frozen=True, eq=False)
+class TurbineMaker:
+    """What verbs ask of a turbine, see ``takagi.cli.runs.makers.Maker``."""
 
-    reason: str
+    words: ClassVar[str] = "a wind turbine"
+    group: ClassVar[Callable[..., None]] = staticmethod(turbine_options)
+    summary: ClassVar[str] = "takagi.cli.terminal.turbine_summary"
+    simulation: ClassVar[str] = "takagi.cli.verbs.simulate_turbine"
+    has_maps: ClassVar[bool] = True
+    source: TurbineFile
+    asked: Mapping[str, Any]
 
-    def tell(self, *, as_json: bool = False) -> int:
-        """Print the reason, and return the exit status for it.  Nothing was written."""
-        if as_json:
-            print(json.dumps({"verdict": "UNDECIDED", "reason": self.reason}, indent=2))
-        else:
-            print(f"Not proved, nothing written: {self.reason}", file=sys.stderr)
-        return UNPROVED
+    def design(self, tell: Tell) -> TurbineDesign | NoDesign:
+        """Return the finished design."""
+        turbine, files = self.source.model, self.source.files
+        settings = design_settings(turbine, **self.asked)
 
+        def work(noted: Tell) -> TurbineDesign:
+            from takagi.certificates.design.turbine.design import design_turbine
 
-def design_asked(model: str, tell: Tell, **options: object) -> TurbineDesign | Unprovable:
-    """Return the finished design of ``model`` for the options of the command line.
+            return design_turbine(turbine, settings, files=files, tell=noted)
 
-    Raises
-    ------
-    ModelError : misuse: no such model, a malformed file, an option that makes no sense.
-    """
-    from takagi.cli.options.design_options import design_settings
-    from takagi.models.turbine.loader import load_turbine, model_files
+        return self._answered(work, tell)
 
-    turbine = load_turbine(model)
-    settings = design_settings(turbine, **options)  # type: ignore[arg-type]
-    files = model_files(model)
+    def certify(self, gains: Path, tell: Tell) -> CertifiedLaw | NoDesign:
+        """Return the certificate of a gain file's law, as it stands."""
+        from takagi.certificates.design.given.turbine_law import (
+            certify_law,
+            coherent_law_from_data,
+            read_law,
+        )
 
-    def work(noted: Tell) -> TurbineDesign:
-        from takagi.certificates.design.turbine.design import design_turbine
+        turbine = self.source.model
+        law = coherent_law_from_data(read_law(gains), source=str(gains))
+        covered = ("inertia", "power_coefficient", "equilibrium_wake")
+        uncertainty = uncertainty_asked(*(self.asked[name] for name in covered))
+        files = self.source.files
 
-        return design_turbine(turbine, settings, files=files, tell=noted)
+        def work(noted: Tell) -> CertifiedLaw:
+            made = certify_law(turbine, law, uncertainty=uncertainty, files=files, tell=noted)
+            return CertifiedLaw(*made)
 
-    return answered(work, tell, options)
+        return self._answered(work, tell)
 
+    def _answered(self, work: Callable[[Tell], Value], tell: Tell) -> Value | NoDesign:
+        """Return what ``work`` returns, or why it cannot be had.
 
-def answered(
-    work: Callable[[Tell], Value], tell: Tell, options: Mapping[str, object]
-) -> Value | Unprovable:
-    """Return what ``work`` returns, or why it cannot be had.
+        Misuse was refused before, when options and model were read: a ``ModelError`` of the work
+        is a condition that cannot be met.  It is told with its step, and with the options that
+        could be relaxed.
+        """
+        from takagi.models.errors import ModelError
 
-    Misuse was refused before, when options and model were read: a ``ModelError`` of the work is a
-    condition that cannot be met.  It is told with its step, and with the options that could be
-    relaxed.
-    """
-    from takagi.models.errors import ModelError
+        step = ""
 
-    step = ""
+        def noted(text: str, done: float | None = None) -> None:
+            nonlocal step
+            step = text
+            tell(text, done)
 
-    def noted(text: str, done: float | None = None) -> None:
-        nonlocal step
-        step = text
-        tell(text, done)
-
-    try:
-        return work(noted)
-    except ModelError as error:
-        return Unprovable(_reason(step, str(error), asked_for(options)))
+        try:
+            return work(noted)
+        except ModelError as error:
+            return NoDesign(_reason(step, str(error), as_typed(self.asked)))
 
 
 def _reason(step: str, words: str, given: str) -> str:
@@ -85,18 +93,3 @@ def _reason(step: str, words: str, given: str) -> str:
     place = "" if not step or words.startswith(step.split(" of ")[0]) else f"{step}: "
     relax = f"\nAsked for beyond the defaults: {given}; relax that first." if given else ""
     return f"{place}{words}{relax}"
-
-
-def asked_for(options: Mapping[str, object]) -> str:
-    """Return the options that are not left at their default, as they would be typed."""
-    shown = []
-    for name, value in options.items():
-        if value is None or value is False or value == [] or (name, value) == ("law", "coherent"):
-            continue
-        option = "--" + name.replace("_", "-")
-        if isinstance(value, list):
-            shown += [f"{option} {one}" for one in value]
-            continue
-        words = [] if value is True else value if isinstance(value, tuple) else [value]
-        shown.append(" ".join([option, *map(str, words)]))
-    return ", ".join(shown)

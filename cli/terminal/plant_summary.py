@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.cli.runs.plant import verdict_words
 from takagi.cli.terminal.turbine_summary import claims_as_data
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.ts.premise import Premise
 
-__all__ = ["as_data", "as_text"]
+__all__ = ["as_data", "as_text", "next_commands"]
 
 _WIDTH, _INDENT = 100, " " * 13
 _TIE = "\N{NO-BREAK SPACE}"
@@ -40,7 +41,7 @@ def as_data(design: PlantDesign) -> dict[str, Any]:
 def as_text(design: PlantDesign) -> str:
     """Return the summary in a few lines: verdict, model, gains, claims, notes."""
     model = design.model
-    lines = [f"{verdict_words(design)}  {design.plant.name}", _rules(design)]
+    lines = [f"{design.verdict_words}  {design.plant.name}", _rules(design)]
     lines += _box(design)
     if design.law is not None and design.gains is not None:
         lines += _gains(design)
@@ -50,6 +51,16 @@ def as_text(design: PlantDesign) -> str:
     if model.sample_time is not None:
         lines.insert(2, f"  discrete time, T = {model.sample_time:g} s")
     return "\n".join(lines)
+
+
+def next_commands(model: str, out: Path, files: Mapping[str, bytes | str]) -> list[str]:
+    """Return what may be typed after a design, whose ``files`` lie in ``out``."""
+    companion = f" --gains {out / 'gains.json'}" if "gains.json" in files else ""
+    own = f" --model {model}" if Path(model).suffix == ".toml" else ""
+    found = [f"takagi check {out / 'certificate.json'}{companion}{own}"]
+    if companion:
+        found.append(f"takagi simulate {model}{companion} --out {out / 'simulation'}")
+    return found
 
 
 def _claims(design: PlantDesign) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import pi
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from takagi.cli.terminal.claim_lines import claim_lines
@@ -11,10 +12,10 @@ from takagi.cli.terminal.claim_lines import claim_lines
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
     from takagi.certificates.design.claim_summary import ClaimSummary
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.reports.loops.overlap_claims import OverlapClaim
 
-__all__ = ["as_data", "as_text", "claims_as_data", "claims_as_text"]
+__all__ = ["as_data", "as_text", "claims_as_data", "claims_as_text", "next_commands"]
 
 
 def as_data(design: TurbineDesign) -> dict[str, Any]:
@@ -63,6 +64,15 @@ def as_text(design: TurbineDesign) -> str:
     }
     rows = {name: text for name, text in rows.items() if text}
     return "\n".join([head, *_aligned(rows)])
+
+
+def next_commands(model: str, out: Path, files: Mapping[str, bytes | str]) -> list[str]:
+    """Return what may be typed after a design, whose ``files`` lie in ``out``."""
+    gains = out / "gains.json"
+    return [
+        f"takagi check {out / 'certificate.json'} --gains {gains}",
+        f"takagi simulate {model} --law-from {gains} --out {out / 'simulation'}",
+    ]
 
 
 def _aligned(rows: Mapping[str, str]) -> list[str]:

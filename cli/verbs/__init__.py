@@ -1,6 +1,6 @@
 """One verb of the command line a file, of the verb's name.
 
-design_plant, simulate_plant    the same verbs for a plant
-simulate_campaign               random runs compared with what a certificate claims
-sweep_maps                      the maps that `takagi sweep` can make: one line a law
+simulate_turbine, simulate_plant    what `takagi simulate` does with each kind of model
+simulate_campaign                   random runs compared with what a certificate claims
+sweep_maps                          the maps that `takagi sweep` can make: one line a law
 """

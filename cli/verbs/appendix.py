@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any
 
 import typer
 
+from takagi.certificates.design.design import NoDesign
 from takagi.cli.command import run_command
 from takagi.cli.errors import PROVED, UNPROVED
 from takagi.cli.options.design_options import Model
-from takagi.cli.options.model_kind import DESIGN_OPTIONS, design_options_of
 from takagi.cli.output_place import require_folder_place
-from takagi.cli.progress import Tell, progress
-from takagi.cli.runs.turbine import Unprovable, design_asked
+from takagi.cli.progress import progress
+from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
+from takagi.cli.terminal.files import tell_none
 
 __all__ = ["appendix", "run"]
 
-Written: TypeAlias = tuple[Mapping[str, bytes | str], str]  # name -> content, and the verdict
 _MAIN, _BODY, _FIGURES = "appendix.tex", "appendix-body.tex", "figures"
 
 
@@ -43,38 +43,19 @@ def appendix(
     Exit status: 0 PROVED; 1 not proved, or no such design exists; 2 misuse.
     """
     require_folder_place(out, files=[_MAIN, _BODY], folders=[_FIGURES])
-    kind, asked = design_options_of(model, options)
+    maker = maker_of(model, options)
     with progress(f"takagi appendix {model}") as tell:
-        found = (_plant if kind == "plant" else _turbine)(model, tell, asked)
-        if isinstance(found, Unprovable):
-            return found.tell(as_json=as_json)
+        finished = maker.design(tell)
+        if isinstance(finished, NoDesign):
+            return tell_none(finished, as_json=as_json)
+        from takagi.reports.design_folder import appendix_files
         from takagi.reports.output import write_folder
 
-        files, verdict = found
+        files = appendix_files(finished, tell=tell)
         tell(f"writing {out}")
         write_folder(out, files)
-    _print(verdict, out, list(files), as_json=as_json)
-    return PROVED if verdict == "PROVED" else UNPROVED
-
-
-def _turbine(model: str, tell: Tell, options: Mapping[str, Any]) -> Written | Unprovable:
-    finished = design_asked(model, tell, **options)
-    if isinstance(finished, Unprovable):
-        return finished
-    from takagi.reports.appendix import appendix_files
-
-    return appendix_files(finished, tell=tell), finished.checked.verdict.name
-
-
-def _plant(model: str, tell: Tell, options: Mapping[str, Any]) -> Written | Unprovable:
-    from takagi.cli.runs.plant import plant_asked, verdict_words
-
-    finished = plant_asked(model, tell, options)
-    if isinstance(finished, Unprovable):
-        return finished
-    from takagi.reports.appendix.plant_files import plant_appendix
-
-    return plant_appendix(finished, tell=tell), verdict_words(finished)
+    _print(finished.verdict_words, out, list(files), as_json=as_json)
+    return PROVED if finished.proved else UNPROVED
 
 
 def _print(verdict: str, out: Path, names: list[str], *, as_json: bool) -> None:

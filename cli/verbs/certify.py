@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from takagi.certificates.design.design import NoDesign
 from takagi.cli.command import run_command
 from takagi.cli.errors import PROVED, UNPROVED
 from takagi.cli.options.design_options import Model
-from takagi.cli.options.model_kind import DESIGN_OPTIONS, design_options_of
-from takagi.cli.options.uncertainty_options import OF_UNCERTAINTY, uncertainty_asked
+from takagi.cli.options.uncertainty_options import OF_UNCERTAINTY
 from takagi.cli.output_place import require_file_place
-from takagi.cli.progress import Tell, progress
+from takagi.cli.progress import progress
 from takagi.cli.runs.earlier_certificate import (
     TOLERANCE,
     TOLERANCE_HELP,
@@ -24,7 +24,8 @@ from takagi.cli.runs.earlier_certificate import (
     read_baseline,
     tolerance_of,
 )
-from takagi.cli.runs.turbine import Unprovable, answered, design_asked
+from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
+from takagi.cli.terminal.files import tell_none
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
@@ -32,8 +33,6 @@ if TYPE_CHECKING:
 
 __all__ = ["certify", "run"]
 
-# Certificate, verdict, and what the reader has to know of how it was made.
-Outcome = tuple[Mapping[str, Any], "Checked", tuple[str, ...]]
 # What may be asked of a certificate for gains that exist; the rest is about making gains.
 _OF_GIVEN_GAINS = (*OF_UNCERTAINTY, "choice", "solve_rest")
 
@@ -83,23 +82,24 @@ def certify(
         _require_gains_out(gains, gains_out, out)
     share = tolerance_of(tolerance)
     old = None if baseline is None else _read(baseline, out)
-    kind, asked = design_options_of(model, options)
+    maker = maker_of(model, options)
     if gains is not None:
-        _refuse_design_options(asked)
+        _refuse_design_options(maker.asked)
     with progress(f"takagi certify {model}") as tell:
-        found = _outcome(model, gains, tell, asked, plant=kind == "plant")
-        if isinstance(found, Unprovable):
-            return found.tell(as_json=as_json)
-        document, checked, notes = found
-        document = _bound(document, checked, gains, gains_out)
+        found = maker.design(tell) if gains is None else maker.certify(gains, tell)
+        if isinstance(found, NoDesign):
+            return tell_none(found, as_json=as_json)
+        checked = found.checked
+        document = _bound(found.document, checked, gains, gains_out)
         from takagi.certificates.document.certificate_file import dumps
         from takagi.reports.output import write_file
 
         write_file(out, dumps(document))
     # A plant whose equations cannot be written has a certificate of its model's vertices alone.
-    alone = kind == "plant" and document["model"]["kind"] != "plant"
+    alone = not found.is_about_plant
     difference = None if old is None else compared(old, document, checked, share)
     warned = _told(document, gains) if gains_out is None else ""
+    notes = () if gains is None else found.notes
     warned = "\n".join((*notes, *([warned] if warned else ())))
     gains = gains_out or gains
     _print(out, checked, gains, old, difference, warned, alone=alone, as_json=as_json)
@@ -156,49 +156,6 @@ def _read(baseline: Path, out: Path) -> Baseline:
             f"{out}: --out is the --baseline, which would be gone; give it a new place"
         )
     return read_baseline(baseline)
-
-
-def _outcome(
-    model: str, gains: Path | None, tell: Tell, options: Mapping[str, Any], *, plant: bool
-) -> Outcome | Unprovable:
-    if not plant:
-        if gains is None:
-            return _designed(model, tell, options)
-        return _given(model, gains, tell, options)
-    from takagi.cli.runs.plant import plant_asked, plant_certified
-
-    if gains is not None:
-        found = plant_certified(model, gains, tell, options)
-        return found.document, found.checked, found.notes[1:]
-    design = plant_asked(model, tell, options)
-    return design if isinstance(design, Unprovable) else (design.document, design.checked, ())
-
-
-def _designed(model: str, tell: Tell, options: Mapping[str, Any]) -> Outcome | Unprovable:
-    found = design_asked(model, tell, **options)
-    return found if isinstance(found, Unprovable) else (found.document, found.checked, ())
-
-
-def _given(model: str, gains: Path, tell: Tell, options: Mapping[str, Any]) -> Outcome | Unprovable:
-    from takagi.certificates.design.given.turbine_law import (
-        certify_law,
-        coherent_law_from_data,
-        read_law,
-    )
-    from takagi.models.turbine.loader import load_turbine, model_files
-
-    turbine = load_turbine(model)
-    law = coherent_law_from_data(read_law(gains), source=str(gains))
-    uncertainty = uncertainty_asked(
-        options["inertia"], options["power_coefficient"], options["equilibrium_wake"]
-    )
-    files = model_files(model)
-
-    def work(noted: Tell) -> Outcome:
-        made = certify_law(turbine, law, uncertainty=uncertainty, files=files, tell=noted)
-        return (*made, ())
-
-    return answered(work, tell, options)
 
 
 def _refuse_design_options(options: Mapping[str, Any]) -> None:

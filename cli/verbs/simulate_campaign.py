@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from takagi.cli.errors import PROVED, UNPROVED
-from takagi.cli.options.model_kind import defaults_of
+from takagi.cli.options.given import defaults_of
 from takagi.cli.progress import Tell, progress
 
 if TYPE_CHECKING:
     from takagi.certificates.campaign.outside import Beyond
     from takagi.certificates.campaign.runs import Campaign
+    from takagi.models.turbine.loader import TurbineFile
     from takagi.reports.campaign.folder import CampaignReport
 
 __all__ = ["campaign_options", "simulate_campaign", "without_campaign"]
@@ -55,10 +56,10 @@ def campaign_options(
 
 
 def simulate_campaign(
-    model: str,
+    source: TurbineFile,
     out: Path | None,
     options: Mapping[str, Any],
-    scenario: tuple[Mapping[str, Any], Mapping[str, Any]],
+    scenario: Mapping[str, Any],
     *,
     duration: float | None,
     as_json: bool,
@@ -67,15 +68,15 @@ def simulate_campaign(
 
     Parameters
     ----------
-    options : ``certificate``, ``runs``, ``beyond`` and ``seed``.
-    scenario : the options of a scenario, as given and by default; only ``seed`` may be given.
+    options : ``certificate``, ``runs``, ``beyond`` and ``seed``, and those of a scenario.
+    scenario : the defaults of the latter; of them only ``seed`` may be given.
 
     Raises
     ------
     ModelError : options that do not go together, or make no sense.
     CertificateError : the file is no certificate, or not about this model.
     """
-    _refuse_scenario(*scenario)
+    _refuse_scenario(options, scenario)
     if out is not None:
         from takagi.cli.output_place import require_folder_place
         from takagi.reports.campaign.folder import FILES
@@ -83,9 +84,9 @@ def simulate_campaign(
         require_folder_place(out, files=FILES, folders=("figures",))
     asked = _beyond(options["beyond"] or [])
     written: list[str] = []
-    with progress(f"takagi simulate {model}") as tell:
+    with progress(f"takagi simulate {source.name}") as tell:
         tell("checking the certificate", 0.0)
-        report = _run(model, options, asked, duration, tell)
+        report = _run(source.document.path, options, asked, duration, tell)
         if out is not None:
             from takagi.reports.campaign.folder import campaign_files
             from takagi.reports.output import write_folder
@@ -115,7 +116,7 @@ def without_campaign(options: Mapping[str, Any]) -> dict[str, Any]:
     """
     from takagi.models.errors import ModelError
 
-    own = defaults_of(campaign_options)
+    own = defaults_of((campaign_options,))
     for name in own:
         if options[name] not in (None, []):
             raise ModelError(
@@ -128,8 +129,8 @@ def without_campaign(options: Mapping[str, Any]) -> dict[str, Any]:
 def _refuse_scenario(given: Mapping[str, Any], defaults: Mapping[str, Any]) -> None:
     from takagi.models.errors import ModelError
 
-    for name, value in given.items():
-        if name != "seed" and value != defaults[name] and value != []:
+    for name, default in defaults.items():
+        if name != "seed" and given[name] != default and given[name] != []:
             raise ModelError(
                 f"option --{name.replace('_', '-')} is about a scenario; with --certificate the "
                 "law and the winds are the certificate's: leave it out"
@@ -146,7 +147,7 @@ def _beyond(texts: list[str]) -> list[Beyond]:
 
 
 def _run(
-    model: str,
+    model: Path,
     options: Mapping[str, Any],
     asked: list[Beyond],
     duration: float | None,
@@ -155,12 +156,11 @@ def _run(
     from takagi.certificates.campaign.outside import INSIDE
     from takagi.certificates.campaign.runs import DURATION, run_campaign
     from takagi.certificates.checker.kernel.certificate import check
-    from takagi.models.files.library import resolve_model
     from takagi.reports.campaign.folder import CampaignReport
 
     path = options["certificate"]
     # Strictly read, and about this model: what is simulated is what the checker judged.
-    verdict = check(path, model=resolve_model(model)).verdict.name
+    verdict = check(path, model=model).verdict.name
     document = json.loads(path.read_text(encoding="utf-8"))
     parts = asked or [INSIDE]
     default = RUNS_BEYOND if asked else RUNS

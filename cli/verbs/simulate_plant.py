@@ -6,18 +6,23 @@ import json
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
+import typer
+
+from takagi.certificates.design.design import NoDesign
 from takagi.cli.errors import PROVED, UNPROVED
-from takagi.cli.options.plant_options import values_in_si
+from takagi.cli.options.given import Groups
+from takagi.cli.options.plant_options import plant_options, values_in_si
 from takagi.cli.progress import progress
-from takagi.cli.runs.plant import plant_asked, plant_with_gains
-from takagi.cli.runs.turbine import Unprovable
+from takagi.cli.runs.plant import PlantMaker
+from takagi.cli.terminal.files import tell_none
 
 if TYPE_CHECKING:
+    from takagi.models.plant_files.loader import PlantFile
     from takagi.reports.simulation.plant import PlantSimulation
 
-__all__ = ["simulate_plant"]
+__all__ = ["GROUPS", "simulate"]
 
 _WIDTH = 100  # in a pipe or a file there is no terminal to fit into
 _FILES, _FOLDERS = ("responses.csv", "simulation.json"), ("figures",)
@@ -26,8 +31,28 @@ _OF_DESIGN = ("decay_rate", "relaxation", "input_limit", "initial", "gain_bound"
               "fastest")  # fmt: skip
 
 
-def simulate_plant(
-    model: str,
+def plant_simulation(
+    gains: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Plants: a gain file; without it, gains are designed."),
+    ] = None,
+    start: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="STATE=VALUE,...",
+            help="Plants: where a run starts, such as angle=20deg,rate=0.5; other states at rest. "
+            "May be repeated; without it: the corners of the box, drawn in to the proved set.",
+        ),
+    ] = None,
+) -> None:
+    """Declare what a simulation of a plant may be asked for."""
+
+
+GROUPS: Groups = (plant_simulation, plant_options)
+
+
+def simulate(
+    source: PlantFile,
     out: Path | None,
     options: Mapping[str, Any],
     *,
@@ -35,24 +60,20 @@ def simulate_plant(
     as_json: bool,
 ) -> int:
     """Design or read the gains, run the plant, print a table; return the exit status."""
-    from takagi.models.plant_files.loader import read_entry
-
     if out is not None:
         from takagi.cli.output_place import require_folder_place
 
         require_folder_place(out, files=_FILES, folders=_FOLDERS)
-    _, entry = read_entry(model)
-    starts = [values_in_si("--start", [text], entry.all_states) for text in options["start"] or []]
+    states = source.entry.all_states
+    starts = [values_in_si("--start", [text], states) for text in options["start"] or []]
     _check(options, duration)
     written: list[str] = []
-    with progress(f"takagi simulate {model}") as tell:
+    with progress(f"takagi simulate {source.name}") as tell:
         asked = {name: options[name] for name in options if name not in ("gains", "start")}
-        if options["gains"] is None:
-            design = plant_asked(model, tell, asked)
-            if isinstance(design, Unprovable):
-                return design.tell(as_json=as_json)
-        else:
-            design = plant_with_gains(model, options["gains"], tell, asked)
+        maker, gains = PlantMaker(source, asked), options["gains"]
+        design = maker.design(tell) if gains is None else maker.with_gains(gains, tell)
+        if isinstance(design, NoDesign):
+            return tell_none(design, as_json=as_json)
         from takagi.reports.simulation import plant as simulation
 
         tell("runs")

@@ -14,14 +14,15 @@ import typer
 from takagi.cli.command import run_command
 from takagi.cli.errors import PROVED, UNPROVED
 from takagi.cli.options.design_options import Model
-from takagi.cli.options.model_kind import model_kind
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
+from takagi.cli.runs.makers import MAKERS
 from takagi.cli.verbs.sweep_maps import LAWS, TRADE_OFF, SweptLaw
 
 if TYPE_CHECKING:
     from takagi.certificates.sweep.grid import SweepMap, SweepResult
     from takagi.cli.progress import Tell
+    from takagi.models.loading import ModelFile
 
 __all__ = ["run", "sweep"]
 
@@ -74,13 +75,13 @@ def sweep(
     Exit status: 0 every point has its answer, PROVED or not; 1 a point ended in an error, and is
     tried again by the same command; 2 misuse.
     """
-    _require_turbine(model)
+    source = _source(model)
     swept = _trade_off(law) if trade_off else _swept_law(law or LAWS[0].law)
     axes = over or _ready_made(swept)
     require_folder_place(out)
     with progress(f"takagi sweep {model}") as tell:
         try:
-            result = _run(swept, model, out, axes, workers, tell)
+            result = _run(swept, source, out, axes, workers, tell)
         except KeyboardInterrupt:
             print(f"Finished points are kept in {out}: the same command goes on.", file=sys.stderr)
             raise
@@ -90,14 +91,18 @@ def sweep(
     return UNPROVED if failed else PROVED
 
 
-def _require_turbine(model: str) -> None:
+def _source(model: str) -> ModelFile:
     from takagi.models.errors import ModelError
+    from takagi.models.loading import read_model
 
-    if model_kind(model) == "plant":
+    source = read_model(model)
+    maker = MAKERS[source.kind]
+    if not maker.has_maps:
         raise ModelError(
-            f"takagi sweep maps the laws of a wind turbine, but model {model} is a plant; "
-            "`takagi design` proves a plant's law"
+            f"takagi sweep maps the laws of a wind turbine, but model {model} is {maker.words}; "
+            f"`takagi design` proves {maker.words}'s law"
         )
+    return source
 
 
 def _swept_law(name: str) -> SweptLaw:
@@ -138,7 +143,7 @@ def _ready_made(swept: SweptLaw) -> Sequence[str]:
 
 def _run(
     swept: SweptLaw,
-    model: str,
+    source: ModelFile,
     out: Path,
     over: Sequence[str],
     workers: int | None,
@@ -146,12 +151,10 @@ def _run(
 ) -> SweepResult:
     from takagi.certificates.sweep.axis import parse_axes
     from takagi.certificates.sweep.runner import run_sweep
-    from takagi.models.turbine.loader import load_turbine, model_files
 
     maker = import_module(swept.map)
     axes = parse_axes(over, maker.AXES)
-    turbine = load_turbine(model)
-    asked: SweepMap = maker.build(swept.law, turbine, model_files(model), axes, tell)
+    asked: SweepMap = maker.build(swept.law, source.model, source.files, axes, tell)
     return run_sweep(asked, out, workers=workers, tell=tell)
 
 

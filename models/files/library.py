@@ -48,7 +48,7 @@ def resolve_model(name_or_path: str | Path) -> Path:
     ------
     ModelError : neither a built-in name (near names are offered) nor a readable file.
     """
-    known = _descriptions()
+    known = sorted(path.stem for path in data_folder().glob("*.toml"))
     if isinstance(name_or_path, str) and name_or_path in known:
         return data_folder() / f"{name_or_path}.toml"
     path = Path(name_or_path)

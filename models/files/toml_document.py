@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Any
 
 from takagi.models.errors import ModelError
 
-__all__ = ["Document", "read_document", "read_text"]
+__all__ = ["Document", "decimal_of", "read_document", "read_text"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +22,10 @@ class Document:
     path: Path
     text: str
     data: dict[str, Any]
+
+    def in_floats(self) -> Document:
+        """Return the same file with its decimals as floats, those nearest to them."""
+        return replace(self, data=_in_floats(self.data))
 
     def error(self, field: str, problem: str) -> ModelError:
         """Return (not raise) an error that names file, line if it can be found, and field."""
@@ -61,8 +66,24 @@ def read_text(path: Path) -> str:
         raise ModelError(f"{path}: cannot be read ({error.strerror})") from error
 
 
+def _in_floats(value: Any) -> Any:
+    if isinstance(value, Decimal):
+        return float(value)
+    if isinstance(value, dict):
+        return {key: _in_floats(inner) for key, inner in value.items()}
+    return [_in_floats(inner) for inner in value] if isinstance(value, list) else value
+
+
+def decimal_of(text: str) -> Decimal:
+    """Return every digit of a number; where its exponent is beyond decimals, its float."""
+    try:
+        return Decimal(text)
+    except InvalidOperation:
+        return Decimal(float(text))
+
+
 def read_document(path: Path, *, parse_float: Callable[[str], Any] = float) -> Document:
-    """Return the parsed file; ``parse_float=Decimal`` keeps every digit of a number.
+    """Return the parsed file; ``parse_float=decimal_of`` keeps every digit of a number.
 
     Raises
     ------

@@ -5,23 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from decimal import Decimal
 from fractions import Fraction
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.units import parse_unit
 from takagi.models.plant.design_settings import PlantSettings
-from takagi.models.plant_files.loader import read_entry
 
 if TYPE_CHECKING:
     from takagi.models.files.toml_document import Document
-    from takagi.models.plant.entries import VariableEntry
+    from takagi.models.plant.entries import PlantEntry, VariableEntry
 
-__all__ = ["load_settings"]
+__all__ = ["settings_of"]
 
 
-def load_settings(name_or_path: str | Path) -> PlantSettings:
-    """Return what the file of a built-in name or path asks of a design, in SI.
+def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
+    """Return what a plant's file asks of a design, in SI.
 
     Limits and initial states are in the units that the file gives the variables.
 
@@ -30,7 +28,6 @@ def load_settings(name_or_path: str | Path) -> PlantSettings:
     ModelError : with file, line and field, as ``load_plant`` does; also a name that is no input
         or state, and numbers that make no sense.
     """
-    document, entry = read_entry(name_or_path)
     asked = entry.design
     rate = asked.decay_rate
     values = {name: _float(getattr(asked, name)) for name in ("gain_bound", "damping", "fastest")}

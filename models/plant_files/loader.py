@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
-from decimal import Decimal
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
 
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.library import resolve_model
-from takagi.models.files.toml_document import Document, read_document
+from takagi.models.files.toml_document import Document, decimal_of, read_document
 from takagi.models.files.units import Unit, parse_unit
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Plant
@@ -23,9 +22,10 @@ if TYPE_CHECKING:
 
     from takagi.models.expressions.lost_parts import Part
     from takagi.models.expressions.parser import Scope
+    from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.entries import PlantEntry, VariableEntry
 
-__all__ = ["load_plant", "plant_files", "read_entry"]
+__all__ = ["PlantFile", "load_plant", "plant_files"]
 
 Found = TypeVar("Found")
 # Those whose names share one space.
@@ -45,7 +45,7 @@ def load_plant(name_or_path: str | Path) -> Plant:
         an expression or unit that cannot be read, units that do not fit, a table that does not
         cover the box.
     """
-    return _Reader(*read_entry(name_or_path)).plant()
+    return PlantFile.of(name_or_path).model
 
 
 def plant_files(name_or_path: str | Path) -> list[Path]:
@@ -55,33 +55,67 @@ def plant_files(name_or_path: str | Path) -> list[Path]:
     ------
     ModelError : as ``load_plant`` does for the name, the file, and the names of its tables.
     """
-    from takagi.models.plant_files.table_entry import table_path
-
-    document, entry = read_entry(name_or_path)
-    tables = [table_path(document, name, table.file) for name, table in entry.tables.items()]
-    return [document.path, *dict.fromkeys(tables)]
+    return PlantFile.of(name_or_path).files
 
 
-def read_entry(name_or_path: str | Path) -> tuple[Document, PlantEntry]:
-    """Return the file of a built-in name or path, and its content with the shape checked.
+@dataclass(frozen=True, eq=False)
+class PlantFile:
+    """A plant's file, read once; what is made of it is made when it is asked for.
 
-    Raises
-    ------
-    ModelError : as ``load_plant`` does for the name, the file, and the shape of its fields.
+    Every property raises ``ModelError`` where the file does not allow it.
+
+    Attributes
+    ----------
+    name : the built-in name or the path, as it was given.
+    document : its numbers as decimals.
     """
-    from pydantic import ValidationError
 
-    from takagi.models.plant.entries import PlantEntry
-    from takagi.models.plant_files.entry_problem import problem_of
+    kind: ClassVar[Literal["plant"]] = "plant"
+    name: str | Path
+    document: Document
 
-    document = read_document(resolve_model(name_or_path), parse_float=Decimal)
-    try:
-        return document, PlantEntry.model_validate(document.data)
-    except ValidationError as error:
-        # One error alone, a misspelt name first: the others are often its consequences.
-        first = min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
-        place = ".".join(str(part) for part in first["loc"] if part != "[key]")
-        raise document.error(place, problem_of(first, place)) from error
+    @classmethod
+    def of(cls, name_or_path: str | Path) -> PlantFile:
+        """Read the file of a built-in name or path."""
+        path = resolve_model(name_or_path)
+        return cls(name_or_path, read_document(path, parse_float=decimal_of))
+
+    @cached_property
+    def entry(self) -> PlantEntry:
+        """The content with its shape checked."""
+        from pydantic import ValidationError
+
+        from takagi.models.plant.entries import PlantEntry
+        from takagi.models.plant_files.entry_problem import problem_of
+
+        try:
+            return PlantEntry.model_validate(self.document.data)
+        except ValidationError as error:
+            # One error alone, a misspelt name first: the others are often its consequences.
+            first = min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
+            place = ".".join(str(part) for part in first["loc"] if part != "[key]")
+            raise self.document.error(place, problem_of(first, place)) from error
+
+    @cached_property
+    def model(self) -> Plant:
+        """The plant, as ``load_plant`` returns it."""
+        return _Reader(self.document, self.entry).plant()
+
+    @property
+    def files(self) -> list[Path]:
+        """The file and its tables, as ``plant_files`` returns them."""
+        from takagi.models.plant_files.table_entry import table_path
+
+        given = self.entry.tables.items()
+        tables = [table_path(self.document, name, table.file) for name, table in given]
+        return [self.document.path, *dict.fromkeys(tables)]
+
+    @property
+    def settings(self) -> PlantSettings:
+        """What the section ``[design]`` asks for."""
+        from takagi.models.plant_files.design_section import settings_of
+
+        return settings_of(self.document, self.entry)
 
 
 class _Reader:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar, Literal
 
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.coefficient_table import CoefficientTable, read_coefficient_table
@@ -17,7 +17,7 @@ from takagi.models.turbine.data import Baseline, Figure, FrozenWake, Turbine
 from takagi.models.turbine.file_figures import Field, figure_at, read_figure, text_at
 from takagi.models.turbine.frozen_wake import WAKE, read_frozen_wake
 
-__all__ = ["load_turbine", "model_files", "nrel5mw"]
+__all__ = ["TurbineFile", "load_turbine", "model_files", "nrel5mw"]
 
 
 _FIELDS = (
@@ -87,7 +87,10 @@ def load_turbine(path_or_name: str | Path) -> Turbine:
     ModelError : unknown name, unreadable file, or a field that is missing, unknown, of the wrong
         type, in an unknown unit or out of range; the message names file, line and field.
     """
-    document = read_document(resolve_model(path_or_name))
+    return _turbine(read_document(resolve_model(path_or_name)))
+
+
+def _turbine(document: Document) -> Turbine:
     _check_kind(document)
     _check_known(document)
     figures: dict[str, Figure] = {}
@@ -118,9 +121,33 @@ def model_files(path_or_name: str | Path) -> list[Path]:
     ------
     ModelError : as ``load_turbine`` does for the name, the file, or a table that is not named.
     """
-    document = read_document(resolve_model(path_or_name))
-    names = [text_at(document, f"coefficients.{key}") for key in _TABLES]
-    return [document.path, *(document.path.parent / name for name in names)]
+    return TurbineFile(path_or_name, read_document(resolve_model(path_or_name))).files
+
+
+@dataclass(frozen=True, eq=False)
+class TurbineFile:
+    """A turbine's file, read once.
+
+    Attributes
+    ----------
+    name : the built-in name or the path, as it was given.
+    """
+
+    kind: ClassVar[Literal["turbine"]] = "turbine"
+    name: str | Path
+    document: Document
+
+    @cached_property
+    def model(self) -> Turbine:
+        """The turbine, as ``load_turbine`` returns it."""
+        return _turbine(self.document)
+
+    @property
+    def files(self) -> list[Path]:
+        """The file and its coefficient tables, as ``model_files`` returns them."""
+        names = [text_at(self.document, f"coefficients.{key}") for key in _TABLES]
+        folder = self.document.path.parent
+        return [self.document.path, *(folder / name for name in names)]
 
 
 @lru_cache(maxsize=1)

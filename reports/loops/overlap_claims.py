@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
 
 __all__ = ["OverlapClaim", "Span", "gap_words", "overlap_claims", "wind_words", "window_width"]
 

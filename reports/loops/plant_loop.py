@@ -16,7 +16,7 @@ from takagi.models.plant.plant import Plant
 from takagi.models.ts.model import Matrices, TSModel
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.blending.run_time import RunningBlend
 
 __all__ = ["PlantLoop", "plant_loop"]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from takagi.certificates.checker.kernel.result import Verdict
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.certificates.design.plant.result import PlantDesign
 
 __all__ = ["embedded", "proved_kinds"]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.lmi.turbine.one_step.value import Reached
 
 __all__ = ["SynthesisSummary", "synthesis_summary", "synthesis_words"]

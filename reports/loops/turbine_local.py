@@ -26,7 +26,7 @@ from takagi.reports.margins import LocalGains
 if TYPE_CHECKING:
     from control import StateSpace
 
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.models.laws.effort_sharing.law import CoherentLaw
     from takagi.models.laws.published.law import PaperLaw
 

@@ -15,7 +15,8 @@ from takagi.models.simulation.closed_loop import Observer
 from takagi.models.turbine.data import Turbine
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import DesignSettings, TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.certificates.design.turbine.settings import DesignSettings
 
 __all__ = ["DEFAULT_LAWS", "LAW_NAMES", "ChosenLaws", "chosen_laws", "require_law_names"]
 

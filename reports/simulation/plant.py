@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import Motion
 

@@ -16,12 +16,13 @@ from takagi.certificates.claims.turbine.effort_sharing import (
     coherent_candidate,
     coherent_claim,
 )
-from takagi.certificates.design.turbine.design import DesignSettings, design_turbine
+from takagi.certificates.design.turbine.design import design_turbine
 from takagi.certificates.design.turbine.effort_sharing_gains import (
     CoherentSynthesis,
     Synthesis,
     coherent_synthesis,
 )
+from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.document.certificate_file import (
     certificate_document,
     coherent_law_data,

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import pytest
 
-from takagi.certificates.design.turbine.design import DesignSettings
 from takagi.certificates.design.turbine.limits import check_limits
 from takagi.certificates.design.turbine.scale import default_settings
+from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.lmi.turbine.effort import EffortSettings
 from takagi.models.errors import ModelError
 from takagi.models.turbine.data import Turbine

@@ -14,8 +14,8 @@ import pytest
 
 from takagi.certificates import CertificateError, law_from_gains
 from takagi.certificates.claims.turbine.published import paper_law_data
-from takagi.certificates.design.turbine.design import TurbineDesign
 from takagi.certificates.design.turbine.published_law import designed_law
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.certificates.document.certificate_file import coherent_law_data
 from takagi.models.errors import ModelError
 from takagi.models.laws import CoherentLaw, EffortGains, Law, Measurement, effort_schedule

@@ -304,7 +304,7 @@ def test_the_report_reads_every_number_of_the_checkers_words(name: PaperLawName)
     from types import SimpleNamespace
     from typing import cast
 
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.reports.loops.overlap_claims import overlap_claims
 
     found = candidate(name)

@@ -9,8 +9,8 @@ import pytest
 import sympy as sp
 
 from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.design.design import NoDesign
 from takagi.certificates.design.plant.design import (
-    NoPlantDesign,
     PlantDesign,
     certify_plant,
     design_plant,
@@ -34,7 +34,7 @@ def cubic(*, range_of_u: tuple[int, int] | None = None) -> Plant:
     )
 
 
-def done(found: PlantDesign | NoPlantDesign) -> PlantDesign:
+def done(found: PlantDesign | NoDesign) -> PlantDesign:
     assert isinstance(found, PlantDesign)
     return found
 
@@ -108,7 +108,7 @@ def test_initial_states_beyond_the_limit_are_an_honest_no() -> None:
 
     found = design_plant(cubic(), asked)
 
-    assert isinstance(found, NoPlantDesign)
+    assert isinstance(found, NoDesign)
     assert "none" in found.reason or "the no rests on" in found.reason
 
 

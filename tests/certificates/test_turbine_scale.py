@@ -13,12 +13,12 @@ from takagi.certificates.claims.turbine.effort_sharing import (
     coherent_candidate,
     coherent_claim,
 )
-from takagi.certificates.design.turbine.design import DesignSettings
 from takagi.certificates.design.turbine.scale import (
     default_settings,
     region_requirements,
     scaled_box,
 )
+from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.document.certificate_file import (
     certificate_document,
     coherent_law_data,

@@ -15,7 +15,8 @@ from takagi.certificates.checker.files.gain_file import compare_gains
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import OtherGains
 from takagi.certificates.controller.content import bound, gain_file_of
-from takagi.certificates.design.plant.design import PlantDesign, design_plant
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import (
     certificate_document,
     coherent_law_data,

@@ -13,7 +13,7 @@ import pytest
 from tests.cli.cubic import CUBIC
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
 
 Files = dict[str, bytes | str]
 
@@ -42,9 +42,9 @@ def drawn(design: TurbineDesign, *, tell: Callable[..., None] | None = None) -> 
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the verbs write a folder without drawing it."""
-    module: Any = ModuleType("takagi.reports.turbine_folder")
+    module: Any = ModuleType("takagi.reports.design_folder")
     module.design_files = drawn
-    monkeypatch.setitem(sys.modules, "takagi.reports.turbine_folder", module)
+    monkeypatch.setitem(sys.modules, "takagi.reports.design_folder", module)
 
 
 @pytest.fixture

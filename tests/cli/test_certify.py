@@ -16,7 +16,7 @@ from takagi.certificates.document.certificate_file import coherent_law_data, dum
 from takagi.cli.main import main
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
 
 Capture = pytest.CaptureFixture[str]
 

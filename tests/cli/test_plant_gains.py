@@ -20,7 +20,8 @@ Capture = pytest.CaptureFixture[str]
 @pytest.fixture
 def gains(cubic: Path, tmp_path: Path) -> Path:
     """The gain file of a design, without its drawings."""
-    from takagi.certificates.design.plant.design import PlantDesign, design_plant
+    from takagi.certificates.design.plant.design import design_plant
+    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant_files.loader import load_plant, plant_files
     from takagi.reports.gains_file.plant import plant_gain_file
     from takagi.reports.gains_file.turbine import dump_gains

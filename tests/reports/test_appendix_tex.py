@@ -16,7 +16,7 @@ from takagi.reports.appendix import appendix_files
 from takagi.reports.output import write_folder
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
 
 pytestmark = pytest.mark.tex
 

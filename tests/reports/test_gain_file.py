@@ -12,7 +12,7 @@ import pytest
 from pydantic import ValidationError
 
 from takagi.certificates.checker import CertificateError, check
-from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.certificates.document.certificate_file import dumps
 from takagi.models.laws.protocol import Measurement
 from takagi.models.turbine.trim import trim

@@ -17,8 +17,8 @@ from takagi.certificates.checker.kernel.certificate import concluded
 from takagi.certificates.claims.turbine.published import paper_law_data
 from takagi.certificates.controller.content import bound, gain_file_of
 from takagi.certificates.controller.plant_members import plant_members
-from takagi.certificates.design.turbine.design import TurbineDesign
 from takagi.certificates.design.turbine.published_law import designed_law
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.certificates.document.certificate_file import certificate_document, coherent_law_data
 from takagi.certificates.document.model_data import pdc_law_data
 from takagi.certificates.document.plant_blend import unknown_premises

@@ -11,7 +11,8 @@ import sympy as sp
 from pydantic import ValidationError
 
 from takagi.certificates.checker import check
-from takagi.certificates.design.plant.design import PlantDesign, design_plant
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import dumps
 from takagi.models import Interval, Plant, Variable
 from takagi.reports.gains_file.plant import PlantGainFile, plant_gain_file, plant_gain_file_schema

@@ -17,7 +17,8 @@ import pytest
 from takagi.certificates.checker.kernel.certificate import concluded
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.design.claim_summary import claim_summary
-from takagi.certificates.design.turbine.design import DesignSettings, TurbineDesign
+from takagi.certificates.design.turbine.result import TurbineDesign
+from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.document.certificate_file import dumps
 from takagi.cli.terminal.turbine_summary import as_text
 from takagi.models.laws.protocol import Measurement
@@ -25,6 +26,7 @@ from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.law import paper_law
 from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.turbine.loader import nrel5mw
+from takagi.reports.design_folder import design_files
 from takagi.reports.loops.overlap_claims import gap_words, overlap_claims, wind_words
 from takagi.reports.loops.turbine_local import loop_points
 from takagi.reports.margins import LocalGains, closed_loop_poles
@@ -34,7 +36,6 @@ from takagi.reports.sections.turbine.gains import gains_section
 from takagi.reports.sections.turbine.loops import poles_section
 from takagi.reports.sections.turbine.page import render
 from takagi.reports.sections.turbine.verdict import verdict_section
-from takagi.reports.turbine_folder import design_files
 
 VOID = {"area", "base", "br", "col", "hr", "img", "input", "link", "meta", "source", "wbr"}
 FIGURES = {

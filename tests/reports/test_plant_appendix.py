@@ -11,7 +11,7 @@ import pytest
 
 from takagi.certificates.checker.kernel.certificate import concluded
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.design.plant.design import PlantDesign
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.reports.output import write_folder
 from takagi.reports.sections.plant import plant_appendix
 from tests.reports.plant_designs import design_of

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates.checker.kernel.certificate import concluded
-from takagi.certificates.design.plant.design import PlantDesign
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models.errors import ModelError
 from takagi.reports.figures.plant.phase_plane import ellipse, planes
 from takagi.reports.figures.plant.weights import premise_curves

@@ -17,7 +17,8 @@ import pytest
 
 from takagi.certificates.checker.kernel.certificate import concluded
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.design.plant.design import PlantDesign, design_plant
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models.plant.plant import Plant
 from takagi.reports.loops.proved_kinds import proved_kinds
 from takagi.reports.page.text import decimal

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from takagi.certificates.design.turbine.design import TurbineDesign
 from takagi.certificates.design.turbine.effort_sharing_gains import CoherentSynthesis
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.lmi.turbine.one_step.design import OneStepDesign
 from takagi.lmi.turbine.one_step.loop_functions import Functions
 from takagi.lmi.turbine.one_step.value import Reached

@@ -7,7 +7,7 @@ The one place where the floors below meet for plants in general: everything that
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,26 +15,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.certificates.claims.plant.certificate import Demands, plant_certificate
+from takagi.certificates.design.design import NoDesign
 from takagi.certificates.design.plant.gains import Found, demands_of, find_gains, regional_gains
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.step_clock import StepClock
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import Plant
 
 if TYPE_CHECKING:
-    from takagi.certificates.checker.kernel.result import Checked, Verdict
     from takagi.certificates.claims.plant.certification import Certificate
     from takagi.lmi import Design
     from takagi.models.laws.pdc import PdcLaw
     from takagi.models.ts.model import TSModel
 
-__all__ = [
-    "NoPlantDesign",
-    "PlantDesign",
-    "PlantSettings",
-    "certify_filed",
-    "certify_plant",
-    "design_plant",
-]
+__all__ = ["PlantDesign", "PlantSettings", "certify_filed", "certify_plant", "design_plant"]
 
 Floats = NDArray[np.float64]
 Tell = Callable[[str], None]
@@ -44,84 +38,13 @@ DIGITS = (4, 6, 9)
 MOST_EXPLAINED = 32
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PlantDesign:
-    """A finished design, or a finished analysis of a plant without inputs.
-
-    Attributes
-    ----------
-    settings : what was asked for.
-    model : the Takagi-Sugeno model, equal to the plant on its box.
-    design : gains as the solver left them, with P and the answer; None for an analysis, and for
-        gains that were given.
-    gains : K (r, m, n) of u - u* = -sum_i h_i K_i (x - x*), short decimals: those that are emitted
-        and proved.  None for an analysis.
-    law : the same with premises and trim, to be evaluated at run time; None for an analysis.
-    certificate : what is claimed of ``model`` and ``gains``, and what the checker says about it.
-    notes : in words, what was chosen where nothing was asked, and what was backed off.
-    seconds : step -> time it took.
-    """
-
-    plant: Plant
-    settings: PlantSettings
-    model: TSModel
-    design: Design | None
-    gains: Floats | None
-    law: PdcLaw | None
-    certificate: Certificate
-    notes: tuple[str, ...] = ()
-    seconds: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def checked(self) -> Checked:
-        """Verdict per claim."""
-        return self.certificate.checked
-
-    @property
-    def document(self) -> Mapping[str, Any]:
-        """The certificate as it is written."""
-        return self.certificate.document
-
-    @property
-    def verdict(self) -> Verdict:
-        """PROVED, DISPROVED or UNDECIDED, of what the certificate is about."""
-        return self.certificate.verdict
-
-    @property
-    def is_about_plant(self) -> bool:
-        """Whether the certificate has the plant's equations, not the model's vertices alone."""
-        return bool(self.document["model"]["kind"] == "plant")
-
-    @property
-    def proved(self) -> bool:
-        """Whether everything is proved, and of the plant itself."""
-        return self.is_about_plant and self.verdict.name == "PROVED"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class NoPlantDesign:
-    """There are no gains for what was asked, or none were found.
-
-    Attributes
-    ----------
-    design : the last answer of the solver layer, with its diagnosis.
-    reason : in words: what binds, and what would help.
-    """
-
-    plant: Plant
-    settings: PlantSettings
-    model: TSModel
-    design: Design
-    reason: str
-
-
 def design_plant(
     plant: Plant,
     settings: PlantSettings | None = None,
     *,
     files: Sequence[Path] = (),
     tell: Tell | None = None,
-) -> PlantDesign | NoPlantDesign:
+) -> PlantDesign | NoDesign:
     """Return model, gains, law and certificate of a plant; without inputs, an analysis.
 
     The gains are rounded to short decimals first; what is claimed and proved is about these.
@@ -153,8 +76,7 @@ def design_plant(
         found = find_gains(plant, model, asked)
     if not found.design.found:
         with clock("what would help"):
-            reason = _reason(found, model)
-        return NoPlantDesign(plant, asked, model, found.design, reason)
+            return NoDesign(_reason(found, model))
     return _rounded(work, found)
 
 

@@ -1,6 +1,7 @@
 """The design of a turbine's controller.
 
-design                  settings, models, gains, law, observer, certificate
+settings, result        what is asked for; the finished design
+design                  from the one to the other: models, gains, law, observer, certificate
 regions                 the model and the gains of each region by itself
 effort_sharing_gains    gains of the effort-sharing law and the candidate of its claim
 published_law           a design with a published law

@@ -12,7 +12,7 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind, trim
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import DesignSettings
+    from takagi.certificates.design.turbine.settings import DesignSettings
 
 __all__ = ["check_limits"]
 

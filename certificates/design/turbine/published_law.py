@@ -18,16 +18,14 @@ from takagi.certificates.claims.turbine.published import (
     paper_law_data,
 )
 from takagi.certificates.design.step_clock import StepClock
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.certificates.document.certificate_file import certificate_document, turbine_data
 from takagi.certificates.document.provenance import provenance
 from takagi.models.turbine.data import Turbine
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import (
-        DesignSettings,
-        ObserverDesign,
-        TurbineDesign,
-    )
+    from takagi.certificates.design.turbine.result import ObserverDesign
+    from takagi.certificates.design.turbine.settings import DesignSettings
     from takagi.lmi.turbine.regional import RegionalGains
     from takagi.models.laws.published.law import PaperLaw
     from takagi.models.ts.model import TSModel
@@ -56,8 +54,6 @@ def paper_design(
     ------
     ModelError : a region without gains (the diagnosis says why), or overlaps that do not fit.
     """
-    from takagi.certificates.design.turbine.design import TurbineDesign
-
     low, high, regional = models
     with clock("law of the paper"):
         law = designed_law(turbine, asked, models)

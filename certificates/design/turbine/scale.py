@@ -31,7 +31,7 @@ from math import pi, sqrt
 from typing import TYPE_CHECKING
 
 from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_BOX
-from takagi.certificates.design.turbine.design import DesignSettings
+from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.models.loops.effort_sharing.cells import LoopBox
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TABLE_SHARE

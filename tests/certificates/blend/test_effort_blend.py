@@ -17,7 +17,8 @@ from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.cross_check.kernel.reading import Refusal
-from takagi.certificates.design.plant.design import PlantDesign, certify_plant
+from takagi.certificates.design.plant.design import certify_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models.plant.design_settings import PlantSettings
 from tests.certificates.kinds.test_damage import resealed
 from tests.models.blending.plants import plant_of

@@ -15,7 +15,7 @@ from takagi.certificates.claims.turbine.published import (
     paper_law_data,
     with_overlaps,
 )
-from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.certificates.document.certificate_file import certificate_document, turbine_data
 from takagi.certificates.sweep import published_point as paper_point
 from takagi.certificates.sweep.axis import Axis, parse_axes

@@ -9,7 +9,7 @@ import pytest
 from takagi.models import ModelError
 from takagi.models.files.library import built_in_kinds
 from takagi.models.plant.design_settings import PlantSettings
-from takagi.models.plant_files.design_section import load_settings
+from takagi.models.plant_files.loader import PlantFile
 
 PLANT = """
 format = 1
@@ -36,7 +36,7 @@ omega = "k*tau"
 def settings(tmp_path: Path, section: str) -> PlantSettings:
     path = tmp_path / "plant.toml"
     path.write_text(PLANT + section, encoding="utf-8")
-    return load_settings(path)
+    return PlantFile.of(path).settings
 
 
 def test_numbers_are_in_the_units_of_the_variables(tmp_path: Path) -> None:
@@ -72,7 +72,7 @@ def test_a_file_without_the_section_leaves_every_choice() -> None:
     """So do the built-in plants that have none."""
     name = next(name for name, kind in built_in_kinds().items() if name == "duffing")
 
-    assert load_settings(name) == PlantSettings()
+    assert PlantFile.of(name).settings == PlantSettings()
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,99 @@
+"""A finished design of a turbine's controller, as a value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+if TYPE_CHECKING:
+    from takagi.certificates.checker.kernel.result import Checked
+    from takagi.certificates.claims.turbine.effort_sharing import CoherentCandidate
+    from takagi.certificates.design.turbine.effort_sharing_gains import CoherentSynthesis
+    from takagi.certificates.design.turbine.settings import DesignSettings
+    from takagi.lmi.turbine.effort import EffortDesign
+    from takagi.lmi.turbine.regional import RegionalGains
+    from takagi.models.laws.effort_sharing.law import CoherentLaw
+    from takagi.models.laws.protocol import Law
+    from takagi.models.ts.model import TSModel
+    from takagi.models.turbine.data import Turbine
+    from takagi.models.turbine.wind_observer import WindObserver
+
+__all__ = ["ObserverDesign", "TurbineDesign"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ObserverDesign:
+    """The wind observer: its error model, gains, and the runtime value.
+
+    Attributes
+    ----------
+    model : Takagi-Sugeno error system in the unmeasured premise dT_r/dv / J.
+    gains : (l_1 [1/s], l_2 [m/s per rad]).
+    decay_rate : at which the error decays for constant wind [1/s].
+    observer : to run in a simulation.
+    """
+
+    model: TSModel
+    gains: tuple[float, float]
+    decay_rate: float
+    observer: WindObserver
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TurbineDesign:
+    """A finished design.
+
+    Attributes
+    ----------
+    law : as it is emitted and simulated.
+    partial_load, full_load : the regional Takagi-Sugeno models (4 and 8 rules).
+    regional : the regions' PDC gains of the paper's structure.
+    effort : the coherent gains; None for the paper's laws.
+    observer : wind observer.
+    candidate : enclosures and P of the coherent loop; None for the paper's laws.
+    document : the certificate as it is written.
+    checked : what the independent checker says about it.
+    seconds : step -> time it took.
+    synthesis : what finding gains and functions together gained; None for the paper's laws.
+    """
+
+    turbine: Turbine
+    settings: DesignSettings
+    law: Law
+    partial_load: TSModel
+    full_load: TSModel
+    regional: RegionalGains
+    effort: EffortDesign | None
+    observer: ObserverDesign
+    candidate: CoherentCandidate | None
+    document: Mapping[str, Any]
+    checked: Checked
+    seconds: Mapping[str, float] = field(default_factory=dict)
+    synthesis: CoherentSynthesis | None = None
+
+    kind: ClassVar[Literal["turbine"]] = "turbine"
+    is_about_plant: ClassVar[bool] = True
+    notes: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def name(self) -> str:
+        """Of the turbine."""
+        return self.turbine.name
+
+    @property
+    def verdict_words(self) -> str:
+        """PROVED, DISPROVED or UNDECIDED."""
+        return self.checked.verdict.name
+
+    @property
+    def proved(self) -> bool:
+        """Whether everything is proved."""
+        return self.verdict_words == "PROVED"
+
+    @property
+    def coherent(self) -> CoherentLaw | None:
+        """The law where it is the coherent one, else None."""
+        from takagi.models.laws.effort_sharing.law import CoherentLaw
+
+        return self.law if isinstance(self.law, CoherentLaw) else None

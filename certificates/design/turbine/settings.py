@@ -1,0 +1,82 @@
+"""What a turbine's design is asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_BOX, DEFAULT_UNCERTAINTY
+from takagi.certificates.design.turbine.effort_sharing_gains import SYNTHESES, Synthesis
+from takagi.lmi.turbine.one_step.objective import OBJECTIVES, Objective
+from takagi.models.errors import ModelError
+from takagi.models.laws.effort_sharing.law import DEFAULT_WIND_FILTER
+from takagi.models.loops.effort_sharing.cells import LoopBox, Uncertainty
+
+if TYPE_CHECKING:
+    from takagi.lmi.turbine.effort import EffortSettings
+    from takagi.models.ramps.membership_ramp import Shape
+
+__all__ = ["LAWS", "DesignSettings"]
+
+LAWS = ("coherent", "paper", "paper-two-integrators")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DesignSettings:
+    """What is asked for; the defaults are those of the NREL 5-MW turbine.
+
+    ``takagi.certificates.design.turbine.scale.default_settings`` carries them to another size.
+
+    Attributes
+    ----------
+    law : "coherent", "paper" or "paper-two-integrators".
+    overlap : eps of the effort ramp [rad/s^2] (coherent).
+    speed_overlap : eps_omega of the coupling filter [rad/s] (paper laws).
+    torque_overlap : eps_T of the coupling filter [N m] (paper laws).
+    speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated speed.
+    torque_setpoint : de-rated torque [N m, high-speed shaft]; None takes the rated torque.
+    wind_filter : tau_f, of the coherent law's low-pass on the wind estimate [s].
+    effectiveness_share : b of the coherent law over the frozen wake's pitch effectiveness [-].
+    ramp_shape, ramp_placement : of the coupling filter in speed, see ``coupling_filter`` (paper).
+    tracking_time : of the anti-windup [s] (paper-two-integrators).
+    effort : what is asked of the coherent gains; None takes the defaults.
+    synthesis : "one-step" finds the coherent gains together with the loop's quadratic functions;
+        "two-step" finds them wind by wind, and the functions afterwards.
+    objective : what the one-step synthesis makes better.
+    box, uncertainty : what the coherent certificate covers.
+    """
+
+    law: str = "coherent"
+    overlap: float = 0.01
+    speed_overlap: float = 0.1
+    torque_overlap: float = 2000.0
+    speed_setpoint: float | None = None
+    torque_setpoint: float | None = None
+    wind_filter: float = DEFAULT_WIND_FILTER
+    effectiveness_share: float = 0.6
+    ramp_shape: Shape = "smooth"
+    ramp_placement: float = 0.5
+    tracking_time: float = 5.0
+    effort: EffortSettings | None = None
+    synthesis: Synthesis = "one-step"
+    objective: Objective = OBJECTIVES["balanced"]
+    box: LoopBox = DEFAULT_BOX
+    uncertainty: Uncertainty = DEFAULT_UNCERTAINTY
+
+    def __post_init__(self) -> None:
+        if self.law not in LAWS:
+            raise ModelError(f"law {self.law!r} was given; choose one of {', '.join(LAWS)}")
+        if self.synthesis not in SYNTHESES:
+            raise ModelError(
+                f"synthesis {self.synthesis!r} was given; choose one of {', '.join(SYNTHESES)}"
+            )
+        for name in (
+            "overlap",
+            "speed_overlap",
+            "torque_overlap",
+            "wind_filter",
+            "effectiveness_share",
+            "tracking_time",
+        ):
+            if not getattr(self, name) > 0:
+                raise ModelError(f"{name} = {getattr(self, name)!r} was given; it must be positive")

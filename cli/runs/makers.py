@@ -1,0 +1,111 @@
+"""What verbs ask of a model: a maker for turbines, one for plants, chosen here and nowhere else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+from takagi.cli.options.given import Groups, defaults_of
+from takagi.cli.progress import Tell
+from takagi.cli.runs.plant import PlantMaker
+from takagi.cli.runs.turbine import TurbineMaker
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.design import CertifiedLaw, Design, NoDesign
+    from takagi.models.loading import ModelFile
+
+__all__ = ["DESIGN_OPTIONS", "MAKERS", "Maker", "maker_of", "own_options"]
+
+
+class Maker(Protocol):
+    """Makes what verbs ask of one model.  Misuse is a ``ModelError``.
+
+    Attributes
+    ----------
+    words : what such a model is.
+    group : declares what its design may be asked for.
+    summary : the module that says on the terminal what a design is: ``as_text``, ``as_data``,
+        ``next_commands``.
+    simulation : the module that simulates: ``GROUPS`` of options, ``simulate``.
+    has_maps : whether `takagi sweep` maps its laws.
+    """
+
+    words: ClassVar[str]
+    group: ClassVar[Callable[..., None]]
+    summary: ClassVar[str]
+    simulation: ClassVar[str]
+    has_maps: ClassVar[bool]
+
+    def __init__(self, source: Any, asked: Mapping[str, Any]) -> None:
+        """Take the model's file, and the options of the command line that are about it."""
+
+    @property
+    def asked(self) -> Mapping[str, Any]:
+        """The options of the command line."""
+
+    def design(self, tell: Tell) -> Design | NoDesign:
+        """Return the finished design."""
+
+    def certify(self, gains: Path, tell: Tell) -> CertifiedLaw | NoDesign:
+        """Return the certificate of a gain file's law, as it stands.
+
+        Raises
+        ------
+        CertificateError : the gain file is unreadable, or not for this model.
+        """
+
+
+MAKERS: Mapping[str, type[Maker]] = {"turbine": TurbineMaker, "plant": PlantMaker}
+# The groups of options of every verb that designs.
+DESIGN_OPTIONS: Groups = tuple(maker.group for maker in MAKERS.values())
+# What to use in the place of an option, where that is not plain.
+_INSTEAD = {
+    "law": "a plant's law is by rules: --relaxation and [design] of its file say how it is designed"
+}
+
+
+def maker_of(model: str, options: Mapping[str, Any]) -> Maker:
+    """Return the maker of a built-in name or TOML file, which is read here.
+
+    Parameters
+    ----------
+    options : the parsed options of ``DESIGN_OPTIONS``.
+
+    Raises
+    ------
+    ModelError : no such model, a file that is not TOML, or an option about the other kind of model.
+    """
+    from takagi.models.loading import read_model
+
+    source = read_model(model)
+    groups = {kind: (maker.group,) for kind, maker in MAKERS.items()}
+    return MAKERS[source.kind](source, own_options(source, options, groups))
+
+
+def own_options(
+    source: ModelFile, options: Mapping[str, Any], groups: Mapping[str, Groups]
+) -> dict[str, Any]:
+    """Return those of the parsed options that are about the model.
+
+    Parameters
+    ----------
+    groups : kind of model -> the options that are about it.
+
+    Raises
+    ------
+    ModelError : an option about another kind of model was given: ignored, it would mislead.
+    """
+    from takagi.models.errors import ModelError
+
+    others = [kind for kind in groups if kind != source.kind]
+    for kind in others:
+        for name, default in defaults_of(groups[kind]).items():
+            if options[name] != default and options[name] != []:
+                instead = f" ({_INSTEAD[name]})" if name in _INSTEAD else ""
+                raise ModelError(
+                    f"option --{name.replace('_', '-')} is about {MAKERS[kind].words}, but model "
+                    f"{source.name} is {MAKERS[source.kind].words}{instead}; leave it out, or "
+                    "choose another model"
+                )
+    return {name: options[name] for name in defaults_of(groups[source.kind])}
