@@ -13,18 +13,18 @@ __all__ = ["appendix_files", "design_files"]
 
 Files = dict[str, bytes | str]
 Tell = Callable[[str], None]
-# Kind of model -> what its pages are made by, module and function.
-_GAINS: Mapping[str, tuple[str, str]] = {
-    "turbine": ("gains_file.turbine", "gain_file"),
-    "plant": ("gains_file.plant", "plant_gain_file"),
-}
-_REPORT: Mapping[str, tuple[str, str]] = {
-    "turbine": ("sections.turbine.page", "report_html"),
-    "plant": ("sections.plant.page", "plant_report_files"),
-}
-_APPENDIX: Mapping[str, tuple[str, str]] = {
-    "turbine": ("appendix.turbine_files", "appendix_files"),
-    "plant": ("appendix.plant_files", "plant_appendix"),
+# Kind of model -> what makes its gain file, report and appendix: module and function.
+_MADE_BY: Mapping[str, Mapping[str, str]] = {
+    "turbine": {
+        "gains": "gains_file.turbine:gain_file",
+        "report": "sections.turbine.page:report_html",
+        "appendix": "appendix.turbine_files:appendix_files",
+    },
+    "plant": {
+        "gains": "gains_file.plant:plant_gain_file",
+        "report": "sections.plant.page:plant_report_files",
+        "appendix": "appendix.plant_files:plant_appendix",
+    },
 }
 
 
@@ -37,10 +37,10 @@ def design_files(design: Design, *, tell: Tell | None = None) -> Files:
     from takagi.certificates.document.certificate_file import dumps
     from takagi.reports.gains_file.turbine import dump_gains
 
-    report = _maker(_REPORT, design)(design, tell=tell)
+    report = _made("report", design, tell=tell)
     found: Files = {}
     if "controller" in design.document:
-        found["gains.json"] = dump_gains(_maker(_GAINS, design)(design))
+        found["gains.json"] = dump_gains(_made("gains", design))
     found["certificate.json"] = dumps(design.document)
     found["report.html"] = report.html
     return found | {f"figures/{name}": content for name, content in report.figures.items()}
@@ -48,11 +48,10 @@ def design_files(design: Design, *, tell: Tell | None = None) -> Files:
 
 def appendix_files(design: Design, *, tell: Tell | None = None) -> Files:
     """Return relative name -> content of the LaTeX appendix: two texts, and figures as PDF."""
-    files: Files = _maker(_APPENDIX, design)(design, tell=tell)
+    files: Files = _made("appendix", design, tell=tell)
     return files
 
 
-def _maker(table: Mapping[str, tuple[str, str]], design: Design) -> Callable[..., Any]:
-    module, name = table[design.kind]
-    found: Callable[..., Any] = getattr(import_module(f"takagi.reports.{module}"), name)
-    return found
+def _made(what: str, design: Design, **options: Any) -> Any:
+    module, _, name = _MADE_BY[design.kind][what].partition(":")
+    return getattr(import_module(f"takagi.reports.{module}"), name)(design, **options)

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-__all__ = ["StepClock"]
+__all__ = ["StepClock", "Tell"]
 
 Tell = Callable[[str], None]
 

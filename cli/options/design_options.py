@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from takagi.cli.options.given import defaults_of, option_of
 from takagi.cli.options.law_options import (
     OF_COHERENT,
     OF_PAPER,
@@ -37,6 +38,7 @@ from takagi.cli.options.uncertainty_options import (
     PowerCoefficient,
     uncertainty_asked,
 )
+from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
@@ -130,27 +132,17 @@ def turbine_options(
     """Declare what a design for a wind turbine may be asked for."""
 
 
-_OF_COHERENT = ("overlap", "bandwidth", *OF_UNCERTAINTY)
-_OF_PAPER = ("speed_overlap", "torque_overlap")
+_OF_COHERENT = ("overlap", "bandwidth", *OF_UNCERTAINTY, *OF_COHERENT, *OF_SYNTHESIS)
+_OF_PAPER = ("speed_overlap", "torque_overlap", *OF_PAPER)
+_OVERLAPS = ("overlap", "speed_overlap", "torque_overlap")
 
 
-def design_settings(
-    turbine: Turbine,
-    *,
-    law: str | None = None,
-    overlap: float | None = None,
-    speed_overlap: float | None = None,
-    torque_overlap: float | None = None,
-    speed_setpoint: str | None = None,
-    bandwidth: float | None = None,
-    inertia: tuple[str, str] | None = None,
-    power_coefficient: tuple[str, str] | None = None,
-    equilibrium_wake: bool = False,
-    two_step: bool = False,
-    objective: str | None = None,
-    **of_law: Any,
-) -> DesignSettings:
+def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
     """Return what is asked for; an option that is not given keeps the library's default.
+
+    Parameters
+    ----------
+    options : those that ``turbine_options`` declares.
 
     Raises
     ------
@@ -160,38 +152,23 @@ def design_settings(
     from takagi.certificates.design.turbine.scale import default_settings
     from takagi.lmi.turbine.effort import EffortSettings
 
-    law = COHERENT if law is None else law
-    given = {
-        "overlap": overlap,
-        "speed_overlap": speed_overlap,
-        "torque_overlap": torque_overlap,
-        "bandwidth": bandwidth,
-        "inertia": inertia,
-        "power_coefficient": power_coefficient,
-        "equilibrium_wake": equilibrium_wake or None,
-        "two_step": two_step or None,
-        "objective": objective,
-    }
-    numbers = {
-        name: _positive(name, value)
-        for name, value in given.items()
-        if isinstance(value, float | int) and not isinstance(value, bool)
-    }
-    setpoint = None if speed_setpoint is None else _setpoint(speed_setpoint, turbine)
-    asked = replace(
-        default_settings(turbine),
-        law=law,
-        speed_setpoint=setpoint,
-        **{name: value for name, value in numbers.items() if name != "bandwidth"},  # type: ignore[arg-type]
-    )
-    _check_law(law, {**given, **of_law})
+    given = {**defaults_of((turbine_options,)), **options}
+    law = COHERENT if given["law"] is None else given["law"]
+    for name in (*_OVERLAPS, "bandwidth"):
+        _check_positive(name, given[name])
+    speed = given["speed_setpoint"]
+    setpoint = None if speed is None else _setpoint(speed, turbine)
+    overlaps = {name: given[name] for name in _OVERLAPS if given[name] is not None}
+    asked = replace(default_settings(turbine), law=law, speed_setpoint=setpoint, **overlaps)
+    _check_law(law, given)
+    of_law = {name: given[name] for name in ("torque_setpoint", *OF_COHERENT, *OF_PAPER)}
     asked = replace(asked, **law_settings(turbine, law=law, speed_setpoint=setpoint, **of_law))
-    asked = replace(asked, **synthesis_settings(two_step=two_step, objective=objective))
+    asked = replace(asked, **synthesis_settings(**{name: given[name] for name in OF_SYNTHESIS}))
     effort = asked.effort or EffortSettings()
-    if bandwidth is not None:
-        effort = replace(effort, bandwidth=bandwidth)
-    covered = uncertainty_asked(inertia, power_coefficient, equilibrium_wake)
-    if inertia is not None:
+    if given["bandwidth"] is not None:
+        effort = replace(effort, bandwidth=given["bandwidth"])
+    covered = uncertainty_asked(**{name: given[name] for name in OF_UNCERTAINTY})
+    if given["inertia"] is not None:
         span = covered.inertia
         effort = replace(effort, inertia=(float(span.lower), float(span.upper)))
     asked = replace(asked, effort=effort, uncertainty=covered)
@@ -201,34 +178,22 @@ def design_settings(
 
 def _check_law(law: str, given: Mapping[str, object]) -> None:
     """Refuse options that the law does not have: silently ignored, they would mislead."""
-    from takagi.models.errors import ModelError
-
-    of_coherent = (*_OF_COHERENT, *OF_COHERENT, *OF_SYNTHESIS)
-    foreign = (*_OF_PAPER, *OF_PAPER) if law == COHERENT else of_coherent
-    for name in foreign:
-        if given.get(name) is not None:
+    for name in _OF_PAPER if law == COHERENT else _OF_COHERENT:
+        if given[name] is not None and given[name] is not False:
             owner = "the laws of the paper" if law == COHERENT else "the law coherent"
             raise ModelError(
-                f"option {_option(name)} belongs to {owner}, but --law {law} was asked for; leave "
-                "it out or choose the other law"
+                f"option {option_of(name)} belongs to {owner}, but --law {law} was asked for; "
+                "leave it out or choose the other law"
             )
 
 
-def _positive(name: str, value: float) -> float:
-    from takagi.models.errors import ModelError
-
-    if not (math.isfinite(value) and value > 0):
-        raise ModelError(f"option {_option(name)}: {value:g} was given; it must be positive")
-    return float(value)
-
-
-def _option(name: str) -> str:
-    return "--" + name.replace("_", "-")
+def _check_positive(name: str, value: float | None) -> None:
+    if value is not None and not (math.isfinite(value) and value > 0):
+        raise ModelError(f"option {option_of(name)}: {value:g} was given; it must be positive")
 
 
 def _setpoint(written: str, turbine: Turbine) -> float:
     """Return the rotor speed [rad/s] that a number with its unit stands for."""
-    from takagi.models.errors import ModelError
     from takagi.models.files.turbine_units import to_si
     from takagi.models.turbine.trim import reference_speed
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from takagi.models.errors import ModelError
+
 if TYPE_CHECKING:
     from takagi.models.turbine.data import Turbine
 
@@ -119,8 +121,6 @@ def law_settings(
 
 
 def _check_effectiveness(share: float) -> None:
-    from takagi.models.errors import ModelError
-
     if not 0 < share <= 10:
         raise ModelError(
             f"option --pitch-effectiveness-share: {share:g} was given; above 0 and at most 10 is "
@@ -129,15 +129,11 @@ def _check_effectiveness(share: float) -> None:
 
 
 def _check_ramp_shape(shape: str) -> None:
-    from takagi.models.errors import ModelError
-
     if shape not in ("smooth", "linear"):
         raise ModelError(f"option --ramp-shape: {shape!r} was given; smooth or linear is needed")
 
 
 def _check_placement(share: float) -> None:
-    from takagi.models.errors import ModelError
-
     if not 0 <= share <= 1:
         raise ModelError(
             f"option --ramp-placement: {share:g} was given; 0 (below the set-point) to 1 (above "
@@ -146,8 +142,6 @@ def _check_placement(share: float) -> None:
 
 
 def _check_tracking(time: float, law: str) -> None:
-    from takagi.models.errors import ModelError
-
     if law != "paper-two-integrators":
         raise ModelError(
             f"option --tracking-time belongs to the law paper-two-integrators, but --law {law} was "
@@ -158,8 +152,6 @@ def _check_tracking(time: float, law: str) -> None:
 
 
 def _check_filter(time: float) -> None:
-    from takagi.models.errors import ModelError
-
     if not 0 < time <= LONGEST_FILTER:
         raise ModelError(
             f"option --wind-filter: {time:g} was given; it must be positive, for the law feeds the "
@@ -170,7 +162,6 @@ def _check_filter(time: float) -> None:
 
 def _torque(written: str, turbine: Turbine, speed_setpoint: float | None) -> float:
     """Return the torque [N m] that a number with its unit, or a share in %, stands for."""
-    from takagi.models.errors import ModelError
     from takagi.models.files.turbine_units import to_si
     from takagi.models.turbine.derating import derated
 

@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from takagi.cli.options.given import option_of
+from takagi.models.errors import ModelError, did_you_mean
+
 if TYPE_CHECKING:
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.entries import VariableEntry
@@ -87,8 +90,6 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
     ------
     ModelError : an option that makes no sense for the plant; names the option.
     """
-    from takagi.models.errors import ModelError
-
     settings, entry = source.settings, source.entry
     changes: dict[str, Any] = {
         name: given[name]
@@ -101,14 +102,14 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
         changes["decay_rate"] = _rate(given["decay_rate"])
     for name, variables in (("input_limit", entry.commanded), ("initial", entry.all_states)):
         if given.get(name):
-            changes[name] = values_in_si(_option(name), given[name], variables)
+            changes[name] = values_in_si(option_of(name), given[name], variables)
     try:
         asked = replace(settings, **changes)
         asked.require_names(states=tuple(entry.all_states), inputs=tuple(entry.commanded))
     except ModelError as error:
         # Every message begins with the field's name.
         field = str(error).split()[0]
-        place = f"option {_option(field)}: " if field in changes else ""
+        place = f"option {option_of(field)}: " if field in changes else ""
         raise ModelError(f"{place}{error}") from error
     return asked
 
@@ -125,7 +126,6 @@ def values_in_si(
     ModelError : a text of another form, a name that is not one of the variables, or a unit that
         does not fit; names the option.
     """
-    from takagi.models.errors import ModelError, did_you_mean
     from takagi.models.files.units import parse_unit
 
     found: dict[str, float] = {}
@@ -157,8 +157,6 @@ def values_in_si(
 
 
 def _rate(written: str) -> float | str:
-    from takagi.models.errors import ModelError
-
     if written == "max":
         return written
     try:
@@ -167,7 +165,3 @@ def _rate(written: str) -> float | str:
         raise ModelError(
             f'option --decay-rate: {written!r} was given; a number in 1/s or "max" is needed'
         ) from error
-
-
-def _option(name: str) -> str:
-    return "--" + name.replace("_", "-")

@@ -6,6 +6,8 @@ from typing import Annotated, Any
 
 import typer
 
+from takagi.models.errors import ModelError
+
 __all__ = ["OF_SYNTHESIS", "ObjectiveName", "TwoStep", "synthesis_settings"]
 
 # Options that the law coherent alone has.
@@ -41,7 +43,6 @@ def synthesis_settings(*, two_step: bool, objective: str | None) -> dict[str, An
     ModelError : an objective that has no such name, or one beside --two-step.
     """
     from takagi.lmi.turbine.one_step.objective import objective_named
-    from takagi.models.errors import ModelError
 
     if objective is None:
         return {"synthesis": "two-step"} if two_step else {}

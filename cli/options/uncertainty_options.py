@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from takagi.models.errors import ModelError
+
 if TYPE_CHECKING:
     from takagi.models.intervals.interval import Interval
     from takagi.models.loops.effort_sharing.cells import Uncertainty
@@ -72,7 +74,6 @@ def uncertainty_asked(
 
 def _around_one(option: str, written: tuple[str, str]) -> Interval:
     """Return the interval; its ends are the decimals that were written."""
-    from takagi.models.errors import ModelError
     from takagi.models.intervals.interval import Interval
 
     try:

@@ -6,10 +6,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from takagi.cli.options.given import Groups, defaults_of
+from takagi.cli.options.given import Groups, defaults_of, option_of
 from takagi.cli.progress import Tell
 from takagi.cli.runs.plant import PlantMaker
 from takagi.cli.runs.turbine import TurbineMaker
+from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.certificates.design.design import CertifiedLaw, Design, NoDesign
@@ -96,15 +97,13 @@ def own_options(
     ------
     ModelError : an option about another kind of model was given: ignored, it would mislead.
     """
-    from takagi.models.errors import ModelError
-
     others = [kind for kind in groups if kind != source.kind]
     for kind in others:
         for name, default in defaults_of(groups[kind]).items():
             if options[name] != default and options[name] != []:
                 instead = f" ({_INSTEAD[name]})" if name in _INSTEAD else ""
                 raise ModelError(
-                    f"option --{name.replace('_', '-')} is about {MAKERS[kind].words}, but model "
+                    f"option {option_of(name)} is about {MAKERS[kind].words}, but model "
                     f"{source.name} is {MAKERS[source.kind].words}{instead}; leave it out, or "
                     "choose another model"
                 )

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
 from takagi.cli.options.design_options import design_settings, turbine_options
 from takagi.cli.options.given import as_typed
-from takagi.cli.options.uncertainty_options import uncertainty_asked
+from takagi.cli.options.uncertainty_options import OF_UNCERTAINTY, uncertainty_asked
 from takagi.cli.progress import Tell
+from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
@@ -56,8 +57,7 @@ class TurbineMaker:
 
         turbine = self.source.model
         law = coherent_law_from_data(read_law(gains), source=str(gains))
-        covered = ("inertia", "power_coefficient", "equilibrium_wake")
-        uncertainty = uncertainty_asked(*(self.asked[name] for name in covered))
+        uncertainty = uncertainty_asked(**{name: self.asked[name] for name in OF_UNCERTAINTY})
         files = self.source.files
 
         def work(noted: Tell) -> CertifiedLaw:
@@ -73,8 +73,6 @@ class TurbineMaker:
         is a condition that cannot be met.  It is told with its step, and with the options that
         could be relaxed.
         """
-        from takagi.models.errors import ModelError
-
         step = ""
 
         def noted(text: str, done: float | None = None) -> None:

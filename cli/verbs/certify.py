@@ -13,7 +13,7 @@ from takagi.certificates.design.design import NoDesign
 from takagi.cli.command import run_command
 from takagi.cli.errors import PROVED, UNPROVED
 from takagi.cli.options.design_options import Model
-from takagi.cli.options.uncertainty_options import OF_UNCERTAINTY
+from takagi.cli.options.given import refuse_designing
 from takagi.cli.output_place import require_file_place
 from takagi.cli.progress import progress
 from takagi.cli.runs.earlier_certificate import (
@@ -26,15 +26,13 @@ from takagi.cli.runs.earlier_certificate import (
 )
 from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
 from takagi.cli.terminal.files import tell_none
+from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
     from takagi.reports.baseline import Comparison
 
 __all__ = ["certify", "run"]
-
-# What may be asked of a certificate for gains that exist; the rest is about making gains.
-_OF_GIVEN_GAINS = (*OF_UNCERTAINTY, "choice", "solve_rest")
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -84,7 +82,7 @@ def certify(
     old = None if baseline is None else _read(baseline, out)
     maker = maker_of(model, options)
     if gains is not None:
-        _refuse_design_options(maker.asked)
+        refuse_designing(maker.asked)
     with progress(f"takagi certify {model}") as tell:
         found = maker.design(tell) if gains is None else maker.certify(gains, tell)
         if isinstance(found, NoDesign):
@@ -108,8 +106,6 @@ def certify(
 
 
 def _require_gains_out(gains: Path | None, gains_out: Path, out: Path) -> None:
-    from takagi.models.errors import ModelError
-
     require_file_place(gains_out)
     if gains is None:
         raise ModelError(
@@ -149,28 +145,11 @@ def _told(document: Mapping[str, Any], gains: Path | None) -> str:
 
 
 def _read(baseline: Path, out: Path) -> Baseline:
-    from takagi.models.errors import ModelError
-
     if out.exists() and baseline.exists() and out.samefile(baseline):
         raise ModelError(
             f"{out}: --out is the --baseline, which would be gone; give it a new place"
         )
     return read_baseline(baseline)
-
-
-def _refuse_design_options(options: Mapping[str, Any]) -> None:
-    from takagi.models.errors import ModelError
-
-    for name, value in options.items():
-        if (
-            name not in _OF_GIVEN_GAINS
-            and value is not False
-            and value not in (None, "coherent", [])
-        ):
-            raise ModelError(
-                f"option --{name.replace('_', '-')} is about designing gains, but --gains gives "
-                "them; leave out one of the two"
-            )
 
 
 def _print(

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from takagi.cli.errors import PROVED, UNPROVED
-from takagi.cli.options.given import defaults_of
+from takagi.cli.options.given import defaults_of, option_of
 from takagi.cli.progress import Tell, progress
+from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.certificates.campaign.outside import Beyond
@@ -114,8 +115,6 @@ def without_campaign(options: Mapping[str, Any]) -> dict[str, Any]:
     ------
     ModelError : an option that needs --certificate.
     """
-    from takagi.models.errors import ModelError
-
     own = defaults_of((campaign_options,))
     for name in own:
         if options[name] not in (None, []):
@@ -127,12 +126,10 @@ def without_campaign(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _refuse_scenario(given: Mapping[str, Any], defaults: Mapping[str, Any]) -> None:
-    from takagi.models.errors import ModelError
-
     for name, default in defaults.items():
         if name != "seed" and given[name] != default and given[name] != []:
             raise ModelError(
-                f"option --{name.replace('_', '-')} is about a scenario; with --certificate the "
+                f"option {option_of(name)} is about a scenario; with --certificate the "
                 "law and the winds are the certificate's: leave it out"
             )
 

@@ -12,11 +12,12 @@ import typer
 
 from takagi.certificates.design.design import NoDesign
 from takagi.cli.errors import PROVED, UNPROVED
-from takagi.cli.options.given import Groups
+from takagi.cli.options.given import Groups, refuse_designing
 from takagi.cli.options.plant_options import plant_options, values_in_si
 from takagi.cli.progress import progress
 from takagi.cli.runs.plant import PlantMaker
 from takagi.cli.terminal.files import tell_none
+from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.models.plant_files.loader import PlantFile
@@ -26,9 +27,6 @@ __all__ = ["GROUPS", "simulate"]
 
 _WIDTH = 100  # in a pipe or a file there is no terminal to fit into
 _FILES, _FOLDERS = ("responses.csv", "simulation.json"), ("figures",)
-# What only a design may be asked for: with --gains the gains are there.
-_OF_DESIGN = ("decay_rate", "relaxation", "input_limit", "initial", "gain_bound", "damping",
-              "fastest")  # fmt: skip
 
 
 def plant_simulation(
@@ -66,10 +64,13 @@ def simulate(
         require_folder_place(out, files=_FILES, folders=_FOLDERS)
     states = source.entry.all_states
     starts = [values_in_si("--start", [text], states) for text in options["start"] or []]
-    _check(options, duration)
+    asked = {name: options[name] for name in options if name not in ("gains", "start")}
+    if duration is not None and not 0 < duration < float("inf"):
+        raise ModelError(f"option --duration: {duration:g} was given; it must be positive")
+    if options["gains"] is not None:
+        refuse_designing(asked)
     written: list[str] = []
     with progress(f"takagi simulate {source.name}") as tell:
-        asked = {name: options[name] for name in options if name not in ("gains", "start")}
         maker, gains = PlantMaker(source, asked), options["gains"]
         design = maker.design(tell) if gains is None else maker.with_gains(gains, tell)
         if isinstance(design, NoDesign):
@@ -91,21 +92,6 @@ def simulate(
     else:
         _print(found, data, written)
     return PROVED if found.all_ended else UNPROVED
-
-
-def _check(options: Mapping[str, Any], duration: float | None) -> None:
-    from takagi.models.errors import ModelError
-
-    if duration is not None and not 0 < duration < float("inf"):
-        raise ModelError(f"option --duration: {duration:g} was given; it must be positive")
-    if options["gains"] is None:
-        return
-    for name in _OF_DESIGN:
-        if options[name] not in (None, []):
-            raise ModelError(
-                f"option --{name.replace('_', '-')} is about designing gains, but --gains gives "
-                "them; leave out one of the two"
-            )
 
 
 def _print(found: PlantSimulation, data: Mapping[str, Any], written: list[str]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,15 +10,11 @@ import typer
 
 from takagi.cli.errors import PROVED, UNPROVED
 from takagi.cli.options.given import Groups, defaults_of
-from takagi.cli.progress import Tell, progress
+from takagi.cli.progress import progress
 from takagi.cli.verbs.simulate_campaign import campaign_options, without_campaign
 
 if TYPE_CHECKING:
-    from takagi.models.simulation.wind import WindSeries
-    from takagi.models.turbine.data import Turbine
     from takagi.models.turbine.loader import TurbineFile
-    from takagi.reports.simulation.laws import ChosenLaws
-    from takagi.reports.simulation.runs import Simulation
 
 __all__ = ["GROUPS", "simulate"]
 
@@ -94,20 +90,14 @@ def simulate(
 
         defaults = defaults_of((turbine_simulation,))
         return simulate_campaign(source, out, asked, defaults, duration=duration, as_json=as_json)
-    return _laws(source, out, duration=duration, as_json=as_json, **without_campaign(asked))
+    return _laws(source, out, without_campaign(asked), duration=duration, as_json=as_json)
 
 
 def _laws(
     source: TurbineFile,
     out: Path | None,
+    asked: Mapping[str, Any],
     *,
-    law: Sequence[str] | None,
-    law_from: Path | None,
-    scenario: str,
-    wake: str,
-    seed: int | None,
-    sample_time: float,
-    computation_time: float,
     duration: float | None,
     as_json: bool,
 ) -> int:
@@ -117,85 +107,52 @@ def _laws(
         files = ("summary.md", "simulation.csv", "simulation.json")
         require_folder_place(out, files=files, folders=("figures", "series"))
     from takagi.reports.simulation.filed_law import filed_laws
-    from takagi.reports.simulation.laws import DEFAULT_LAWS, require_law_names
-    from takagi.reports.simulation.runs import require_sampling, simulation_plant
+    from takagi.reports.simulation.laws import DEFAULT_LAWS, chosen_laws, require_law_names
+    from takagi.reports.simulation.runs import require_sampling, run_simulation, simulation_plant
     from takagi.reports.simulation.scenarios import scenario_winds
 
     # All that can be refused is refused before the long work.
+    law, law_from = asked["law"], asked["law_from"]
     names = () if law_from and not law else require_law_names(law or DEFAULT_LAWS)
-    turbine = source.model
-    laws: ChosenLaws | Sequence[str] = names
+    turbine, filed = source.model, None
     if law_from:
-        turbine, laws = filed_laws(turbine, law_from, names)
-    simulation_plant(turbine, wake)
-    winds = scenario_winds(turbine, scenario, duration=duration, seed=seed)
-    require_sampling(sample_time, computation_time)
+        turbine, filed = filed_laws(turbine, law_from, names)
+    simulation_plant(turbine, asked["wake"])
+    winds = scenario_winds(turbine, asked["scenario"], duration=duration, seed=asked["seed"])
+    require_sampling(asked["sample_time"], asked["computation_time"])
     written: list[str] = []
     with progress(f"takagi simulate {source.name}") as tell:
-        times = (sample_time, computation_time)
-        found = _simulate(turbine, source.files, laws, winds, scenario, wake, times, tell)
+        steps = 0
+
+        def making(step: str) -> None:
+            nonlocal steps
+            tell(step, _MAKING * min(steps / _DESIGN_STEPS, 1.0))
+            steps += 1
+
+        laws = filed or chosen_laws(turbine, names, files=source.files, tell=making)
+        begin = _MAKING if steps else 0.0
+        same = ("scenario", "wake", "sample_time", "computation_time")
+        found = run_simulation(
+            turbine,
+            laws,
+            winds,
+            **{name: asked[name] for name in same},
+            tell=lambda step, done: tell(step, begin + (_SIMULATING - begin) * done),
+        )
         if out is not None:
+            from takagi.reports.output import write_folder
+            from takagi.reports.simulation.folder import simulation_files
+
             tell("figures and tables", _SIMULATING)
-            written = _write(found, out)
-    _print(found, written, as_json=as_json)
-    return UNPROVED if found.diverged else PROVED
-
-
-def _simulate(
-    turbine: Turbine,
-    files: Sequence[Path],
-    laws: ChosenLaws | Sequence[str],
-    winds: Sequence[WindSeries],
-    scenario: str,
-    wake: str,
-    times: tuple[float, float],
-    tell: Tell,
-) -> Simulation:
-    from takagi.reports.simulation.laws import ChosenLaws, chosen_laws
-    from takagi.reports.simulation.runs import run_simulation
-
-    steps = 0
-
-    def making(step: str) -> None:
-        nonlocal steps
-        tell(step, _MAKING * min(steps / _DESIGN_STEPS, 1.0))
-        steps += 1
-
-    def running(step: str, done: float) -> None:
-        tell(step, begin + (_SIMULATING - begin) * done)
-
-    if isinstance(laws, ChosenLaws):
-        chosen = laws
-    else:
-        chosen = chosen_laws(turbine, laws, files=files, tell=making)
-    begin = _MAKING if steps else 0.0
-    return run_simulation(
-        turbine,
-        chosen,
-        winds,
-        scenario=scenario,
-        wake=wake,
-        sample_time=times[0],
-        computation_time=times[1],
-        tell=running,
-    )
-
-
-def _write(found: Simulation, out: Path) -> list[str]:
-    from takagi.reports.output import write_folder
-    from takagi.reports.simulation.folder import simulation_files
-
-    files = simulation_files(found)
-    write_folder(out, files)
-    return [str(out / name) for name in files]
-
-
-def _print(found: Simulation, written: list[str], *, as_json: bool) -> None:
-    from takagi.reports.simulation.tables import as_json as json_text
-
+            content = simulation_files(found)
+            write_folder(out, content)
+            written = [str(out / name) for name in content]
     if as_json:
-        print(json_text(found, files=written), end="")
-        return
-    from takagi.cli.terminal.simulation_table import print_simulation
+        from takagi.reports.simulation.tables import as_json as json_text
 
-    print_simulation(found, written)
+        print(json_text(found, files=written), end="")
+    else:
+        from takagi.cli.terminal.simulation_table import print_simulation
+
+        print_simulation(found, written)
+    return UNPROVED if found.diverged else PROVED

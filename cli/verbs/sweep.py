@@ -18,6 +18,7 @@ from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
 from takagi.cli.runs.makers import MAKERS
 from takagi.cli.verbs.sweep_maps import LAWS, TRADE_OFF, SweptLaw
+from takagi.models.errors import ModelError, did_you_mean
 
 if TYPE_CHECKING:
     from takagi.certificates.sweep.grid import SweepMap, SweepResult
@@ -92,7 +93,6 @@ def sweep(
 
 
 def _source(model: str) -> ModelFile:
-    from takagi.models.errors import ModelError
     from takagi.models.loading import read_model
 
     source = read_model(model)
@@ -106,8 +106,6 @@ def _source(model: str) -> ModelFile:
 
 
 def _swept_law(name: str) -> SweptLaw:
-    from takagi.models.errors import ModelError, did_you_mean
-
     known = {law.law: law for law in LAWS}
     if name not in known:
         raise ModelError(
@@ -118,8 +116,6 @@ def _swept_law(name: str) -> SweptLaw:
 
 
 def _trade_off(law: str | None) -> SweptLaw:
-    from takagi.models.errors import ModelError
-
     if law not in (None, TRADE_OFF.law):
         raise ModelError(
             f"--trade-off belongs to --law {TRADE_OFF.law}, but {law} was asked for; leave one of "
@@ -130,8 +126,6 @@ def _trade_off(law: str | None) -> SweptLaw:
 
 def _ready_made(swept: SweptLaw) -> Sequence[str]:
     """Return the axes that a map has ready; refuses one that has none."""
-    from takagi.models.errors import ModelError
-
     axes: Sequence[str] = getattr(import_module(swept.map), "READY_MADE", ())
     if not axes:
         raise ModelError(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from takagi.certificates.claims.turbine.effort_sharing import (
 )
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
 from takagi.certificates.claims.turbine.loop_claims import loop_document
+from takagi.certificates.design.step_clock import Tell
 from takagi.certificates.design.turbine.effort_sharing_gains import widened
 from takagi.certificates.design.turbine.scale import scaled_box
 from takagi.models.errors import ModelError
@@ -29,8 +30,6 @@ from takagi.models.loops.effort_sharing.cells import LoopBox, Uncertainty
 from takagi.models.turbine.data import Turbine
 
 __all__ = ["certify_law", "coherent_law_from_data", "read_law"]
-
-Tell = Callable[[str], None]
 
 
 def read_law(path: Path) -> Mapping[str, Any]:

@@ -15,23 +15,22 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.certificates.claims.plant.certificate import Demands, plant_certificate
+from takagi.certificates.controller.content import bound
+from takagi.certificates.controller.plant_members import plant_members
 from takagi.certificates.design.design import NoDesign
 from takagi.certificates.design.plant.gains import Found, demands_of, find_gains, regional_gains
 from takagi.certificates.design.plant.result import PlantDesign
-from takagi.certificates.design.step_clock import StepClock
+from takagi.certificates.design.step_clock import StepClock, Tell
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import Plant
 
 if TYPE_CHECKING:
-    from takagi.certificates.claims.plant.certification import Certificate
     from takagi.lmi import Design
-    from takagi.models.laws.pdc import PdcLaw
     from takagi.models.ts.model import TSModel
 
 __all__ = ["PlantDesign", "PlantSettings", "certify_filed", "certify_plant", "design_plant"]
 
 Floats = NDArray[np.float64]
-Tell = Callable[[str], None]
 # Significant digits of the emitted gains; more where fewer cannot be proved.
 DIGITS = (4, 6, 9)
 # Asking again for what would help takes some fifty designs.
@@ -202,6 +201,8 @@ class _Work:
         *,
         law: Mapping[str, Any] | None = None,
     ) -> PlantDesign:
+        from takagi.models.laws.pdc import PdcLaw
+
         with self.clock("exact proof"):
             certificate = plant_certificate(
                 self.model, gains, self.asked, self.demands, files=self.files, law=law
@@ -210,28 +211,16 @@ class _Work:
             notes = (*certificate.tried[:1], *notes)
         run = None
         if gains is not None:
+            document = certificate.document
             if law is None:
-                run = _law(self.model, gains, certificate.document["gains"])
-            certificate = self.bound(certificate, notes)
+                trim = document["gains"]["trim"]
+                run = PdcLaw(self.model, gains, np.array(trim["state"]), np.array(trim["input"]))
+            members = (self.plant, self.model, document["gains"], certificate.checked, notes)
+            whole = bound(document, plant_members(*members))
+            certificate = replace(certificate, document=whole)
         seconds = dict(self.clock.seconds)
         parts = (self.plant, self.asked, self.model, design, gains, run, certificate)
         return PlantDesign(*parts, notes, seconds)
-
-    def bound(self, certificate: Certificate, notes: tuple[str, ...]) -> Certificate:
-        """Return the certificate bound to the whole gain file of the law."""
-        from takagi.certificates.controller.content import bound
-        from takagi.certificates.controller.plant_members import plant_members
-
-        document = certificate.document
-        own = plant_members(self.plant, self.model, document["gains"], certificate.checked, notes)
-        return replace(certificate, document=bound(document, own))
-
-
-def _law(model: TSModel, gains: Floats, written: Mapping[str, Any]) -> PdcLaw:
-    from takagi.models.laws.pdc import PdcLaw
-
-    trim = written["trim"]
-    return PdcLaw(model, gains, np.array(trim["state"]), np.array(trim["input"]))
 
 
 def _reason(found: Found, model: TSModel) -> str:

@@ -8,13 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.claims.turbine.loop_claims import loop_document
-from takagi.certificates.design.step_clock import StepClock
-from takagi.certificates.design.turbine.effort_sharing_gains import coherent_synthesis
+from takagi.certificates.controller.content import bound
+from takagi.certificates.controller.turbine_members import turbine_members
+from takagi.certificates.design.step_clock import StepClock, Tell
+from takagi.certificates.design.turbine.effort_sharing_gains import (
+    CoherentSynthesis,
+    coherent_synthesis,
+)
+from takagi.certificates.design.turbine.regions import regional_design
 from takagi.certificates.design.turbine.result import ObserverDesign, TurbineDesign
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.design.turbine.settings import DesignSettings
@@ -23,12 +30,10 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.derating import derated
 
 if TYPE_CHECKING:
-    from takagi.lmi.turbine.regional import RegionalGains
-    from takagi.models.ts.model import TSModel
+    from takagi.lmi.turbine.effort import EffortDesign
+    from takagi.models.laws.protocol import Law
 
 __all__ = ["DesignSettings", "TurbineDesign", "design_turbine"]
-
-Tell = Callable[[str], None]
 
 OBSERVER_DECAY = 0.05
 
@@ -55,30 +60,39 @@ def design_turbine(
     asked = settings or default_settings(turbine)
     turbine = derated(turbine, asked.torque_setpoint, speed_setpoint=asked.speed_setpoint)
     clock = StepClock(tell)
-    models = _regions(turbine, asked, clock)
+    low, high, regional = regional_design(turbine, speed_setpoint=asked.speed_setpoint, clock=clock)
     with clock("wind observer"):
         observer = _observer(turbine, asked)
-    if asked.law != "coherent":
-        from takagi.certificates.design.turbine.published_law import paper_design
+    effort = found = None
+    law: Law
+    stated: Callable[[], dict[str, Any]]
+    if asked.law == "coherent":
+        effort, found = _coherent(turbine, asked, clock)
+        law = found.law
+        stated = partial(loop_document, turbine, law, found.candidate, asked, files=files)
+    else:
+        from takagi.certificates.design.turbine.published_law import claimed_law
 
-        return _bound(paper_design(turbine, asked, models, observer, files, clock))
-    return _bound(_coherent(turbine, asked, models, observer, files, clock))
-
-
-def _bound(design: TurbineDesign) -> TurbineDesign:
-    """Return the design with a certificate that is bound to the whole gain file."""
-    from takagi.certificates.controller.content import bound
-    from takagi.certificates.controller.turbine_members import turbine_members
-
-    return replace(design, document=bound(design.document, turbine_members(design)))
-
-
-def _regions(
-    turbine: Turbine, asked: DesignSettings, clock: StepClock
-) -> tuple[TSModel, TSModel, RegionalGains]:
-    from takagi.certificates.design.turbine.regions import regional_design
-
-    return regional_design(turbine, speed_setpoint=asked.speed_setpoint, step=clock)
+        law, stated = claimed_law(turbine, asked, (low, high, regional), files, clock)
+    with clock("exact proof"):
+        document = stated()
+        checked = check_document(document)
+    design = TurbineDesign(
+        turbine=turbine,
+        settings=asked,
+        law=law,
+        partial_load=low,
+        full_load=high,
+        regional=regional,
+        effort=effort,
+        observer=observer,
+        candidate=None if found is None else found.candidate,
+        document=document,
+        checked=checked,
+        seconds=dict(clock.seconds),
+        synthesis=found,
+    )
+    return replace(design, document=bound(document, turbine_members(design)))
 
 
 def _observer(turbine: Turbine, asked: DesignSettings) -> ObserverDesign:
@@ -94,13 +108,8 @@ def _observer(turbine: Turbine, asked: DesignSettings) -> ObserverDesign:
 
 
 def _coherent(
-    turbine: Turbine,
-    asked: DesignSettings,
-    models: tuple[TSModel, TSModel, RegionalGains],
-    observer: ObserverDesign,
-    files: Sequence[Path],
-    clock: StepClock,
-) -> TurbineDesign:
+    turbine: Turbine, asked: DesignSettings, clock: StepClock
+) -> tuple[EffortDesign, CoherentSynthesis]:
     from takagi.lmi.turbine.effort import effort_gains
     from takagi.models.laws.effort_sharing.law import CoherentLaw
     from takagi.models.laws.effort_sharing.schedule import effort_schedule
@@ -115,7 +124,7 @@ def _coherent(
         effort = effort_gains(turbine, schedule, asked.effort)
         law = CoherentLaw.of(turbine, schedule, effort.gains, wind_filter=asked.wind_filter)
     with clock("joint analysis of the blended loop"):
-        found = coherent_synthesis(
+        return effort, coherent_synthesis(
             turbine,
             law,
             box=asked.box,
@@ -124,23 +133,3 @@ def _coherent(
             objective=asked.objective,
             tell=clock.told,
         )
-        law, candidate = found.law, found.candidate
-    with clock("exact proof"):
-        document = loop_document(turbine, law, candidate, asked, files=files)
-        checked = check_document(document)
-    low, high, regional = models
-    return TurbineDesign(
-        turbine,
-        asked,
-        law,
-        low,
-        high,
-        regional,
-        effort,
-        observer,
-        candidate,
-        document,
-        checked,
-        dict(clock.seconds),
-        found,
-    )

@@ -7,7 +7,6 @@ it found does not hold on the loop as it is enclosed for the claim, the two-step
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
@@ -22,6 +21,7 @@ from takagi.certificates.claims.turbine.effort_sharing import (
 )
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
 from takagi.certificates.claims.turbine.smaller_uncertainty import smaller_uncertainty
+from takagi.certificates.design.step_clock import Tell
 from takagi.lmi.turbine.one_step.design import STEPS, OneStepDesign, one_step_gains
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopFamily
 from takagi.lmi.turbine.one_step.objective import Objective
@@ -40,7 +40,6 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
-Tell = Callable[[str], None]
 Synthesis = Literal["one-step", "two-step"]
 SYNTHESES: tuple[Synthesis, ...] = ("one-step", "two-step")
 

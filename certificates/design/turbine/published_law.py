@@ -1,36 +1,32 @@
-"""From regional gains to a checked design with one of the paper's laws."""
+"""From regional gains to one of the paper's laws and the claims about it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.claims.turbine.published import (
-    PaperCandidate,
     overlap_candidates,
     paper_candidate,
     paper_claim,
     paper_law_data,
 )
 from takagi.certificates.design.step_clock import StepClock
-from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.certificates.document.certificate_file import certificate_document, turbine_data
 from takagi.certificates.document.provenance import provenance
 from takagi.models.turbine.data import Turbine
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import ObserverDesign
     from takagi.certificates.design.turbine.settings import DesignSettings
     from takagi.lmi.turbine.regional import RegionalGains
     from takagi.models.laws.published.law import PaperLaw
     from takagi.models.ts.model import TSModel
 
-__all__ = ["designed_law", "paper_design"]
+__all__ = ["claimed_law", "designed_law"]
 
 Floats = NDArray[np.float64]
 
@@ -38,15 +34,14 @@ Floats = NDArray[np.float64]
 TORQUE_DIGITS, PITCH_DIGITS = 1, 6
 
 
-def paper_design(
+def claimed_law(
     turbine: Turbine,
     asked: DesignSettings,
     models: tuple[TSModel, TSModel, RegionalGains],
-    observer: ObserverDesign,
     files: Sequence[Path],
     clock: StepClock,
-) -> TurbineDesign:
-    """Return the design with the law that ``asked.law`` names, and its checked certificate.
+) -> tuple[PaperLaw, Callable[[], dict[str, Any]]]:
+    """Return the law that ``asked.law`` names, and what makes the certificate of its claims.
 
     The claim about the chosen overlaps comes first; claims about other overlaps follow.
 
@@ -54,46 +49,23 @@ def paper_design(
     ------
     ModelError : a region without gains (the diagnosis says why), or overlaps that do not fit.
     """
-    low, high, regional = models
     with clock("law of the paper"):
         law = designed_law(turbine, asked, models)
     with clock("joint analysis, wind by wind"):
         candidate = paper_candidate(law)
     with clock("joint analysis for other overlaps"):
-        others = list(overlap_candidates(law))
-    with clock("exact proof"):
-        document = _document(turbine, asked, law, [candidate, *others], files)
-        checked = check_document(document)
-    return TurbineDesign(
-        turbine,
-        asked,
-        law,
-        low,
-        high,
-        regional,
-        None,
-        observer,
-        None,
-        document,
-        checked,
-        dict(clock.seconds),
-    )
+        candidates = [candidate, *overlap_candidates(law)]
 
+    def stated() -> dict[str, Any]:
+        return certificate_document(
+            model=turbine_data(turbine, files),
+            gains=paper_law_data(law),
+            claims=[paper_claim(one) for one in candidates],
+            provenance=provenance(asked, {"joint analysis": "Lyapunov equations, no solver"}),
+            files=files,
+        )
 
-def _document(
-    turbine: Turbine,
-    asked: DesignSettings,
-    law: PaperLaw,
-    candidates: Sequence[PaperCandidate],
-    files: Sequence[Path],
-) -> dict[str, Any]:
-    return certificate_document(
-        model=turbine_data(turbine, files),
-        gains=paper_law_data(law),
-        claims=[paper_claim(candidate) for candidate in candidates],
-        provenance=provenance(asked, {"joint analysis": "Lyapunov equations, no solver"}),
-        files=files,
-    )
+    return law, stated
 
 
 def designed_law(

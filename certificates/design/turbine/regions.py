@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
-
+from takagi.certificates.design.step_clock import StepClock
 from takagi.certificates.design.turbine.scale import region_requirements
 from takagi.lmi.turbine.regional import RegionalGains, regional_gains
 from takagi.models.ts.model import TSModel
@@ -15,27 +13,21 @@ from takagi.models.turbine.partial_load import partial_load_model
 __all__ = ["regional_design"]
 
 
-def _quiet(step: str) -> AbstractContextManager[None]:
-    return nullcontext()
-
-
 def regional_design(
-    turbine: Turbine,
-    *,
-    speed_setpoint: float | None = None,
-    step: Callable[[str], AbstractContextManager[None]] = _quiet,
+    turbine: Turbine, *, speed_setpoint: float | None = None, clock: StepClock | None = None
 ) -> tuple[TSModel, TSModel, RegionalGains]:
     """Return the models of partial and full load, and the gains of both regions.
 
     Parameters
     ----------
     speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated speed.
-    step : called with a word; what it returns is held around that step.
+    clock : told of each step, and times it.
 
     Raises
     ------
     ModelError : a set-point that the turbine does not have.
     """
+    step = clock or StepClock(None)
     with step("partial-load model"):
         low = partial_load_model(turbine, speed_setpoint=speed_setpoint)
     with step("full-load model"):
