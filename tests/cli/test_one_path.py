@@ -6,6 +6,7 @@ import ast
 import json
 from collections import Counter
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -40,9 +41,8 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let a plant's report and appendix be a word: they are tested elsewhere."""
     from takagi.reports.appendix import plant_files as latex
     from takagi.reports.sections.plant import page
-    from takagi.reports.sections.turbine.page import ReportFiles
 
-    files = ReportFiles("<!doctype html><title>report</title>", {"phase.svg": b"<svg/>"})
+    files = SimpleNamespace(html="<!doctype html>", figures={"phase.svg": b"<svg/>"})
     monkeypatch.setattr(page, "plant_report_files", lambda *_, **__: files)
     monkeypatch.setattr(latex, "plant_appendix", lambda *_, **__: {"appendix.tex": "%"})
 
