@@ -102,62 +102,40 @@ def law_settings(
     found: dict[str, Any] = {}
     if torque_setpoint is not None:
         found["torque_setpoint"] = _torque(torque_setpoint, turbine, speed_setpoint)
-    if pitch_effectiveness_share is not None:
-        _check_effectiveness(pitch_effectiveness_share)
-        found["effectiveness_share"] = pitch_effectiveness_share
+    if (share := pitch_effectiveness_share) is not None:
+        needed = "above 0 and at most 10 is needed, such as 0.6"
+        _require(0 < share <= 10, f"--pitch-effectiveness-share: {share:g} was given; {needed}")
+        found["effectiveness_share"] = share
     if ramp_shape is not None:
-        _check_ramp_shape(ramp_shape)
+        known = ramp_shape in ("smooth", "linear")
+        _require(known, f"--ramp-shape: {ramp_shape!r} was given; smooth or linear is needed")
         found["ramp_shape"] = ramp_shape
-    if ramp_placement is not None:
-        _check_placement(ramp_placement)
-        found["ramp_placement"] = ramp_placement
-    if tracking_time is not None:
-        _check_tracking(tracking_time, law)
-        found["tracking_time"] = tracking_time
-    if wind_filter is not None:
-        _check_filter(wind_filter)
-        found["wind_filter"] = wind_filter
+    if (place := ramp_placement) is not None:
+        needed = "0 (below the set-point) to 1 (above it) is needed"
+        _require(0 <= place <= 1, f"--ramp-placement: {place:g} was given; {needed}")
+        found["ramp_placement"] = place
+    if (time := tracking_time) is not None:
+        _require(
+            law == "paper-two-integrators",
+            "--tracking-time belongs to the law paper-two-integrators, but "
+            f"--law {law} was asked for; leave it out or choose that law",
+        )
+        _require(0 < time < math.inf, f"--tracking-time: {time:g} was given; it must be positive")
+        found["tracking_time"] = time
+    if (time := wind_filter) is not None:
+        _require(
+            0 < time <= LONGEST_FILTER,
+            f"--wind-filter: {time:g} was given; it must be positive, for the law feeds the "
+            f"filtered wind's own rate forward, and at most {LONGEST_FILTER:g} s, for a schedule "
+            "that hardly moves knows no wind",
+        )
+        found["wind_filter"] = time
     return found
 
 
-def _check_effectiveness(share: float) -> None:
-    if not 0 < share <= 10:
-        raise ModelError(
-            f"option --pitch-effectiveness-share: {share:g} was given; above 0 and at most 10 is "
-            "needed, such as 0.6"
-        )
-
-
-def _check_ramp_shape(shape: str) -> None:
-    if shape not in ("smooth", "linear"):
-        raise ModelError(f"option --ramp-shape: {shape!r} was given; smooth or linear is needed")
-
-
-def _check_placement(share: float) -> None:
-    if not 0 <= share <= 1:
-        raise ModelError(
-            f"option --ramp-placement: {share:g} was given; 0 (below the set-point) to 1 (above "
-            "it) is needed"
-        )
-
-
-def _check_tracking(time: float, law: str) -> None:
-    if law != "paper-two-integrators":
-        raise ModelError(
-            f"option --tracking-time belongs to the law paper-two-integrators, but --law {law} was "
-            "asked for; leave it out or choose that law"
-        )
-    if not (math.isfinite(time) and time > 0):
-        raise ModelError(f"option --tracking-time: {time:g} was given; it must be positive")
-
-
-def _check_filter(time: float) -> None:
-    if not 0 < time <= LONGEST_FILTER:
-        raise ModelError(
-            f"option --wind-filter: {time:g} was given; it must be positive, for the law feeds the "
-            f"filtered wind's own rate forward, and at most {LONGEST_FILTER:g} s, for a schedule "
-            "that hardly moves knows no wind"
-        )
+def _require(holds: bool, words: str) -> None:
+    if not holds:
+        raise ModelError(f"option {words}")
 
 
 def _torque(written: str, turbine: Turbine, speed_setpoint: float | None) -> float:

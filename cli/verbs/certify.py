@@ -96,11 +96,13 @@ def certify(
     # A plant whose equations cannot be written has a certificate of its model's vertices alone.
     alone = not found.is_about_plant
     difference = None if old is None else compared(old, document, checked, share)
-    warned = _told(document, gains) if gains_out is None else ""
-    notes = () if gains is None else found.notes
-    warned = "\n".join((*notes, *([warned] if warned else ())))
-    gains = gains_out or gains
-    _print(out, checked, gains, old, difference, warned, alone=alone, as_json=as_json)
+    warned = ""
+    if gains is not None:
+        from takagi.certificates.controller.given_file import told
+
+        differs = told(document, gains) if gains_out is None else ""
+        warned = "\n".join((*found.notes, *([differs] if differs else ())))
+    _print(out, checked, gains_out or gains, old, difference, warned, alone=alone, as_json=as_json)
     kept = difference is None or difference.passes
     return PROVED if checked.verdict.name == "PROVED" and not alone and kept else UNPROVED
 
@@ -134,14 +136,6 @@ def _bound(
     found, content = refreshed(document, gains, own or {}, statement(checked))
     write_file(gains_out, dump_gains(content))
     return found
-
-
-def _told(document: Mapping[str, Any], gains: Path | None) -> str:
-    if gains is None:
-        return ""
-    from takagi.certificates.controller.given_file import told
-
-    return told(document, gains)
 
 
 def _read(baseline: Path, out: Path) -> Baseline:

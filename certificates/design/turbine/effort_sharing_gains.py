@@ -21,7 +21,7 @@ from takagi.certificates.claims.turbine.effort_sharing import (
 )
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
 from takagi.certificates.claims.turbine.smaller_uncertainty import smaller_uncertainty
-from takagi.certificates.design.step_clock import Tell
+from takagi.certificates.design.step_clock import StepClock, Tell
 from takagi.lmi.turbine.one_step.design import STEPS, OneStepDesign, one_step_gains
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopFamily
 from takagi.lmi.turbine.one_step.objective import Objective
@@ -88,7 +88,7 @@ def coherent_synthesis(
     ModelError : no function at the gains of ``law``, or a box beyond what is enclosed; names the
         wind.
     """
-    say = tell or _silent
+    say = StepClock(tell).told
     first = coherent_candidate(turbine, law, box=box, uncertainty=uncertainty, tell=say)
     if first.P is None:
         say("joint analysis of smaller uncertainties")
@@ -124,7 +124,7 @@ def widened(
     first : candidate with a P, whose box, uncertainty and wind rates are kept.
     tell : called with a word on progress.
     """
-    say, family = tell or _silent, _family(turbine, law, first)
+    say, family = StepClock(tell).told, _family(turbine, law, first)
     try:
         found = one_step_gains(family, steps=0, tell=say)
     except ModelError:
@@ -183,7 +183,3 @@ def _mean(law: CoherentLaw, candidate: CoherentCandidate) -> float:
     """Return the mean over wind of the logarithm of the wind errors borne."""
     widths = np.diff(law.schedule.wind)
     return float(widths @ np.log(np.maximum(candidate.wind_error, 1e-9)) / widths.sum())
-
-
-def _silent(_: str) -> None:
-    """Say nothing."""

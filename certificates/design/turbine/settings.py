@@ -70,13 +70,7 @@ class DesignSettings:
             raise ModelError(
                 f"synthesis {self.synthesis!r} was given; choose one of {', '.join(SYNTHESES)}"
             )
-        for name in (
-            "overlap",
-            "speed_overlap",
-            "torque_overlap",
-            "wind_filter",
-            "effectiveness_share",
-            "tracking_time",
-        ):
+        overlaps = ("overlap", "speed_overlap", "torque_overlap")
+        for name in (*overlaps, "wind_filter", "effectiveness_share", "tracking_time"):
             if not getattr(self, name) > 0:
                 raise ModelError(f"{name} = {getattr(self, name)!r} was given; it must be positive")
