@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import json
+import subprocess
+import sys
 from collections import Counter
 from pathlib import Path
 from types import SimpleNamespace
@@ -123,6 +125,20 @@ def test_one_table_knows_the_kinds_of_models() -> None:
 
     assert asking == []
     assert set(MAKERS) == set(built_in_kinds().values())
+
+
+def test_help_and_check_load_nothing_of_designs() -> None:
+    """The makers belong to the verbs that design; the front door and the checker do without."""
+    said = "print(*(name for name in sys.modules if name.startswith('takagi.')))"
+    for arguments in (["--help"], ["check", "--help"]):
+        program = f"import sys; from takagi.cli.main import main; main({arguments}); {said}"
+        ran = subprocess.run(
+            [sys.executable, "-c", program], capture_output=True, text=True, check=True
+        )
+        loaded = ran.stdout.splitlines()[-1].split()
+        rooms = ("takagi.cli.runs", "takagi.cli.options", "takagi.certificates", "takagi.models")
+        assert "takagi.cli.main" in loaded
+        assert [name for name in loaded if name.startswith(rooms)] == []
 
 
 def test_both_designs_are_read_alike(plain: None, finished: Any, cubic: Path) -> None:
