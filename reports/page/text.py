@@ -42,6 +42,11 @@ class Plate:
     caption: str
     alternative: str
 
+    @property
+    def file(self) -> bytes:
+        """The figure as an SVG file of its own."""
+        return f'<?xml version="1.0" encoding="utf-8"?>\n{self.svg}'.encode()
+
 
 @dataclass(frozen=True, slots=True)
 class Table:

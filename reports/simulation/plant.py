@@ -121,8 +121,7 @@ def simulation_files(found: PlantSimulation) -> dict[str, bytes | str]:
         "simulation.json": json.dumps(simulation_data(found), indent=2) + "\n",
     }
     for plate in drawn.plates:
-        head = '<?xml version="1.0" encoding="utf-8"?>\n'
-        files[f"figures/{plate.name}.svg"] = (head + plate.svg).encode("utf-8")
+        files[f"figures/{plate.name}.svg"] = plate.file
     return files
 
 

@@ -20,8 +20,8 @@ PAGE = (ROOT / "docs/first-plants.md").read_text(encoding="utf-8")
 @pytest.fixture(autouse=True)
 def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The plants of the page in a folder of their own; reports are tested elsewhere."""
+    from takagi.reports.page.assembly import ReportFiles
     from takagi.reports.sections.plant import page
-    from takagi.reports.sections.turbine.page import ReportFiles
 
     for name, text in re.findall(r"`(\w+\.toml)`:\n\n```toml\n(.*?)```", PAGE, flags=re.DOTALL):
         (tmp_path / name).write_text(text, encoding="utf-8")

@@ -69,8 +69,8 @@ def drawn() -> None:
 def undrawn(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the verbs write a folder without drawing it, unless a test wants it drawn."""
     from takagi.reports.appendix import plant_files as latex
+    from takagi.reports.page.assembly import ReportFiles
     from takagi.reports.sections.plant import page
-    from takagi.reports.sections.turbine.page import ReportFiles
 
     if "drawn" in request.fixturenames:
         return

@@ -30,11 +30,11 @@ from takagi.reports.design_folder import design_files
 from takagi.reports.loops.overlap_claims import gap_words, overlap_claims, wind_words
 from takagi.reports.loops.turbine_local import loop_points
 from takagi.reports.margins import LocalGains, closed_loop_poles
+from takagi.reports.page.assembly import render
 from takagi.reports.page.text import Section, at_least, at_most, fixed, powers, significant
 from takagi.reports.sections.turbine.cells import cells_section
 from takagi.reports.sections.turbine.gains import gains_section
 from takagi.reports.sections.turbine.loops import poles_section
-from takagi.reports.sections.turbine.page import render
 from takagi.reports.sections.turbine.verdict import verdict_section
 
 VOID = {"area", "base", "br", "col", "hr", "img", "input", "link", "meta", "source", "wbr"}
@@ -185,7 +185,7 @@ def overlap_design(
 
 def text_of(section: Section) -> str:
     """The section as it stands in the page."""
-    return render(section)
+    return render(section, "turbine")
 
 
 def test_page_is_well_formed(page: _Page) -> None:

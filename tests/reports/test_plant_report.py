@@ -21,9 +21,9 @@ from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models.plant.plant import Plant
 from takagi.reports.loops.proved_kinds import proved_kinds
+from takagi.reports.page.assembly import ReportFiles
 from takagi.reports.page.text import decimal
 from takagi.reports.sections.plant import plant_figures, plant_report, plant_report_files
-from takagi.reports.sections.turbine.page import ReportFiles
 from tests.reports.plant_designs import design_of
 
 VOID = {"br", "col", "hr", "img", "input", "link", "meta"}

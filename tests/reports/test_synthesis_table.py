@@ -13,8 +13,8 @@ from takagi.lmi.turbine.one_step.design import OneStepDesign
 from takagi.lmi.turbine.one_step.loop_functions import Functions
 from takagi.lmi.turbine.one_step.value import Reached
 from takagi.reports.loops.synthesis_summary import synthesis_summary, synthesis_words
+from takagi.reports.page.assembly import render
 from takagi.reports.sections.turbine.gains import gains_section
-from takagi.reports.sections.turbine.page import render
 from takagi.reports.sections.turbine.synthesis_table import synthesis_table
 
 
@@ -50,7 +50,7 @@ def test_the_table_stands_in_the_report(joint: TurbineDesign) -> None:
     assert table is not None and len(table.rows) == 2
     assert table.rows[0][1:3] == ("0.1894", "0.0169") and table.rows[1][1:3] == ("0.2075", "0.0261")
     assert table.rows[0][3:] == table.rows[1][3:]
-    html = render(gains_section(joint))
+    html = render(gains_section(joint), "turbine")
     assert "One-step against two-step" in html and "0.2075" in html
 
 
@@ -59,7 +59,7 @@ def test_two_step_gains_are_not_compared_but_the_reason_is_told(
 ) -> None:
     """No table, and the words say why where one step was asked for."""
     assert synthesis_table(turbine_design) is None
-    assert "One-step against" not in render(gains_section(turbine_design))
+    assert "One-step against" not in render(gains_section(turbine_design), "turbine")
     assert turbine_design.synthesis is not None
     failed = replace(turbine_design.synthesis, kept="none of 3 joint steps was better")
     words = synthesis_words(replace(turbine_design, synthesis=failed))

@@ -1,28 +1,21 @@
-"""The report of a plant: every section made, filled into its template, and put together."""
+"""The report of a plant: every section made, and put together."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from takagi.reports.output import write_folder
-from takagi.reports.page.text import Section, powers
-from takagi.reports.sections.turbine.page import ReportFiles
+from takagi.reports.page.assembly import ReportFiles, report_files
+from takagi.reports.page.text import Section
 
 if TYPE_CHECKING:
-    from jinja2 import Environment
-
     from takagi.certificates.design.plant.design import PlantDesign
 
 __all__ = ["plant_figures", "plant_report", "plant_report_files"]
 
 Tell = Callable[[str], None]
-# A template of this package goes before one of the turbine's report with the same name.
-TEMPLATES = ("takagi.reports.sections.plant.templates", "takagi.reports.sections.turbine.templates")
-SVG_HEAD = '<?xml version="1.0" encoding="utf-8"?>\n'
 
 
 def plant_report(design: PlantDesign) -> str:
@@ -59,25 +52,21 @@ def plant_report_files(
     """
     say = tell or _silent
     sections, data = _sections(design, say, timings=timings)
-    name = design.plant.name or "Plant"
-    html = (
-        _environment()
-        .get_template("plant_page.html.jinja")
-        .render(
-            title=name,
-            verdict=design.checked.verdict.name,
-            law=design.gains is not None,
-            style=_read("style.css") + _read("plant.css"),
-            sections=[(section, _rendered(section)) for section in sections],
-        )
+    kind = (
+        "Design report: model, gains, certificate, margins, motions."
+        if design.gains is not None
+        else "Analysis report: model, certificate, poles, motions."
     )
-    figures: dict[str, bytes] = {
-        f"{plate.name}.svg": (SVG_HEAD + plate.svg).encode("utf-8")
-        for section in sections
-        for plate in section.plates
-    }
-    figures |= {file: text.encode("utf-8") for file, text in data.items()}
-    return ReportFiles(html, figures)
+    return report_files(
+        "plant",
+        sections,
+        title=design.plant.name or "Plant",
+        verdict=design.checked.verdict.name,
+        subtitle=kind,
+        units="SI units throughout; angles in rad unless marked.",
+        styles=("style.css", "formulas.css"),
+        data=data,
+    )
 
 
 def _sections(
@@ -95,7 +84,7 @@ def _sections(
     from takagi.reports.sections.plant.motion import motion_section
     from takagi.reports.sections.plant.plant import plant_section
     from takagi.reports.sections.plant.verdict import verdict_section
-    from takagi.reports.sections.turbine.provenance import provenance_section
+    from takagi.reports.sections.reproducibility import check_section, provenance_section
 
     loop = plant_loop(design)
     say("report: margins")
@@ -123,40 +112,10 @@ def _sections(
         found.append(loops_section(loop, loops))
     found += [
         motion_section(loop, shown, moved),
-        Section("check", "How to check it", {"law": loop.gains is not None}),
+        check_section(compared="the plant's file its", law=loop.gains is not None),
         provenance_section(design, timings=timings),
     ]
     return found, {**weights.data, **blended, **moved.data}
-
-
-def _rendered(section: Section) -> str:
-    """Return the section's HTML, without its heading."""
-    anchor = section.anchor
-    name = f"{anchor}.html.jinja" if anchor == "provenance" else f"plant_{anchor}.html.jinja"
-    return _environment().get_template(name).render(section.content)
-
-
-@cache
-def _environment() -> Environment:
-    from jinja2 import Environment, FunctionLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FunctionLoader(_read),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["powers"] = powers
-    return environment
-
-
-def _read(name: str) -> str:
-    for package in TEMPLATES:
-        place = resources.files(package).joinpath(name)
-        if place.is_file():
-            return place.read_text(encoding="utf-8")
-    raise FileNotFoundError(f"template {name} lies in none of {', '.join(TEMPLATES)}")
 
 
 def _silent(_: str) -> None:

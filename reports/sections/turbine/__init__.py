@@ -8,7 +8,6 @@ synthesis_table           gains found in one step against two
 cells                     the certificate cell by cell
 loops, responses          poles and margins; steps and gusts
 observer                  the wind observer
-provenance                how to check it, and where everything comes from
 drawings                  figures that only this page has
 """
 
@@ -18,19 +17,20 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.reports.sections.turbine.page import ReportFiles, report_html
+    from takagi.reports.page.assembly import ReportFiles
+    from takagi.reports.sections.turbine.page import report_html
 
 __all__ = ["ReportFiles", "report_html"]
 
 _HOME = {
-    "ReportFiles": "page",
-    "report_html": "page",
+    "ReportFiles": "takagi.reports.page.assembly",
+    "report_html": "takagi.reports.sections.turbine.page",
 }
 
 
 def __getattr__(name: str) -> object:
     if name in _HOME:
-        return getattr(import_module(f"takagi.reports.sections.turbine.{_HOME[name]}"), name)
+        return getattr(import_module(_HOME[name]), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -14,9 +14,16 @@ if TYPE_CHECKING:
 __all__ = ["check_section", "provenance_section"]
 
 
-def check_section(design: TurbineDesign) -> Section:
-    """Return the section that says how to check the certificate."""
-    return Section("check", "How to check it", {"verdict": design.checked.verdict.name})
+def check_section(*, compared: str, law: bool = True, needs: str = "") -> Section:
+    """Return the section that says how to check the certificate.
+
+    Parameters
+    ----------
+    compared : which file has its hash compared too, in words (HTML) that end before "hash".
+    law : whether a gain file lies beside the certificate.
+    needs : what else is said of the checker (HTML).
+    """
+    return Section("check", "How to check it", {"compared": compared, "law": law, "needs": needs})
 
 
 def provenance_section(design: TurbineDesign | PlantDesign, *, timings: bool) -> Section:

@@ -1,0 +1,1 @@
+"""What every HTML report has: the page, tables and figures as macros, shared sections, styles."""
