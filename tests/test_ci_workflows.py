@@ -16,8 +16,8 @@ from takagi.certificates.design.plant.design import PlantDesign, PlantSettings, 
 from takagi.certificates.document.certificate_file import dumps
 from takagi.cli.main import main
 from takagi.models.plant_files.loader import load_plant, plant_files
+from takagi.reports.gains_file.envelope import dump_gains
 from takagi.reports.gains_file.plant import plant_gain_file
-from takagi.reports.gains_file.turbine import dump_gains
 from tests.test_ci_page import PLANT
 
 FOLDER = Path(__file__).parents[1] / "docs" / "ci"

@@ -1,6 +1,6 @@
-"""The gain file ``gains.json``.
+"""The gain file ``gains.json``: one envelope, two bodies.
 
-schema     what it may contain, and its JSON Schema
-turbine    how it is made from a turbine's design
-plant      how it is made from a plant's design
+envelope   what every gain file has, its text, and its JSON Schema
+turbine    the body of a turbine's file
+plant      the body of a plant's file
 """

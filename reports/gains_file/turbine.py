@@ -1,66 +1,170 @@
-r"""The gain file ``gains.json``: everything a controller needs, and what is proved about it.
+r"""The gain file of a turbine: everything a controller needs, and what is proved about it.
 
 ``law`` is, number by number, the object inside the certificate, and every other member follows
 from the certificate, so that ``takagi check certificate.json --gains gains.json`` compares the
-whole file.  What is proved is about these decimals.
+whole file.  What is proved is about these decimals.  Every column stands beside its unit in
+``units``; angles in rad, torque on the high-speed shaft.
 """
 
 from __future__ import annotations
 
-import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from takagi.certificates.controller.content import gain_file_of
-from takagi.reports.gains_file.schema import GainFile, gain_file_schema
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from takagi.reports.gains_file.envelope import (
+    CertificateEntry,
+    Envelope,
+    Numbers,
+    SplineEntry,
+    Strict,
+    dump_gains,
+    file_schema,
+    validated,
+)
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.design import TurbineDesign
 
-__all__ = ["dump_gains", "gain_file", "gain_file_schema"]
+__all__ = ["GainFile", "dump_gains", "gain_file", "gain_file_schema"]
 
-# Members whose entries stand on lines of their own.
-LISTED = ("language", "programs", "states", "inputs")
+
+class CoherentLawTables(Strict):
+    """The effort-sharing law: tables over the schedule wind, linear between the nodes."""
+
+    name: Literal["coherent"]
+    wind: Numbers = Field(min_length=2, description="nodes [m/s], increasing")
+    rotor_speed: Numbers = Field(description="reference speed omega* at the nodes [rad/s]")
+    trim_effort: Numbers = Field(description="q* at the nodes [rad/s^2]")
+    effectiveness: Numbers = Field(description="assumed pitch effectiveness b [rad/s^2 per rad]")
+    effectiveness_limit: Numbers = Field(description="largest considered [rad/s^2 per rad]")
+    overlap: float = Field(gt=0, description="eps of the effort ramp [rad/s^2]")
+    proportional: Numbers = Field(description="gamma at the nodes [1/s]")
+    integral_rate: Numbers = Field(description="nu, constant between two nodes [1/s]")
+    inertia_feedforward: Numbers = Field(
+        description="f, constant between two nodes [rad/s per m/s]: f v_s' is fed forward to torque"
+    )
+    feedforward_limit: Numbers = Field(
+        description="g, constant between two nodes [rad/s^2]: f v_s' is held within +-g"
+    )
+    pitch_lead: float = Field(ge=0, description="tau_lead [s]")
+    rated_torque: float = Field(gt=0, description="[N m]")
+    effort_torque: float = Field(gt=0, description="J / n_g, torque per effort [N m s^2/rad]")
+    pitch_min: float
+    pitch_max: float
+    wind_filter: float = Field(ge=0, description="tau_f [s]; 0 passes the estimate through")
+    integral_limit: float = Field(gt=0, description="largest |x| [rad/s]")
+
+    @model_validator(mode="after")
+    def _one_number_per_node(self) -> CoherentLawTables:
+        count = len(self.wind)
+        if any(b <= a for a, b in zip(self.wind, self.wind[1:], strict=False)):
+            raise ValueError("law.wind: the nodes must increase")
+        columns = ("rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
+        between = ("integral_rate", "inertia_feedforward", "feedforward_limit")
+        needed = dict.fromkeys((*columns, "proportional"), count)
+        needed |= dict.fromkeys(between, count - 1)
+        for name, length in needed.items():
+            if len(getattr(self, name)) != length:
+                found = len(getattr(self, name))
+                raise ValueError(f"law.{name} has {found} numbers for {count} winds; {length} fit")
+        return self
+
+
+class PaperLawTables(BaseModel):
+    """One of the published laws, as its certificate states it."""
+
+    model_config = ConfigDict(extra="allow", allow_inf_nan=False)
+
+    name: Literal["paper", "paper-two-integrators"]
+
+
+class Columns(Strict):
+    """A table by columns."""
+
+    wind: Numbers
+    rotor_speed: Numbers
+    pitch: Numbers
+    torque: Numbers
+    region: list[str]
+
+
+class RampEntry(Strict):
+    """The ramp psi that shares an effort between torque and pitch."""
+
+    overlap: float
+    formula: list[str]
+
+
+class ObserverEntry(Strict):
+    """The wind observer: two gains on the speed error, and where the estimate is held."""
+
+    l1: float
+    l2: float
+    decay_rate: float
+    wind_limits: Numbers = Field(min_length=2, max_length=2)
+    equations: list[str]
+
+
+class RotorEntry(Strict):
+    """What observer and premises need of the rotor: T_r = torque_constant v^2 c_Q."""
+
+    torque_constant: float
+    radius: float
+    rotor_inertia: float
+    generator_inertia: float
+    gear_ratio: float
+    inertia: float = Field(description="J on the low-speed side [kg m^2]")
+    torque_coefficient: SplineEntry
+
+
+class StartEntry(Strict):
+    """Integrals to start from, over wind."""
+
+    wind: Numbers
+    integrals: list[Numbers]
+
+
+class WindClassEntry(Strict):
+    """The certified wind class, one entry per wind cell."""
+
+    cells: list[Numbers]
+    proved: list[bool]
+    wind_error: Numbers
+    wind_rate: Numbers
+    decay_rate: Numbers
+
+
+class TurbineCertificateEntry(CertificateEntry):
+    """The same with the figures of the turbine's loop."""
+
+    decay_rate: float | None
+    overspeed: float | None
+    wind_class: WindClassEntry | None
+
+
+class GainFile(Envelope):
+    """The whole file."""
+
+    turbine: str
+    law: Annotated[CoherentLawTables | PaperLawTables, Field(discriminator="name")]
+    states: list[str]
+    schedule: dict[str, str]
+    execution: dict[str, str] = Field(description="one sample of the law, in words")
+    ramp: RampEntry | None
+    start: StartEntry | None
+    trim: Columns
+    limits: dict[str, Numbers | float]
+    observer: ObserverEntry
+    rotor: RotorEntry
+    certificate: TurbineCertificateEntry
 
 
 def gain_file(design: TurbineDesign) -> dict[str, Any]:
-    """Return the content of ``gains.json`` as plain data, checked against its schema.
-
-    ``law`` is ``design.document["gains"]`` itself; every other number is written as it is used.
-
-    Raises
-    ------
-    pydantic.ValidationError : a law whose tables do not fit each other.
-    """
-    found = gain_file_of(design.document)
-    GainFile.model_validate(found)
-    return found
+    """Return the content of ``gains.json`` as plain data, see ``envelope.validated``."""
+    return validated(design.document, GainFile)
 
 
-def dump_gains(content: dict[str, Any]) -> str:
-    """Return the file's text: a line for each step, the same bytes for the same numbers."""
-    body = ",\n".join(f"{json.dumps(key)}: {_text(key, value)}" for key, value in content.items())
-    return f"{{\n{body}\n}}\n"
-
-
-def _text(key: str, value: Any) -> str:
-    if key not in LISTED:
-        return json.dumps(value, allow_nan=False)
-    return _lines(value, 2 if key == "programs" else 0)
-
-
-def _lines(value: Any, depth: int, indent: str = "  ") -> str:
-    """Return a value with its entries on lines of their own, to some depth."""
-    inner = [json.dumps(part, allow_nan=False) for part in value]
-    if depth and isinstance(value, dict | list):
-        parts = value.values() if isinstance(value, dict) else value
-        inner = [
-            _lines(part, depth - 1, indent + "  ") if isinstance(part, dict | list) and part
-            else json.dumps(part, allow_nan=False)
-            for part in parts
-        ]  # fmt: skip
-    elif isinstance(value, dict):
-        inner = [json.dumps(part, allow_nan=False) for part in value.values()]
-    if isinstance(value, dict):
-        inner = [f"{json.dumps(k)}: {text}" for k, text in zip(value, inner, strict=True)]
-    ends = "{}" if isinstance(value, dict) else "[]"
-    return f"{ends[0]}\n{indent}" + f",\n{indent}".join(inner) + f"\n{indent[2:]}{ends[1]}"
+def gain_file_schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of a turbine's ``gains.json``."""
+    return file_schema(GainFile, "takagi gain file")

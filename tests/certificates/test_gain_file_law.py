@@ -22,7 +22,8 @@ from takagi.models.laws import CoherentLaw, EffortGains, Law, Measurement, effor
 from takagi.models.laws.effort_sharing.feedforward import no_feedforward
 from takagi.models.turbine import Turbine, nrel5mw
 from takagi.models.turbine.derating import derated
-from takagi.reports.gains_file.turbine import dump_gains, gain_file
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.turbine import gain_file
 
 TURBINE = nrel5mw()
 

@@ -27,8 +27,8 @@ from takagi.cli.main import main
 from takagi.models.laws import CoherentLaw, EffortGains, effort_schedule
 from takagi.models.plant_files.loader import load_plant, plant_files
 from takagi.models.turbine import nrel5mw
+from takagi.reports.gains_file.envelope import dump_gains
 from takagi.reports.gains_file.plant import plant_gain_file
-from takagi.reports.gains_file.turbine import dump_gains
 
 Capture = pytest.CaptureFixture[str]
 Change = Callable[[dict[str, Any]], object]

@@ -23,8 +23,8 @@ def gains(cubic: Path, tmp_path: Path) -> Path:
     from takagi.certificates.design.plant.design import design_plant
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant_files.loader import load_plant, plant_files
+    from takagi.reports.gains_file.envelope import dump_gains
     from takagi.reports.gains_file.plant import plant_gain_file
-    from takagi.reports.gains_file.turbine import dump_gains
 
     found = design_plant(load_plant(cubic), files=plant_files(cubic))
     assert isinstance(found, PlantDesign)

@@ -16,8 +16,8 @@ from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.certificates.document.certificate_file import dumps
 from takagi.models.laws.protocol import Measurement
 from takagi.models.turbine.trim import trim
-from takagi.reports.gains_file.schema import GainFile
-from takagi.reports.gains_file.turbine import dump_gains, gain_file, gain_file_schema
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.turbine import GainFile, gain_file, gain_file_schema
 
 
 def test_law_is_the_certificates(turbine_design: TurbineDesign) -> None:

@@ -34,7 +34,8 @@ from takagi.models.plant.plant import Plant
 from takagi.models.plant_files.loader import load_plant
 from takagi.models.sector.model import sector_model
 from takagi.models.turbine.trim import trim
-from takagi.reports.gains_file.turbine import dump_gains, gain_file
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.turbine import gain_file
 
 PAGE = (Path(__file__).parents[2] / "docs" / "gain-file.md").read_text(encoding="utf-8")
 """The page."""

@@ -15,8 +15,8 @@ from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import dumps
 from takagi.models import Interval, Plant, Variable
+from takagi.reports.gains_file.envelope import dump_gains
 from takagi.reports.gains_file.plant import PlantGainFile, plant_gain_file, plant_gain_file_schema
-from takagi.reports.gains_file.turbine import dump_gains
 from takagi.reports.simulation.plant import simulate_plant, simulation_data
 
 X, V, F = sp.symbols("x v F", real=True)

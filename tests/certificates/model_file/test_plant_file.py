@@ -23,8 +23,8 @@ from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import load_plant, plant_files
 from takagi.models.sector.model import sector_model
 from takagi.reports.baseline.changes import changes
+from takagi.reports.gains_file.envelope import dump_gains
 from takagi.reports.gains_file.plant import plant_gain_file
-from takagi.reports.gains_file.turbine import dump_gains
 from tests.certificates.model_file.rewrites import Rewrite, replaced, reversed_sections
 
 Capture = pytest.CaptureFixture[str]
