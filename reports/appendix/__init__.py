@@ -1,5 +1,6 @@
 r"""The LaTeX appendix of a design: derivation, law, theorem, LMIs, gains, certificate, margins.
 
+    assembly                          one appendix from its templates and figures; what all say
     turbine_files, turbine_figures    a turbine's appendix: ``appendix_files``
     turbine, regional, schedule       plant, regional models, the effort-sharing law's tables
     blending                          the published coupling filter

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.reports.appendix.assembly import checked_context
 from takagi.reports.appendix.tex import Tex, decimal, escape, interval, matrix, span
 from takagi.reports.page.rounded_bounds import at_most_to
 
@@ -32,22 +32,10 @@ _PEAKS = {
 
 def certificate_context(design: TurbineDesign) -> dict[str, Any]:
     """Return verdict, claims and, for the coherent loop, the tables of its cells."""
-    checked = design.checked
     claims = list(design.document.get("claims", ()))
-    context: dict[str, Any] = {
-        "proved": checked.verdict is Verdict.PROVED,
-        "verdict": checked.verdict.name,
-        "verdict_text": checked.verdict.value,
-        "verdicts": [
-            {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}
-            for claim in checked.claims
-        ],
-        "assumes": "; ".join(checked.assumes).replace("<=", "at most"),
-        "messages": checked.messages,
-        "hashes": _hashes(design.document),
-        "versions": _versions(design.document),
+    context = checked_context(design) | {
+        "assumes": "; ".join(design.checked.assumes).replace("<=", "at most"),
         "other_claims": [_other(claim) for claim in claims if claim.get("kind") != "coherent-loop"],
-        "loop": None,
     }
     loops = [claim for claim in claims if claim.get("kind") == "coherent-loop"]
     if loops:
@@ -147,13 +135,3 @@ def _is_matrix(value: Any) -> bool:
         isinstance(row, (list, tuple)) and row and all(isinstance(x, (int, float)) for x in row)
         for row in value
     )
-
-
-def _hashes(document: Mapping[str, Any]) -> list[list[Tex]]:
-    found = document.get("provenance", {}).get("sha256", {})
-    return [[escape(name), Tex(rf"\texttt{{{escape(value)}}}")] for name, value in found.items()]
-
-
-def _versions(document: Mapping[str, Any]) -> str:
-    found = document.get("provenance", {}).get("versions", {})
-    return ", ".join(f"{name} {version}" for name, version in found.items())

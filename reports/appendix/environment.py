@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["render"]
 
-_TEMPLATES = ("takagi.reports.appendix.templates", "takagi.reports.sections.plant.templates")
+_TEMPLATES = "takagi.reports.appendix.templates"
 
 
 def render(template: str, context: Mapping[str, object]) -> str:
@@ -56,6 +56,4 @@ def _row(cells: Iterable[object]) -> Tex:
 
 
 def _source(name: str) -> str:
-    # The templates of a plant's appendix lie with its report; their names begin with plant_.
-    package = _TEMPLATES[name.startswith("plant_")]
-    return files(package).joinpath(name).read_text(encoding="utf-8")
+    return files(_TEMPLATES).joinpath(name).read_text(encoding="utf-8")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from takagi.reports.appendix.assembly import checked_context
 from takagi.reports.appendix.tex import NONE, Tex, decimal, escape, fixed, matrix, scientific, unit
 from takagi.reports.loops.plant_local import LocalLoop
 from takagi.reports.loops.proved_kinds import embedded
@@ -32,8 +33,14 @@ MOST_ROWS = MOST_MARGINS = 40
 def latex_context(
     design: PlantDesign, loop: PlantLoop, loops: Sequence[LocalLoop]
 ) -> dict[str, Any]:
-    """Return what all sections show."""
+    """Return what all templates show."""
+    name = design.plant.name or "Plant"
+    shown = "certificate and poles" if loop.gains is None else "law, certificate and margins"
     return {
+        "subject": name,
+        "title": name,
+        "subtitle": f"Derivation, {shown}",
+        "contents": False,
         **_plant(design.plant),
         **_derivation(design),
         **_law(design, loop),
@@ -45,7 +52,6 @@ def latex_context(
 
 def _plant(plant: Plant) -> dict[str, Any]:
     return {
-        "name": plant.name or "Plant",
         "description": plant.description,
         "source": plant.source,
         "sample_time": None if plant.sample_time is None else decimal(plant.sample_time),
@@ -107,26 +113,15 @@ def _law(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
 
 
 def _certificate(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
-    provenance = design.document.get("provenance", {})
     level = loop.level if loop.bounded else None
-    return {
-        "verdict": design.checked.verdict.name,
-        "verdict_text": design.checked.verdict.value,
-        "proved": design.checked.verdict.name == "PROVED",
+    return checked_context(design) | {
         "embedded": embedded(design),
-        "claims": [(c.verdict.name, c.name, c.text) for c in design.checked.claims],
-        "messages": list(design.checked.messages),
         "discrete": loop.discrete,
         "decay": None if loop.decay_rate is None else decimal(loop.decay_rate),
         "P": None if loop.decay_P is None else matrix(loop.decay_P, exactly=True),
         "level": None if level is None else scientific(level, 4),
         "level_proved": loop.level_proved,
         "states": [escape(label) for label in loop.model.states],
-        "hashes": [
-            [escape(name), Tex(rf"\texttt{{{escape(value)}}}")]
-            for name, value in provenance.get("sha256", {}).items()
-        ],
-        "versions": ", ".join(f"{k} {v}" for k, v in provenance.get("versions", {}).items()),
     }
 
 

@@ -1,4 +1,4 @@
-"""The LaTeX appendix of a plant as files: it compiles alone, or goes into a paper."""
+"""The LaTeX appendix of a plant's design."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from takagi.reports.loops.plant_local import LocalLoop, local_loops
 from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from takagi.certificates.design.plant.design import PlantDesign
 
 __all__ = ["plant_appendix"]
 
 Tell = Callable[[str], None]
-FIGURES = "figures"
 
 
 def plant_appendix(design: PlantDesign, *, tell: Tell | None = None) -> dict[str, bytes | str]:
@@ -32,7 +33,7 @@ def plant_appendix(design: PlantDesign, *, tell: Tell | None = None) -> dict[str
     ------
     ModelError : gains that do not fit the model.
     """
-    from takagi.reports.appendix.environment import render
+    from takagi.reports.appendix.assembly import assembled
     from takagi.reports.appendix.plant_context import latex_context
 
     say = tell or _silent
@@ -42,16 +43,10 @@ def plant_appendix(design: PlantDesign, *, tell: Tell | None = None) -> dict[str
     say("figures")
     figures = _figures(loop, loops)
     say("LaTeX")
-    context = {**latex_context(design, loop, loops), "figures": sorted(figures)}
-    files: dict[str, bytes | str] = {
-        "appendix.tex": render("plant_appendix.tex.jinja", context),
-        "appendix-body.tex": render("plant_body.tex.jinja", context),
-    }
-    return files | {f"{FIGURES}/{name}": data for name, data in figures.items()}
+    return assembled("plant_body.tex.jinja", latex_context(design, loop, loops), figures)
 
 
-def _figures(loop: PlantLoop, loops: Sequence[LocalLoop]) -> dict[str, bytes]:
-    from takagi.reports.figures import figure_to_pdf
+def _figures(loop: PlantLoop, loops: Sequence[LocalLoop]) -> dict[str, Figure]:
     from takagi.reports.figures.plant.captioned import AROUND, bode_drawings
     from takagi.reports.figures.plant.phase_plane import phase_figure, planes
     from takagi.reports.figures.plant.poles import vertex_poles_figure
@@ -69,7 +64,7 @@ def _figures(loop: PlantLoop, loops: Sequence[LocalLoop]) -> dict[str, bytes]:
         found["phase"] = phase_figure(loop, motions(loop, around(loop, AROUND)) if two else shown)
     for k, (_, figure) in enumerate(bode_drawings(loops), 1):
         found[f"bode-{k}" if k > 1 else "bode"] = figure
-    return {f"{name}.pdf": figure_to_pdf(figure) for name, figure in found.items()}
+    return found
 
 
 def _silent(_: str) -> None:

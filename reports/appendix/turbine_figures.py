@@ -1,4 +1,4 @@
-"""The figures of the appendix, as PDF."""
+"""The figures of a turbine's appendix."""
 
 from __future__ import annotations
 
@@ -16,27 +16,25 @@ from takagi.reports.appendix.robustness import TrimLoops
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["appendix_figures"]
+__all__ = ["drawn_figures"]
 
 _BODE_WINDS = (6.0, 10.0, 11.4, 12.0, 14.0, 18.0, 25.0)
 _CURVE = 120
 
 
-def appendix_figures(design: TurbineDesign, loops: list[TrimLoops]) -> dict[str, bytes]:
-    """Return file name (without folder) -> PDF; a figure without content is left out."""
-    from takagi.reports.figures import figure_to_pdf
-
+def drawn_figures(design: TurbineDesign, loops: list[TrimLoops]) -> dict[str, Figure]:
+    """Return name -> figure; a figure without content is left out."""
     drawn: dict[str, Callable[[], Figure | None]] = {
-        "surface.pdf": lambda: _surface(design),
-        "trim.pdf": lambda: _trim(design),
-        "memberships.pdf": lambda: _memberships(design),
-        "cells.pdf": lambda: _cells(design),
-        "poles.pdf": lambda: _poles(design, loops),
-        "bode-torque.pdf": lambda: _bode(loops, "torque"),
-        "bode-pitch.pdf": lambda: _bode(loops, "pitch"),
+        "surface": lambda: _surface(design),
+        "trim": lambda: _trim(design),
+        "memberships": lambda: _memberships(design),
+        "cells": lambda: _cells(design),
+        "poles": lambda: _poles(design, loops),
+        "bode-torque": lambda: _bode(loops, "torque"),
+        "bode-pitch": lambda: _bode(loops, "pitch"),
     }
     figures = {name: draw() for name, draw in drawn.items()}
-    return {name: figure_to_pdf(figure) for name, figure in figures.items() if figure is not None}
+    return {name: figure for name, figure in figures.items() if figure is not None}
 
 
 def _surface(design: TurbineDesign) -> Figure:

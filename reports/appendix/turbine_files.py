@@ -1,4 +1,4 @@
-"""The appendix as files: LaTeX that compiles alone, its body, and the figures."""
+"""The LaTeX appendix of a turbine's design."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ from takagi.certificates.design.turbine.design import TurbineDesign
 __all__ = ["appendix_files"]
 
 Tell = Callable[[str], None]
-
-FIGURES = "figures"
 
 
 def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[str, bytes | str]:
@@ -24,21 +22,22 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
     ----------
     tell : called with a word before each step.
     """
+    from takagi.reports.appendix.assembly import assembled
     from takagi.reports.appendix.blending import blending_context
     from takagi.reports.appendix.certificate import certificate_context
     from takagi.reports.appendix.conditions import conditions_context
-    from takagi.reports.appendix.environment import render
     from takagi.reports.appendix.regional import region_context
     from takagi.reports.appendix.robustness import margins_context, trim_loops
     from takagi.reports.appendix.schedule import law_context
+    from takagi.reports.appendix.tex import Tex, escape
     from takagi.reports.appendix.turbine import plant_context
-    from takagi.reports.appendix.turbine_figures import appendix_figures
+    from takagi.reports.appendix.turbine_figures import drawn_figures
 
     say = tell or _silent
     say("margins at the trims")
     loops, none = trim_loops(design)
     say("figures")
-    figures = appendix_figures(design, loops)
+    figures = drawn_figures(design, loops)
     say("LaTeX")
     context: dict[str, object] = {
         **plant_context(design),
@@ -49,13 +48,14 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
         **margins_context(loops, none),
         "partial": region_context(design.partial_load, design.regional.partial, "b"),
         "full": region_context(design.full_load, design.regional.full, "c"),
-        "figures": sorted(figures),
+        "subject": design.turbine.name,
+        "title": f"{design.turbine.name}: multi-region controller design",
+        "subtitle": Tex(
+            rf"Derivation, law \texttt{{{escape(design.law.name)}}}, certificate and margins"
+        ),
+        "contents": True,
     }
-    files: dict[str, bytes | str] = {
-        "appendix.tex": render("appendix.tex.jinja", context),
-        "appendix-body.tex": render("body.tex.jinja", context),
-    }
-    return files | {f"{FIGURES}/{name}": data for name, data in figures.items()}
+    return assembled("turbine_body.tex.jinja", context, figures)
 
 
 def _silent(_: str) -> None:

@@ -1,1 +1,1 @@
-"""Templates of the report and the appendix of a plant."""
+"""Templates of the report of a plant, one a section."""

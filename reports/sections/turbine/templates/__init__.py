@@ -1,1 +1,1 @@
-"""The words and the style of the HTML report: Jinja templates and one style sheet."""
+"""Templates of the report of a turbine, one a section."""
