@@ -11,6 +11,7 @@ from takagi.reports.appendix.assembly import checked_context
 from takagi.reports.appendix.tex import NONE, Tex, decimal, escape, fixed, matrix, scientific, unit
 from takagi.reports.loops.plant_local import LocalLoop
 from takagi.reports.loops.proved_kinds import embedded
+from takagi.reports.page.labels import name_of
 from takagi.reports.page.readable_latex import readable, shortens
 from takagi.reports.sections.plant.derivation import derivation_steps
 from takagi.reports.sections.plant.gains import gain_columns
@@ -127,7 +128,7 @@ def _certificate(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
 
 def _margin_row(one: LocalLoop) -> list[Tex]:
     m = one.margins
-    head = [escape(one.place), escape(one.input.split(" [")[0])]
+    head = [escape(one.place), escape(name_of(one.input))]
     if not m.stable:
         return [*head, *[escape("unstable")] * 6]
     decibels = 20 * np.log10(m.gain_increase)

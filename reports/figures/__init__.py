@@ -18,7 +18,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.reports.figures.bode import BodeLine, bode_figure
+    from takagi.reports.figures.bode import BodeLine, bode_figure, bode_line
     from takagi.reports.figures.cells import cells_figure
     from takagi.reports.figures.equilibria import rests_figure
     from takagi.reports.figures.memberships import membership_figure
@@ -36,6 +36,7 @@ __all__ = [
     "ResponseLine",
     "ScenarioRun",
     "bode_figure",
+    "bode_line",
     "cells_figure",
     "decimate",
     "figure_to_pdf",
@@ -57,6 +58,7 @@ _HOME = {
     "ResponseLine": "response",
     "ScenarioRun": "scenario",
     "bode_figure": "bode",
+    "bode_line": "bode",
     "cells_figure": "cells",
     "decimate": "style",
     "figure_to_pdf": "writing",

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["BodeLine", "bode_figure"]
+    from takagi.reports.margins import LoopResponse, Margins
+
+__all__ = ["BodeLine", "bode_figure", "bode_line"]
 
 Real = NDArray[np.float64]
 
@@ -48,6 +50,16 @@ class BodeLine:
     response: NDArray[np.complex128]
     crossover: float | None = None
     phase_crossover: float | None = None
+
+
+def bode_line(label: str, loop: LoopResponse, margins: Margins, omega: Real) -> BodeLine:
+    """Return a loop at the frequencies omega [rad/s], with the places of its margins."""
+    places = (margins.phase_frequency, margins.gain_increase_frequency)
+    if not margins.stable:
+        # An unstable loop has crossings too, but no margins: none are marked.
+        label, places = f"{label}, unstable", (np.nan, np.nan)
+    marked = (float(w) if np.isfinite(w) else None for w in places)
+    return BodeLine(label, loop.evaluate(omega)[:, 0, 0], *marked)
 
 
 def bode_figure(

@@ -14,6 +14,7 @@ from takagi.certificates.checker.kernel.result import Verdict
 from takagi.models.errors import ModelError
 from takagi.models.plant.plant import Plant
 from takagi.models.ts.model import Matrices, TSModel
+from takagi.reports.page.labels import name_of
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -54,7 +55,7 @@ class PlantLoop:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the model's states without units, e.g. ``"angle"``."""
-        return tuple(label.split(" [")[0] for label in self.model.states)
+        return tuple(name_of(label) for label in self.model.states)
 
     @property
     def bounded(self) -> bool:
@@ -74,7 +75,7 @@ class PlantLoop:
     @cached_property
     def _others(self) -> dict[str, float]:
         labels = (*self.model.inputs, *self.model.disturbances)
-        return {label.split(" [")[0]: 0.0 for label in labels}
+        return {name_of(label): 0.0 for label in labels}
 
     @cached_property
     def blend(self) -> RunningBlend | None:

@@ -1,6 +1,7 @@
 """What every HTML page is made of.
 
 assembly                 a page put together from sections; templates/ has what all share
+labels                   labels of variables, in name and unit
 text                     numbers as text, tables, figures with captions, sections
 rounded_bounds           proved bounds, rounded to the side on which they stay true
 mathml, mathml_signs     formulas as MathML

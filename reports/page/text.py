@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ __all__ = [
     "Table",
     "at_least",
     "at_most",
+    "complex_words",
     "decimal",
     "fixed",
     "plate",
@@ -139,6 +140,17 @@ def at_least(value: float, digits: int = 3) -> str:
 def decimal(value: float) -> str:
     """Return a short decimal as it is emitted, without zeros at its end."""
     return f"{value:.12g}".replace("-", MINUS)
+
+
+def complex_words(values: Iterable[complex], digits: int = 3) -> list[str]:
+    """Return complex numbers to so many digits, those with the largest real part first."""
+    found = []
+    for value in sorted(map(complex, values), key=lambda p: (-p.real, p.imag)):
+        real, imaginary = (significant(x, digits) for x in (value.real, abs(value.imag)))
+        sign = "+" if value.imag > 0 else MINUS
+        alone = abs(value.imag) < 1e-9 * max(abs(value), 1e-9)
+        found.append(real if alone else f"{real} {sign} {imaginary} j")
+    return found
 
 
 def powers(words: str) -> str:

@@ -2,5 +2,8 @@
 
 turbine/           the report of a turbine's design
 plant/             the report of a plant's design
-reproducibility    how to check a certificate, and where everything comes from: both have it
+verdict            what both say first
+premise_table      premises with their bounds
+margin_table       margins of linear loops
+reproducibility    how to check a certificate, and where everything comes from
 """

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.reports.figures import BodeLine, bode_figure
+from takagi.reports.figures import bode_figure, bode_line
 from takagi.reports.figures.plant.phase_plane import phase_figure, planes
 from takagi.reports.figures.plant.poles import vertex_poles_figure
 from takagi.reports.figures.plant.responses import responses_figure
 from takagi.reports.figures.plant.weights import PremiseCurve, premise_curves, weights_figure
 from takagi.reports.loops.plant_local import LocalLoop, common_frequencies
 from takagi.reports.loops.plant_motion import Motion, around, motions
+from takagi.reports.page.labels import name_of
 from takagi.reports.page.text import Plate, plate
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def weights_plate(loop: PlantLoop) -> Drawn:
     curves = premise_curves(loop.model)
     if not curves:
         return Drawn(())
-    held = sorted({label.split(" [")[0] for curve in curves for label in curve.held})
+    held = sorted({name_of(label) for curve in curves for label in curve.held})
     caption = (
         "Weights of the premises over the variables they depend on, as deviations from rest; the "
         "membership of a rule is the product of its premises' weights."
@@ -86,7 +87,8 @@ def bode_drawings(loops: Sequence[LocalLoop]) -> list[tuple[str, Figure]]:
             (one for one in mine if one not in rest), key=lambda o: o.margins.disk.alpha
         )
         shown = [*rest, *others[: MOST_LINES - 1]]
-        found.append((name, bode_figure(omega, [_bode_line(one, omega) for one in shown])))
+        lines = [bode_line(one.place, one.response, one.margins, omega) for one in shown]
+        found.append((name, bode_figure(omega, lines)))
     return found
 
 
@@ -96,7 +98,7 @@ def bode_plates(loops: Sequence[LocalLoop]) -> tuple[Plate, ...]:
         plate(
             figure,
             f"bode-{k}" if k > 1 else "bode",
-            caption=f"The loop broken at {name.split(' [')[0]}, all other loops closed: at rest, "
+            caption=f"The loop broken at {name_of(name)}, all other loops closed: at rest, "
             "and the vertices with the smallest disk margins. Filled dot: crossover with phase "
             "margin (PM); open dot: phase crossover with gain margin (GM).",
             alternative=f"Bode plot of the loop at {name} at rest and at vertices",
@@ -137,14 +139,6 @@ def motion_plates(loop: PlantLoop, shown: Sequence[Motion]) -> Drawn:
         )
         data["phase.csv"] = _motions_csv(loop, drawn)
     return Drawn(tuple(found), data)
-
-
-def _bode_line(one: LocalLoop, omega: np.ndarray) -> BodeLine:
-    m = one.margins
-    marked = (m.phase_frequency, m.gain_increase_frequency) if m.stable else (np.nan, np.nan)
-    label = one.place + ("" if m.stable else ", unstable")
-    values = one.response.evaluate(omega)[:, 0, 0]
-    return BodeLine(label, values, *(float(w) if np.isfinite(w) else None for w in marked))
 
 
 def _curve_csv(curve: PremiseCurve) -> str:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from takagi.models.errors import ModelError
 from takagi.reports.figures.style import COLOURS, SEQUENTIAL, STYLES, house_style, new_figure
+from takagi.reports.page.labels import name_of
 from takagi.reports.page.text import powers
 
 if TYPE_CHECKING:
@@ -46,9 +47,7 @@ class PremiseCurve:
 
 def premise_curves(model: TSModel) -> tuple[PremiseCurve, ...]:
     """Return a curve (or surface) for each premise that is not constant."""
-    rest = {
-        label.split(" [")[0]: 0.0 for label in (*model.states, *model.inputs, *model.disturbances)
-    }
+    rest = {name_of(label): 0.0 for label in (*model.states, *model.inputs, *model.disturbances)}
     return tuple(
         _curve(model, premise, rest)
         for premise in model.premises
@@ -84,7 +83,7 @@ def weights_figure(curves: tuple[PremiseCurve, ...]) -> Figure:
 def _curve(model: TSModel, premise: Premise, rest: dict[str, float]) -> PremiseCurve:
     assert premise.evaluate is not None
     box = {label: (float(a), float(b)) for label, (a, b) in model.box.items()}
-    known = {label: box[label] for label in box if label.split(" [")[0] in rest}
+    known = {label: box[label] for label in box if name_of(label) in rest}
     found = _dependent(premise, known, rest) or list(known)[:1]
     shown = tuple(found[:2])
     size = LINE if len(shown) == 1 else GRID
@@ -92,7 +91,7 @@ def _curve(model: TSModel, premise: Premise, rest: dict[str, float]) -> PremiseC
 
     def value(*point: float) -> float:
         assert premise.evaluate is not None
-        names = [label.split(" [")[0] for label in shown]
+        names = [name_of(label) for label in shown]
         return premise.evaluate(**{**rest, **dict(zip(names, point, strict=True))})
 
     if len(shown) == 1:
@@ -110,9 +109,9 @@ def _dependent(
     chance = np.random.default_rng(SEED)
     found = []
     for label in box:
-        name = label.split(" [")[0]
+        name = name_of(label)
         for _ in range(TRIES):
-            point = {**rest, **{k.split(" [")[0]: chance.uniform(*ends) for k, ends in box.items()}}
+            point = {**rest, **{name_of(k): chance.uniform(*ends) for k, ends in box.items()}}
             first = premise.evaluate(**point)
             if premise.evaluate(**{**point, name: chance.uniform(*box[label])}) != first:
                 found.append(label)

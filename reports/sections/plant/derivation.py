@@ -8,15 +8,15 @@ from takagi.models.equations.step import Step
 from takagi.reports.figures.plant.captioned import Drawn
 from takagi.reports.page.mathml import mathml
 from takagi.reports.page.readable_latex import readable, shortens
-from takagi.reports.page.text import Section, Table, decimal
+from takagi.reports.page.text import Section
+from takagi.reports.sections.premise_table import premise_table
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.design import PlantDesign
     from takagi.models.ts.model import TSModel
 
-__all__ = ["derivation_section", "derivation_steps", "premise_rows"]
+__all__ = ["derivation_section", "derivation_steps"]
 
-PREMISES = (("premise", ""), ("lower", ""), ("upper", ""), ("unit", ""), ("bounds by", ""))
 VERTEX = "Vertex "
 
 
@@ -32,7 +32,7 @@ def derivation_section(design: PlantDesign, drawn: Drawn) -> Section:
             "steps": [(step.title, mathml(readable(step.latex))) for step in steps],
             "vertices": [(step.title, mathml(readable(step.latex))) for step in vertices],
             "rounded": any(shortens(step.latex) for step in steps),
-            "premises": Table("Premises with proved bounds", PREMISES, premise_rows(model)),
+            "premises": premise_table(model, "Premises with proved bounds", "bounds by"),
             "constant": [p.name for p in model.premises if len(p.corners) == 1],
             "rules": len(model.rules),
             "figures": list(drawn.plates),
@@ -46,12 +46,4 @@ def derivation_steps(model: TSModel) -> tuple[tuple[Step, ...], tuple[Step, ...]
     return (
         tuple(step for step in steps if not step.title.startswith(VERTEX)),
         tuple(step for step in steps if step.title.startswith(VERTEX)),
-    )
-
-
-def premise_rows(model: TSModel) -> tuple[tuple[str, ...], ...]:
-    """Return name, lower, upper, unit and evidence of each premise."""
-    return tuple(
-        (p.name, decimal(float(p.lower)), decimal(float(p.upper)), p.unit, p.evidence)
-        for p in model.premises
     )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.reports.loops.proved_kinds import proved_kinds
+from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.mathml import mathml
 from takagi.reports.page.text import Section, Table, decimal, significant
 
@@ -53,7 +54,7 @@ def gain_columns(loop: PlantLoop) -> tuple[tuple[str, str], ...]:
     heads = [("rule", ""), *((p.name, "") for p in premises)]
     for given in loop.model.inputs:
         for state in loop.model.states:
-            u, x = given.split(" [")[0], state.split(" [")[0]
+            u, x = name_of(given), name_of(state)
             heads.append((f"{u} by {x}", _per(_unit(given), _unit(state))))
     return tuple(heads)
 
@@ -100,11 +101,11 @@ def _trim(loop: PlantLoop) -> Table:
 def _words(label: str, size: float) -> str:
     """Return e.g. "3393 N of force"."""
     unit = _unit(label)
-    return f"{significant(size)}{'' if unit == '-' else f' {unit}'} of {label.split(' [')[0]}"
+    return f"{significant(size)}{'' if unit == '-' else f' {unit}'} of {name_of(label)}"
 
 
 def _unit(label: str) -> str:
-    return label.partition(" [")[2].rstrip("]") or "-"
+    return unit_of(label) or "-"
 
 
 def _per(above: str, below: str) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from takagi.reports.figures.plant.captioned import Drawn
 from takagi.reports.loops.plant_motion import Motion
+from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.text import DASH, Section, Table, significant
 
 if TYPE_CHECKING:
@@ -61,9 +62,9 @@ def _table(loop: PlantLoop, shown: Sequence[Motion]) -> Table:
     inputs = [v.label for v in loop.plant.inputs] if loop.gains is not None else []
     columns = [
         ("start", ""),
-        *((f"{label.split(' [')[0]} at start", _unit(label)) for label in loop.model.states),
+        *((f"{name_of(label)} at start", unit_of(label)) for label in loop.model.states),
         ("settled to 1 %", "s"),
-        *((f"{label.split(' [')[0]}, largest", _unit(label)) for label in inputs),
+        *((f"{name_of(label)}, largest", unit_of(label)) for label in inputs),
     ]
     rows = []
     for motion in shown:
@@ -78,7 +79,3 @@ def _table(loop: PlantLoop, shown: Sequence[Motion]) -> Table:
             )
         )
     return Table("The motions in figures", tuple(columns), tuple(rows))
-
-
-def _unit(label: str) -> str:
-    return label.partition(" [")[2].rstrip("]")

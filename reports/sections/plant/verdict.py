@@ -8,8 +8,10 @@ import numpy as np
 
 from takagi.reports.loops.plant_local import LocalLoop
 from takagi.reports.loops.proved_kinds import embedded, proved_kinds
+from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.text import Section, at_least, decimal, significant
 from takagi.reports.sections.plant.gains import largest_commands
+from takagi.reports.sections.verdict import verdict_box
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,13 +24,9 @@ __all__ = ["verdict_section"]
 
 def verdict_section(design: PlantDesign, loop: PlantLoop, loops: Sequence[LocalLoop]) -> Section:
     """Return the verdict box of a plant's design."""
-    return Section(
-        "verdict",
-        "Verdict",
+    return verdict_box(
+        design.checked,
         {
-            "verdict": design.checked.verdict.name,
-            "meaning": design.checked.verdict.value,
-            "claims": [(c.name, c.verdict.name, c.text) for c in design.checked.claims],
             "messages": list(design.checked.messages),
             "name": design.plant.name or "the plant",
             "embedded": embedded(design),
@@ -72,14 +70,14 @@ def _facts(
         )
     facts += [
         (
-            f"Box, {_name(label)}",
+            f"Box, {name_of(label)}",
             f"{_short(float(low))} to {_short(float(high))} {_unit(label)}",
             "deviation from rest",
         )
         for label, (low, high) in model.box.items()
     ]
     facts += [
-        ("Largest command", f"{significant(size)} {_unit(name)}", f"of {_name(name)}, from rest "
+        ("Largest command", f"{significant(size)} {_unit(name)}", f"of {name_of(name)}, from rest "
          "value, for states in the ellipsoid; floating point")
         for name, size in ([] if limits else largest_commands(loop))
     ]  # fmt: skip
@@ -89,7 +87,7 @@ def _facts(
             "Margins at rest",
             f"{significant(float(np.degrees(one.margins.phase)), 2)}° phase, "
             f"{significant(one.margins.disk.alpha, 2)} disk",
-            f"loop at {_name(one.input)}, linear; a delay of {significant(one.margins.delay)} s "
+            f"loop at {name_of(one.input)}, linear; a delay of {significant(one.margins.delay)} s "
             "is borne",
         )
         for one in rest
@@ -103,10 +101,6 @@ def _short(value: float) -> str:
     return decimal(float(f"{value:.6g}"))
 
 
-def _name(label: str) -> str:
-    return label.split(" [")[0]
-
-
 def _unit(label: str) -> str:
-    unit = label.partition(" [")[2].rstrip("]")
+    unit = unit_of(label)
     return "" if unit == "-" else unit

@@ -10,7 +10,7 @@ import numpy as np
 
 from takagi.certificates.design.claim_summary import claim_summary
 from takagi.models.turbine.trim import rated_wind
-from takagi.reports.figures import BodeLine, bode_figure, poles_figure
+from takagi.reports.figures import BodeLine, bode_figure, bode_line, poles_figure
 from takagi.reports.loops.turbine_local import LoopPoint, loop_points
 from takagi.reports.margins import (
     Loops,
@@ -20,7 +20,8 @@ from takagi.reports.margins import (
     loop_response,
     loops_at_trim,
 )
-from takagi.reports.page.text import Plate, Section, Table, fixed, plate, significant
+from takagi.reports.page.text import Plate, Section, fixed, plate, significant
+from takagi.reports.sections.margin_table import margin_table
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.design import TurbineDesign
@@ -97,7 +98,11 @@ def loops_section(design: TurbineDesign) -> Section:
                 _bode(design, rows, "pitch", "equilibrium"),
                 _bode(design, rows, "pitch", "frozen"),
             ],
-            "table": _table(rows),
+            "table": margin_table(
+                "Margins on the validation plant",
+                (("wind", "m/s"), ("loop", ""), ("wake", "")),
+                [(_which(row), row.margins) for row in rows],
+            ),
             "unstable": [
                 f"{row.loop.wind:g} m/s, {row.actuator} loop, {row.wake}"
                 for row in rows
@@ -140,11 +145,7 @@ def _bode(design: TurbineDesign, rows: Sequence[_Row], actuator: Actuator, wake:
         if row.actuator != actuator or row.wake != wake:
             continue
         response = loop_response(getattr(row.loops, actuator), frequencies=FREQUENCY)
-        m, values = row.margins, response.evaluate(FREQUENCY)[:, 0, 0]
-        # An unstable loop has crossings too, but no margins: none are marked.
-        marked = (m.phase_frequency, m.gain_increase_frequency) if m.stable else (np.nan, np.nan)
-        name = f"{row.loop.wind:g} m/s" + ("" if m.stable else ", unstable")
-        lines.append(BodeLine(name, values, *map(_finite, marked)))
+        lines.append(bode_line(f"{row.loop.wind:g} m/s", response, row.margins, FREQUENCY))
     if not lines:
         lines = [BodeLine("no wind", np.zeros(len(FREQUENCY), dtype=np.complex128))]
     tower = float(np.sqrt(turbine.tower_stiffness / turbine.tower_mass))
@@ -161,47 +162,9 @@ def _bode(design: TurbineDesign, rows: Sequence[_Row], actuator: Actuator, wake:
     )
 
 
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
-
-
-def _table(rows: Sequence[_Row]) -> Table:
-    return Table(
-        "Margins on the validation plant",
-        (
-            ("wind", "m/s"),
-            ("loop", ""),
-            ("wake", ""),
-            ("crossover", "rad/s"),
-            ("gain", "dB"),
-            ("phase", "°"),
-            ("delay", "s"),
-            ("disk: gain", "± dB"),
-            ("disk: phase", "± °"),
-            ("peak |S|", "-"),
-        ),
-        tuple(_cells(row) for row in rows),
-        note="Gain: upward factor to instability. Disk: gain and phase may change together by this "
-        "much. Delay and phase are ∞ where the loop gain never reaches 1.",
-    )
-
-
-def _cells(row: _Row) -> tuple[str, ...]:
-    m = row.margins
+def _which(row: _Row) -> tuple[str, str, str]:
     wake = row.wake if row.wake == "equilibrium" else f"{row.wake} × {fixed(row.factor, 2)}"
-    head = (f"{row.loop.wind:g}", row.actuator, wake)
-    if not m.stable:
-        return (*head, *["unstable"] * 7)
-    return (
-        *head,
-        significant(m.crossover),
-        fixed(20 * np.log10(m.gain_increase), 1),
-        fixed(float(np.degrees(m.phase)), 0),
-        significant(m.delay),
-        fixed(20 * np.log10(m.disk.gain_increase), 1),
-        fixed(float(np.degrees(m.disk.phase)), 0),
-        fixed(m.sensitivity_peak, 2),
-    )
+    return f"{row.loop.wind:g}", row.actuator, wake
 
 
 def _least(rows: Sequence[_Row]) -> dict[str, str]:

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.reports.page.text import Section, Table, decimal, fixed, significant
-from takagi.reports.sections.turbine.regions import premise_table
+from takagi.reports.page.text import Section, Table, complex_words, decimal, fixed, significant
+from takagi.reports.sections.premise_table import premise_table
+from takagi.reports.sections.turbine.regions import EVIDENCE
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.design import TurbineDesign
@@ -27,7 +28,7 @@ def observer_section(design: TurbineDesign) -> Section:
             "l2": f"{found.gains[1]:g}",
             "decay": significant(found.decay_rate),
             "limits": f"{fixed(low, 1)} to {fixed(high, 1)}",
-            "premises": premise_table(found.model, "estimation error"),
+            "premises": premise_table(found.model, "Premises, estimation error", EVIDENCE),
             "poles": _poles(design),
             "box": [
                 (name, decimal(float(a)), decimal(float(b)))
@@ -43,17 +44,9 @@ def _poles(design: TurbineDesign) -> Table:
     rows = []
     for vertex, name in zip(design.observer.model.vertices, ("lower", "upper"), strict=True):
         A = vertex.A - np.array([[l1], [l2]]) @ vertex.C
-        poles = sorted(np.linalg.eigvals(A), key=lambda p: (-p.real, p.imag))
-        rows.append((f"d {name}", *(_complex(complex(p)) for p in poles)))
+        rows.append((f"d {name}", *complex_words(np.linalg.eigvals(A), 4)))
     return Table(
         "Poles of the estimation error at the premise's corners",
         (("corner", ""), ("first", "1/s"), ("second", "1/s")),
         tuple(rows),
     )
-
-
-def _complex(value: complex) -> str:
-    real = significant(value.real, 4)
-    if abs(value.imag) < 1e-12:
-        return real
-    return f"{real} {'+' if value.imag > 0 else '−'} {significant(abs(value.imag), 4)} j"

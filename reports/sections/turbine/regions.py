@@ -9,6 +9,7 @@ import numpy as np
 from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.turbine.trim import trim
 from takagi.reports.page.text import Plate, Section, Table, decimal, fixed, plate, significant
+from takagi.reports.sections.premise_table import premise_table
 from takagi.reports.sections.turbine.drawings import regional_gains_figure
 from takagi.reports.sections.turbine.operation import region_starts
 
@@ -17,9 +18,10 @@ if TYPE_CHECKING:
     from takagi.lmi.turbine.regional import RegionGains
     from takagi.models.ts.model import TSModel
 
-__all__ = ["premise_table", "regions_section"]
+__all__ = ["EVIDENCE", "regions_section"]
 
 CORNERS = ("lower", "upper")
+EVIDENCE = "why it cannot leave"
 SYMBOLS = {
     "partial load": ("k<sub>ω</sub>",),
     "full load": ("k<sub>ω</sub>", "k<sub>β</sub>"),
@@ -51,7 +53,7 @@ def _region(design: TurbineDesign, part: RegionGains) -> dict[str, Any]:
         "input": model.inputs[0],
         "source": model.source,
         "box": [(name, decimal(low), decimal(high)) for name, low, high in box],
-        "premises": premise_table(model, part.region),
+        "premises": premise_table(model, f"Premises, {part.region}", EVIDENCE),
         "vertices": _vertices(model),
         "gains": _gains(part),
         "decay": "" if part.decay_rate is None else significant(part.decay_rate),
@@ -59,19 +61,6 @@ def _region(design: TurbineDesign, part: RegionGains) -> dict[str, Any]:
         "diagnosis": part.diagnosis,
         "asked": part.requirement,
     }
-
-
-def premise_table(model: TSModel, words: str) -> Table:
-    """Return the premises of a model with their rigorous ranges."""
-    return Table(
-        f"Premises, {words}",
-        (("premise", ""), ("lower", ""), ("upper", ""), ("unit", ""), ("why it cannot leave", "")),
-        tuple(
-            (p.name, decimal(float(p.lower)), decimal(float(p.upper)), p.unit,
-             p.evidence)
-            for p in model.premises
-        ),
-    )  # fmt: skip
 
 
 def _vertices(model: TSModel) -> list[dict[str, Any]]:

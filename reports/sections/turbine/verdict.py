@@ -28,6 +28,7 @@ from takagi.reports.page.text import (
     span,
 )
 from takagi.reports.sections.turbine.drawings import wind_class_figure
+from takagi.reports.sections.verdict import verdict_box
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.design import TurbineDesign
@@ -47,8 +48,6 @@ def verdict_section(design: TurbineDesign) -> Section:
     summary, overlaps = claim_summary(design), overlap_claims(design)
     short = {claim.name for claim in overlaps}
     content: dict[str, Any] = {
-        "verdict": design.checked.verdict.name,
-        "meaning": design.checked.verdict.value,
         "assumes": "; ".join(design.checked.assumes),
         "claims": [
             (c.name, c.verdict.name, c.text) for c in design.checked.claims if c.name not in short
@@ -61,6 +60,7 @@ def verdict_section(design: TurbineDesign) -> Section:
     }
     if overlaps:
         content |= {
+            "overlap_words": [(c.name, c.verdict.name, c.text) for c in overlaps],
             "overlap_figure": _overlap_figure(design, overlaps),
             "overlap_table": _overlap_table(overlaps),
             "overlap_gaps": [(c.label, gap_words(c)) for c in overlaps if _open(c)],
@@ -82,7 +82,7 @@ def verdict_section(design: TurbineDesign) -> Section:
                 alternative=ALTERNATIVE,
             ),
         }
-    return Section("verdict", "Verdict", content)
+    return verdict_box(design.checked, content)
 
 
 def _open(claim: OverlapClaim) -> bool:
