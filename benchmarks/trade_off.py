@@ -26,7 +26,7 @@ from takagi.reports.figures.writing import figure_to_svg  # noqa: E402
 from takagi.reports.maps.effort_sharing_effects import effect_figure, side_by_side_figure  # noqa: E402
 from takagi.reports.maps.effort_sharing_rows import flat  # noqa: E402
 from takagi.reports.maps.effort_sharing_trade_off import trade_off_figure  # noqa: E402
-from takagi.reports.maps.table import csv_text  # noqa: E402
+from takagi.reports.maps.table import rows_csv  # noqa: E402
 from takagi.reports.output import write_folder  # noqa: E402
 
 FIGURES = Path(__file__).parent.parent / "docs" / "figures"
@@ -85,10 +85,10 @@ def pictures(
         f"{name}.svg": figure_to_svg(figure, name=name, description=words)
         for name, (figure, words) in figures.items()
     }
-    found["trade-off-effects.csv"] = csv_text(
+    found["trade-off-effects.csv"] = rows_csv(
         [row for result in (overlap, *effects) for row in rows(result)]
     )
-    found["trade-off.csv"] = csv_text(rows(traded))
+    found["trade-off.csv"] = rows_csv(rows(traded))
     return found
 
 

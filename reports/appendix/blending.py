@@ -3,24 +3,11 @@
 from __future__ import annotations
 
 from takagi.certificates.design.turbine.design import TurbineDesign
-from takagi.models.laws.published.coupling_filter import CouplingFilter, coupling_filter
 from takagi.models.laws.published.law import PaperLaw
 from takagi.reports.appendix.tex import Tex, fixed, matrix, scientific
+from takagi.reports.sections.turbine.blending import filter_of
 
-__all__ = ["blending_context", "filter_of"]
-
-
-def filter_of(design: TurbineDesign) -> CouplingFilter:
-    """Return the filter of a paper law, or for another law the one that the settings describe."""
-    if isinstance(design.law, PaperLaw):
-        return design.law.coupling
-    asked = design.settings
-    return coupling_filter(
-        design.turbine,
-        speed_overlap=asked.speed_overlap,
-        torque_overlap=asked.torque_overlap,
-        speed_setpoint=asked.speed_setpoint,
-    )
+__all__ = ["blending_context"]
 
 
 def blending_context(design: TurbineDesign) -> dict[str, object]:

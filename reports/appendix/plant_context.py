@@ -131,12 +131,11 @@ def _margin_row(one: LocalLoop) -> list[Tex]:
     head = [escape(one.place), escape(name_of(one.input))]
     if not m.stable:
         return [*head, *[escape("unstable")] * 6]
-    decibels = 20 * np.log10(m.gain_increase)
     crossover = scientific(m.crossover, 3) if np.isfinite(m.crossover) else NONE
     return [
         *head,
         crossover,
-        fixed(float(decibels), 1),
+        fixed(20 * np.log10(m.gain_increase), 1),
         fixed(float(np.degrees(m.phase)), 1),
         scientific(m.delay, 3) if np.isfinite(m.delay) else fixed(m.delay, 0),
         fixed(m.disk.alpha, 2),

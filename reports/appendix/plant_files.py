@@ -36,7 +36,7 @@ def plant_appendix(design: PlantDesign, *, tell: Tell | None = None) -> dict[str
     from takagi.reports.appendix.assembly import assembled
     from takagi.reports.appendix.plant_context import latex_context
 
-    say = tell or _silent
+    say = tell or (lambda _: None)
     loop = plant_loop(design)
     say("margins")
     loops = local_loops(loop)
@@ -65,7 +65,3 @@ def _figures(loop: PlantLoop, loops: Sequence[LocalLoop]) -> dict[str, Figure]:
     for k, (_, figure) in enumerate(bode_drawings(loops), 1):
         found[f"bode-{k}" if k > 1 else "bode"] = figure
     return found
-
-
-def _silent(_: str) -> None:
-    """Say nothing."""

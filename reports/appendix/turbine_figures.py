@@ -10,8 +10,9 @@ import numpy as np
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.design.turbine.design import TurbineDesign
 from takagi.models.turbine.trim import TrimPoint, trim
-from takagi.reports.appendix.blending import filter_of
 from takagi.reports.appendix.robustness import TrimLoops
+from takagi.reports.sections.turbine.blending import filter_of
+from takagi.reports.sections.turbine.operation import power_surface, trim_drawing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,40 +39,18 @@ def drawn_figures(design: TurbineDesign, loops: list[TrimLoops]) -> dict[str, Fi
 
 
 def _surface(design: TurbineDesign) -> Figure:
-    from takagi.reports.figures import power_surface_figure
-
     turbine = design.turbine
     ratio = np.linspace(*turbine.power.x_range, 90)
     pitch = np.linspace(*turbine.power.y_range, 80)
-    values = turbine.power(ratio[None, :], pitch[:, None])
-    points = _curve(design)
-    line = (
-        np.array([p.rotor_speed * turbine.rotor_radius / p.wind for p in points]),
-        np.array([p.pitch for p in points]),
-    )
-    return power_surface_figure(ratio, pitch, values, trim=line)
+    return power_surface(design, _curve(design), ratio=ratio, pitch=pitch)
 
 
 def _trim(design: TurbineDesign) -> Figure:
-    from takagi.reports.figures import trim_figure
-
-    turbine, points = design.turbine, _curve(design)
-    speed, torque = (
-        np.array([getattr(p, name) for p in points]) for name in ("rotor_speed", "torque")
-    )
-    wake = turbine.frozen_wake
+    points = _curve(design)
     begins: dict[str, float] = {}
     for point in points:
         begins.setdefault(point.region, point.wind)
-    return trim_figure(
-        [p.wind for p in points],
-        rotor_speed=speed,
-        pitch=[p.pitch for p in points],
-        torque=torque,
-        power=turbine.generator_efficiency * turbine.gear_ratio * speed * torque,
-        regions=begins,
-        published_pitch=(wake.wind, wake.pitch) if design.settings.speed_setpoint is None else None,
-    )
+    return trim_drawing(design, points, begins)
 
 
 def _curve(design: TurbineDesign) -> list[TrimPoint]:

@@ -33,7 +33,7 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
     from takagi.reports.appendix.turbine import plant_context
     from takagi.reports.appendix.turbine_figures import drawn_figures
 
-    say = tell or _silent
+    say = tell or (lambda _: None)
     say("margins at the trims")
     loops, none = trim_loops(design)
     say("figures")
@@ -56,7 +56,3 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
         "contents": True,
     }
     return assembled("turbine_body.tex.jinja", context, figures)
-
-
-def _silent(_: str) -> None:
-    """Say nothing."""

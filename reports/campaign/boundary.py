@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -12,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates.campaign.trials import CYCLES, LOST, STAYS
+from takagi.reports.csv_text import csv_text
 from takagi.reports.figures.style import COLOURS, house_style, new_figure
 
 if TYPE_CHECKING:
@@ -111,23 +110,15 @@ def _legend(panels: Sequence[Axes]) -> tuple[list[Any], list[str]]:
 
 def boundary_csv(found: Boundary) -> str:
     """Return one line per drive, overlap, wind and disturbance."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(
-        [
-            "pitch drive",
-            "speed overlap [rad/s]",
-            "wind [m/s]",
-            "disturbance",
-            "outcome",
-            "largest overspeed [%]",
-            "proved",
-        ]
-    )
+    head = (
+        "pitch drive", "speed overlap [rad/s]", "wind [m/s]", "disturbance", "outcome",
+        "largest overspeed [%]", "proved",
+    )  # fmt: skip
+    rows: list[tuple[object, ...]] = []
     for drive, codes in found.codes.items():
         for (i, j, k), code in np.ndenumerate(codes):
             over = 100 * found.overspeed[drive][i, j, k]
             place = (found.overlaps[i], found.winds[j], found.disturbances[k])
             held = "yes" if found.proved[i, j] else "no"
-            writer.writerow([drive, *place, WORDS[int(code)], f"{over:.2f}", held])
-    return out.getvalue()
+            rows.append((drive, *place, WORDS[int(code)], f"{over:.2f}", held))
+    return csv_text(head, rows)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 from collections.abc import Sequence
@@ -16,6 +14,7 @@ from takagi.certificates.campaign.first_breaks import TABLE, breaks_of, overspee
 from takagi.certificates.campaign.outside import INSIDE
 from takagi.certificates.campaign.runs import Campaign
 from takagi.certificates.campaign.winds import PLAYERS
+from takagi.reports.csv_text import csv_text
 
 __all__ = [
     "ABOUT",
@@ -165,31 +164,25 @@ def as_json(
 
 def as_csv(campaigns: Sequence[Campaign]) -> str:
     """Return one line per run: where it began, the shares it used, what broke and when."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    shares = [f"largest share of {name} [-]" for name in BOUNDS]
-    writer.writerow(
-        [
-            *("campaign", "winds", "start wind [m/s]", "start V [-]", "inertia [-]"),
-            *(*shares, "end V [-]", "set left after [s]", "table left after [s]"),
-        ]
+    head = (
+        *("campaign", "winds", "start wind [m/s]", "start V [-]", "inertia [-]"),
+        *(f"largest share of {name} [-]" for name in BOUNDS),
+        *("end V [-]", "set left after [s]", "table left after [s]"),
     )
-    names = list(PLAYERS)
-    for campaign in campaigns:
-        r = campaign.records
-        for n in range(campaign.runs):
-            writer.writerow(
-                [
-                    campaign.beyond.name,
-                    names[r.player[n]],
-                    *(f"{x:.6g}" for x in (r.start_wind[n], r.start_value[n], 1 / r.kappa[n])),
-                    *(_short(x) for x in r.share[:, n]),
-                    f"{r.end_value[n]:.6g}",
-                    _short(r.broken_at[0, n]),
-                    _short(r.lost_at[n]),
-                ]
-            )
-    return out.getvalue()
+    return csv_text(head, (_run_cells(c, n) for c in campaigns for n in range(c.runs)))
+
+
+def _run_cells(campaign: Campaign, n: int) -> tuple[str, ...]:
+    r = campaign.records
+    return (
+        campaign.beyond.name,
+        tuple(PLAYERS)[r.player[n]],
+        *(f"{x:.6g}" for x in (r.start_wind[n], r.start_value[n], 1 / r.kappa[n])),
+        *(_short(x) for x in r.share[:, n]),
+        f"{r.end_value[n]:.6g}",
+        _short(r.broken_at[0, n]),
+        _short(r.lost_at[n]),
+    )
 
 
 def _setting(campaign: Campaign) -> dict[str, Any]:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["cells_figure"]
+__all__ = ["cells_figure", "cells_panel"]
 
 Real = NDArray[np.float64]
 
@@ -55,7 +55,9 @@ def cells_figure(
         for axes, values, label, factor in zip(
             panels, figures, labels, (1.0, 1.0, 100.0), strict=True
         ):
-            _panel(axes, v, np.where(sound, factor * values, np.nan), sound)
+            shown = cells_panel(axes, v, factor * values, sound)
+            if sound.any():
+                axes.set_ylim(0.0, 1.15 * max(float(np.nanmax(shown)), 1e-9))
             axes.set_ylabel(label)
         wind_axis(panels[-1])
         panels[-1].set_xlim(v[0], v[-1])
@@ -67,11 +69,12 @@ def cells_figure(
     return figure
 
 
-def _panel(axes: Axes, edges: Real, values: Real, sound: NDArray[np.bool_]) -> None:
+def cells_panel(axes: Axes, edges: Real, values: ArrayLike, sound: NDArray[np.bool_]) -> Real:
+    """Draw a step per cell, hatched where it is not proved; return the values, nan there."""
+    heights = np.where(sound, values, np.nan)
     if sound.any():
-        axes.stairs(values, edges, baseline=0.0, fill=True, color=COLOURS[0], alpha=0.25)
-        axes.stairs(values, edges, baseline=None, color=COLOURS[0], linewidth=1.6)
-        axes.set_ylim(0.0, 1.15 * max(float(np.nanmax(values)), 1e-9))
+        axes.stairs(heights, edges, baseline=0.0, fill=True, color=COLOURS[0], alpha=0.25)
+        axes.stairs(heights, edges, baseline=None, color=COLOURS[0], linewidth=1.6)
     label = "not proved"
     for low, high, fine in zip(edges[:-1], edges[1:], sound, strict=True):
         if not fine:
@@ -85,3 +88,4 @@ def _panel(axes: Axes, edges: Real, values: Real, sound: NDArray[np.bool_]) -> N
                 label=label,
             )
             label = "_nolegend_"
+    return heights

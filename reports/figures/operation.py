@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,13 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 from takagi.models.errors import ModelError
 from takagi.reports.figures.style import (
     COLOURS,
-    GREY,
     SEQUENTIAL,
     columns,
     house_style,
-    marks_above,
     new_figure,
-    wind_axis,
+    region_axes,
 )
 
 if TYPE_CHECKING:
@@ -75,20 +73,9 @@ def trim_figure(
                 winds, angles * DEGREES, "o", color=COLOURS[1], markersize=3.5, label="published"
             )
             panels[1].legend(loc="lower right")
-        _winds(panels, v, regions or {})
+        region_axes(panels, v, regions or {})
         figure.suptitle(title, fontsize=10)
     return figure
-
-
-def _winds(panels: Sequence[Axes], v: Real, regions: Mapping[str, float]) -> None:
-    for k, axes in enumerate(panels):
-        axes.set_xlim(v[0], v[-1])
-        if k < 2:
-            marks_above(axes, regions, width=3.0)
-        else:
-            wind_axis(axes, ticks=6)
-            for begin in regions.values():
-                axes.axvline(begin, color=GREY, linestyle=":", linewidth=1.0)
 
 
 def power_surface_figure(

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from takagi.models.simulation.history import History
+
 __all__ = ["ResponseLine", "response_figure"]
 
 # quantity: factor to the shown unit, label
@@ -52,6 +54,11 @@ class ResponseLine:
     torque: NDArray[np.float64]
     rotor_speed: NDArray[np.float64]
     power: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, label: str, run: History) -> ResponseLine:
+        """Return the line of a simulated run."""
+        return cls(label, run.wind, run.pitch, run.torque, run.rotor_speed, run.electrical_power)
 
 
 def response_figure(

@@ -31,6 +31,7 @@ __all__ = [
     "house_style",
     "marks_above",
     "new_figure",
+    "region_axes",
     "shades",
     "wind_axis",
 ]
@@ -197,6 +198,18 @@ def wind_axis(axes: Axes, *, ticks: int = 12) -> None:
 
     axes.set_xlabel("wind [m/s]")
     axes.xaxis.set_major_locator(MaxNLocator(nbins=ticks, integer=True, steps=[1, 2, 5, 10]))
+
+
+def region_axes(panels: Sequence[Axes], wind: Real, regions: Mapping[str, float]) -> None:
+    """Let two rows of two panels lie over wind, with a mark where each region begins."""
+    for k, axes in enumerate(panels):
+        axes.set_xlim(wind[0], wind[-1])
+        if k < 2:
+            marks_above(axes, regions, width=3.0)
+        else:
+            wind_axis(axes, ticks=6)
+            for begin in regions.values():
+                axes.axvline(begin, color=GREY, linestyle=":", linewidth=1.0)
 
 
 def columns(name: str, values: Sequence[ArrayLike], length: int) -> list[Real]:

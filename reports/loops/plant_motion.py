@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = ["Motion", "around", "horizon", "motions", "plant_rate", "starts"]
+__all__ = ["Motion", "around", "horizon", "motions", "plant_rate", "settling_time",
+           "starts"]  # fmt: skip
 
 Floats = NDArray[np.float64]
 # A start lies this far out in the ellipsoid, as a share of its level, or of the box without one.
@@ -163,6 +164,18 @@ def horizon(loop: PlantLoop, *, longest: float = LONGEST) -> float:
     moving = np.abs(rates)[np.abs(rates) > 1e-6]
     settled = TIMES / float(moving.min()) if moving.size else 10.0
     return min(settled, longest if step is None else STEPS * step)
+
+
+def settling_time(motion: Motion, share: float = 0.01) -> float:
+    """Return when every state stays within a share of the largest deviation it has had [s].
+
+    nan if it does not.
+    """
+    size = np.abs(motion.state)
+    late = np.flatnonzero(np.any(size > share * size.max(axis=0), axis=1))
+    if not motion.whole or (late.size and late[-1] == len(size) - 1):
+        return float("nan")
+    return float(motion.time[late[-1] + 1]) if late.size else 0.0
 
 
 def _integrated(

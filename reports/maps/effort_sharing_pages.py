@@ -17,7 +17,7 @@ from takagi.reports.maps.effort_sharing_rows import (
     wind_words,
 )
 from takagi.reports.maps.effort_sharing_trade_off import claim_winds, trade_off_figure
-from takagi.reports.maps.table import csv_text, map_json
+from takagi.reports.maps.table import map_json, rows_csv
 from takagi.reports.page.rounded_bounds import at_least, at_least_to, at_most_to
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def pages(result: SweepResult) -> dict[str, bytes | str]:
     units = {axis.name: axis.unit for axis in result.map.axes}
     found: dict[str, bytes | str] = {
         "map.json": map_json(result),
-        "points.csv": csv_text([flat(point, units) for point in result.points]),
+        "points.csv": rows_csv([flat(point, units) for point in result.points]),
     }
     drawn = _figure(result)
     name = result.map.settings["model"]["name"]

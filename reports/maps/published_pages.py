@@ -9,7 +9,7 @@ from takagi.reports.figures.writing import figure_to_svg
 from takagi.reports.maps.published_overlaps import overlap_map_figure
 from takagi.reports.maps.published_rows import grid, of_windows, reason_counts, windows_of
 from takagi.reports.maps.published_winds import wind_slices_figure
-from takagi.reports.maps.table import csv_text, map_json, points_csv
+from takagi.reports.maps.table import map_json, points_csv, rows_csv
 
 __all__ = ["figures", "pages", "tables"]
 
@@ -57,7 +57,7 @@ def _windows_csv(result: SweepResult) -> str:
                 rows.append(
                     {"law": part.map.name, **at, "from [m/s]": low, "to [m/s]": high} | rest
                 )
-    return csv_text(rows)
+    return rows_csv(rows)
 
 
 def _page(result: SweepResult) -> str:

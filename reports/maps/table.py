@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from takagi.certificates.sweep.grid import PointResult, SweepResult
+from takagi.reports.csv_text import csv_text
 
-__all__ = ["csv_text", "map_json", "points_csv"]
+__all__ = ["map_json", "points_csv", "rows_csv"]
 
 
-def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
+def rows_csv(rows: Sequence[Mapping[str, Any]]) -> str:
     """Return rows as CSV; columns are the keys, in the order they first appear; None is empty."""
     names = list(dict.fromkeys(name for row in rows for name in row))
-    buffer = io.StringIO()
-    writer = csv.DictWriter(buffer, names, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return buffer.getvalue()
+    return csv_text(names, ([row.get(name, "") for name in names] for row in rows))
 
 
 def points_csv(
@@ -32,7 +27,7 @@ def points_csv(
     columns that follow from it.
     """
     units = {axis.name: axis.unit for axis in result.map.axes}
-    return csv_text(
+    return rows_csv(
         [
             {f"{name} [{units[name]}]": value for name, value in point.at.items()}
             | {k: v for k, v in point.result.items() if not isinstance(v, dict | list)}

@@ -64,24 +64,12 @@ def _scenario_run(run: Run, turbine: Turbine) -> ScenarioRun:
 
 
 def _response(runs: list[Run], wind: WindSeries, turbine: Turbine) -> Figure:
-    lines = []
-    for run in runs:
-        history = run.history
-        assert history is not None
-        lines.append(
-            ResponseLine(
-                run.law,
-                history.wind,
-                history.pitch,
-                history.torque,
-                history.rotor_speed,
-                history.electrical_power,
-            )
-        )
-        time = history.time
+    found = [(run.law, run.history) for run in runs if run.history is not None]
+    lines = [ResponseLine.of(law, history) for law, history in found]
+    title = f"{turbine.name}: {wind.name}"
     rated = {
         "torque": turbine.rated_torque,
         "rotor_speed": turbine.rated_rotor_speed,
         "power": turbine.rated_power,
     }
-    return response_figure(time, lines, title=f"{turbine.name}: {wind.name}", rated=rated)
+    return response_figure(found[-1][1].time, lines, title=title, rated=rated)

@@ -127,6 +127,8 @@ def simulation_files(found: PlantSimulation) -> dict[str, bytes | str]:
 
 def simulation_data(found: PlantSimulation) -> dict[str, Any]:
     """Return one row per motion as plain data; deviations from rest, SI."""
+    from takagi.reports.loops.plant_motion import settling_time
+
     loop = found.loop
     return {
         "plant": loop.plant.name,
@@ -136,7 +138,7 @@ def simulation_data(found: PlantSimulation) -> dict[str, Any]:
                 "start": dict(zip(loop.names, map(float, motion.state[0]), strict=True)),
                 "end": dict(zip(loop.names, map(float, motion.state[-1]), strict=True)),
                 "duration": float(motion.time[-1]),
-                "settled_after": _settled(motion),
+                "settled_after": _number(settling_time(motion, SETTLED)),
                 "largest_input": {
                     variable.name: float(np.abs(motion.input[:, k]).max())
                     for k, variable in enumerate(loop.plant.inputs)
@@ -175,14 +177,8 @@ def _words(loop: PlantLoop, deviation: Floats) -> str:
     return ", ".join(f"{name} {value:.3g}" for name, value in parts if value) or "rest"
 
 
-def _settled(motion: Motion) -> float | None:
-    """Return when every state stays within 2 % of the largest deviation it has had [s]."""
-    size = np.abs(motion.state)
-    outside = np.any(size > SETTLED * np.maximum(size.max(axis=0), 1e-300), axis=1)
-    if not motion.whole or outside[-1]:
-        return None
-    last = np.flatnonzero(outside)
-    return float(motion.time[last[-1] + 1]) if last.size else 0.0
+def _number(value: float) -> float | None:
+    return None if np.isnan(value) else value
 
 
 def _left(loop: PlantLoop, motion: Motion) -> bool:

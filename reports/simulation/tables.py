@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -13,6 +11,7 @@ import numpy as np
 
 from takagi.models.simulation.history import History
 from takagi.models.simulation.turbine_plant import Flag
+from takagi.reports.csv_text import csv_text
 from takagi.reports.simulation.laws import LAW_NAMES
 from takagi.reports.simulation.runs import Run, Simulation
 from takagi.reports.simulation.scenarios import SCENARIOS
@@ -107,14 +106,16 @@ def shown(row: dict[str, Any], name: str) -> str:
 
 def as_csv(simulation: Simulation) -> str:
     """Return the rows with all digits; units in the header, remarks in the last column."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
     titles = [f"{title} [{unit}]" for title, unit, _ in COLUMNS.values()]
-    writer.writerow(["wind", "law", *titles, "remarks"])
-    for row in table_rows(simulation):
-        cells = ["" if row[name] is None else repr(row[name]) for name in COLUMNS]
-        writer.writerow([row["wind"], row["law"], *cells, "; ".join(row["remarks"])])
-    return out.getvalue()
+    rows = (
+        (
+            *(row["wind"], row["law"]),
+            *("" if row[name] is None else repr(row[name]) for name in COLUMNS),
+            "; ".join(row["remarks"]),
+        )
+        for row in table_rows(simulation)
+    )
+    return csv_text(["wind", "law", *titles, "remarks"], rows)
 
 
 def as_json(simulation: Simulation, *, files: Sequence[str] = ()) -> str:

@@ -16,9 +16,15 @@ from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Parameter, Variable
 from takagi.reports.figures.plant.captioned import Drawn
 from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
-from takagi.reports.loops.plant_motion import around, motions, plant_rate, starts
+from takagi.reports.loops.plant_motion import (
+    around,
+    motions,
+    plant_rate,
+    settling_time,
+    starts,
+)
 from takagi.reports.sections.plant.gains import largest_commands
-from takagi.reports.sections.plant.motion import motion_section, settling_time
+from takagi.reports.sections.plant.motion import motion_section
 from tests.reports.plant_designs import design_of
 
 PENDULUM, DISCRETE, ANALYSIS = "cart_pole", "truck_trailer", "dayawansa_martin"

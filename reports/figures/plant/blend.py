@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from takagi.models.errors import ModelError
 from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
+from takagi.reports.figures.plant.responses import finish_over_time
 from takagi.reports.figures.style import (
     COLOURS,
     GREY,
@@ -116,11 +117,7 @@ def hand_over_figure(blend: RunningBlend, motions: Sequence[Motion], effort_rest
         panels[0].set_ylabel(f"effort\n[{given.effort.unit}]")
         for axes, actuator in zip(panels[1:], given.actuators, strict=True):
             axes.set_ylabel(f"{actuator.name}\n[{actuator.variable.unit}]")
-        panels[2].set_xlabel("time [s]")
-        panels[2].set_xlim(0.0, max(float(motion.time[-1]) for motion in motions))
-        figure.align_ylabels(panels)
-        handles, names = panels[0].get_legend_handles_labels()
-        figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 3))
+        finish_over_time(figure, panels, motions)
     return figure
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.reports.csv_text import csv_text
 from takagi.reports.figures import bode_figure, bode_line
 from takagi.reports.figures.plant.phase_plane import phase_figure, planes
 from takagi.reports.figures.plant.poles import vertex_poles_figure
@@ -25,8 +24,8 @@ if TYPE_CHECKING:
 
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = ["Drawn", "bode_drawings", "bode_plates", "csv_text", "motion_plates", "poles_plate",
-           "weights_plate"]  # fmt: skip
+__all__ = ["Drawn", "bode_drawings", "bode_plates", "motion_plates", "numbers_csv",
+           "poles_plate", "weights_plate"]  # fmt: skip
 
 AROUND = 12
 MOST_LINES = 6
@@ -146,7 +145,9 @@ def _curve_csv(curve: PremiseCurve) -> str:
     head = [*curve.variables, f"{curve.premise.name} [{unit}]", "w0 [-]", "w1 [-]"]
     grids = np.meshgrid(*curve.axes)
     w0, w1 = curve.premise.weights(curve.value, clip=True)
-    return csv_text(head, np.column_stack([part.ravel() for part in (*grids, curve.value, w0, w1)]))
+    return numbers_csv(
+        head, np.column_stack([part.ravel() for part in (*grids, curve.value, w0, w1)])
+    )
 
 
 def _motions_csv(loop: PlantLoop, shown: Sequence[Motion]) -> str:
@@ -163,13 +164,9 @@ def _motions_csv(loop: PlantLoop, shown: Sequence[Motion]) -> str:
         parts += [motion.acting] if blended else []
         parts += [motion.value] if valued else []
         blocks.append(np.column_stack(parts))
-    return csv_text(head, np.concatenate(blocks))
+    return numbers_csv(head, np.concatenate(blocks))
 
 
-def csv_text(head: Sequence[str], rows: np.ndarray) -> str:
+def numbers_csv(head: Sequence[str], rows: np.ndarray) -> str:
     """Return a table with a line of headings, numbers to eight digits."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(head)
-    writer.writerows([f"{value:.8g}" for value in row] for row in rows)
-    return text.getvalue()
+    return csv_text(head, ([f"{value:.8g}" for value in row] for row in rows))

@@ -18,12 +18,13 @@ from takagi.reports.figures.style import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import Motion
 
-__all__ = ["responses_figure"]
+__all__ = ["finish_over_time", "responses_figure"]
 
 MOST_PANELS = 10
 
@@ -63,9 +64,14 @@ def responses_figure(loop: PlantLoop, motions: Sequence[Motion]) -> Figure:
                     motion.time[keep], motion.value[keep], color=colour, linestyle=style
                 )
             panels[-1].set_ylabel("V / level\n[-]")
-        panels[-1].set_xlim(0.0, max(float(motion.time[-1]) for motion in motions))
-        panels[-1].set_xlabel("time [s]")
-        figure.align_ylabels(panels)
-        handles, names = panels[0].get_legend_handles_labels()
-        figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 3))
+        finish_over_time(figure, panels, motions)
     return figure
+
+
+def finish_over_time(figure: Figure, panels: Sequence[Axes], motions: Sequence[Motion]) -> None:
+    """Give panels of motions one axis of time and one legend."""
+    panels[-1].set_xlim(0.0, max(float(motion.time[-1]) for motion in motions))
+    panels[-1].set_xlabel("time [s]")
+    figure.align_ylabels(panels)
+    handles, names = panels[0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 3))

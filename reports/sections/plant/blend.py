@@ -81,7 +81,7 @@ def hand_overs(loop: PlantLoop) -> tuple[Motion, ...]:
 
 def actuators_csv(blend: RunningBlend, loop: PlantLoop) -> str:
     """Return the numbers of the figure over the effort."""
-    from takagi.reports.figures.plant.captioned import csv_text
+    from takagi.reports.figures.plant.captioned import numbers_csv
 
     curve, given = blend_curve(blend, loop.state), blend.blending
     unit, names = given.effort.unit, [a.variable.label for a in given.actuators]
@@ -92,7 +92,7 @@ def actuators_csv(blend: RunningBlend, loop: PlantLoop) -> str:
         *names,
     ]
     rows = np.column_stack((curve.effort, curve.delivered, curve.slope, curve.commands))
-    return csv_text(head, rows)
+    return numbers_csv(head, rows)
 
 
 def _laws(given: Blending) -> list[str]:

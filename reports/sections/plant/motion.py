@@ -8,18 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.reports.figures.plant.captioned import Drawn
-from takagi.reports.loops.plant_motion import Motion
+from takagi.reports.loops.plant_motion import Motion, settling_time
 from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.text import DASH, Section, Table, significant
 
 if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = ["motion_section", "settling_time"]
+__all__ = ["motion_section"]
 
 # V may seem to rise by this share through the tolerance of the integration.
 SLACK = 1e-5
-SETTLED = 0.01
 
 
 def motion_section(loop: PlantLoop, shown: Sequence[Motion], drawn: Drawn) -> Section:
@@ -36,19 +35,6 @@ def motion_section(loop: PlantLoop, shown: Sequence[Motion], drawn: Drawn) -> Se
             "law": loop.gains is not None,
         },
     )
-
-
-def settling_time(motion: Motion) -> float:
-    """Return when the state stays below a hundredth of its start, entry by entry largest [s].
-
-    Measured in the largest deviation of each state over the motion; nan if it does not settle.
-    """
-    size = np.abs(motion.state).max(axis=0)
-    share = np.max(np.abs(motion.state) / np.where(size > 0, size, 1.0), axis=1)
-    late = np.flatnonzero(share > SETTLED)
-    if not motion.whole or (late.size and late[-1] == len(share) - 1):
-        return float("nan")
-    return float(motion.time[late[-1] + 1]) if late.size else 0.0
 
 
 def _rises(motion: Motion) -> bool:

@@ -50,7 +50,7 @@ def plant_report_files(
     ------
     ModelError : gains that do not fit the model.
     """
-    say = tell or _silent
+    say = tell or (lambda _: None)
     sections, data = _sections(design, say, timings=timings)
     kind = (
         "Design report: model, gains, certificate, margins, motions."
@@ -116,7 +116,3 @@ def _sections(
         provenance_section(design, timings=timings),
     ]
     return found, {**weights.data, **blended, **moved.data}
-
-
-def _silent(_: str) -> None:
-    """Say nothing."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.models.laws.published.coupling_filter import CouplingFilter, coupling_filter
+from takagi.models.laws.published.law import PaperLaw
 from takagi.reports.figures import membership_figure
 from takagi.reports.page.text import Plate, Section, fixed, plate, significant
 from takagi.reports.sections.turbine.drawings import effort_figure
@@ -15,14 +16,14 @@ from takagi.reports.sections.turbine.operation import trim_curve
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.design import TurbineDesign
 
-__all__ = ["blending_section"]
+__all__ = ["blending_section", "filter_of"]
 
 GRID = (121, 101)
 
 
 def blending_section(design: TurbineDesign) -> Section:
     """Return the section about the blending of torque and pitch control."""
-    coupling = _filter(design)
+    coupling = filter_of(design)
     content: dict[str, Any] = {
         "coherent": design.coherent is not None,
         "coupling": coupling,
@@ -45,12 +46,11 @@ def blending_section(design: TurbineDesign) -> Section:
     return Section("blending", "Blending of torque and pitch", content)
 
 
-def _filter(design: TurbineDesign) -> CouplingFilter:
-    """Return the law's own filter, or with the coherent law the one its settings describe."""
+def filter_of(design: TurbineDesign) -> CouplingFilter:
+    """Return the filter of a paper law, or for another law the one that the settings describe."""
+    if isinstance(design.law, PaperLaw):
+        return design.law.coupling
     asked = design.settings
-    if design.coherent is None:
-        found: CouplingFilter = design.law.coupling  # type: ignore[attr-defined]
-        return found
     return coupling_filter(
         design.turbine,
         speed_overlap=asked.speed_overlap,

@@ -9,17 +9,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
+from takagi.reports.figures.cells import cells_panel
 from takagi.reports.figures.style import (
     COLOURS,
     GREY,
     house_style,
     marks_above,
     new_figure,
+    region_axes,
     wind_axis,
 )
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from takagi.certificates.design.claim_summary import ClaimSummary
@@ -32,7 +33,7 @@ Real = NDArray[np.float64]
 
 def wind_class_figure(summary: ClaimSummary) -> Figure:
     """Return the certified |v - v_s| [m/s] and |v_s'| [m/s^2] over the schedule wind."""
-    edges, proved = summary.edges, np.array(summary.proved)
+    edges, proved = np.array(summary.edges), np.array(summary.proved)
     shown = (
         (summary.wind_error, "|v \u2212 v$_s$| up to\n[m/s]"),
         (summary.wind_rate, "|v$_s$'| up to\n[m/s\u00b2]"),
@@ -40,24 +41,13 @@ def wind_class_figure(summary: ClaimSummary) -> Figure:
     with house_style():
         figure, panels = new_figure(2, 1, height=3.4, share_x=True)
         for axes, (values, label) in zip(panels, shown, strict=True):
-            heights = np.where(proved, values, np.nan)
-            axes.stairs(heights, edges, baseline=0.0, fill=True, color=COLOURS[0], alpha=0.25)
-            axes.stairs(heights, edges, baseline=None, color=COLOURS[0], linewidth=1.6)
+            cells_panel(axes, edges, values, proved)
             axes.set_ylabel(label)
             axes.set_ylim(bottom=0.0)
-            _unproved(axes, edges, proved)
         panels[-1].set_xlim(edges[0], edges[-1])
         wind_axis(panels[-1])
         figure.align_ylabels(panels)
     return figure
-
-
-def _unproved(axes: Axes, edges: Sequence[float], proved: NDArray[np.bool_]) -> None:
-    for low, high, fine in zip(edges, edges[1:], proved, strict=False):
-        if not fine:
-            axes.axvspan(
-                low, high, facecolor="none", edgecolor=COLOURS[1], hatch="////", linewidth=0.0
-            )
 
 
 def gains_figure(law: CoherentLaw, regions: dict[str, float]) -> Figure:
@@ -81,20 +71,10 @@ def gains_figure(law: CoherentLaw, regions: dict[str, float]) -> Figure:
         panels[3].plot(fine, 1 - share, color=COLOURS[1], ls="--", label="torque, 1 \u2212 F")
         panels[3].set_ylabel("share at the trim [-]")
         panels[3].legend(loc="center right")
-        _over_wind(panels, wind, regions)
+        for axes in panels:
+            axes.set_ylim(bottom=0.0)
+        region_axes(panels, wind, regions)
     return figure
-
-
-def _over_wind(panels: Sequence[Axes], wind: Real, regions: dict[str, float]) -> None:
-    for k, axes in enumerate(panels):
-        axes.set_xlim(wind[0], wind[-1])
-        axes.set_ylim(bottom=0.0)
-        if k < 2:
-            marks_above(axes, regions, width=3.0)
-        else:
-            wind_axis(axes, ticks=6)
-            for begin in regions.values():
-                axes.axvline(begin, color=GREY, linestyle=":", linewidth=1.0)
 
 
 def effort_figure(overlap: float) -> Figure:

@@ -6,11 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.models.turbine.aerodynamics import tip_speed_ratio
 from takagi.models.turbine.trim import TrimPoint
-from takagi.reports.figures import power_surface_figure, trim_figure
 from takagi.reports.page.text import Plate, Section, Table, fixed, plate
-from takagi.reports.sections.turbine.operation import region_starts, trim_curve
+from takagi.reports.sections.turbine.operation import (
+    power_surface,
+    region_starts,
+    trim_curve,
+    trim_drawing,
+)
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.design import TurbineDesign
@@ -85,17 +88,9 @@ def _surface(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> Plate:
     most = min(turbine.power.y_range[1], LARGEST_SHOWN_PITCH)
     ratio = np.linspace(low, high, GRID[0])
     pitch = np.linspace(max(turbine.power.y_range[0], turbine.pitch_min), most, GRID[1])
-    along = [float(tip_speed_ratio(turbine, p.rotor_speed, p.wind)) for p in points]
     band = float(dict(design.full_load.box).get("pitch deviation [rad]", (0, 0))[1])
-    figure = power_surface_figure(
-        ratio,
-        pitch,
-        turbine.power(ratio[None, :], pitch[:, None]),
-        trim=(along, [p.pitch for p in points]),
-        band=band or None,
-    )
     return plate(
-        figure,
+        power_surface(design, points, ratio=ratio, pitch=pitch, band=band or None),
         "power-coefficient",
         caption="Power coefficient of the table's spline, with the trim from cut-in to cut-out "
         "and the band in pitch on which the full-load model is exact.",
@@ -105,22 +100,8 @@ def _surface(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> Plate:
 
 
 def _curves(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> Plate:
-    turbine = design.turbine
-    torque = np.array([p.torque for p in points])
-    speed = np.array([p.rotor_speed for p in points])
-    published = turbine.frozen_wake
-    nominal = design.settings.speed_setpoint is None
-    figure = trim_figure(
-        [p.wind for p in points],
-        rotor_speed=speed,
-        pitch=[p.pitch for p in points],
-        torque=torque,
-        power=turbine.generator_efficiency * turbine.gear_ratio * torque * speed,
-        regions=region_starts(design),
-        published_pitch=(published.wind, published.pitch) if nominal else None,
-    )
     return plate(
-        figure,
+        trim_drawing(design, points, region_starts(design)),
         "trim",
         caption="Trim over wind; dotted lines: where regions begin. Dots: the trim pitch "
         "published with the reference turbine.",

@@ -1,22 +1,23 @@
-"""Steady operation for the page: trim points over wind, and where each region begins."""
+"""Steady operation: trim points over wind, where each region begins, and both as figures."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.models.turbine.trim import (
-    TrimPoint,
-    optimal_tip_speed_ratio,
-    rated_wind,
-    trim,
-)
+from takagi.models.turbine.aerodynamics import tip_speed_ratio
+from takagi.models.turbine.trim import TrimPoint, optimal_tip_speed_ratio, rated_wind, trim
+from takagi.reports.figures import power_surface_figure, trim_figure
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
     from takagi.certificates.design.turbine.design import TurbineDesign
 
-__all__ = ["region_starts", "trim_curve"]
+__all__ = ["power_surface", "region_starts", "trim_curve", "trim_drawing"]
 
 
 def region_starts(design: TurbineDesign) -> dict[str, float]:
@@ -39,3 +40,41 @@ def trim_curve(design: TurbineDesign, *, step: float = 0.1) -> tuple[TrimPoint, 
     winds = np.linspace(turbine.cut_in, turbine.cut_out, count)
     every = np.union1d(winds, list(region_starts(design).values()))
     return tuple(trim(turbine, float(v), speed_setpoint=setpoint) for v in every)
+
+
+def trim_drawing(
+    design: TurbineDesign, points: Sequence[TrimPoint], regions: Mapping[str, float]
+) -> Figure:
+    """Return the trim over wind, beside the pitch that was published for the rated speed."""
+    turbine, published = design.turbine, design.turbine.frozen_wake
+    speed, torque = (np.array([getattr(p, k) for p in points]) for k in ("rotor_speed", "torque"))
+    nominal = design.settings.speed_setpoint is None
+    return trim_figure(
+        [p.wind for p in points],
+        rotor_speed=speed,
+        pitch=[p.pitch for p in points],
+        torque=torque,
+        power=turbine.generator_efficiency * turbine.gear_ratio * torque * speed,
+        regions=regions,
+        published_pitch=(published.wind, published.pitch) if nominal else None,
+    )
+
+
+def power_surface(
+    design: TurbineDesign,
+    points: Sequence[TrimPoint],
+    *,
+    ratio: NDArray[np.float64],
+    pitch: NDArray[np.float64],
+    band: float | None = None,
+) -> Figure:
+    """Return the power coefficient over a grid, with the trim; ``band`` as in the figure."""
+    turbine = design.turbine
+    along = [float(tip_speed_ratio(turbine, p.rotor_speed, p.wind)) for p in points]
+    return power_surface_figure(
+        ratio,
+        pitch,
+        turbine.power(ratio[None, :], pitch[:, None]),
+        trim=(along, [p.pitch for p in points]),
+        band=band,
+    )

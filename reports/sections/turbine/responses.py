@@ -74,17 +74,7 @@ def _winds(design: TurbineDesign) -> tuple[WindSeries, ...]:
 
 def _figure(design: TurbineDesign, name: str, results: Sequence[Result]) -> Plate:
     turbine = design.turbine
-    lines = [
-        ResponseLine(
-            result.label,
-            result.history.wind,
-            result.history.pitch,
-            result.history.torque,
-            result.history.rotor_speed,
-            result.history.electrical_power,
-        )
-        for result in results
-    ]
+    lines = [ResponseLine.of(result.label, result.history) for result in results]
     speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
     rated = {"rotor_speed": speed, "torque": turbine.rated_torque}
     wind = powers(results[0].wind_name).capitalize()
