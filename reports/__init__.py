@@ -11,6 +11,7 @@
     campaign/         campaigns of random runs as tables, figures and files
     maps/             what a finished sweep leaves
     baseline/         a certificate against an earlier one
+    csv_text          tables as CSV
     ci_formats        the results of a check as JUnit, SARIF and Markdown
     design_folder     the folder that ``takagi design`` leaves, and the appendix's
     output            write a file or a folder whole or not at all

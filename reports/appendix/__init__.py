@@ -6,10 +6,10 @@ r"""The LaTeX appendix of a design: derivation, law, theorem, LMIs, gains, certi
     blending                          the published coupling filter
     conditions, certificate           inequalities that were solved, claims that were proved
     robustness                        margins and responses at the trims
-    plant_files, plant_context        a plant's appendix, and what fills its templates
+    plant_files, plant_context        a plant's appendix, ``plant_appendix``; what fills it
     environment, tex                  jinja2 for LaTeX; numbers, units and words as LaTeX
 
-``appendix_files`` returns ``appendix.tex``, which compiles alone, its body for ``\input`` into a
+Both return ``appendix.tex``, which compiles alone, its body for ``\input`` into a
 paper, and the figures.  Everything is typeset from the values that were solved and proved.
 """
 
@@ -19,12 +19,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from takagi.reports.appendix.plant_files import plant_appendix
     from takagi.reports.appendix.turbine_files import appendix_files
 
-__all__ = ["appendix_files"]
+__all__ = ["appendix_files", "plant_appendix"]
 
 _HOME = {
     "appendix_files": "turbine_files",
+    "plant_appendix": "plant_files",
 }
 
 

@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.reports.appendix.environment import render
 from takagi.reports.appendix.tex import Tex, escape
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from takagi.certificates.design.plant.design import PlantDesign
-    from takagi.certificates.design.turbine.design import TurbineDesign
 
 __all__ = ["assembled", "checked_context"]
 
@@ -41,9 +38,9 @@ def assembled(
     return files | {f"figures/{name}": data for name, data in figures.items()}
 
 
-def checked_context(design: TurbineDesign | PlantDesign) -> dict[str, Any]:
+def checked_context(document: Mapping[str, Any], checked: Checked) -> dict[str, Any]:
     """Return the checker's verdict and words, and where the certificate comes from."""
-    checked, provenance = design.checked, design.document.get("provenance", {})
+    provenance = document.get("provenance", {})
     return {
         "proved": checked.verdict is Verdict.PROVED,
         "verdict": checked.verdict.name,

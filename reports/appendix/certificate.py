@@ -33,7 +33,7 @@ _PEAKS = {
 def certificate_context(design: TurbineDesign) -> dict[str, Any]:
     """Return verdict, claims and, for the coherent loop, the tables of its cells."""
     claims = list(design.document.get("claims", ()))
-    context = checked_context(design) | {
+    context = checked_context(design.document, design.checked) | {
         "assumes": "; ".join(design.checked.assumes).replace("<=", "at most"),
         "other_claims": [_other(claim) for claim in claims if claim.get("kind") != "coherent-loop"],
     }

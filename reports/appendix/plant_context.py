@@ -115,7 +115,7 @@ def _law(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
 
 def _certificate(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
     level = loop.level if loop.bounded else None
-    return checked_context(design) | {
+    return checked_context(design.document, design.checked) | {
         "embedded": embedded(design),
         "discrete": loop.discrete,
         "decay": None if loop.decay_rate is None else decimal(loop.decay_rate),

@@ -5,6 +5,6 @@ plant_loop           plant, model, gains, proved function
 plant_local          poles and margins of a plant at rest and at the vertices
 plant_motion         the nonlinear plant under its law, in time
 overlap_claims       what is proved of a published law, overlap by overlap
-proved_kinds         which kinds of claims a plant's certificate proves
+proved_kinds         which claims of a certificate are proved, and of which kinds
 synthesis_summary    how the effort-sharing law's gains were found
 """

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.checker.kernel.result import Verdict
 from takagi.models.errors import ModelError
 from takagi.models.plant.plant import Plant
 from takagi.models.ts.model import Matrices, TSModel
+from takagi.reports.loops.proved_kinds import proved_claims
 from takagi.reports.page.labels import name_of
 
 if TYPE_CHECKING:
@@ -172,12 +172,11 @@ def _trim(design: PlantDesign) -> tuple[Floats, Floats]:
 
 def _proved(design: PlantDesign, kind: str, figure: str) -> tuple[Floats | None, float | None]:
     """Return P and a figure of the first claim of a kind that is proved; (None, None) if none."""
-    claims = design.document.get("claims", [])
-    for claim, checked in zip(claims, design.checked.claims, strict=False):
-        if claim.get("kind") == kind and checked.verdict is Verdict.PROVED:
-            P = np.array([[_float(entry) for entry in row] for row in claim["P"]])
-            return P, _float(claim[figure])
-    return None, None
+    claim = next(iter(proved_claims(design.document, design.checked, kind)), None)
+    if claim is None:
+        return None, None
+    P = np.array([[_float(entry) for entry in row] for row in claim["P"]])
+    return P, _float(claim[figure])
 
 
 def _float(number: object) -> float:

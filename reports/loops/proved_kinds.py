@@ -1,24 +1,32 @@
-"""Which kinds of claims a plant's certificate proves."""
+"""Which claims of a certificate are proved, and of which kinds they are."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.checker.kernel.result import Checked, Verdict
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
 
-__all__ = ["embedded", "proved_kinds"]
+__all__ = ["embedded", "proved_claims", "proved_kinds"]
 
 EMBEDDING = "sector-embedding"
 
 
+def proved_claims(
+    document: Mapping[str, Any], checked: Checked, kind: str | None = None
+) -> list[Mapping[str, Any]]:
+    """Return the claims that are proved, of one kind if one is given, as the file states them."""
+    pairs = zip(document.get("claims", []), checked.claims, strict=False)
+    proved = [stated for stated, found in pairs if found.verdict is Verdict.PROVED]
+    return [stated for stated in proved if kind in (None, stated.get("kind"))]
+
+
 def proved_kinds(design: PlantDesign) -> set[str]:
     """Return the kinds of the claims that are proved."""
-    claims = design.document.get("claims", [])
-    pairs = zip(claims, design.checked.claims, strict=False)
-    return {str(c.get("kind")) for c, found in pairs if found.verdict is Verdict.PROVED}
+    return {str(claim.get("kind")) for claim in proved_claims(design.document, design.checked)}
 
 
 def embedded(design: PlantDesign) -> bool:

@@ -12,8 +12,8 @@ import pytest
 from takagi.certificates.checker.kernel.certificate import concluded
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.design.plant.result import PlantDesign
+from takagi.reports.appendix import plant_appendix
 from takagi.reports.output import write_folder
-from takagi.reports.sections.plant import plant_appendix
 from tests.reports.plant_designs import design_of
 
 WIDEST = 20.0  # pt that a line may stick out

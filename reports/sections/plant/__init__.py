@@ -14,22 +14,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.reports.appendix.plant_files import plant_appendix
     from takagi.reports.sections.plant.page import plant_figures, plant_report, plant_report_files
 
-__all__ = ["plant_appendix", "plant_figures", "plant_report", "plant_report_files"]
-
-_HOME = {
-    "plant_appendix": "takagi.reports.appendix.plant_files",
-    "plant_figures": "takagi.reports.sections.plant.page",
-    "plant_report": "takagi.reports.sections.plant.page",
-    "plant_report_files": "takagi.reports.sections.plant.page",
-}
+__all__ = ["plant_figures", "plant_report", "plant_report_files"]
 
 
 def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
+    if name in __all__:
+        return getattr(import_module("takagi.reports.sections.plant.page"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -12,6 +12,7 @@ from takagi.reports.loops.plant_motion import horizon, motions, starts
 from takagi.reports.page.mathml import mathml
 from takagi.reports.page.readable_latex import readable
 from takagi.reports.page.text import DASH, Section, Table, decimal, plate, significant
+from takagi.reports.sections.plant.plant import equations_latex
 
 if TYPE_CHECKING:
     from takagi.models.blending.blending import Actuator, Blending
@@ -38,7 +39,7 @@ def blend_section(loop: PlantLoop, blend: RunningBlend) -> Section:
     share = given.share
     content: dict[str, Any] = {
         "laws": [mathml(line) for line in _laws(given)],
-        "equations": [mathml(readable(line)) for line in _equations(given)],
+        "equations": [mathml(readable(line)) for line in equations_latex(given.plant)],
         "overlap": significant(float(given.overlap)),
         "unit": given.effort.unit,
         "ends": [decimal(float(end)) for end in (given.efforts.lower, given.efforts.upper)],
@@ -108,12 +109,6 @@ def _laws(given: Blending) -> list[str]:
             rf"\mathrm{{{_name(actuator.name)}}} = {start}{minus}\frac{{\psi({effort})}}{{{b}}}"
         )
     return found
-
-
-def _equations(given: Blending) -> list[str]:
-    from takagi.reports.sections.plant.plant import equations_latex
-
-    return equations_latex(given.plant)
 
 
 def _latex(expression: Any) -> str:

@@ -15,6 +15,7 @@ from takagi.reports.loops.overlap_claims import (
     wind_words,
     window_width,
 )
+from takagi.reports.loops.proved_kinds import proved_claims
 from takagi.reports.page.text import (
     DASH,
     Plate,
@@ -182,19 +183,16 @@ def _facts(design: TurbineDesign, summary: ClaimSummary) -> list[tuple[str, str,
 
 def _wind_rate(design: TurbineDesign) -> list[tuple[str, str, str]]:
     """Return how fast a known wind may move by itself, where that is claimed and proved."""
-    for stated, checked in zip(design.document["claims"], design.checked.claims, strict=False):
-        if stated["kind"] == "wind-rate" and checked.verdict.name == "PROVED":
-            rates = [float(rate) for rate in stated["ranges"][0]["estimate_rate"]]
-            filter_ = float(design.document["gains"]["wind_filter"])
-            return [
-                (
-                    "Wind's own rate",
-                    f"|v'| up to {span(rates)} m/s²",
-                    f"of a wind that is known, through the law's filter of {filter_:g} s, "
-                    "depending on the wind",
-                )
-            ]
-    return []
+    filter_ = float(design.document["gains"].get("wind_filter", 0))
+    return [
+        (
+            "Wind's own rate",
+            f"|v'| up to {span([float(r) for r in stated['ranges'][0]['estimate_rate']])} m/s²",
+            f"of a wind that is known, through the law's filter of {filter_:g} s, "
+            "depending on the wind",
+        )
+        for stated in proved_claims(design.document, design.checked, "wind-rate")[:1]
+    ]
 
 
 def _power(summary: ClaimSummary) -> str:
