@@ -35,7 +35,7 @@ def design_files(design: Design, *, tell: Tell | None = None) -> Files:
     ``figures/<name>.svg``, and of a plant the numbers beside them, ``figures/<name>.csv``.
     """
     from takagi.certificates.document.certificate_file import dumps
-    from takagi.reports.gains_file.turbine import dump_gains
+    from takagi.reports.gains_file.envelope import dump_gains
 
     report = _made("report", design, tell=tell)
     found: Files = {}

@@ -12,9 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.design.plant.design import PlantDesign, PlantSettings, design_plant
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import dumps
 from takagi.cli.main import main
+from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import load_plant, plant_files
 from takagi.reports.gains_file.envelope import dump_gains
 from takagi.reports.gains_file.plant import plant_gain_file

@@ -130,7 +130,7 @@ def _bound(
     if gains_out is None:
         return bound_to_file(document, gains, own)
     from takagi.certificates.controller.plant_members import statement
-    from takagi.reports.gains_file.turbine import dump_gains
+    from takagi.reports.gains_file.envelope import dump_gains
     from takagi.reports.output import write_file
 
     found, content = refreshed(document, gains, own or {}, statement(checked))

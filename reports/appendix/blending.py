@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.laws.published.law import PaperLaw
 from takagi.reports.appendix.tex import Tex, fixed, matrix, scientific
 from takagi.reports.sections.turbine.blending import filter_of

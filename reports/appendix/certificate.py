@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.reports.appendix.assembly import checked_context
 from takagi.reports.appendix.tex import Tex, decimal, escape, interval, matrix, span
 from takagi.reports.page.rounded_bounds import at_most_to

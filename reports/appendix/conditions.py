@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from takagi.certificates.claims.turbine.effort_sharing import CoherentCandidate
-from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.typeset import latex
 from takagi.reports.appendix.tex import Tex, escape

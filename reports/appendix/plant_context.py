@@ -18,7 +18,7 @@ from takagi.reports.sections.plant.gains import gain_columns
 from takagi.reports.sections.plant.plant import equations_latex, kinds
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant.plant import Plant
     from takagi.models.plant.variables import Variable
     from takagi.reports.loops.plant_loop import PlantLoop

@@ -11,7 +11,7 @@ from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.certificates.design.plant.result import PlantDesign
 
 __all__ = ["plant_appendix"]
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.reports.appendix.tex import NONE, Tex, escape, fixed
 from takagi.reports.appendix.turbine import DEGREES, table_winds
 from takagi.reports.loops.turbine_local import LoopPoint, loop_points

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.laws.effort_sharing.law import CoherentLaw
 from takagi.reports.appendix.tex import NONE, Tex, decimal, escape, fixed, scientific
 from takagi.reports.appendix.turbine import DEGREES

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.turbine.data import Figure, Turbine
 from takagi.models.turbine.trim import TrimPoint, optimal_tip_speed_ratio, rated_wind, trim
 from takagi.reports.appendix.tex import Tex, escape, fixed, matrix, scientific, unit

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.turbine.trim import TrimPoint, trim
 from takagi.reports.appendix.robustness import TrimLoops
 from takagi.reports.sections.turbine.blending import filter_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from takagi.certificates.design.turbine.design import TurbineDesign
+from takagi.certificates.design.turbine.result import TurbineDesign
 
 __all__ = ["appendix_files"]
 

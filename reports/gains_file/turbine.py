@@ -18,15 +18,14 @@ from takagi.reports.gains_file.envelope import (
     Numbers,
     SplineEntry,
     Strict,
-    dump_gains,
     file_schema,
     validated,
 )
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
 
-__all__ = ["GainFile", "dump_gains", "gain_file", "gain_file_schema"]
+__all__ = ["GainFile", "gain_file", "gain_file_schema"]
 
 
 class CoherentLawTables(Strict):

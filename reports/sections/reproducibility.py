@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from takagi.reports.page.text import Section, Table, fixed
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.design import PlantDesign
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
 
 __all__ = ["check_section", "provenance_section"]
 

@@ -10,12 +10,8 @@ import sympy as sp
 
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.design.design import NoDesign
-from takagi.certificates.design.plant.design import (
-    PlantDesign,
-    certify_plant,
-    design_plant,
-    rounded_gains,
-)
+from takagi.certificates.design.plant.design import certify_plant, design_plant, rounded_gains
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Interval, ModelError, Plant, Variable, load_model
 from takagi.models.files.library import built_in_kinds
 from takagi.models.plant.design_settings import PlantSettings

@@ -12,7 +12,8 @@ import pytest
 from takagi.certificates.checker import CertificateError, check
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import digest
-from takagi.certificates.design.plant.design import PlantDesign, certify_filed, design_plant
+from takagi.certificates.design.plant.design import certify_filed, design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import as_read
 from takagi.cli.main import main
 from takagi.models.plant_files.loader import load_plant, plant_files

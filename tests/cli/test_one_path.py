@@ -144,7 +144,8 @@ def test_help_and_check_load_nothing_of_designs() -> None:
 def test_both_designs_are_read_alike(plain: None, finished: Any, cubic: Path) -> None:
     """What verbs and reports ask of a design, both have."""
     from takagi.certificates.design.design import Design
-    from takagi.certificates.design.plant.design import PlantDesign, design_plant
+    from takagi.certificates.design.plant.design import design_plant
+    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant_files.loader import load_plant
 
     plant = design_plant(load_plant(cubic))

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from takagi.lmi import Design
     from takagi.models.ts.model import TSModel
 
-__all__ = ["PlantDesign", "PlantSettings", "certify_filed", "certify_plant", "design_plant"]
+__all__ = ["certify_filed", "certify_plant", "design_plant"]
 
 Floats = NDArray[np.float64]
 # Significant digits of the emitted gains; more where fewer cannot be proved.

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortDesign
     from takagi.models.laws.protocol import Law
 
-__all__ = ["DesignSettings", "TurbineDesign", "design_turbine"]
+__all__ = ["design_turbine"]
 
 OBSERVER_DECAY = 0.05
 

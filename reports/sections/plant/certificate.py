@@ -9,7 +9,7 @@ import numpy as np
 from takagi.reports.page.text import Section, Table, significant
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.reports.loops.plant_loop import PlantLoop
 
 __all__ = ["certificate_section"]

@@ -12,7 +12,7 @@ from takagi.reports.page.text import Section
 from takagi.reports.sections.premise_table import premise_table
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.ts.model import TSModel
 
 __all__ = ["derivation_section", "derivation_steps"]

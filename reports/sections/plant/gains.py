@@ -12,7 +12,7 @@ from takagi.reports.page.mathml import mathml
 from takagi.reports.page.text import Section, Table, decimal, significant
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.reports.loops.plant_loop import PlantLoop
 
 __all__ = ["gain_columns", "gain_rows", "gains_section", "largest_commands"]

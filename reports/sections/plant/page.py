@@ -11,7 +11,7 @@ from takagi.reports.page.assembly import ReportFiles, report_files
 from takagi.reports.page.text import Section
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.certificates.design.plant.result import PlantDesign
 
 __all__ = ["plant_figures", "plant_report", "plant_report_files"]
 

@@ -9,7 +9,7 @@ from takagi.reports.page.readable_latex import readable
 from takagi.reports.page.text import Section, Table, decimal
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant.plant import Plant
     from takagi.models.plant.variables import Variable
 

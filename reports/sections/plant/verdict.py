@@ -16,7 +16,7 @@ from takagi.reports.sections.verdict import verdict_box
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from takagi.certificates.design.plant.design import PlantDesign
+    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.reports.loops.plant_loop import PlantLoop
 
 __all__ = ["verdict_section"]

@@ -14,7 +14,7 @@ from takagi.reports.sections.turbine.drawings import effort_figure
 from takagi.reports.sections.turbine.operation import trim_curve
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
 
 __all__ = ["blending_section", "filter_of"]
 

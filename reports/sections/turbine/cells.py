@@ -10,7 +10,7 @@ from takagi.reports.figures import cells_figure
 from takagi.reports.page.text import Section, Table, at_least, at_most, fixed, plate
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
 
 __all__ = ["cells_section"]
 

@@ -13,7 +13,7 @@ from takagi.reports.sections.turbine.operation import region_starts
 from takagi.reports.sections.turbine.synthesis_table import synthesis_table
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.models.laws.effort_sharing.law import CoherentLaw
 
 __all__ = ["gains_section"]

@@ -24,7 +24,7 @@ from takagi.reports.page.text import Plate, Section, fixed, plate, significant
 from takagi.reports.sections.margin_table import margin_table
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
 
 __all__ = ["loops_section", "poles_section"]
 

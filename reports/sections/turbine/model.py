@@ -16,7 +16,7 @@ from takagi.reports.sections.turbine.operation import (
 )
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
 
 __all__ = ["model_section"]
 

@@ -11,7 +11,7 @@ from takagi.reports.sections.premise_table import premise_table
 from takagi.reports.sections.turbine.regions import EVIDENCE
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
 
 __all__ = ["observer_section"]
 

@@ -9,7 +9,7 @@ from takagi.reports.page.assembly import ReportFiles, report_files
 from takagi.reports.page.text import Section
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
 
 __all__ = ["report_html"]
 

@@ -14,7 +14,7 @@ from takagi.reports.sections.turbine.drawings import regional_gains_figure
 from takagi.reports.sections.turbine.operation import region_starts
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.lmi.turbine.regional import RegionGains
     from takagi.models.ts.model import TSModel
 

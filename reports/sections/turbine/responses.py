@@ -25,7 +25,7 @@ from takagi.reports.figures import ResponseLine, response_figure
 from takagi.reports.page.text import Plate, Section, Table, fixed, plate, powers, significant
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
 
 __all__ = ["responses_section"]
 

@@ -12,7 +12,7 @@ from takagi.reports.loops.synthesis_summary import synthesis_summary
 from takagi.reports.page.text import Table, fixed
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.models.laws.effort_sharing.law import CoherentLaw
 
 __all__ = ["synthesis_table"]

@@ -32,7 +32,7 @@ from takagi.reports.sections.turbine.drawings import wind_class_figure
 from takagi.reports.sections.verdict import verdict_box
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.design import TurbineDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
 
 __all__ = ["verdict_section"]
 
