@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +21,7 @@ from takagi.models import Interval, Plant, Variable
 from takagi.reports.gains_file.envelope import dump_gains
 from takagi.reports.gains_file.plant import PlantGainFile, plant_gain_file, plant_gain_file_schema
 from takagi.reports.simulation.plant import simulate_plant, simulation_data
+from tests.reports.plant_designs import design_of
 
 X, V, F = sp.symbols("x v F", real=True)
 
@@ -98,3 +102,27 @@ def test_the_largest_command_is_that_of_the_law(design: PlantDesign) -> None:
 
     first = abs(float(design.law.command(start)[0]))
     assert run["largest_input"]["F"] >= first * (1 - 1e-9)
+
+
+def test_order_in_the_file_does_not_depend_on_the_hash_seed(tmp_path: Path) -> None:
+    """Names of a blend's parameters were taken from a set: two runs wrote two files."""
+    certificate = tmp_path / "c.json"
+    certificate.write_text(dumps(design_of("split_range").document), encoding="utf-8")
+    program = (
+        "import json, sys; "
+        "from takagi.certificates.checker.files.gain_file import expected_file; "
+        "print(json.dumps(expected_file(json.load(open(sys.argv[1])))))"
+    )
+
+    written = {
+        subprocess.run(
+            [sys.executable, "-c", program, str(certificate)],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            check=True,
+            capture_output=True,
+            text=True,
+        ).stdout
+        for seed in ("0", "1", "2", "3")
+    }
+
+    assert len(written) == 1

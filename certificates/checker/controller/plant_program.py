@@ -190,7 +190,7 @@ class _Writing:
         for side, sign in (("low", "-"), ("high", "")):
             actuator, s = b[side], f"{sign}{U}"
             name, known = actuator["input"], actuator["effectiveness"]
-            for parameter in names_in([known]) & set(self.model.get("parameters", {})):
+            for parameter in sorted(names_in([known]) & set(self.model.get("parameters", {}))):
                 self.names[parameter] = (f"parameters.{parameter}", "SI")
             self.tables(known)
             idle = self.own(f"{name}_idle")

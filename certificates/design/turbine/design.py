@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Any
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.claims.turbine.loop_claims import loop_document
 from takagi.certificates.controller.content import bound
-from takagi.certificates.controller.turbine_members import turbine_members
 from takagi.certificates.design.step_clock import StepClock, Tell
 from takagi.certificates.design.turbine.effort_sharing_gains import (
     CoherentSynthesis,
     coherent_synthesis,
 )
+from takagi.certificates.design.turbine.gain_file_members import turbine_members
 from takagi.certificates.design.turbine.regions import regional_design
 from takagi.certificates.design.turbine.result import ObserverDesign, TurbineDesign
 from takagi.certificates.design.turbine.scale import default_settings
