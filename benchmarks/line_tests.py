@@ -126,14 +126,14 @@ class LineTests:
         return _within(ordered, seconds, budget)
 
     def tests_of_module(self, module: Path) -> list[str]:
-        """Return the tests that run any function of a module, the quickest first."""
+        """Return the tests that run any function of a module, quick and different ones first."""
         found = [
             name
             for name, test in self.tests.items()
             if test["passed"]
             and any(f.startswith(f"{module_name(module)} ") for f in test["lines"])
         ]
-        return sorted(found, key=lambda name: self.tests[name]["seconds"])
+        return _varied(found, self.seconds)
 
     def fixtures_of(self, change: Change) -> list[str]:
         """Return the shared fixtures that run the changed line."""

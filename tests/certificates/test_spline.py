@@ -84,6 +84,12 @@ def test_points_agree_with_exact_values(surface: Surface, spline: Spline) -> Non
             assert high - low <= 4 * PAD
 
 
+def test_without_an_order_it_is_the_value(surface: Surface, spline: Spline) -> None:
+    for x, y in rectangles(surface, 5):
+        box = enclose(x.lower, x.upper), enclose(y.lower, y.upper)
+        assert spline.bounds(*box) == spline.bounds(*box, 0, 0) != spline.bounds(*box, 1, 0)
+
+
 def test_leaving_the_table_is_refused(surface: Surface, spline: Spline) -> None:
     """A range beyond the last knot has no value: refused, not extrapolated."""
     x, y = (point(exact((r[0] + r[1]) / 2)) for r in (surface.x_range, surface.y_range))

@@ -164,11 +164,11 @@ def test_states_beyond_the_reference_speed_of_some_winds_are_not_their_rests(bui
     law = replace(law, speed=speed)
     ratios = [plant.radius * speed[i] / law.wind[i] for i in (k, k + 1)]
 
-    def reach(*, common: bool) -> list[Fraction]:
+    def reach(**common: bool) -> list[Fraction]:
         winds = law.wind[k], law.wind[k + 1]
-        return [stop for _, stop in coherent_rests(plant, law, winds, common=common).upper.blocks]
+        return [stop for _, stop in coherent_rests(plant, law, winds, **common).upper.blocks]
 
-    assert reach(common=False) == [max(ratios)]
+    assert reach() == reach(common=False) == [max(ratios)]
     assert all(stop <= min(ratios) for stop in reach(common=True))
 
 

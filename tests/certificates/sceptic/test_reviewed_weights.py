@@ -69,6 +69,17 @@ def test_an_output_to_which_an_input_is_added_shows_no_premise(
     assert [opinion.verdict for opinion in judge_document(made)] == ["PROVED", verdict.name]
 
 
+def test_one_of_two_inputs_that_is_added_is_enough() -> None:
+    """x' = x + u, y = x + 2 u, and an input that does nothing: the premise x is not seen."""
+    model = plant("x + 2*u", "1", "2")
+    model["inputs"].append({"name": "v", "unit": "-", "rest": 0, "range": [-1, 1]})
+    model["embedding"] |= {"B": [["1", "0"]], "D": [["2", "0"]]}
+    made = document(model, [EMBEDDING, OBSERVER])
+
+    assert [one.verdict.name for one in check_document(made).claims] == ["PROVED", "UNDECIDED"]
+    assert [opinion.verdict for opinion in judge_document(made)] == ["PROVED", "UNDECIDED"]
+
+
 @pytest.mark.parametrize("seen", [["x2"], ["x2", "x1"], ["x1 + x2", "x2"]])
 @pytest.mark.parametrize(("premise", "verdict"), [("x2", "PROVED"), ("p", "UNDECIDED")])
 def test_a_signal_is_measured_by_no_output(premise: str, verdict: str, seen: list[str]) -> None:
