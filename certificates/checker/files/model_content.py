@@ -167,10 +167,10 @@ def _of_a_turbine(path: tuple[str | int, ...], model: Any, gains: Any) -> bool:
 def _is_unit(path: tuple[str | int, ...]) -> bool:
     """Return whether a plant file's unit stands there, which it may leave out."""
     match path:
-        case (str(section), str(), "unit"):
-            return section in BY_NAME or section in ("outputs", "tables")
         case ("tables", str(), "arguments", int(), "unit") | ("blending", "effort", "unit"):
             return True
+        case (str(section), str(), "unit"):
+            return section in BY_NAME or section in ("outputs", "tables")
     return False
 
 

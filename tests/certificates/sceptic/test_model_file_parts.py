@@ -14,6 +14,7 @@ from takagi.certificates.checker.files.model_content import _is_formula, _is_uni
         (("outputs", "y", "unit"), True),
         (("tables", "cp", "unit"), True),
         (("tables", "cp", "arguments", 0, "unit"), True),
+        (("blending", "effort", "unit"), True),
         (("blending", "low", "unit"), False),
         (("tables", "cp", "arguments", 0, "name"), False),
         (("equations", "x", "unit"), False),
