@@ -111,7 +111,7 @@ def test_halving_the_sampling_converges() -> None:
 
 
 def test_loop_equals_an_adaptive_solver() -> None:
-    """Constant commands from trim: scipy's DOP853 on ``Plant.derivative``, no limit being met."""
+    """Constant commands from trim: scipy's DOP853 on ``plant_derivative``, no limit being met."""
     plant = validation_plant(nrel5mw(), torsion=True, wake=True)
     start, point = plant.initial_state(14.0)
     history = simulate(
