@@ -19,9 +19,9 @@ from takagi.certificates.design.turbine.regions import regional_design
 from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.equilibrium import ClosedLoopRests, RestCell, closed_loop_equilibria
 from takagi.lmi.turbine.effort import effort_gains
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
-from takagi.models.laws.published.law import PaperLaw, PaperLawName
+from takagi.models.laws.published.law import PublishedLaw, PublishedLawName
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
 from takagi.reports.figures.equilibria import rests_figure
@@ -39,7 +39,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=FIGURES)
     asked = parser.parse_args()
     turbine = nrel5mw()
-    loops: dict[str, CoherentLaw | PaperLaw] = {"coherent": coherent(turbine, asked.gains)}
+    loops: dict[str, EffortSharingLaw | PublishedLaw] = {"coherent": coherent(turbine, asked.gains)}
     loops |= published(turbine)
     found = {name: spans(turbine, name, law) for name, law in loops.items()}
     words = "Number of rests of each law over constant wind"
@@ -47,27 +47,29 @@ def main() -> None:
     write_folder(asked.out, {"equilibria.svg": drawn + "\n"})
 
 
-def coherent(turbine: Turbine, gains: Path | None) -> CoherentLaw | PaperLaw:
+def coherent(turbine: Turbine, gains: Path | None) -> EffortSharingLaw | PublishedLaw:
     """Return the law of a gain file, or the one with gains found wind by wind."""
     if gains is not None:
         return law_from_gains(gains, turbine)
     schedule = effort_schedule(turbine)
-    return CoherentLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
+    return EffortSharingLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
 
 
-def published(turbine: Turbine) -> dict[str, PaperLaw]:
+def published(turbine: Turbine) -> dict[str, PublishedLaw]:
     """Return the paper's laws by name and placement of the ramp."""
     models = regional_design(turbine)
     return {
         f"{law}, placement {place:g}": designed_law(
             turbine, DesignSettings(law=law, ramp_placement=place), models
         )
-        for law in get_args(PaperLawName)
+        for law in get_args(PublishedLawName)
         for place in PLACEMENTS[law]
     }
 
 
-def spans(turbine: Turbine, name: str, law: CoherentLaw | PaperLaw) -> tuple[RestCell, ...]:
+def spans(
+    turbine: Turbine, name: str, law: EffortSharingLaw | PublishedLaw
+) -> tuple[RestCell, ...]:
     """Return the proved cells of a loop, neighbours with one answer joined."""
     began = time.perf_counter()
     rests: ClosedLoopRests = closed_loop_equilibria(turbine, law)

@@ -37,13 +37,13 @@ from takagi.certificates.requests import (
     Poles,
     Request,
 )
-from takagi.lmi import Region, observer, pdc
+from takagi.lmi import EigenvalueRegion, observer, pdc
 from takagi.lmi.turbine.effort import effort_gains
 from takagi.models import TSModel, sector_model
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.laws.published.coupling_filter import coupling_filter
-from takagi.models.laws.published.law import paper_law
+from takagi.models.laws.published.law import published_law
 from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.plant_files.loader import load_plant, plant_files
 from takagi.models.turbine.full_load import full_load_model
@@ -104,7 +104,7 @@ def _observed() -> Document:
     L = np.round(observer(model, decay_rate=1.0).require()[0], 3)
     claims: list[Request] = [
         Decay(),
-        Poles(Region.disc(40) & Region.half_plane(0.1)),
+        Poles(EigenvalueRegion.disc(40) & EigenvalueRegion.half_plane(0.1)),
         ObserverError(L),
         ObservedFeedback(L),
     ]
@@ -135,7 +135,7 @@ def _own_matrices() -> Document:
 def _coherent() -> Document:
     turbine = nrel5mw()
     schedule = effort_schedule(turbine)
-    law = CoherentLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
+    law = EffortSharingLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
     gains, claim = coherent_law_data(law), coherent_claim(coherent_candidate(turbine, law))
     first = next(k for k, v in enumerate(gains["wind"]) if v >= FIRST_WIND)
     for name, column in gains.items():
@@ -161,7 +161,7 @@ def _paper() -> Document:
         k_I=np.repeat([-0.080, -0.079, -0.065, -0.083], 2),
     )
     coupling = coupling_filter(turbine, placement=0.5)
-    law = paper_law(turbine, partial=partial, full=full, coupling=coupling, name="paper")
+    law = published_law(turbine, partial=partial, full=full, coupling=coupling, name="paper")
     claim = dict(paper_claim(paper_candidate(law, winds=((6.0, 6.06), (13.0, 13.06)))))
     claim["cells"] = [claim["cells"][0], claim["cells"][-1]]
     model = turbine_data(turbine, ())

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from takagi.lmi.gains.decay.design import decided
 from takagi.lmi.gains.decay.relaxation_table import relaxation_ladder
-from takagi.lmi.gains.decay.request import task_of
-from takagi.lmi.sums.membership_points import at_blends, number_of_blends
+from takagi.lmi.gains.decay.request import decay_request
+from takagi.lmi.sums.membership_points import at_points, number_of_points
 from takagi.models import TSModel
 from takagi.reports.figures.style import COLOURS, GREY, house_style, new_figure
 from takagi.reports.figures.writing import figure_to_svg
@@ -76,7 +76,7 @@ def main() -> None:
     rows = [row_of(name) for name in RELAXATIONS]
     # Ruled out from the upper end of the bracket on.
     outer = largest_b("any relaxation") + TOLERANCE
-    count = number_of_blends(3, None, PARTS)
+    count = number_of_points(3, None, PARTS)
     bound = Row("any relaxation", outer, count, 6, 2, seconds_at(outer - 0.1, "any relaxation"))
     with (FIGURES / "kim-lee-ladder.csv").open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -103,8 +103,8 @@ def model(b: float) -> TSModel:
 
 def feasible(b: float, name: str) -> bool:
     """Return whether the relaxation, or the condition that each implies, has gains."""
-    pose = at_blends(PARTS) if name == "any relaxation" else name
-    return decided(task_of(model(b), decay_rate=0.0), 0.0, pose).outcome.status == "candidate"
+    pose = at_points(PARTS) if name == "any relaxation" else name
+    return decided(decay_request(model(b), decay_rate=0.0), 0.0, pose).outcome.status == "candidate"
 
 
 def largest_b(name: str) -> float:

@@ -175,12 +175,12 @@ def _beside(found: Timed | str, mine: Timed) -> tuple[str, str]:
 def _raw_margin(condition: Any, limits: dict[str, float]) -> Timed:
     """Solve the cone data, assembled beforehand, by a bare clarabel call: the floor."""
     from takagi.lmi.cone.assemble import assemble
-    from takagi.lmi.solver.solve import Row, cone_program
+    from takagi.lmi.solver.solve import SolverRow, cone_program
 
     data = assemble(condition)
     t = np.eye(len(data.objective) + 1)[-1]
-    rows = [Row(t, 1.0)]
-    rows += [Row(np.eye(len(t))[data.offsets[name]], bound) for name, bound in limits.items()]
+    rows = [SolverRow(t, 1.0)]
+    rows += [SolverRow(np.eye(len(t))[data.offsets[name]], bound) for name, bound in limits.items()]
     program = cone_program(data, -t, tuple(rows))
     spent, y = _raw(program)
     return spent, float(y[-1])

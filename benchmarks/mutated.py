@@ -20,7 +20,7 @@ from takagi.certificates.requests import (
     Poles,
     Request,
 )
-from takagi.lmi import Region
+from takagi.lmi import EigenvalueRegion
 from takagi.models import Plant, Premise, TSModel, load_model, nrel5mw
 
 Data = dict[str, Any]
@@ -49,11 +49,11 @@ def general_models() -> Iterator[tuple[str, Data]]:
     L = np.array([[[4.0], [6.0]], [[3.0], [6.0]]])
     premises = [Premise("z", "-1", "1")]
     for step in (None, 0.1):
-        region: Region = Region.half_plane(0.1)
+        region: EigenvalueRegion = EigenvalueRegion.half_plane(0.1)
         vertices, entrance, gain = A, B, L
         if step is not None:
             vertices, entrance, gain = np.eye(2) + step * A, step * B, step * L
-            region = Region.disc(0.999)
+            region = EigenvalueRegion.disc(0.999)
         requests: list[Request] = [Decay(0.2), Poles(region), GainRounding(), BoxEnlargement()]
         requests += [FuzzyDecay(rate_bounds=0.1, decay_rate=0.1), ObserverError(gain)]
         for name, known in (("products", premises), ("any weights", None)):

@@ -56,7 +56,7 @@ from takagi.lmi.turbine.one_step.design import STEPS  # noqa: E402
 from takagi.lmi.turbine.one_step.motion import motion  # noqa: E402
 from takagi.lmi.turbine.one_step.objective import OBJECTIVES  # noqa: E402
 from takagi.models.errors import ModelError  # noqa: E402
-from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains  # noqa: E402
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw  # noqa: E402
 from takagi.models.laws.effort_sharing.schedule import effort_schedule  # noqa: E402
 from takagi.models.turbine.data import Turbine  # noqa: E402
 from takagi.models.turbine.loader import nrel5mw  # noqa: E402
@@ -97,13 +97,13 @@ def main() -> None:
     PAGE.write_text(placed(PAGE.read_text(encoding="utf-8"), "one-step", content), encoding="utf-8")
 
 
-def two_step_law(turbine: Turbine) -> CoherentLaw:
+def two_step_law(turbine: Turbine) -> EffortSharingLaw:
     """Return the law with the gains found wind by wind."""
     schedule = effort_schedule(turbine)
-    return CoherentLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
+    return EffortSharingLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
 
 
-def row_of(turbine: Turbine, law: CoherentLaw, name: str, steps: int) -> Row:
+def row_of(turbine: Turbine, law: EffortSharingLaw, name: str, steps: int) -> Row:
     """Return the row of a synthesis: two-step, or one-step with a named objective."""
     began = time.process_time()
     found = coherent_synthesis(
@@ -122,7 +122,7 @@ def row_of(turbine: Turbine, law: CoherentLaw, name: str, steps: int) -> Row:
     return row | ({"kept": found.kept} if found.kept else {})
 
 
-def reference_row(turbine: Turbine, law: CoherentLaw) -> Row:
+def reference_row(turbine: Turbine, law: EffortSharingLaw) -> Row:
     """Return what is certified of the reference's gains, and why not at all winds."""
     own = replace(law, gains=reference_gains(law))
     wind = own.schedule.wind
@@ -139,7 +139,7 @@ def reference_row(turbine: Turbine, law: CoherentLaw) -> Row:
         return row | {"why": str(error)}
 
 
-def certified(turbine: Turbine, law: CoherentLaw, candidate: CoherentCandidate) -> Row:
+def certified(turbine: Turbine, law: EffortSharingLaw, candidate: CoherentCandidate) -> Row:
     """Return the checker's verdict on a certificate of the candidate, and what it states."""
     claim = coherent_claim(candidate)
     document = certificate_document(
@@ -171,7 +171,7 @@ def certified(turbine: Turbine, law: CoherentLaw, candidate: CoherentCandidate) 
     }
 
 
-def reference_gains(law: CoherentLaw) -> EffortGains:
+def reference_gains(law: EffortSharingLaw) -> EffortGains:
     """Return the reference pitch controller's gains where the trim effort is above zero."""
     table_ = law.schedule
     share = table_.effectiveness / table_.effectiveness_limit

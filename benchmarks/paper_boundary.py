@@ -35,7 +35,7 @@ from takagi.certificates.design.turbine.regions import regional_design
 from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.document.certificate_file import certificate_document, turbine_data
 from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PaperLaw
+from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
 from takagi.reports.campaign.boundary import Boundary, boundary_csv, boundary_figure
@@ -50,14 +50,14 @@ WINDOW = 0.03
 PLACEMENT = 0.5
 
 
-def law_of(name: str, turbine: Turbine, models: Any, overlap: float) -> PaperLaw:
+def law_of(name: str, turbine: Turbine, models: Any, overlap: float) -> PublishedLaw:
     """Return the law with a centred ramp of this overlap [rad/s]."""
     asked = DesignSettings(law=name, ramp_placement=PLACEMENT)
     law = designed_law(turbine, asked, models)
     return with_overlaps(law, speed_overlap=overlap, torque_overlap=law.coupling.torque_overlap)
 
 
-def proved(law: PaperLaw, model: dict[str, Any]) -> NDArray[np.bool_]:
+def proved(law: PublishedLaw, model: dict[str, Any]) -> NDArray[np.bool_]:
     """Return at which of the winds a window is PROVED."""
     found = []
     for wind in WINDS:
@@ -76,7 +76,7 @@ def proved(law: PaperLaw, model: dict[str, Any]) -> NDArray[np.bool_]:
     return np.array(found)
 
 
-def starts(law: PaperLaw, wind: float) -> list[float]:
+def starts(law: PublishedLaw, wind: float) -> list[float]:
     """Return speed, pitch, pitch rate and integrals at rest; at the trim where there is none."""
     rest = equilibrium(law, wind)
     speed, pitch = rest.rotor_speed, rest.pitch
@@ -85,7 +85,7 @@ def starts(law: PaperLaw, wind: float) -> list[float]:
     return [speed, pitch, 0.0, *rest.integrals]
 
 
-def run_laws(laws: list[PaperLaw], rotor: Rotor) -> Outcome:
+def run_laws(laws: list[PublishedLaw], rotor: Rotor) -> Outcome:
     """Return the outcome of every overlap, wind and disturbance, in this order."""
     cases = [(law, wind, d) for law in laws for wind in WINDS for d in DISTURBANCES]
     wind = np.array([wind for _, wind, _ in cases])

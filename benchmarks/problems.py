@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from takagi.lmi import Condition
 from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
-from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 from takagi.lmi.sums.relaxations import relaxation_named
 
 __all__ = [
@@ -107,14 +107,14 @@ def energy_gain_condition(
         rules=r,
         blocks=(n, q, p),
         parts=(
-            Part(unknown=Q, left=A, right=one, plus_transpose=True),
-            Part(unknown=M, left=-B, right=one, member=member, plus_transpose=True),
-            Part(unknown=Q, left=C, right=one, at=(2, 0)),
-            Part(unknown=M, left=-D, right=one, member=member, at=(2, 0)),
-            Part(unknown=gamma, left=-w, at=(1, 1)),
-            Part(unknown=gamma, left=-z, at=(2, 2)),
+            SumPart(unknown=Q, left=A, right=one, plus_transpose=True),
+            SumPart(unknown=M, left=-B, right=one, member=member, plus_transpose=True),
+            SumPart(unknown=Q, left=C, right=one, at=(2, 0)),
+            SumPart(unknown=M, left=-D, right=one, member=member, at=(2, 0)),
+            SumPart(unknown=gamma, left=-w, at=(1, 1)),
+            SumPart(unknown=gamma, left=-z, at=(2, 2)),
         ),
-        fixed=(Fixed(value=E, at=(0, 1)),),
+        fixed=(KnownBlock(value=E, at=(0, 1)),),
     )
     slack, sums = relaxation_named(relaxation)(loop)
     scale = (

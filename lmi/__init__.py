@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from takagi.lmi.answer import Answer, Design, Try
     from takagi.lmi.condition.exact import exact_matrices
     from takagi.lmi.condition.express import expressed
-    from takagi.lmi.condition.region import Region
+    from takagi.lmi.condition.region import EigenvalueRegion, Region
     from takagi.lmi.condition.term import LMI, Condition, Constant, Term
     from takagi.lmi.condition.typeset import latex, markdown
     from takagi.lmi.condition.uncertainty import NormBounded
@@ -73,13 +73,13 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.structured.slack_matrix import structured_pdc_condition
     from takagi.lmi.parameter_search.largest_parameter import Extreme, extreme_parameter
     from takagi.lmi.parameter_search.parameter_sweep import sweep
-    from takagi.lmi.polynomials.polynomial_lyapunov import LyapunovFamily
+    from takagi.lmi.polynomials.polynomial_lyapunov import LyapunovFamily, PolynomialLyapunov
     from takagi.lmi.refutation.alternative import Alternative
     from takagi.lmi.refutation.objective_limit import objective_below
     from takagi.lmi.refutation.refutation import exact_no, rigorous_no
-    from takagi.lmi.relaxation_result import Rung
+    from takagi.lmi.relaxation_result import RelaxationResult, Rung
     from takagi.lmi.sums.corner_rules import ProductRules, product_rules
-    from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
+    from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
     from takagi.lmi.sums.membership_shape import (
         neighbouring_rules,
         product_bounds,
@@ -102,21 +102,24 @@ __all__ = [
     "Constant",
     "Design",
     "DoubleSum",
+    "EigenvalueRegion",
     "Explanation",
     "Extreme",
-    "Fixed",
     "FuzzyDesign",
+    "KnownBlock",
     "LMI",
     "Ladder",
     "LyapunovFamily",
     "NormBounded",
     "Outcome",
-    "Part",
+    "PolynomialLyapunov",
     "ProductRules",
     "Region",
+    "RelaxationResult",
     "RelaxationSize",
     "Rung",
     "StructuredDesign",
+    "SumPart",
     "Term",
     "Try",
     "Unknown",
@@ -194,21 +197,24 @@ _HOME = {
     "Constant": "condition.term",
     "Design": "answer",
     "DoubleSum": "sums.double_sum",
+    "EigenvalueRegion": "condition.region",
     "Explanation": "explaining.explanation",
     "Extreme": "parameter_search.largest_parameter",
-    "Fixed": "sums.double_sum",
     "FuzzyDesign": "gains.fuzzy.design",
+    "KnownBlock": "sums.double_sum",
     "LMI": "condition.term",
     "Ladder": "gains.decay.relaxation_table",
     "LyapunovFamily": "polynomials.polynomial_lyapunov",
     "NormBounded": "condition.uncertainty",
     "Outcome": "decision.outcome",
-    "Part": "sums.double_sum",
+    "PolynomialLyapunov": "polynomials.polynomial_lyapunov",
     "ProductRules": "sums.corner_rules",
     "Region": "condition.region",
+    "RelaxationResult": "relaxation_result",
     "RelaxationSize": "sums.relaxation_sizes",
     "Rung": "relaxation_result",
     "StructuredDesign": "gains.structured.answer",
+    "SumPart": "sums.double_sum",
     "Term": "condition.term",
     "Try": "answer",
     "Unknown": "condition.unknown",

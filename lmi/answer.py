@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.polynomials.polynomial_lyapunov import LyapunovFamily
-from takagi.lmi.relaxation_result import Rung
+from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov
+from takagi.lmi.relaxation_result import RelaxationResult
 from takagi.models.errors import ModelError
 
 __all__ = ["Answer", "Design", "Status", "Try"]
@@ -65,7 +65,7 @@ class Answer:
     status: Status
     P: Floats | None
     margin: float
-    family: LyapunovFamily | None = None
+    family: PolynomialLyapunov | None = None
     decay_rate: float | None = None
     gain: float | None = None
     enlargement: float | None = None
@@ -121,7 +121,7 @@ class Design:
     relaxation: str
     answer: Answer
     cost: float | None = None
-    ladder: tuple[Rung, ...] = ()
+    ladder: tuple[RelaxationResult, ...] = ()
 
     @property
     def status(self) -> Status:

@@ -7,13 +7,13 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-__all__ = ["Rung", "RungStatus"]
+__all__ = ["RelaxationResult", "Rung", "RungStatus"]
 
 RungStatus: TypeAlias = Literal["candidate", "infeasible", "unknown", "not tried", "bound"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rung:
+class RelaxationResult:
     """One relaxation of a double sum, tried or not; or what no relaxation exceeds.
 
     Attributes
@@ -45,3 +45,7 @@ class Rung:
     def found(self) -> bool:
         """Return whether it has gains."""
         return self.status == "candidate"
+
+
+# Names that earlier versions had.
+Rung = RelaxationResult

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from takagi.models.files.library import built_in_models
     from takagi.models.intervals.interval import Interval
     from takagi.models.loading import load_model
-    from takagi.models.loops.secant.embedding import Region, secant_embedding
+    from takagi.models.loops.secant.embedding import Region, SecantRegion, secant_embedding
     from takagi.models.loops.secant.feedback import Feedback, blended_feedback, product_memberships
     from takagi.models.loops.secant.matrices import SecantEmbedding
     from takagi.models.plant.entries import plant_file_schema
@@ -78,6 +78,7 @@ __all__ = [
     "Region",
     "RuleCount",
     "SecantEmbedding",
+    "SecantRegion",
     "Step",
     "Surface",
     "TSModel",
@@ -127,6 +128,7 @@ _HOME = {
     "Region": "loops.secant.embedding",
     "RuleCount": "sector.rule_counting",
     "SecantEmbedding": "loops.secant.matrices",
+    "SecantRegion": "loops.secant.embedding",
     "Step": "equations.step",
     "Surface": "splines.surface",
     "TSModel": "ts.model",

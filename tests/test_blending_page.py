@@ -47,12 +47,12 @@ def test_the_vessel_is_proved_under_one_gain(tmp_path: Path) -> None:
 
 def test_the_opening_that_is_worked_out_on_the_page(tmp_path: Path) -> None:
     """-0.8 bar/s at 3 bar: the vent is open by 0.8; the supply idles."""
-    from takagi.models.blending import RunningBlend
+    from takagi.models.blending import RunTimeBlending
 
     plant = vessel(tmp_path, example())
     blending = blending_of(plant)
     assert blending is not None
-    commands = RunningBlend(blending).commands(np.array([3e5, 0.0, -0.8e5]))
+    commands = RunTimeBlending(blending).commands(np.array([3e5, 0.0, -0.8e5]))
 
     assert commands == pytest.approx([0.8, 0.0])
 

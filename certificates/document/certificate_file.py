@@ -12,7 +12,7 @@ from typing import Any
 from takagi.certificates.checker.files.model_content import model_content
 from takagi.certificates.checker.kernel.certificate import FORMAT, VERSION
 from takagi.certificates.checker.kernel.reader import Number, digest
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.splines.surface import Surface
 from takagi.models.turbine.data import Turbine
 
@@ -115,7 +115,7 @@ def _surface(surface: Surface) -> dict[str, Any]:
     }
 
 
-def coherent_law_data(law: CoherentLaw) -> dict[str, Any]:
+def coherent_law_data(law: EffortSharingLaw) -> dict[str, Any]:
     """Return the law as plain data, the same in gain file and certificate."""
     table, gains, ahead = law.schedule, law.gains, law.feedforward
     return {

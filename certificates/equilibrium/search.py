@@ -15,8 +15,8 @@ from takagi.certificates.document.certificate_file import coherent_law_data, tur
 from takagi.certificates.equilibrium.answers import ClosedLoopRests, RestCell
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import exact
-from takagi.models.laws.effort_sharing.law import CoherentLaw
-from takagi.models.laws.published.law import PaperLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.turbine.data import Turbine
 
 __all__ = ["closed_loop_equilibria"]
@@ -28,7 +28,7 @@ DECIMALS = 9
 
 def closed_loop_equilibria(
     turbine: Turbine,
-    law: CoherentLaw | PaperLaw,
+    law: EffortSharingLaw | PublishedLaw,
     *,
     winds: tuple[float, float] | None = None,
     narrowest: float = NARROWEST,
@@ -70,11 +70,11 @@ def closed_loop_equilibria(
 
 
 def _emitted(
-    turbine: Turbine, law: CoherentLaw | PaperLaw
+    turbine: Turbine, law: EffortSharingLaw | PublishedLaw
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    if isinstance(law, CoherentLaw):
+    if isinstance(law, EffortSharingLaw):
         return turbine_data(turbine, []), coherent_law_data(law)
-    if isinstance(law, PaperLaw):
+    if isinstance(law, PublishedLaw):
         return turbine_data(turbine, []), paper_law_data(law)
     raise ModelError(
         f"a law of type {type(law).__name__} was given; the rests of a CoherentLaw or a PaperLaw "

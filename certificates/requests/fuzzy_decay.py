@@ -18,7 +18,7 @@ from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.lmi.answer import Answer
-    from takagi.lmi.polynomials.polynomial_lyapunov import LyapunovFamily
+    from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov
 
 __all__ = ["FuzzyDecay"]
 
@@ -99,13 +99,13 @@ class FuzzyDecay:
 
         Not where P may not depend on any weight: that is ``Decay``, which has pieces of its own.
         """
-        from takagi.lmi.varying.membership_points import function_at_blends
+        from takagi.lmi.varying.membership_points import function_at_points
 
         idle = self._claim(loop, None, 0.0, DIGITS[0], 0)
         solver = ""
         points = grid(loop.family, PARTS, MOST_POINTS)
         for _ in range(ROUNDS if points else 0):
-            answer = function_at_blends(
+            answer = function_at_points(
                 loop.model,
                 [[v / sum(row) for row in point for v in row] for point in points],
                 rate_bounds=self.rate_bounds,
@@ -142,7 +142,7 @@ class FuzzyDecay:
                     yield words, self._claim(loop, answer.family, rate, digits, raised)
 
     def _claim(
-        self, loop: Loop, family: LyapunovFamily | None, rate: float, digits: int, polya: int
+        self, loop: Loop, family: PolynomialLyapunov | None, rate: float, digits: int, polya: int
     ) -> dict[str, Any]:
         from takagi.lmi.varying.parameter_space import membership_rates, space_of
 

@@ -13,7 +13,7 @@ from takagi.certificates.requests.loop.single_matrix import modal_function
 from takagi.certificates.requests.request import Attempt, first_proved
 
 if TYPE_CHECKING:
-    from takagi.lmi.condition.region import Region
+    from takagi.lmi.condition.region import EigenvalueRegion
 
 __all__ = ["Poles"]
 
@@ -26,7 +26,7 @@ class Poles:
     circle where the loop is stable.  L and M are written as decimals, and the claim is about these.
     """
 
-    region: Region
+    region: EigenvalueRegion
 
     def attempt(self, loop: Loop) -> Attempt:
         """Return the claim ``region``; without a candidate it is one that the checker leaves open.

@@ -18,7 +18,7 @@ from takagi.certificates.document.certificate_file import (
 )
 from takagi.certificates.sweep.grid import UNDECIDED
 from takagi.certificates.sweep.wind_ranges import WindRange
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.turbine.aerodynamics import rotor_power
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
@@ -32,7 +32,7 @@ REMEDY = (
 DIGITS = 6
 
 
-def checked(turbine: Turbine, law: CoherentLaw, candidate: CoherentCandidate) -> Claim:
+def checked(turbine: Turbine, law: EffortSharingLaw, candidate: CoherentCandidate) -> Claim:
     """Return the independent checker's verdict on the candidate's claim, as it would be written.
 
     Raises
@@ -50,7 +50,7 @@ def checked(turbine: Turbine, law: CoherentLaw, candidate: CoherentCandidate) ->
 
 def answer(
     turbine: Turbine,
-    law: CoherentLaw,
+    law: EffortSharingLaw,
     candidate: CoherentCandidate,
     ranges: Sequence[WindRange],
 ) -> dict[str, Any]:
@@ -83,7 +83,7 @@ def answer(
     }
 
 
-def energy_cost(turbine: Turbine, law: CoherentLaw) -> float:
+def energy_cost(turbine: Turbine, law: EffortSharingLaw) -> float:
     """Return what the overlap costs at rated wind [% of rated power], at the law's trim.
 
     There the rotor could give rated power; the ramp splits the effort, so that some of it is shed
@@ -119,7 +119,9 @@ def range_class(candidate: CoherentCandidate, winds: WindRange) -> dict[str, Any
     }
 
 
-def _guaranteed(turbine: Turbine, law: CoherentLaw, candidate: CoherentCandidate) -> dict[str, Any]:
+def _guaranteed(
+    turbine: Turbine, law: EffortSharingLaw, candidate: CoherentCandidate
+) -> dict[str, Any]:
     """Return overspeed, common decay and pitch rate; the claim's decimals, rounded outward."""
     peaks = coherent_claim(candidate)["peaks"]
     most = float(law.schedule.rotor_speed.max()) + peaks["speed_error"]

@@ -14,8 +14,8 @@ from takagi.certificates.claims.turbine.effort_sharing import WindClass
 from takagi.certificates.sweep.axis import AxisKind
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import CoherentLaw
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, Uncertainty
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.splines.surface import Surface
 from takagi.models.turbine.data import Turbine
 
@@ -75,9 +75,9 @@ class LoopSettings:
     """
 
     turbine: Turbine
-    law: CoherentLaw
+    law: EffortSharingLaw
     box: LoopBox
-    uncertainty: Uncertainty
+    uncertainty: LoopUncertainty
     shape: WindClass
 
 
@@ -121,7 +121,9 @@ def loop_at(turbine: Turbine, asked: DesignSettings, at: Mapping[str, float]) ->
         limit = np.round(at["frozen-wake"] * schedule.effectiveness_limit, 6)
         schedule = replace(schedule, effectiveness_limit=limit)
     gains = effort_gains(plant, schedule, replace(effort, **changed)).gains
-    return LoopSettings(plant, CoherentLaw.of(plant, schedule, gains), box, uncertainty, _shape(at))
+    return LoopSettings(
+        plant, EffortSharingLaw.of(plant, schedule, gains), box, uncertainty, _shape(at)
+    )
 
 
 def model_numbers(turbine: Turbine) -> dict[str, Any]:
@@ -163,7 +165,7 @@ def _box(box: LoopBox, at: Mapping[str, float]) -> LoopBox:
     return box
 
 
-def _uncertainty(uncertainty: Uncertainty, at: Mapping[str, float]) -> Uncertainty:
+def _uncertainty(uncertainty: LoopUncertainty, at: Mapping[str, float]) -> LoopUncertainty:
     if "inertia" in at:
         uncertainty = replace(uncertainty, inertia=_around_one(at["inertia"]))
     if "power-coefficient" in at:

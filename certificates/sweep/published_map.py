@@ -24,7 +24,7 @@ from takagi.certificates.sweep.loop_settings import model_numbers
 from takagi.certificates.sweep.published_point import LADDER, overlap_point
 from takagi.models.errors import ModelError
 from takagi.models.laws.published.coupling_filter import CouplingFilter, coupling_filter
-from takagi.models.laws.published.law import PaperLaw
+from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
 
@@ -146,7 +146,7 @@ def _filter(turbine: Turbine, axis: str, speed: float, torque: float) -> Couplin
 class Prepared:
     """What a process keeps: the law with its own overlaps, and the windows [m/s]."""
 
-    law: PaperLaw
+    law: PublishedLaw
     winds: tuple[tuple[float, float], ...]
 
 
@@ -175,6 +175,6 @@ def point(task: Task) -> dict[str, Any]:
     )
 
 
-def _law(name: str, turbine: Turbine) -> PaperLaw:
+def _law(name: str, turbine: Turbine) -> PublishedLaw:
     asked = replace(default_settings(turbine), law=name)
     return designed_law(turbine, asked, regional_design(turbine))

@@ -19,7 +19,7 @@ from takagi.certificates.claims.turbine.published import (
 from takagi.certificates.claims.turbine.published_search import FoundCell
 from takagi.certificates.document.certificate_file import certificate_document, turbine_data
 from takagi.certificates.sweep.grid import PARTLY, PROVED, UNDECIDED
-from takagi.models.laws.published.law import PaperLaw
+from takagi.models.laws.published.law import PublishedLaw
 
 __all__ = ["Span", "WindowResult", "certified_windows", "overlap_point", "point_result"]
 
@@ -66,7 +66,7 @@ class WindowResult:
 
 
 def overlap_point(
-    law: PaperLaw, *, speed_overlap: float, torque_overlap: float, winds: Sequence[Span]
+    law: PublishedLaw, *, speed_overlap: float, torque_overlap: float, winds: Sequence[Span]
 ) -> dict[str, Any]:
     """Return the result at one pair of overlaps [rad/s, N m], as the journal holds it.
 
@@ -93,7 +93,7 @@ def point_result(windows: Sequence[WindowResult]) -> dict[str, Any]:
     }
 
 
-def certified_windows(law: PaperLaw, winds: Sequence[Span]) -> list[WindowResult]:
+def certified_windows(law: PublishedLaw, winds: Sequence[Span]) -> list[WindowResult]:
     """Return, for each window of wind [m/s], whether the checker proves the law there, and why not.
 
     Cells are sought in floating point; what is found goes as decimals through the checker, and a

@@ -25,8 +25,8 @@ from takagi.certificates.claims.turbine.wind_class import asked_rates, calmer
 from takagi.certificates.sweep.loop_settings import LoopSettings
 from takagi.lmi.analysis.invariant_ellipsoid import invariant_ellipsoid
 from takagi.lmi.turbine.one_step.joint_step import Weights, joint_step
-from takagi.lmi.turbine.one_step.loop_functions import Functions, borne
-from takagi.lmi.turbine.one_step.loop_of_gains import Corners
+from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions, functions_at
+from takagi.lmi.turbine.one_step.loop_of_gains import WindCellCorners
 from takagi.models.loops.effort_sharing.cells import CellLoop
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
@@ -64,7 +64,9 @@ def widest_candidate(loop: LoopSettings) -> CoherentCandidate:
     return CoherentCandidate.without(on, loop.uncertainty, cells, diagnosis=failing_winds(cells))
 
 
-def widest_functions(cells: Sequence[LoopCell], error: Floats, box: LoopBox) -> Functions | None:
+def widest_functions(
+    cells: Sequence[LoopCell], error: Floats, box: LoopBox
+) -> LoopFunctions | None:
     """Return P, and the multiples of the wind errors that it bears; None where no P bears any.
 
     Parameters
@@ -79,8 +81,8 @@ def widest_functions(cells: Sequence[LoopCell], error: Floats, box: LoopBox) -> 
 class _Search:
     """Corners of the cells at their wind rates, and what is asked of the set."""
 
-    windy: Corners
-    still: Corners
+    windy: WindCellCorners
+    still: WindCellCorners
     directions: Floats
     shares: Floats
     limits: Floats
@@ -90,7 +92,7 @@ class _Search:
     def over(cls, cells: Sequence[LoopCell], error: Floats, box: LoopBox) -> _Search:
         found = [loop_vertices(cell) for cell in cells]
         index = np.arange(len(cells))
-        windy = Corners(
+        windy = WindCellCorners(
             np.concatenate([v.A for v in found]),
             np.concatenate([v.fixed for v in found]),
             np.concatenate([e * v.per_wind_error for v, e in zip(found, error, strict=True)]),
@@ -98,7 +100,7 @@ class _Search:
         )
         rest = np.concatenate([v.at_rest for v in found])
         none = np.zeros((len(rest), 3))
-        still = Corners(rest, none, none, np.repeat(index, [len(v.at_rest) for v in found]))
+        still = WindCellCorners(rest, none, none, np.repeat(index, [len(v.at_rest) for v in found]))
         width = np.array([float(cell.wind.width) for cell in cells])
         widest = float(box.wind_share) * np.array([float(cell.wind.lower) for cell in cells])
         return cls(
@@ -110,7 +112,7 @@ class _Search:
             np.array([float(cell.integral_rate.lower) for cell in cells]),
         )
 
-    def widest(self) -> Functions | None:
+    def widest(self) -> LoopFunctions | None:
         w = self.windy
         first = invariant_ellipsoid(
             w.A, w.fixed + w.error, w.cell, self.directions, speed=self.pace[w.cell], rounds=3
@@ -118,14 +120,14 @@ class _Search:
         if first.P is None:
             return None
         none = np.zeros(len(self.shares))
-        start = Functions(np.asarray(first.P), none, none, np.eye(3), 0.0)
-        best = borne(w, self.still, start, self.limits)
+        start = LoopFunctions(np.asarray(first.P), none, none, np.eye(3), 0.0)
+        best = functions_at(w, self.still, start, self.limits)
         weights = Weights(self.shares, 0.0, 0.0, np.zeros(0), self.shares)
         if best is None:
             return None
         for _ in range(IMPROVEMENTS):
             step = joint_step(w, self.still, best, self.directions, weights)
-            new = None if step is None else borne(w, self.still, step.functions, self.limits)
+            new = None if step is None else functions_at(w, self.still, step.functions, self.limits)
             if new is None:
                 break
             gained = float(self.shares @ np.log(new.scales / best.scales))

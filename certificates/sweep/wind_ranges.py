@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
 
@@ -43,7 +43,7 @@ def wind_ranges(turbine: Turbine) -> tuple[WindRange, ...]:
     )
 
 
-def law_on(law: CoherentLaw, low: float, high: float) -> CoherentLaw:
+def law_on(law: EffortSharingLaw, low: float, high: float) -> EffortSharingLaw:
     """Return the law with its tables cut to the nodes that enclose [low, high] [m/s].
 
     While its schedule wind stays between the first and the last of these nodes, it commands what

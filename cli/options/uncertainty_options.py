@@ -10,7 +10,7 @@ from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.models.intervals.interval import Interval
-    from takagi.models.loops.effort_sharing.cells import Uncertainty
+    from takagi.models.loops.effort_sharing.cells import LoopUncertainty
 
 __all__ = [
     "OF_UNCERTAINTY",
@@ -53,7 +53,7 @@ def uncertainty_asked(
     inertia: tuple[str, str] | None,
     power_coefficient: tuple[str, str] | None,
     equilibrium_wake: bool,
-) -> Uncertainty:
+) -> LoopUncertainty:
     """Return what the certificate shall cover.
 
     Raises
@@ -61,7 +61,7 @@ def uncertainty_asked(
     ModelError : an inertia or a power coefficient that is no interval around 1.
     """
     from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_UNCERTAINTY
-    from takagi.models.loops.effort_sharing.cells import Uncertainty
+    from takagi.models.loops.effort_sharing.cells import LoopUncertainty
 
     default = DEFAULT_UNCERTAINTY
     span, power = default.inertia, default.power_coefficient
@@ -69,7 +69,7 @@ def uncertainty_asked(
         span = _around_one("inertia", inertia)
     if power_coefficient is not None:
         power = _around_one("power-coefficient", power_coefficient)
-    return Uncertainty(span, frozen_wake=not equilibrium_wake, power_coefficient=power)
+    return LoopUncertainty(span, frozen_wake=not equilibrium_wake, power_coefficient=power)
 
 
 def _around_one(option: str, written: tuple[str, str]) -> Interval:

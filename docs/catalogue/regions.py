@@ -9,7 +9,7 @@ import numpy as np
 from catalogue.entry import GENERAL, Case, Entry, Sizes, plant
 from takagi.lmi import Condition
 from takagi.lmi.gains.attraction.condition import attraction_condition
-from takagi.lmi.gains.attraction.request import AttractionTask, task_of
+from takagi.lmi.gains.attraction.request import AttractionRequest, attraction_request
 
 __all__ = ["ENTRIES"]
 
@@ -19,9 +19,9 @@ PAIRS = "r*(r+1)/2"
 ONE_INPUT = replace(GENERAL, m=1)
 
 
-def _task(sizes: Sizes, *, saturation: str | None, limit: bool) -> AttractionTask:
+def _task(sizes: Sizes, *, saturation: str | None, limit: bool) -> AttractionRequest:
     model = plant(sizes)
-    return task_of(
+    return attraction_request(
         model,
         model.A,
         model.B,

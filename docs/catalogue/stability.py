@@ -9,8 +9,8 @@ import numpy as np
 from catalogue.entry import FEW, Case, Entry, Sizes, plant
 from takagi.lmi import (
     Condition,
+    EigenvalueRegion,
     NormBounded,
-    Region,
     box_enlargement_condition,
     common_lyapunov_condition,
     d_stability_condition,
@@ -30,7 +30,11 @@ def _common(sizes: Sizes, step: float | None) -> Condition:
 
 
 def _region(sizes: Sizes) -> Condition:
-    region = Region.half_plane(1) & Region.disc(9) & Region.sector(np.pi / 6)
+    region = (
+        EigenvalueRegion.half_plane(1)
+        & EigenvalueRegion.disc(9)
+        & EigenvalueRegion.sector(np.pi / 6)
+    )
     return d_stability_condition(plant(sizes), region)
 
 

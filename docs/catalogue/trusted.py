@@ -79,11 +79,11 @@ def _turbine() -> Mapping[str, Any]:
     from takagi.certificates.claims.turbine.effort_sharing import coherent_candidate
     from takagi.certificates.claims.turbine.loop_claims import loop_document
     from takagi.lmi.turbine.effort import effort_gains
-    from takagi.models.laws.effort_sharing.law import CoherentLaw
+    from takagi.models.laws.effort_sharing.law import EffortSharingLaw
     from takagi.models.laws.effort_sharing.schedule import effort_schedule
     from takagi.models.turbine.loader import nrel5mw
 
     turbine = nrel5mw()
     schedule = effort_schedule(turbine)
-    law = CoherentLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
+    law = EffortSharingLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
     return loop_document(turbine, law, coherent_candidate(turbine, law), "documentation")

@@ -43,7 +43,7 @@ from takagi.lmi.argument_checks import (
     vertex_stack,
 )
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
-from takagi.lmi.condition.uncertainty import Channel, Uncertainty, channels_of
+from takagi.lmi.condition.uncertainty import Uncertainty, UncertaintyBlock, blocks_of
 from takagi.lmi.cone.balance import nearest_power, state_units
 from takagi.lmi.decision.decide import Outcome, decide
 from takagi.lmi.decision.diagnosis import binding_items
@@ -144,30 +144,30 @@ def robust_lyapunov(
 
 def _loop(
     model: Vertices, uncertainty: Uncertainty, gains: ArrayLike | None
-) -> tuple[Array, tuple[Channel, ...]]:
+) -> tuple[Array, tuple[UncertaintyBlock, ...]]:
     """Return the vertices A and the blocks, with the loop closed where there are gains."""
     A = vertex_stack(model).astype(np.float64)
     r, n = A.shape[:2]
     if gains is None:
         source = getattr(model, "B", None)
         m = 0 if source is None else int(np.shape(source)[-1])
-        return A, channels_of(uncertainty, r, n, m)
+        return A, blocks_of(uncertainty, r, n, m)
     B = input_stack(model, A).astype(np.float64)
     m = B.shape[2]
     K = gain_stack(gains, r, m, n)
     closed = tuple(
-        Channel(
+        UncertaintyBlock(
             pair_means(channel.D),
             pairs_of(channel.E, channel.F, K),
             np.zeros((r * (r + 1) // 2, channel.E.shape[1], m)),
         )
-        for channel in channels_of(uncertainty, r, n, m)
+        for channel in blocks_of(uncertainty, r, n, m)
     )
     return pairs_of(A, B, K), closed
 
 
 def _posed(
-    A: Array, channels: tuple[Channel, ...], alpha: float | Fraction, step: float | None
+    A: Array, channels: tuple[UncertaintyBlock, ...], alpha: float | Fraction, step: float | None
 ) -> Condition:
     n = A.shape[1]
     P = Unknown("P", n, n, symmetric=True)
@@ -214,7 +214,7 @@ def _posed(
     )
 
 
-def _tau(channel: Channel, k: int) -> Unknown:
+def _tau(channel: UncertaintyBlock, k: int) -> Unknown:
     """Return the multiplier of a block: one a vertex where the block may be read by vertex."""
     by_vertex = channel.enters_alike or channel.driven_alike
     count = len(channel.D) if by_vertex else 1
@@ -252,7 +252,7 @@ def _step(A: Array, P: Unknown) -> tuple[Term, ...]:
 
 
 def _channel_terms(
-    channel: Channel, P: Unknown, tau: Unknown, enters: int, block: int, unit: float
+    channel: UncertaintyBlock, P: Unknown, tau: Unknown, enters: int, block: int, unit: float
 ) -> tuple[Term, ...]:
     """Return the block's terms: P D in block row ``enters``, tau E' in the first."""
     n = P.rows

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from takagi.lmi.analysis.loop_pairs import gain_stack, of_pairs, pairs_of
 from takagi.lmi.answer import Answer, Floats
 from takagi.lmi.argument_checks import Vertices, input_stack, sample_time_of, vertex_stack
-from takagi.lmi.condition.region import Region, RegionPart
+from takagi.lmi.condition.region import EigenvalueRegion, RegionPart
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import Outcome, decide
@@ -22,7 +22,7 @@ from takagi.models.errors import ModelError
 __all__ = ["coefficient_latex", "d_stability", "d_stability_condition", "region_weight"]
 
 
-def d_stability_condition(model: Vertices, region: Region) -> Condition:
+def d_stability_condition(model: Vertices, region: EigenvalueRegion) -> Condition:
     """Pose L (x) P + M (x) (P A_i) + M' (x) (A_i' P) < 0 for every part, with 0 < P <= I.
 
     The coefficients of L and M are kept apart from those of A_i, so that an exact reading is of
@@ -31,7 +31,7 @@ def d_stability_condition(model: Vertices, region: Region) -> Condition:
     Parameters
     ----------
     model : a model (its A), (N, n, n) or (n, n); entries may be Fractions.
-    region : in the units of the eigenvalues of A, see ``Region``.
+    region : in the units of the eigenvalues of A, see ``EigenvalueRegion``.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def d_stability_condition(model: Vertices, region: Region) -> Condition:
 @limited
 def d_stability(
     model: Vertices,
-    region: Region,
+    region: EigenvalueRegion,
     *,
     gains: ArrayLike | None = None,
     sample_time: float | None = None,
@@ -186,14 +186,14 @@ def _exact_identity(n: int) -> Array:
 
 
 def _check_region(region: object) -> None:
-    if not isinstance(region, Region):
+    if not isinstance(region, EigenvalueRegion):
         raise ModelError(
             f"region is {region!r}; a Region is needed, such as Region.half_plane(0.5) & "
             "Region.sector(0.8)"
         )
 
 
-def _outside(A: Floats, region: Region) -> tuple[int, complex, Floats, RegionPart] | None:
+def _outside(A: Floats, region: EigenvalueRegion) -> tuple[int, complex, Floats, RegionPart] | None:
     """Return (vertex, eigenvalue, eigenvector, part) of one that is farthest out of a part."""
     eigenvalues, vectors = np.linalg.eig(A)
     worst = None
@@ -209,7 +209,7 @@ def _outside(A: Floats, region: Region) -> tuple[int, complex, Floats, RegionPar
 
 
 def _no_by_one_vertex(
-    A: Floats, region: Region, s: Floats, outside: tuple[int, complex, Floats, RegionPart]
+    A: Floats, region: EigenvalueRegion, s: Floats, outside: tuple[int, complex, Floats, RegionPart]
 ) -> Answer:
     """Answer without a solver: Z = Re((y (x) v) (y (x) v)*) rules out every P by itself."""
     vertex, z, v, part = outside

@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from takagi.lmi.condition.term import Array
 from takagi.models.errors import ModelError
 
-__all__ = ["Region", "RegionPart"]
+__all__ = ["EigenvalueRegion", "Region", "RegionPart"]
 
 Number: TypeAlias = float | Fraction
 Rows: TypeAlias = tuple[tuple[Number, ...], ...]
@@ -80,7 +80,7 @@ class RegionPart:
 
 
 @dataclass(frozen=True, slots=True)
-class Region:
+class EigenvalueRegion:
     """Intersection of LMI regions; ``a & b`` is the intersection of two.
 
     Units are those of eigenvalues: 1/s for x' = A x, none for x+ = A x.  Every region is open,
@@ -99,8 +99,8 @@ class Region:
         ordered = sorted(set(self.parts), key=lambda part: (len(part.L), part.L, part.M))
         object.__setattr__(self, "parts", tuple(ordered))
 
-    def __and__(self, other: Region) -> Region:
-        return Region(self.parts + other.parts)
+    def __and__(self, other: EigenvalueRegion) -> EigenvalueRegion:
+        return EigenvalueRegion(self.parts + other.parts)
 
     def __str__(self) -> str:
         return " and ".join(part.name for part in self.parts)
@@ -129,13 +129,13 @@ class Region:
         return bool(self.excess(z) < 0)
 
     @classmethod
-    def half_plane(cls, decay_rate: Number) -> Region:
+    def half_plane(cls, decay_rate: Number) -> EigenvalueRegion:
         """Return {Re z < -alpha}, alpha = decay_rate in 1/s."""
         alpha = _real("decay_rate", decay_rate)
         return _one("half-plane", [[2 * alpha]], [[_like(alpha, 1)]], f"Re z < {_text(-alpha)}")
 
     @classmethod
-    def vertical_strip(cls, slowest: Number, fastest: Number) -> Region:
+    def vertical_strip(cls, slowest: Number, fastest: Number) -> EigenvalueRegion:
         """Return {-fastest < Re z < -slowest}, both in 1/s."""
         slow, fast = _real("slowest", slowest), _real("fastest", fastest)
         if slow >= fast:
@@ -147,7 +147,7 @@ class Region:
         return cls.half_plane(slowest) & right
 
     @classmethod
-    def horizontal_strip(cls, bandwidth: Number) -> Region:
+    def horizontal_strip(cls, bandwidth: Number) -> EigenvalueRegion:
         """Return {|Im z| < bandwidth}, in rad/s."""
         w = _positive("bandwidth", bandwidth)
         one, zero = _like(w, 1), _like(w, 0)
@@ -155,7 +155,7 @@ class Region:
         return _one("horizontal strip", L, M, f"|Im z| < {_text(w)}")
 
     @classmethod
-    def disc(cls, radius: Number, *, centre: Number = 0.0) -> Region:
+    def disc(cls, radius: Number, *, centre: Number = 0.0) -> EigenvalueRegion:
         """Return {|z - centre| < radius}, centre on the real axis.
 
         In discrete time disc(rho), rho <= 1, is |z| < rho: decay by rho in a sample.
@@ -168,7 +168,7 @@ class Region:
         return _one("disc", L, M, f"|{around}| < {_text(r)}")
 
     @classmethod
-    def sector(cls, half_angle: float, *, apex: Number = 0.0) -> Region:
+    def sector(cls, half_angle: float, *, apex: Number = 0.0) -> EigenvalueRegion:
         """Return {|Im z| < tan(half_angle) (apex - Re z)}, half_angle in rad, below pi/2.
 
         The damping ratio of complex poles in it, with the apex at 0, is above cos(half_angle).
@@ -183,7 +183,7 @@ class Region:
         return _one("sector", L, M, f"|Im z| < {_text(t)} ({_left_of(a)})")
 
     @classmethod
-    def ellipse(cls, real: Number, imaginary: Number, *, centre: Number = 0.0) -> Region:
+    def ellipse(cls, real: Number, imaginary: Number, *, centre: Number = 0.0) -> EigenvalueRegion:
         """Return {(Re z - centre)^2 / real^2 + (Im z)^2 / imaginary^2 < 1}, semi-axes."""
         a, b = float(_positive("real", real)), float(_positive("imaginary", imaginary))
         c = float(_real("centre", centre))
@@ -193,14 +193,14 @@ class Region:
         return _one("ellipse", L, M, f"{first}^2 / {_text(a)}^2 + (Im z)^2 / {_text(b)}^2 < 1")
 
     @classmethod
-    def parabola(cls, width: Number, *, vertex: Number = 0.0) -> Region:
+    def parabola(cls, width: Number, *, vertex: Number = 0.0) -> EigenvalueRegion:
         """Return {(Im z)^2 < width (vertex - Re z)}, open to the left."""
         k, v = float(_positive("width", width)), float(_real("vertex", vertex))
         L, M = [[-v, 0.0], [0.0, -k]], [[0.5, 0.5], [-0.5, 0.0]]
         return _one("parabola", L, M, f"(Im z)^2 < {_text(k)} ({_left_of(v)})")
 
     @classmethod
-    def lmi(cls, L: ArrayLike, M: ArrayLike, *, name: str = "") -> Region:
+    def lmi(cls, L: ArrayLike, M: ArrayLike, *, name: str = "") -> EigenvalueRegion:
         """Return {L + z M + conj(z) M' < 0} for matrices of one's own, (k, k), L symmetric."""
         rows = _rows("L", np.asarray(L)), _rows("M", np.asarray(M))
         latex = r"L + z M + \bar z M^\top \prec 0"
@@ -209,8 +209,8 @@ class Region:
 
 def _one(
     kind: str, L: Sequence[Sequence[Number]], M: Sequence[Sequence[Number]], name: str
-) -> Region:
-    return Region((RegionPart(_rows("L", L), _rows("M", M), kind, name, _typeset(name)),))
+) -> EigenvalueRegion:
+    return EigenvalueRegion((RegionPart(_rows("L", L), _rows("M", M), kind, name, _typeset(name)),))
 
 
 def _rows(letter: str, matrix: object) -> Rows:
@@ -262,3 +262,7 @@ def _typeset(name: str) -> str:
     for plain, written in (("Re z", r"\operatorname{Re} z"), ("Im z", r"\operatorname{Im} z")):
         name = name.replace(plain, written)
     return name
+
+
+# Names that earlier versions had.
+Region = EigenvalueRegion

@@ -10,10 +10,10 @@ import numpy as np
 from takagi.lmi.condition.item_labels import Labels
 from takagi.lmi.condition.term import LMI, Array, Constant, Indices, Term
 
-__all__ = ["restricted"]
+__all__ = ["selected_items"]
 
 
-def restricted(lmi: LMI, items: Indices | range) -> LMI:
+def selected_items(lmi: LMI, items: Indices | range) -> LMI:
     """Return the LMI with these items only, in this order; labels stay those of the whole.
 
     Parameters

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from takagi.lmi.condition.term import Array
 from takagi.models.errors import ModelError
 
-__all__ = ["NormBounded", "Uncertainty", "channels_of"]
+__all__ = ["NormBounded", "Uncertainty", "blocks_of"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,7 +67,7 @@ Uncertainty: TypeAlias = NormBounded | Sequence[NormBounded]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Channel:
+class UncertaintyBlock:
     """A checked block: D (r, n, p), E (r, q, n), F (r, q, m)."""
 
     D: Array
@@ -84,7 +84,7 @@ class Channel:
         """Return whether E and F are the same in every rule."""
         return bool(np.all(self.E == self.E[:1]) and np.all(self.F == self.F[:1]))
 
-    def scaled(self, s: Array, tau: Array) -> Channel:
+    def scaled(self, s: Array, tau: Array) -> UncertaintyBlock:
         """Return the block in x = s xhat, u = tau uhat, with D and E of like size.
 
         D Delta E is the same for D d and E / d.  Every factor is a power of two.
@@ -93,10 +93,10 @@ class Channel:
         enters = np.abs(D).max()
         driven = max(np.abs(E).max(initial=0.0), np.abs(F).max(initial=0.0))
         d = np.exp2(np.round(np.log2(driven / enters) / 2))
-        return Channel(D * d, E / d, F / d)
+        return UncertaintyBlock(D * d, E / d, F / d)
 
 
-def channels_of(uncertainty: Uncertainty, r: int, n: int, m: int) -> tuple[Channel, ...]:
+def blocks_of(uncertainty: Uncertainty, r: int, n: int, m: int) -> tuple[UncertaintyBlock, ...]:
     """Return the blocks with every array as (r, ., .).
 
     Raises
@@ -116,7 +116,7 @@ def channels_of(uncertainty: Uncertainty, r: int, n: int, m: int) -> tuple[Chann
     return tuple(_channel(block, k + 1, len(blocks), r, n, m) for k, block in enumerate(blocks))
 
 
-def _channel(block: NormBounded, k: int, count: int, r: int, n: int, m: int) -> Channel:
+def _channel(block: NormBounded, k: int, count: int, r: int, n: int, m: int) -> UncertaintyBlock:
     what = f"uncertainty {k} of {count}"
     D, E = _stack(f"{what}: D", block.D, r), _stack(f"{what}: E", block.E, r)
     q = E.shape[1]
@@ -134,7 +134,7 @@ def _channel(block: NormBounded, k: int, count: int, r: int, n: int, m: int) -> 
     if not D.any() or not (E.any() or F.any()):
         idle = "D is" if not D.any() else "E and F are"
         raise ModelError(f"{what}: {idle} zero in every rule, so it does nothing; leave it out")
-    return Channel(D, E, F)
+    return UncertaintyBlock(D, E, F)
 
 
 def _stack(what: str, value: ArrayLike, r: int) -> Array:

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from takagi.lmi.cone.assemble import Assembled, Cone
 
-__all__ = ["ConeProgram", "Raw", "Row", "cone_program"]
+__all__ = ["ConeProgram", "Raw", "SolverRow", "cone_program"]
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Row:
+class SolverRow:
     """coefficients . (x, t) <= bound."""
 
     coefficients: Floats
@@ -50,7 +50,7 @@ class Raw:
 def cone_program(
     assembled: Assembled,
     minimise: Floats,
-    rows: tuple[Row, ...],
+    rows: tuple[SolverRow, ...],
     *,
     margin: float | None = None,
     parameters: Mapping[str, float] | None = None,

@@ -39,8 +39,8 @@ from takagi.lmi.decision.outcome import (
 from takagi.lmi.solver.solve import (
     ConeProgram,
     Raw,
-    Row,
     Session,
+    SolverRow,
     again,
     attempts,
     cone_program,
@@ -97,9 +97,9 @@ def decide(
     data = _posed(condition, parameters, assembled)
     variables = len(data.objective)
     t = np.eye(variables + 1)[variables]
-    limits = [Row(t, cap)]
+    limits = [SolverRow(t, cap)]
     for name, bound in (rows or {}).items():
-        limits.append(Row(np.eye(variables + 1)[data.offsets[name]], bound))
+        limits.append(SolverRow(np.eye(variables + 1)[data.offsets[name]], bound))
     program = cone_program(data, -t, tuple(limits))
     best: Outcome | None = None
     tries: list[Try] = []
@@ -308,7 +308,7 @@ def _nearby(
     """
     t, cost = np.eye(len(data.objective) + 1)[-1], np.append(data.objective, 0.0)
     for limit in limits:
-        program = cone_program(data, -t, (Row(t, cap), Row(cost, limit)))
+        program = cone_program(data, -t, (SolverRow(t, cap), SolverRow(cost, limit)))
         centred = again(program, raw.solver, session)
         yield program, centred
         closer = rescaled(program, centred) if limit in limits[-2:-1] else None

@@ -19,7 +19,7 @@ from takagi.lmi.condition.evaluate import (
     shares,
     smallest_eigenvalues,
 )
-from takagi.lmi.condition.selected_items import restricted
+from takagi.lmi.condition.selected_items import selected_items
 from takagi.lmi.condition.term import LMI, Condition, Indices
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.assemble import assemble
@@ -164,7 +164,7 @@ class _Some:
     def condition(self) -> Condition:
         """Return the condition with the chosen items."""
         lmis = [
-            restricted(lmi, self.chosen[k]) if k in self.chosen else lmi
+            selected_items(lmi, self.chosen[k]) if k in self.chosen else lmi
             for k, lmi in enumerate(self.whole.lmis)
         ]
         return replace(self.whole, lmis=tuple(lmis))
@@ -227,7 +227,7 @@ def _worst(margins: Mapping[int, Floats], held: float) -> float:
 def _pieces(lmi: LMI) -> Iterator[LMI]:
     step = max(1, PIECE // lmi.size**2)
     for start in range(0, lmi.count, step):
-        yield restricted(lmi, range(start, min(start + step, lmi.count)))
+        yield selected_items(lmi, range(start, min(start + step, lmi.count)))
 
 
 def _first(condition: Condition, pieces: tuple[LMI, ...]) -> Indices:

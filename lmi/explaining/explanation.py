@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from takagi.lmi.decision.diagnosis import Share, shares_in_words
-from takagi.lmi.explaining.uncontrollable_blend import StuckBlend
+from takagi.lmi.explaining.uncontrollable_blend import UncontrollableBlend
 
 __all__ = ["NAMED", "Explanation", "PremiseRelief"]
 
@@ -72,7 +72,7 @@ class Explanation:
     found: bool
     binding: tuple[Share, ...] = ()
     rules: tuple[str, ...] = ()
-    stuck: StuckBlend | None = None
+    stuck: UncontrollableBlend | None = None
     box: float | None = None
     premises: tuple[PremiseRelief, ...] = ()
     decay_rate: float | None = None

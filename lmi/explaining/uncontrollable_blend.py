@@ -10,14 +10,14 @@ from scipy.optimize import nnls
 
 from takagi.lmi.answer import Answer, Floats
 
-__all__ = ["StuckBlend", "stuck_blend"]
+__all__ = ["UncontrollableBlend", "uncontrollable_blend"]
 
 # Multipliers of about one direction, and a mode that is out of reach to solver accuracy.
 ONE_DIRECTION, REACH = 1e-3, 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class StuckBlend:
+class UncontrollableBlend:
     """At sum_i h_i A_i, sum_i h_i B_i the mode of this eigenvalue is moved by no input.
 
     Attributes
@@ -37,7 +37,7 @@ class StuckBlend:
         return f"at {blend} no input moves the mode at {self.eigenvalue:.4g}, by any gains"
 
 
-def stuck_blend(answer: Answer, model: Any) -> StuckBlend | None:
+def uncontrollable_blend(answer: Answer, model: Any) -> UncontrollableBlend | None:
     """Return the blend that explains a no to gains, where its multipliers are of one direction v.
 
     Given v, h and lambda solve the linear equations sum_i h_i A_i' v = lambda v and
@@ -66,7 +66,7 @@ def stuck_blend(answer: Answer, model: Any) -> StuckBlend | None:
     if residual > REACH or not _slow(eigenvalue, answer):
         return None
     weights, direction = found[: len(A)], v / s
-    return StuckBlend(
+    return UncontrollableBlend(
         weights / weights.sum(), eigenvalue, direction / direction[np.argmax(np.abs(direction))]
     )
 

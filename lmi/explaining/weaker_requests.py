@@ -15,7 +15,7 @@ from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.diagnosis import Share, binding_shares
 from takagi.lmi.explaining.explanation import NAMED, Explanation, PremiseRelief
 from takagi.lmi.explaining.smaller_box import on_smaller_box, with_narrower_premise
-from takagi.lmi.explaining.uncontrollable_blend import stuck_blend
+from takagi.lmi.explaining.uncontrollable_blend import uncontrollable_blend
 from takagi.lmi.sums.relaxation_order import contains
 from takagi.models import TSModel
 from takagi.models.errors import ModelError
@@ -71,7 +71,7 @@ def explain(
         found=False,
         binding=binding,
         rules=_rules(binding, model),
-        stuck=stuck_blend(given, model) if question.for_gains else None,
+        stuck=uncontrollable_blend(given, model) if question.for_gains else None,
         box=None if box is None else float(box),
         premises=_premises(question, model, steps),
         decay_rate=rate,

@@ -12,13 +12,13 @@ from takagi.lmi.condition.term import Indices
 from takagi.lmi.polynomials.simplex_polynomials import Basis, marginals
 from takagi.models.errors import ModelError
 
-__all__ = ["LyapunovFamily"]
+__all__ = ["LyapunovFamily", "PolynomialLyapunov"]
 
 Floats: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LyapunovFamily:
+class PolynomialLyapunov:
     """P(h) = sum_a B_a(w(h)) P_a for V = x' P(h) x.
 
     Attributes
@@ -53,3 +53,7 @@ class LyapunovFamily:
             )
         w = marginals(weights, self.basis.sizes, self.corners)
         return np.asarray(np.tensordot(self.basis.values(w), self.members, axes=1))
+
+
+# Names that earlier versions had.
+LyapunovFamily = PolynomialLyapunov

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from takagi.lmi.condition.term import Array, Indices
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known, products
 
-__all__ = ["Contributions", "Polynomial", "contributions", "substituted"]
+__all__ = ["Contributions", "UnknownPolynomial", "contributions", "substituted"]
 
 Floats: TypeAlias = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ _fraction = np.frompyfunc(Fraction, 1, 1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Polynomial:
+class UnknownPolynomial:
     """X(h) = sum_a B_a(h) sum_m weights[a, m] X_m: linear in the members X_m of an unknown.
 
     Attributes
@@ -35,11 +35,11 @@ class Polynomial:
     weights: Array
 
     @classmethod
-    def of(cls, basis: Basis) -> Polynomial:
+    def of(cls, basis: Basis) -> UnknownPolynomial:
         """Return the polynomial whose coefficients are the members themselves."""
         return cls(basis, np.eye(basis.count))
 
-    def derivatives(self, direction: Sequence[Floats]) -> tuple[Polynomial, ...]:
+    def derivatives(self, direction: Sequence[Floats]) -> tuple[UnknownPolynomial, ...]:
         """Return sum_c v^k_c dX/dh^k_c for each simplex k: dX/dt is the sum, for dh/dt = v.
 
         Each is of one degree less in its own simplex; those that are zero are left out.
@@ -59,7 +59,7 @@ class Polynomial:
                 up[:, corner, first + corner] += 1
                 place = self.basis.rank(up.reshape(-1, up.shape[2])).reshape(up.shape[:2])
                 slope = degree * (v[None, :, None] * self.weights[place]).sum(axis=1)
-                found.append(Polynomial(low, slope))
+                found.append(UnknownPolynomial(low, slope))
             first += len(v)
         return tuple(found)
 
@@ -72,7 +72,7 @@ class Contributions(NamedTuple):
     values: Array
 
 
-def contributions(unknown: Polynomial, known: Known, degrees: Degrees) -> Contributions:
+def contributions(unknown: UnknownPolynomial, known: Known, degrees: Degrees) -> Contributions:
     """Return the coefficients of X(h) K(h), or K(h) X(h), of the given degrees.
 
     Coefficient ``items[t]`` is the sum over t of X_members[t] values[t] (or the other way round);

@@ -19,7 +19,7 @@ from takagi.lmi.condition.term import Array, Indices
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.refutation.adjoint import Adjoint
 
-__all__ = ["Face", "faces_near", "open_face", "packed_places", "restricted"]
+__all__ = ["Face", "faces_near", "open_face", "packed_places", "restricted_to_face"]
 
 # What is taken for zero, relative to the largest eigenvalue of a multiplier, and how near a ratio
 # must come to a fraction to be taken for it: solvers leave less or more noise.
@@ -105,7 +105,7 @@ def open_face(read: Adjoint) -> Face:
         for number, a in owner[dead]:
             alive[read.blocks[number].index[a]] = False
     kept = [alive[np.diag(block.index)] for block in read.blocks]
-    return restricted(read, [_identity(len(one))[:, one] for one in kept])
+    return restricted_to_face(read, [_identity(len(one))[:, one] for one in kept])
 
 
 def faces_near(face: Face, z: Floats) -> Iterator[Face]:
@@ -121,11 +121,11 @@ def faces_near(face: Face, z: Floats) -> Iterator[Face]:
             W = _range(z[block.index], largest, singular, near) if U.shape[1] else None
             bases.append(U if W is None or W.shape[1] >= U.shape[1] else W)
         if any(not np.array_equal(U, V) for U, V in zip(bases, before, strict=True)):
-            yield restricted(face.read, bases)
+            yield restricted_to_face(face.read, bases)
         before = bases
 
 
-def restricted(read: Adjoint, bases: list[Array]) -> Face:
+def restricted_to_face(read: Adjoint, bases: list[Array]) -> Face:
     """Return the face with these bases."""
     starts, total = [], 0
     for U in bases:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from takagi.lmi.cone.program import ConeProgram, Raw, Row, cone_program
+from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program
 from takagi.lmi.solver.cvxpy_solvers import with_others
 from takagi.lmi.solver.elimination_order import Guide, guide
 from takagi.lmi.solver.incidence import incidence
@@ -28,8 +28,8 @@ from takagi.lmi.solver.time_limit import out_of_time, remaining, stopped
 __all__ = [
     "ConeProgram",
     "Raw",
-    "Row",
     "Session",
+    "SolverRow",
     "again",
     "attempts",
     "cone_program",

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from takagi.lmi.condition.item_labels import Labels
 from takagi.lmi.condition.term import LMI, Array, Indices, Term, Unknown
 from takagi.lmi.sums.corner_rules import Corners, product_rules
-from takagi.lmi.sums.summands import Fixed, Member, Part, Summand, changes_with_gain
+from takagi.lmi.sums.summands import KnownBlock, Member, Summand, SumPart, changes_with_gain
 from takagi.lmi.sums.weighted_sum import constant_of, same_term, term_of
 from takagi.models.errors import ModelError
 
-__all__ = ["DoubleSum", "Fixed", "Member", "Part", "Posed", "Summand", "selections"]
+__all__ = ["DoubleSum", "KnownBlock", "Member", "SumPart", "Posed", "Summand", "selections"]
 
 # What a relaxation makes of a double sum: unknowns of its own, and LMIs.
 Posed: TypeAlias = tuple[tuple[Unknown, ...], tuple[LMI, ...]]
@@ -48,8 +48,8 @@ class DoubleSum:
 
     rules: int
     blocks: tuple[int, ...]
-    parts: tuple[Part, ...]
-    fixed: tuple[Fixed, ...] = ()
+    parts: tuple[SumPart, ...]
+    fixed: tuple[KnownBlock, ...] = ()
     weight: float = 1.0
     name: str = ""
     corners: Corners | None = None
@@ -168,7 +168,7 @@ class DoubleSum:
                 "needed"
             )
 
-    def _check_member(self, part: Part) -> None:
+    def _check_member(self, part: SumPart) -> None:
         r, g, count = self.rules, self.gains, part.unknown.count
         if not isinstance(part.member, str):
             fits = part.member.shape == (r, g) and 0 <= part.member.min()

@@ -17,7 +17,7 @@ import numpy as np
 from takagi.lmi.answer import Floats
 from takagi.lmi.condition.term import Indices, Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis
-from takagi.lmi.sums.double_sum import DoubleSum, Part
+from takagi.lmi.sums.double_sum import DoubleSum, SumPart
 
 __all__ = ["double_sums", "rate_parts", "rule_table", "swapped_rules"]
 
@@ -52,7 +52,7 @@ def rate_parts(
     *,
     members: Indices | None = None,
     weight: float = 1.0,
-) -> tuple[Part, ...]:
+) -> tuple[SumPart, ...]:
     """Return dP/dt at one velocity of the memberships, as parts of block (0, 0).
 
     Parameters
@@ -74,7 +74,7 @@ def rate_parts(
             at = f"{{i}}|{which}" if len(velocity) > 1 else which
             symbol = f"{P.symbol}_{{{at}}}"
             found.append(
-                Part(
+                SumPart(
                     unknown=P,
                     left=weight * rates[corner] * one,
                     right=one,
@@ -87,7 +87,7 @@ def rate_parts(
 
 
 def double_sums(
-    plain: DoubleSum, parts: Sequence[Sequence[Part]], name: str = "rates"
+    plain: DoubleSum, parts: Sequence[Sequence[SumPart]], name: str = "rates"
 ) -> tuple[DoubleSum, ...]:
     """Return the double sum with each of the given parts added, each with a name of its own."""
     count = len(parts)

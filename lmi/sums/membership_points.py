@@ -14,16 +14,16 @@ from takagi.lmi.sums.corner_rules import Corners, ProductRules, product_rules
 from takagi.lmi.sums.double_sum import DoubleSum, Posed, Summand
 from takagi.lmi.sums.multisets import count_of, multisets
 
-__all__ = ["at_blends", "blends_of", "number_of_blends"]
+__all__ = ["at_points", "points_of", "number_of_points"]
 
 
-def number_of_blends(rules: int, corners: Corners | None, parts: int) -> int:
+def number_of_points(rules: int, corners: Corners | None, parts: int) -> int:
     """Return how many blends there are whose shares are multiples of 1/parts."""
     sizes = [rules] if corners is None else product_rules(corners).sizes.values()
     return prod(count_of(size, parts) for size in sizes)
 
 
-def blends_of(rules: int, corners: Corners | None, parts: int) -> Floats:
+def points_of(rules: int, corners: Corners | None, parts: int) -> Floats:
     """Return memberships h, (blends, rules): every choice of shares that are multiples of 1/parts.
 
     Of the rules themselves; of each premise where the memberships are products, for other blends
@@ -33,7 +33,7 @@ def blends_of(rules: int, corners: Corners | None, parts: int) -> Floats:
     return np.asarray(shares / shares.sum(axis=1, keepdims=True))
 
 
-def at_blends(parts: int) -> Callable[[DoubleSum], Posed]:
+def at_points(parts: int) -> Callable[[DoubleSum], Posed]:
     """Return what poses sum_ij h_i h_j Theta_ij < 0 at all blends h in steps of 1/parts.
 
     Each is posed times a positive number near 1.  Necessary, not sufficient: unknowns that satisfy

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi.condition.term import LMI, Array, Term, Unknown
 from takagi.lmi.sums.corner_rules import Corners, HasPremises, product_rules
-from takagi.lmi.sums.double_sum import DoubleSum, Part
+from takagi.lmi.sums.double_sum import DoubleSum, SumPart
 from takagi.lmi.sums.rule_pairs import SLACK_SHARE, slack_unknown
 from takagi.models.errors import ModelError
 
@@ -102,7 +102,7 @@ def with_shape(loop: DoubleSum, forms: ArrayLike) -> Shaped:
     N = slack_unknown(loop, "N", n, count=len(C))
     one = np.eye(n)
     parts = tuple(
-        Part(
+        SumPart(
             unknown=N,
             left=C[k][:, :, None, None] * one,
             right=one[None],
@@ -210,8 +210,8 @@ def _with_multipliers(
     place[i, j] = place[j, i] = np.arange(len(i))
     known[i, j] = known[j, i] = 1.0
     parts = (
-        Part(unknown=Sigma, left=one[None], right=one[None], at=None),
-        Part(
+        SumPart(unknown=Sigma, left=one[None], right=one[None], at=None),
+        SumPart(
             unknown=N,
             left=-known[:, :, None, None] * one,
             right=one[None],

@@ -18,8 +18,8 @@ from takagi.lmi.sums.corner_rules import Corners, ProductRules, product_rules
 from takagi.lmi.sums.double_sum import DoubleSum, Posed, selections
 from takagi.lmi.sums.rule_pairs import slack_unknown
 from takagi.lmi.sums.simplex_products import (
-    Coefficients,
     Simplex,
+    SimplexCoefficients,
     coefficients,
     simplexes_of,
 )
@@ -155,7 +155,7 @@ def _index(simplexes: tuple[Simplex, ...], degree: int) -> str:
     return sides + rf",\; c^{{k}}_{{ij}} \propto [w^k] \prod_p (\sum_c w_{{pc}}){power} h_i h_j"
 
 
-def _less(loop: DoubleSum, found: Coefficients, X: Unknown) -> Term:
+def _less(loop: DoubleSum, found: SimplexCoefficients, X: Unknown) -> Term:
     """Return -X_ij summed as the Theta_ij are; (i, j) and (j, i) stand in the same coefficient."""
     E = selections(loop.rules, loop.size)
     half = found.i <= found.j

@@ -15,7 +15,7 @@ from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.multisets import count_of
 from takagi.lmi.sums.product_premises import both_rules
 from takagi.lmi.sums.simplex_products import simplexes_of
-from takagi.lmi.sums.summands import Part
+from takagi.lmi.sums.summands import SumPart
 from takagi.models.errors import ModelError
 
 __all__ = ["MOST_ENTRIES", "RelaxationSize", "check_size", "relaxation_size", "size_of"]
@@ -168,7 +168,7 @@ def _unknown(loop: DoubleSum, size: RelaxationSize) -> float:
     )
 
 
-def _members(part: Part, rules: float) -> float:
+def _members(part: SumPart, rules: float) -> float:
     """Return about how many members of its unknown a part has in an item of so many rules."""
     if isinstance(part.member, str):
         return 1.0 if part.member == "first" else rules

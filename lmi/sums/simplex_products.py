@@ -20,7 +20,7 @@ from takagi.lmi.sums.multisets import count_of, multisets, numbers_of
 from takagi.lmi.sums.summands import Weights
 from takagi.models.errors import ModelError
 
-__all__ = ["Coefficients", "Simplex", "coefficients", "simplexes_of"]
+__all__ = ["SimplexCoefficients", "Simplex", "coefficients", "simplexes_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class Simplex:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Coefficients:
+class SimplexCoefficients:
     """Coefficient k of the polynomial is scale sum_(t: item_t = k) weight_t Theta_(i_t, j_t).
 
     Attributes
@@ -105,7 +105,7 @@ def simplexes_of(vertices: ProductRules, gains: ProductRules) -> tuple[Simplex, 
 
 def coefficients(
     loop: DoubleSum, vertices: ProductRules, gains: ProductRules, degree: int
-) -> Coefficients:
+) -> SimplexCoefficients:
     """Return which Theta_ij stand in which coefficient; without products that are always zero.
 
     A coefficient divided by the number of orderings of its product is a mean of the Theta_ij; the
@@ -125,7 +125,7 @@ def coefficients(
     i, j, _ = (place.ravel() for place in np.indices(item.shape))
     inside = keep[item.ravel()]
     total = prod(perm(simplex.degree + degree, simplex.degree) for simplex in simplexes)
-    return Coefficients(
+    return SimplexCoefficients(
         i=i[inside],
         j=j[inside],
         item=(np.cumsum(keep) - 1)[item.ravel()[inside]],

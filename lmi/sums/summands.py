@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from takagi.lmi.condition.term import Array, Indices, Position, Unknown
 
-__all__ = ["Fixed", "Member", "Part", "Summand", "Weights", "changes_with_gain"]
+__all__ = ["KnownBlock", "Member", "SumPart", "Summand", "Weights", "changes_with_gain"]
 
 Weights: TypeAlias = NDArray[np.float64]
 # Which member of its unknown a part takes: the first, that of the vertex, that of the gain; or a
@@ -19,7 +19,7 @@ Member: TypeAlias = Literal["first", "vertex", "gain"] | Indices
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Part:
+class SumPart:
     """L_ij X R_ij (+ transpose), one of the summands of Theta_ij.
 
     Attributes
@@ -66,7 +66,7 @@ class Part:
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Fixed:
+class KnownBlock:
     """A known block of Theta_ij: (1, p, q), (r, p, q) by the vertex's rule, or (r, g, p, q)."""
 
     value: Array

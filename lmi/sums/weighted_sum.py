@@ -10,12 +10,12 @@ import numpy as np
 import scipy.sparse as sp
 
 from takagi.lmi.condition.term import Array, Constant, Indices, Term
-from takagi.lmi.sums.summands import Fixed, Part, Summand, Weights
+from takagi.lmi.sums.summands import KnownBlock, Summand, SumPart, Weights
 
 __all__ = ["constant_of", "same_term", "term_of"]
 
 
-def term_of(part: Part, summand: Summand, gains: int, scale: float) -> Term:
+def term_of(part: SumPart, summand: Summand, gains: int, scale: float) -> Term:
     """Return scale times the summand's sum of one part.
 
     Where one side of the unknown is the same for all rules, contributions to one item with one
@@ -51,7 +51,7 @@ def term_of(part: Part, summand: Summand, gains: int, scale: float) -> Term:
     )
 
 
-def same_term(part: Part, total: Weights, scale: float, printed: float) -> Term:
+def same_term(part: SumPart, total: Weights, scale: float, printed: float) -> Term:
     """Return a part that is the same in all Theta, times scale and the sum of the weights."""
     alike = bool(np.all(total == total[0]))
     return Term(
@@ -68,7 +68,7 @@ def same_term(part: Part, total: Weights, scale: float, printed: float) -> Term:
 
 
 def constant_of(
-    known: Fixed, summands: Sequence[Summand], total: Weights, scale: float, printed: float
+    known: KnownBlock, summands: Sequence[Summand], total: Weights, scale: float, printed: float
 ) -> Iterator[Constant]:
     """Yield the sums of a known block: one if it is the same for all rules, else one a summand."""
     value, count = known.value, len(total)
@@ -94,7 +94,7 @@ def constant_of(
         )
 
 
-def _members(part: Part, summand: Summand) -> Indices | None:
+def _members(part: SumPart, summand: Summand) -> Indices | None:
     if not isinstance(part.member, str):
         return np.asarray(part.member[summand.i, summand.j])
     return {"first": None, "vertex": summand.i, "gain": summand.j}[part.member]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortDesign, EffortSettings, effort_gains
     from takagi.lmi.turbine.one_step.design import OneStepDesign, effort_loop_reach, one_step_gains
-    from takagi.lmi.turbine.one_step.loop_of_gains import LoopFamily
+    from takagi.lmi.turbine.one_step.loop_of_gains import LoopFamily, LoopOfGains
     from takagi.lmi.turbine.one_step.objective import Objective
     from takagi.lmi.turbine.regional import (
         FULL_LOAD,
@@ -28,14 +28,15 @@ if TYPE_CHECKING:
     from takagi.lmi.turbine.regional_condition import ActuatorBound, regional_gain_condition
 
 __all__ = [
-    "FULL_LOAD",
-    "PARTIAL_LOAD",
     "ActuatorBound",
     "EffortDesign",
     "EffortSettings",
+    "FULL_LOAD",
     "LoopFamily",
+    "LoopOfGains",
     "Objective",
     "OneStepDesign",
+    "PARTIAL_LOAD",
     "RegionGains",
     "RegionalGains",
     "Requirement",
@@ -53,6 +54,7 @@ _HOME = {
     "EffortSettings": "effort",
     "FULL_LOAD": "regional",
     "LoopFamily": "one_step.loop_of_gains",
+    "LoopOfGains": "one_step.loop_of_gains",
     "Objective": "one_step.objective",
     "OneStepDesign": "one_step.design",
     "PARTIAL_LOAD": "regional",

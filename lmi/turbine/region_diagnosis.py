@@ -8,7 +8,7 @@ from dataclasses import replace
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import Outcome, decide
 from takagi.lmi.decision.diagnosis import binding_items
-from takagi.lmi.turbine.region_request import RegionTask, Requirement
+from takagi.lmi.turbine.region_request import RegionRequest, Requirement
 from takagi.models.turbine.regional_model import WIND_ESTIMATE
 
 __all__ = ["why_none"]
@@ -16,7 +16,7 @@ __all__ = ["why_none"]
 BISECTIONS = 8
 
 
-def why_none(task: RegionTask, condition: Condition, outcome: Outcome) -> str:
+def why_none(task: RegionRequest, condition: Condition, outcome: Outcome) -> str:
     """Return the sentence that names condition, region, winds, and each cure on its own."""
     low, high = (float(end) for end in task.model.box[WIND_ESTIMATE])
     names = [lmi.name for lmi in condition.lmis]
@@ -50,7 +50,7 @@ def why_none(task: RegionTask, condition: Condition, outcome: Outcome) -> str:
     return f"{said}; relax one of these: {', or '.join(cures)}"
 
 
-def _largest_share(task: RegionTask, scaled: Callable[[float], Requirement]) -> float:
+def _largest_share(task: RegionRequest, scaled: Callable[[float], Requirement]) -> float:
     """Return the largest share, in steps, at which there are gains; 0 for none down to 1/32."""
     low, high = 0.0, 1.0
     for _ in range(BISECTIONS):

@@ -18,7 +18,7 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.regional_model import PITCH_DEVIATION, SPEED_ERROR, WIND_ESTIMATE
 from takagi.models.turbine.trim import TrimPoint, trim
 
-__all__ = ["FULL_LOAD", "PARTIAL_LOAD", "RegionTask", "Requirement", "region_task"]
+__all__ = ["FULL_LOAD", "PARTIAL_LOAD", "RegionRequest", "Requirement", "region_request"]
 
 Floats: TypeAlias = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ FULL_LOAD = Requirement(decay_rate=0.05, speed_error=0.0125, pitch_error=0.0025)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RegionTask:
+class RegionRequest:
     """One region in SI units, and the scales of its states and command."""
 
     region: str
@@ -82,9 +82,9 @@ class RegionTask:
         )
 
 
-def region_task(
+def region_request(
     turbine: Turbine, model: TSModel, requirement: Requirement, speed_setpoint: float | None
-) -> RegionTask:
+) -> RegionRequest:
     if model.B.shape[2] != 1 or np.ptp(model.B, axis=0).any() or SPEED_ERROR not in model.box:
         raise ModelError(
             f"model {model.name!r}: a regional model with one input, the same in all rules, and "
@@ -103,7 +103,7 @@ def region_task(
     bounds = (_pitch_bounds if with_pitch else _torque_bounds)(turbine, points)
     # The integral of an error that decays at the rate asked for has this size.
     ranges = np.where(np.isfinite(box), box, box[0] / requirement.decay_rate)
-    return RegionTask(
+    return RegionRequest(
         "full load" if with_pitch else "partial load",
         model,
         requirement,

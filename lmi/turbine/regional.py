@@ -24,7 +24,7 @@ from takagi.lmi.answer import Status, Try
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.turbine.region_diagnosis import why_none
-from takagi.lmi.turbine.region_request import FULL_LOAD, PARTIAL_LOAD, Requirement, region_task
+from takagi.lmi.turbine.region_request import FULL_LOAD, PARTIAL_LOAD, Requirement, region_request
 from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
@@ -166,7 +166,7 @@ def region_gains(
     ------
     ModelError : the operating set is not inside the model's box, or the input matrix varies.
     """
-    task = region_task(turbine, model, requirement, speed_setpoint)
+    task = region_request(turbine, model, requirement, speed_setpoint)
     condition = task.condition(requirement)
     outcome = optimise(condition, slack=OBJECTIVE_SLACK)
     if outcome.status != "candidate":

@@ -9,14 +9,16 @@ from takagi.lmi.condition.shown_rate import shown_rate
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import Outcome, decide
 from takagi.lmi.decision.diagnosis import binding_items
-from takagi.lmi.polynomials.polynomial_lyapunov import LyapunovFamily
+from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov
 from takagi.lmi.polynomials.simplex_polynomials import Basis
-from takagi.lmi.varying.parameter_loop import Loop
+from takagi.lmi.varying.parameter_loop import VaryingLoop
 
-__all__ = ["decided_family", "family_in_states", "no_family"]
+__all__ = ["decided_lyapunov", "lyapunov_in_states", "no_lyapunov"]
 
 
-def decided_family(condition: Condition, loop: Loop, s: Floats, basis: Basis, cures: str) -> Answer:
+def decided_lyapunov(
+    condition: Condition, loop: VaryingLoop, s: Floats, basis: Basis, cures: str
+) -> Answer:
     """Return the answer of a condition that is posed in states xhat = x / s.
 
     Parameters
@@ -29,7 +31,7 @@ def decided_family(condition: Condition, loop: Loop, s: Floats, basis: Basis, cu
     return Answer(
         status=outcome.status,
         P=None,
-        family=family_in_states(outcome, loop, s, basis) if good else None,
+        family=lyapunov_in_states(outcome, loop, s, basis) if good else None,
         margin=outcome.margin,
         decay_rate=shown_rate(condition, outcome.values, loop.sample_time) if good else None,
         bound=outcome.bound,
@@ -42,19 +44,19 @@ def decided_family(condition: Condition, loop: Loop, s: Floats, basis: Basis, cu
     )
 
 
-def family_in_states(
-    outcome: Outcome, loop: Loop, s: Floats, basis: Basis, size: float | None = None
-) -> LyapunovFamily:
+def lyapunov_in_states(
+    outcome: Outcome, loop: VaryingLoop, s: Floats, basis: Basis, size: float | None = None
+) -> PolynomialLyapunov:
     """Return P(h) in the model's states, times size; None makes the least eigenvalue about 1."""
     members = outcome.values["P"]
-    family = LyapunovFamily(basis, members, loop.space.corners)
+    family = PolynomialLyapunov(basis, members, loop.space.corners)
     if size is None:
         least = float(np.linalg.eigvalsh(family.vertices).min())
         size = float(np.exp2(-np.floor(np.log2(least))))
-    return LyapunovFamily(basis, size * members / s / s[:, None], loop.space.corners)
+    return PolynomialLyapunov(basis, size * members / s / s[:, None], loop.space.corners)
 
 
-def no_family(condition: Condition, s: Floats, why: str) -> Answer:
+def no_lyapunov(condition: Condition, s: Floats, why: str) -> Answer:
     """Return the no for a reason that needs no solver."""
     return Answer(
         status="infeasible",

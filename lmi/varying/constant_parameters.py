@@ -14,10 +14,10 @@ from takagi.lmi.argument_checks import Vertices, number, rate_parameter
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.varying.answer_in_states import decided_family, no_family
+from takagi.lmi.varying.answer_in_states import decided_lyapunov, no_lyapunov
 from takagi.lmi.varying.lyapunov_forms import SOURCES, Form, check_form, form_lmis
-from takagi.lmi.varying.parameter_condition import Sought, unknown_family
-from takagi.lmi.varying.parameter_loop import Loop, loop_of
+from takagi.lmi.varying.parameter_condition import SoughtPolynomial, unknown_lyapunov
+from takagi.lmi.varying.parameter_loop import VaryingLoop, varying_loop
 from takagi.lmi.varying.parameter_motion import motion_of
 from takagi.lmi.varying.parameter_space import degrees_of, polya_of
 
@@ -55,7 +55,7 @@ def polynomial_lyapunov_condition(
 
     Source: Oliveira and Peres (2007), IEEE Trans. Automatic Control 52(7).
     """
-    loop = loop_of(model, gains, sample_time)
+    loop = varying_loop(model, gains, sample_time)
     degrees = degrees_of(loop.space, degree)
     return _posed(loop, degrees, polya_of(polya), number("decay_rate", decay_rate), form)
 
@@ -108,7 +108,7 @@ def polynomial_lyapunov(
 
     Source: Oliveira and Peres (2007), IEEE Trans. Automatic Control 52(7).
     """
-    loop = loop_of(model, gains, sample_time)
+    loop = varying_loop(model, gains, sample_time)
     degrees = degrees_of(loop.space, degree)
     alpha, polya = float(number("decay_rate", decay_rate)), polya_of(polya)
     s = loop.units(scales)
@@ -116,19 +116,19 @@ def polynomial_lyapunov(
     condition = _posed(scaled, degrees, polya, alpha, form)
     why = scaled.hopeless(alpha)
     if why:
-        return no_family(condition, s, why)
+        return no_lyapunov(condition, s, why)
     cures = "raise the degree or polya, lower the decay rate, or shrink the box"
-    return decided_family(condition, loop, s, Basis(loop.space.sizes, degrees), cures)
+    return decided_lyapunov(condition, loop, s, Basis(loop.space.sizes, degrees), cures)
 
 
 def _posed(
-    loop: Loop, degrees: Degrees, polya: int, alpha: float | Fraction, form: Form
+    loop: VaryingLoop, degrees: Degrees, polya: int, alpha: float | Fraction, form: Form
 ) -> Condition:
     check_form(form)
     basis = Basis(loop.space.sizes, degrees)
     still = [np.zeros(size) for size in loop.space.sizes]
-    sought = Sought(
-        P=unknown_family(basis, loop.A.shape[1]),
+    sought = SoughtPolynomial(
+        P=unknown_lyapunov(basis, loop.A.shape[1]),
         basis=basis,
         A=loop.matrix,
         motion=motion_of(loop.space, degrees, still, loop.sample_time),

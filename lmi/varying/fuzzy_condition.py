@@ -25,18 +25,18 @@ from takagi.lmi.answer import Floats
 from takagi.lmi.argument_checks import rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees
-from takagi.lmi.polynomials.unknown_polynomial import Polynomial
-from takagi.lmi.sums.double_sum import DoubleSum, Part
+from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial
+from takagi.lmi.sums.double_sum import DoubleSum, SumPart
 from takagi.lmi.sums.membership_parts import double_sums, rate_parts, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.lyapunov_forms import SOURCES, Form, check_form, form_lmis
 from takagi.lmi.varying.parameter_condition import (
-    Sought,
+    SoughtPolynomial,
     direct_lmi,
     polynomial_lmis,
-    unknown_family,
+    unknown_lyapunov,
 )
-from takagi.lmi.varying.parameter_loop import Loop
+from takagi.lmi.varying.parameter_loop import VaryingLoop
 from takagi.lmi.varying.parameter_motion import motion_of, still_motion
 from takagi.models.errors import ModelError
 
@@ -70,7 +70,7 @@ class Question:
         found = re.fullmatch(r"polya-(\d+)", self.relaxation)
         return int(found[1]) if found else None
 
-    def check(self, loop: Loop) -> None:
+    def check(self, loop: VaryingLoop) -> None:
         """Raise ModelError where what was asked does not go together."""
         check_form(self.form)
         relaxation_named(self.relaxation)
@@ -88,7 +88,7 @@ class Question:
                 'form="direct", degree 1, rates="corners"; take "polya-<d>"'
             )
 
-    def posed(self, loop: Loop, alpha: float | Fraction) -> Condition:
+    def posed(self, loop: VaryingLoop, alpha: float | Fraction) -> Condition:
         """Return the condition in the loop's states."""
         self.check(loop)
         sought = self._sought(loop)
@@ -110,15 +110,15 @@ class Question:
             source=source,
         )
 
-    def _sought(self, loop: Loop) -> Sought:
+    def _sought(self, loop: VaryingLoop) -> SoughtPolynomial:
         basis = Basis(loop.space.sizes, self.degrees)
         motion = (
             still_motion(loop.space)
             if self.slack
             else motion_of(loop.space, self.degrees, self.rates, loop.sample_time)
         )
-        return Sought(
-            P=unknown_family(basis, loop.A.shape[1]),
+        return SoughtPolynomial(
+            P=unknown_lyapunov(basis, loop.A.shape[1]),
             basis=basis,
             A=loop.matrix,
             motion=motion,
@@ -160,13 +160,18 @@ def rate_slack(P: Unknown, X: Unknown, weight: float = 1.0) -> tuple[LMI, LMI]:
     )
 
 
-def _slackened(sought: Sought, rates: Floats) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
+def _slackened(
+    sought: SoughtPolynomial, rates: Floats
+) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
     P, n = sought.P, sought.P.rows
     X = slack_unknown(n)
     at = sought.coefficients(sought.product(sought.matrix))
     zero = Basis(sought.motion.sizes, (0,))
     moved = at.term(
-        P, Polynomial(zero, rates[None]), latex=(r"\sum_i \phi_i", ""), symbol=f"{P.symbol}_i"
+        P,
+        UnknownPolynomial(zero, rates[None]),
+        latex=(r"\sum_i \phi_i", ""),
+        symbol=f"{P.symbol}_i",
     )
     shared = Term(unknown=X, left=rates.sum() * at.one, right=at.one, latex=(r"\sum_i \phi_i", ""))
     return (X,), (
@@ -177,7 +182,7 @@ def _slackened(sought: Sought, rates: Floats) -> tuple[tuple[Unknown, ...], tupl
 
 
 def _named(
-    sought: Sought, loop: Loop, relaxation: str
+    sought: SoughtPolynomial, loop: VaryingLoop, relaxation: str
 ) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
     """Pose sum_ij h_i h_j (He(P_j A_i) + 2 alpha P_j + dP/dt) < 0 by a named relaxation."""
     A, corners = loop.A.astype(np.float64), loop.space.corners
@@ -188,7 +193,7 @@ def _named(
         rules=len(A),
         blocks=(sought.P.rows,),
         parts=(
-            Part(
+            SumPart(
                 unknown=sought.P,
                 left=one,
                 right=A,
@@ -197,7 +202,7 @@ def _named(
                 latex=("", "A_{i}"),
                 symbol="P_{j}",
             ),
-            Part(
+            SumPart(
                 unknown=sought.P,
                 left=2.0 * one,
                 right=one,

@@ -25,14 +25,14 @@ import numpy as np
 
 from takagi.lmi.condition.term import LMI, Term, Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis
-from takagi.lmi.polynomials.unknown_polynomial import Polynomial
+from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial
 from takagi.lmi.varying.parameter_condition import (
-    Sought,
+    SoughtPolynomial,
     decay_term,
     direct_lmi,
     polynomial_lmis,
 )
-from takagi.lmi.varying.parameter_terms import Coefficients
+from takagi.lmi.varying.parameter_terms import TermCoefficients
 from takagi.models.errors import ModelError
 
 __all__ = ["SOURCES", "Form", "check_form", "dilated_lmi", "form_lmis"]
@@ -50,7 +50,7 @@ def check_form(form: object) -> None:
         raise ModelError(f"form {form!r} is not known; there are {', '.join(SOURCES)}")
 
 
-def form_lmis(sought: Sought, form: Form) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
+def form_lmis(sought: SoughtPolynomial, form: Form) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
     """Return the slacks of a form, and P(h) > 0, its scale and the decrease."""
     if form == "direct":
         return (), (*polynomial_lmis(sought), direct_lmi(sought))
@@ -58,7 +58,7 @@ def form_lmis(sought: Sought, form: Form) -> tuple[tuple[Unknown, ...], tuple[LM
     return slack, (*polynomial_lmis(sought), decrease)
 
 
-def dilated_lmi(sought: Sought) -> tuple[tuple[Unknown, ...], LMI]:
+def dilated_lmi(sought: SoughtPolynomial) -> tuple[tuple[Unknown, ...], LMI]:
     """Pose the module's dilated form; the slacks come with it."""
     n = sought.P.rows
     at = sought.coefficients(sought.matrix.basis.degrees)
@@ -77,7 +77,7 @@ def dilated_lmi(sought: Sought) -> tuple[tuple[Unknown, ...], LMI]:
 
 
 def _dilated_discrete(
-    sought: Sought, at: Coefficients
+    sought: SoughtPolynomial, at: TermCoefficients
 ) -> tuple[tuple[Unknown, ...], tuple[Term, ...]]:
     P, n = sought.P, sought.P.rows
     G = Unknown("G", n, n)
@@ -91,7 +91,7 @@ def _dilated_discrete(
 
 
 def _dilated_continuous(
-    sought: Sought, at: Coefficients
+    sought: SoughtPolynomial, at: TermCoefficients
 ) -> tuple[tuple[Unknown, ...], tuple[Term, ...]]:
     P, n, A = sought.P, sought.P.rows, sought.matrix
     F, G = Unknown("F", n, n), Unknown("G", n, n)
@@ -118,6 +118,6 @@ def _dilated_continuous(
     )
 
 
-def _same(sought: Sought) -> Polynomial:
+def _same(sought: SoughtPolynomial) -> UnknownPolynomial:
     """Return an unknown that does not change with h, as a polynomial of degree 0."""
-    return Polynomial.of(Basis(sought.motion.sizes, (0,) * len(sought.motion.sizes)))
+    return UnknownPolynomial.of(Basis(sought.motion.sizes, (0,) * len(sought.motion.sizes)))

@@ -18,17 +18,21 @@ from takagi.lmi.answer import Answer, Floats
 from takagi.lmi.argument_checks import Vertices, rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Term, Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis
-from takagi.lmi.polynomials.unknown_polynomial import Polynomial
-from takagi.lmi.varying.answer_in_states import decided_family
-from takagi.lmi.varying.parameter_condition import Sought, polynomial_lmis, unknown_family
-from takagi.lmi.varying.parameter_loop import loop_of
+from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial
+from takagi.lmi.varying.answer_in_states import decided_lyapunov
+from takagi.lmi.varying.parameter_condition import (
+    SoughtPolynomial,
+    polynomial_lmis,
+    unknown_lyapunov,
+)
+from takagi.lmi.varying.parameter_loop import varying_loop
 from takagi.lmi.varying.parameter_motion import kept_degrees, motion_of
 from takagi.lmi.varying.parameter_space import RateBounds, degrees_of, membership_rates
 
-__all__ = ["function_at_blends"]
+__all__ = ["function_at_points"]
 
 
-def function_at_blends(
+def function_at_points(
     model: Vertices,
     blends: ArrayLike,
     *,
@@ -49,7 +53,7 @@ def function_at_blends(
     ------
     ModelError : as ``fuzzy_lyapunov``.
     """
-    loop = loop_of(model, gains)
+    loop = varying_loop(model, gains)
     step = loop.sample_time
     rates = membership_rates(loop.space, rate_bounds if step is None else np.inf)
     degrees = kept_degrees(degrees_of(loop.space, degree), rates, discrete=step is not None)
@@ -57,7 +61,7 @@ def function_at_blends(
     scaled = loop.scaled(s)
     basis = Basis(loop.space.sizes, degrees)
     motion = motion_of(loop.space, degrees, rates, step)
-    P = unknown_family(basis, loop.A.shape[1])
+    P = unknown_lyapunov(basis, loop.A.shape[1])
     w, matrix = np.asarray(blends, dtype=np.float64), scaled.matrix
     values = matrix.values.astype(np.float64)
     weight = vertex_weight(values, step=step)
@@ -67,7 +71,7 @@ def function_at_blends(
         decrease = _falling(P, basis.values(w), slopes, G, weight)
     else:
         decrease = _next_falling(P, basis.values(w), G, weight)
-    sought = Sought(
+    sought = SoughtPolynomial(
         P=P,
         basis=basis,
         A=matrix,
@@ -84,13 +88,13 @@ def function_at_blends(
         parameters=rate_parameter(decay_rate, step),
         source="necessary for every relaxation",
     )
-    return decided_family(condition, loop, s, basis, "lower the rate bounds or the decay rate")
+    return decided_lyapunov(condition, loop, s, basis, "lower the rate bounds or the decay rate")
 
 
 def _slopes(basis: Basis, velocity: tuple[Floats, ...], w: Floats) -> Floats:
     """Return dB_a/dt at the blends, (N, count)."""
     found = np.zeros((len(w), basis.count))
-    for slope in Polynomial.of(basis).derivatives(velocity):
+    for slope in UnknownPolynomial.of(basis).derivatives(velocity):
         found += slope.basis.values(w) @ slope.weights
     return found
 

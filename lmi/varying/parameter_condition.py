@@ -19,22 +19,22 @@ import numpy as np
 
 from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
-from takagi.lmi.polynomials.unknown_polynomial import Polynomial
-from takagi.lmi.varying.parameter_motion import Motion
-from takagi.lmi.varying.parameter_terms import Coefficients, identity_like
+from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial
+from takagi.lmi.varying.parameter_motion import ParameterMotion
+from takagi.lmi.varying.parameter_terms import TermCoefficients, identity_like
 
 __all__ = [
-    "Sought",
+    "SoughtPolynomial",
     "decay_term",
     "direct_lmi",
     "direct_terms",
     "polynomial_lmis",
-    "unknown_family",
+    "unknown_lyapunov",
 ]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Sought:
+class SoughtPolynomial:
     """A P(h) that is sought, and the loop it is sought for.
 
     Attributes
@@ -52,19 +52,19 @@ class Sought:
     P: Unknown
     basis: Basis
     A: Known
-    motion: Motion
+    motion: ParameterMotion
     polya: int
     axes: tuple[str, ...]
     discrete: bool
     weight: float
 
     @property
-    def now(self) -> Polynomial:
+    def now(self) -> UnknownPolynomial:
         """Return P(h) as a polynomial in l."""
         return self.motion.unknown(self.basis)
 
     @property
-    def then(self) -> Polynomial:
+    def then(self) -> UnknownPolynomial:
         """Return P(h+) as a polynomial in l."""
         return self.motion.unknown(self.basis, then=True)
 
@@ -73,32 +73,32 @@ class Sought:
         """Return A as a polynomial in l."""
         return self.motion.known(self.A)
 
-    def coefficients(self, *more: Degrees) -> Coefficients:
+    def coefficients(self, *more: Degrees) -> TermCoefficients:
         """Return those of an LMI that holds P(h), P(h+) and parts of more degrees."""
         parts = (self.now.basis.degrees, self.then.basis.degrees, *more)
         one = identity_like(self.A.values, self.P.rows)
-        return Coefficients.of(self.motion, one, *parts, polya=self.polya)
+        return TermCoefficients.of(self.motion, one, *parts, polya=self.polya)
 
     def product(self, known: Known) -> Degrees:
         """Return the degrees of P(h+) K(h)."""
         return self.then.basis.raised(known.basis.degrees).degrees
 
 
-def unknown_family(basis: Basis, states: int) -> Unknown:
+def unknown_lyapunov(basis: Basis, states: int) -> Unknown:
     """Return P, with a member for each coefficient of P(h)."""
     return Unknown("P", states, states, symmetric=True, count=basis.count)
 
 
-def polynomial_lmis(sought: Sought, *, bounded: bool = True) -> tuple[LMI, ...]:
+def polynomial_lmis(sought: SoughtPolynomial, *, bounded: bool = True) -> tuple[LMI, ...]:
     """Pose P(h) > 0, and with ``bounded`` that no coefficient is above I, which fixes the scale."""
     P, n = sought.P, sought.P.rows
-    still = Motion(sought.basis.sizes, (), (), sought.axes)
+    still = ParameterMotion(sought.basis.sizes, (), (), sought.axes)
     one = identity_like(sought.A.values, n)
-    at = Coefficients.of(still, one, sought.basis.degrees, polya=sought.polya)
+    at = TermCoefficients.of(still, one, sought.basis.degrees, polya=sought.polya)
     positive = LMI(
         name="P positive definite",
         blocks=(n,),
-        terms=(at.term(P, Polynomial.of(sought.basis), symbol="P(h)"),),
+        terms=(at.term(P, UnknownPolynomial.of(sought.basis), symbol="P(h)"),),
         count=at.count,
         labels=at.labels("P, "),
         index=at.index,
@@ -119,7 +119,7 @@ def polynomial_lmis(sought: Sought, *, bounded: bool = True) -> tuple[LMI, ...]:
 
 
 def direct_terms(
-    sought: Sought, at: Coefficients, *, next_block: int = 1, rated: bool = True
+    sought: SoughtPolynomial, at: TermCoefficients, *, next_block: int = 1, rated: bool = True
 ) -> tuple[Term, ...]:
     """Return the terms of the direct form.
 
@@ -158,7 +158,7 @@ def direct_terms(
     return (*moved, decay_term(sought, at)) if rated else moved
 
 
-def decay_term(sought: Sought, at: Coefficients) -> Term:
+def decay_term(sought: SoughtPolynomial, at: TermCoefficients) -> Term:
     """Return 2 alpha P(h)."""
     return at.term(
         sought.P,
@@ -170,7 +170,7 @@ def decay_term(sought: Sought, at: Coefficients) -> Term:
     )
 
 
-def direct_lmi(sought: Sought, slack: tuple[Term, ...] = ()) -> LMI:
+def direct_lmi(sought: SoughtPolynomial, slack: tuple[Term, ...] = ()) -> LMI:
     """Pose the module's direct form.
 
     Parameters

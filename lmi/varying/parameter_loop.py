@@ -16,11 +16,11 @@ from takagi.lmi.cone.balance import state_units
 from takagi.lmi.polynomials.simplex_polynomials import Known, marginals
 from takagi.lmi.varying.parameter_space import Space, space_of
 
-__all__ = ["Loop", "loop_of"]
+__all__ = ["VaryingLoop", "varying_loop"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Loop:
+class VaryingLoop:
     """x' = A(h) x, or x' = (A(h) - B(h) K(h)) x where there are gains; x+ in discrete time.
 
     Attributes
@@ -53,7 +53,7 @@ class Loop:
         """Return s, (n,): powers of two that balance the loop at its rules, or next to scales."""
         return state_units(self.corners.astype(np.float64), scales, step=self.sample_time)
 
-    def scaled(self, s: Floats) -> Loop:
+    def scaled(self, s: Floats) -> VaryingLoop:
         """Return the loop in floating point, in states xhat = x / s."""
         A = self.A.astype(np.float64) * s / s[:, None]
         if self.B is None or self.K is None:
@@ -91,9 +91,9 @@ class Loop:
         )
 
 
-def loop_of(
+def varying_loop(
     model: Vertices, gains: ArrayLike | None = None, sample_time: float | None = None
-) -> Loop:
+) -> VaryingLoop:
     """Return the loop of a model, or of vertices (r, n, n); with gains its B is needed.
 
     Raises
@@ -105,6 +105,6 @@ def loop_of(
     step = sample_time_of(model, sample_time)
     space = space_of(model, len(A))
     if gains is None:
-        return Loop(A, None, None, space, step)
+        return VaryingLoop(A, None, None, space, step)
     B = input_stack(model, A)
-    return Loop(A, B, gain_stack(gains, *(len(A), B.shape[2], A.shape[1])), space, step)
+    return VaryingLoop(A, B, gain_stack(gains, *(len(A), B.shape[2], A.shape[1])), space, step)

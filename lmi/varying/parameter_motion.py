@@ -17,14 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
-from takagi.lmi.polynomials.unknown_polynomial import Polynomial, substituted
+from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial, substituted
 from takagi.lmi.varying.parameter_space import Space
 from takagi.lmi.varying.rate_polytopes import step_corners, velocity_corners
 from takagi.models.errors import ModelError
 
 __all__ = [
-    "Motion",
-    "Place",
+    "ParameterMotion",
+    "MotionPoint",
     "continuous_motion",
     "discrete_motion",
     "kept_degrees",
@@ -38,7 +38,7 @@ MOST_CORNERS = 1024
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Place:
+class MotionPoint:
     """h^k = points l^simplex; points is (corners of h^k, corners of l^simplex)."""
 
     simplex: int
@@ -51,21 +51,21 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class ParameterMotion:
     """Where h is, and where it goes.
 
     Attributes
     ----------
     sizes : of the simplexes of l.
-    now, then : h and h+ as functions of l, one ``Place`` a simplex of h; ``then`` is ``now`` in
-        continuous time.
+    now, then : h and h+ as functions of l, one ``MotionPoint`` a simplex of h; ``then`` is ``now``
+        in continuous time.
     axes : names of the corners of l.
     velocities : corners of dh/dt, each one array a simplex; in continuous time only.
     """
 
     sizes: tuple[int, ...]
-    now: tuple[Place, ...]
-    then: tuple[Place, ...]
+    now: tuple[MotionPoint, ...]
+    then: tuple[MotionPoint, ...]
     axes: tuple[str, ...]
     velocities: tuple[tuple[Floats, ...], ...] = ()
 
@@ -76,12 +76,14 @@ class Motion:
             return Known(basis, polynomial.values)
         return Known(basis, np.tensordot(T, polynomial.values, axes=1))
 
-    def unknown(self, basis: Basis, *, then: bool = False) -> Polynomial:
+    def unknown(self, basis: Basis, *, then: bool = False) -> UnknownPolynomial:
         """Return P(h), or P(h+), as a polynomial in l, the members being P's coefficients."""
         placed, T = self._substitution(basis, self.then if then else self.now)
-        return Polynomial.of(placed) if T is None else Polynomial(placed, T)
+        return UnknownPolynomial.of(placed) if T is None else UnknownPolynomial(placed, T)
 
-    def _substitution(self, basis: Basis, places: Sequence[Place]) -> tuple[Basis, Floats | None]:
+    def _substitution(
+        self, basis: Basis, places: Sequence[MotionPoint]
+    ) -> tuple[Basis, Floats | None]:
         degrees = [0] * len(self.sizes)
         for degree, place in zip(basis.degrees, places, strict=True):
             degrees[place.simplex] += degree
@@ -121,7 +123,7 @@ def motion_of(
     degrees: Degrees,
     rates: Sequence[Floats],
     sample_time: float | None,
-) -> Motion:
+) -> ParameterMotion:
     """Return the motion with |dw/dt| <= rates, or |w(t + T) - w(t)| <= T rates.
 
     Parameters
@@ -138,13 +140,13 @@ def motion_of(
     return discrete_motion(space, degrees, tuple(rate * sample_time for rate in rates))
 
 
-def still_motion(space: Space) -> Motion:
+def still_motion(space: Space) -> ParameterMotion:
     """Return the motion of memberships whose rates do not matter, or are zero."""
-    places = tuple(Place(k, np.eye(size)) for k, size in enumerate(space.sizes))
-    return Motion(space.sizes, places, places, space.axes)
+    places = tuple(MotionPoint(k, np.eye(size)) for k, size in enumerate(space.sizes))
+    return ParameterMotion(space.sizes, places, places, space.axes)
 
 
-def continuous_motion(space: Space, degrees: Degrees, rates: Sequence[Floats]) -> Motion:
+def continuous_motion(space: Space, degrees: Degrees, rates: Sequence[Floats]) -> ParameterMotion:
     """Return the motion with |dw/dt| <= rates.
 
     Parameters
@@ -169,7 +171,7 @@ def continuous_motion(space: Space, degrees: Degrees, rates: Sequence[Floats]) -
     return replace(still_motion(space), velocities=tuple(product(*corners)))
 
 
-def discrete_motion(space: Space, degrees: Degrees, steps: Sequence[Floats]) -> Motion:
+def discrete_motion(space: Space, degrees: Degrees, steps: Sequence[Floats]) -> ParameterMotion:
     """Return the motion with |w(t + T) - w(t)| <= steps.
 
     Parameters
@@ -179,8 +181,8 @@ def discrete_motion(space: Space, degrees: Degrees, steps: Sequence[Floats]) -> 
     """
     sizes: list[int] = []
     axes: list[str] = []
-    now: list[Place] = []
-    then: list[Place] = []
+    now: list[MotionPoint] = []
+    then: list[MotionPoint] = []
     starts = np.cumsum([0, *space.sizes])
     for k, (degree, bound, size) in enumerate(zip(degrees, steps, space.sizes, strict=True)):
         names = space.axes[starts[k] : starts[k + 1]]
@@ -196,9 +198,9 @@ def discrete_motion(space: Space, degrees: Degrees, steps: Sequence[Floats]) -> 
                 names = _step_names(space, k, first.shape[1])
             axes += names
             sizes.append(first.shape[1])
-        now.append(Place(here, first))
-        then.append(Place(after, second))
-    return Motion(tuple(sizes), tuple(now), tuple(then), tuple(axes))
+        now.append(MotionPoint(here, first))
+        then.append(MotionPoint(after, second))
+    return ParameterMotion(tuple(sizes), tuple(now), tuple(then), tuple(axes))
 
 
 def _step_names(space: Space, simplex: int, count: int) -> tuple[str, ...]:

@@ -11,14 +11,18 @@ import numpy as np
 from takagi.lmi.condition.item_labels import Labels
 from takagi.lmi.condition.term import Array, Constant, Position, Term, Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
-from takagi.lmi.polynomials.unknown_polynomial import Contributions, Polynomial, contributions
-from takagi.lmi.varying.parameter_motion import Motion
+from takagi.lmi.polynomials.unknown_polynomial import (
+    Contributions,
+    UnknownPolynomial,
+    contributions,
+)
+from takagi.lmi.varying.parameter_motion import ParameterMotion
 
-__all__ = ["Coefficients", "identity_like"]
+__all__ = ["TermCoefficients", "identity_like"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Coefficients:
+class TermCoefficients:
     """The coefficients of an LMI in l, once for each corner of the velocities.
 
     Item v * count + b is coefficient b at velocity v.
@@ -31,11 +35,13 @@ class Coefficients:
     """
 
     basis: Basis
-    motion: Motion
+    motion: ParameterMotion
     one: Array
 
     @classmethod
-    def of(cls, motion: Motion, one: Array, *parts: Degrees, polya: int = 0) -> Coefficients:
+    def of(
+        cls, motion: ParameterMotion, one: Array, *parts: Degrees, polya: int = 0
+    ) -> TermCoefficients:
         """Return those of the least degrees that hold all parts, raised by ``polya``."""
         degrees = tuple(
             max(all_degrees) + (polya if size > 1 else 0)
@@ -55,7 +61,7 @@ class Coefficients:
     def term(
         self,
         unknown: Unknown,
-        polynomial: Polynomial,
+        polynomial: UnknownPolynomial,
         known: Known | None = None,
         *,
         at: Position = (0, 0),
@@ -95,7 +101,9 @@ class Coefficients:
             symbol=symbol,
         )
 
-    def rate_terms(self, unknown: Unknown, polynomial: Polynomial, symbol: str) -> tuple[Term, ...]:
+    def rate_terms(
+        self, unknown: Unknown, polynomial: UnknownPolynomial, symbol: str
+    ) -> tuple[Term, ...]:
         """Return dX/dt at the velocity of each item."""
         found: list[tuple[int, Contributions]] = []
         for number, velocity in enumerate(self.motion.velocities):
@@ -142,7 +150,7 @@ class Coefficients:
 
         return Labels(self.count, name)
 
-    def _contributions(self, polynomial: Polynomial, known: Known | None) -> Contributions:
+    def _contributions(self, polynomial: UnknownPolynomial, known: Known | None) -> Contributions:
         if known is None:
             zero = Basis(self.motion.sizes, (0,) * len(self.motion.sizes))
             known = Known(zero, self._identity(self.one.shape[1]))

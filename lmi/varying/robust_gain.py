@@ -26,7 +26,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
-from takagi.lmi.analysis.disturbance.channel import Channel, Units, channel_of, near_least
+from takagi.lmi.analysis.disturbance.channel import (
+    ChannelUnits,
+    DisturbanceChannel,
+    disturbance_channel,
+    near_least,
+)
 from takagi.lmi.answer import Answer, Floats
 from takagi.lmi.argument_checks import Vertices, rate_parameter
 from takagi.lmi.condition.evaluate import lmi_value
@@ -36,15 +41,15 @@ from takagi.lmi.decision.decide import Outcome, optimise
 from takagi.lmi.decision.outcome import not_least
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.varying.answer_in_states import decided_family, family_in_states, no_family
+from takagi.lmi.varying.answer_in_states import decided_lyapunov, lyapunov_in_states, no_lyapunov
 from takagi.lmi.varying.parameter_condition import (
-    Sought,
+    SoughtPolynomial,
     direct_lmi,
     direct_terms,
     polynomial_lmis,
-    unknown_family,
+    unknown_lyapunov,
 )
-from takagi.lmi.varying.parameter_loop import Loop
+from takagi.lmi.varying.parameter_loop import VaryingLoop
 from takagi.lmi.varying.parameter_motion import kept_degrees, motion_of
 from takagi.lmi.varying.parameter_space import (
     RateBounds,
@@ -54,7 +59,7 @@ from takagi.lmi.varying.parameter_space import (
     polya_of,
     space_of,
 )
-from takagi.lmi.varying.parameter_terms import Coefficients
+from takagi.lmi.varying.parameter_terms import TermCoefficients
 
 __all__ = ["robust_hinf_norm", "robust_hinf_norm_condition"]
 
@@ -89,7 +94,7 @@ def robust_hinf_norm_condition(
 
     Source: Oliveira and Peres (2007); Gahinet and Apkarian (1994).
     """
-    path = channel_of(model, B, C, D, sample_time=sample_time)
+    path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     space = space_of(model, len(path.A))
     return _Path(path, space, membership_rates(space, rate_bounds)).posed(
         degrees_of(space, degree), polya_of(polya)
@@ -137,17 +142,17 @@ def robust_hinf_norm(
 
     Source: Oliveira and Peres (2007); Gahinet and Apkarian (1994).
     """
-    path = channel_of(model, B, C, D, sample_time=sample_time)
+    path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     space = space_of(model, len(path.A))
     degrees, polya = degrees_of(space, degree), polya_of(polya)
     s = state_units(path.A, scales, step=path.sample_time)
     rates = membership_rates(space, rate_bounds)
-    units = Units.of(path, s)
+    units = ChannelUnits.of(path, s)
     task = _Path(path.scaled(units), space, tuple(rate / units.rate for rate in rates))
     condition = task.posed(degrees, polya)
     why = task.loop.hopeless(0.0)
     if why:
-        return no_family(condition, s, why)
+        return no_lyapunov(condition, s, why)
     # Where the same P(h) shows no stability there is nothing to minimise.
     stable = task.stability(degrees, polya, s)
     if not stable.found:
@@ -160,7 +165,7 @@ def robust_hinf_norm(
     return Answer(
         status=outcome.status,
         P=None,
-        family=family_in_states(outcome, task.loop, s, basis, size),
+        family=lyapunov_in_states(outcome, task.loop, s, basis, size),
         margin=outcome.margin,
         gain=_shown(condition, outcome) * units.output / units.disturbance,
         bound=outcome.bound,
@@ -176,21 +181,21 @@ def robust_hinf_norm(
 class _Path:
     """A path from disturbance to output, its memberships, and the bounds of their rates."""
 
-    path: Channel
+    path: DisturbanceChannel
     space: Space
     rates: tuple[Floats, ...]
 
     @property
-    def loop(self) -> Loop:
-        return Loop(self.path.A, None, None, self.space, self.path.sample_time)
+    def loop(self) -> VaryingLoop:
+        return VaryingLoop(self.path.A, None, None, self.space, self.path.sample_time)
 
-    def sought(self, degrees: Degrees, polya: int) -> Sought:
+    def sought(self, degrees: Degrees, polya: int) -> SoughtPolynomial:
         loop = self.loop
         discrete = loop.sample_time is not None
         kept = kept_degrees(degrees, self.rates, discrete=discrete)
         basis = Basis(self.space.sizes, kept)
-        return Sought(
-            P=unknown_family(basis, self.path.A.shape[1]),
+        return SoughtPolynomial(
+            P=unknown_lyapunov(basis, self.path.A.shape[1]),
             basis=basis,
             A=loop.matrix,
             motion=motion_of(self.space, kept, self.rates, loop.sample_time),
@@ -222,13 +227,13 @@ class _Path:
             source=SOURCE,
         )
         cures = "raise the degree or polya, lower the rate bounds, or shrink the box"
-        return decided_family(condition, self.loop, s, sought.basis, cures)
+        return decided_lyapunov(condition, self.loop, s, sought.basis, cures)
 
-    def known(self, vertices: Floats, sought: Sought) -> Known:
+    def known(self, vertices: Floats, sought: SoughtPolynomial) -> Known:
         return sought.motion.known(self.space.known(vertices))
 
 
-def _bounded_real(sought: Sought, gamma: Unknown, task: _Path) -> LMI:
+def _bounded_real(sought: SoughtPolynomial, gamma: Unknown, task: _Path) -> LMI:
     path = task.path
     n, q, p = path.A.shape[1], path.B.shape[2], path.C.shape[1]
     A, B = sought.matrix, task.known(path.B, sought)
@@ -256,7 +261,7 @@ def _bounded_real(sought: Sought, gamma: Unknown, task: _Path) -> LMI:
     )
 
 
-def _driven(sought: Sought, at: Coefficients, B: Known) -> Term:
+def _driven(sought: SoughtPolynomial, at: TermCoefficients, B: Known) -> Term:
     """Return P B in the first row, or B' P(h+) in the last column."""
     if not sought.discrete:
         return at.term(sought.P, sought.now, B, at=(0, 1), latex=("", "B(h)"), symbol="P(h)")
@@ -290,7 +295,7 @@ def _shown(condition: Condition, outcome: Outcome) -> float:
 
 
 def _unsettled(
-    stable: Answer, condition: Condition, outcome: Outcome, s: Floats, units: Units
+    stable: Answer, condition: Condition, outcome: Outcome, s: Floats, units: ChannelUnits
 ) -> Answer:
     unit = units.output / units.disturbance
     said = not_least(outcome.objective * unit, outcome.least * unit)

@@ -12,10 +12,10 @@ from takagi.lmi.argument_checks import Vertices, number
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.polynomials.simplex_polynomials import Basis
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.varying.answer_in_states import decided_family, no_family
+from takagi.lmi.varying.answer_in_states import decided_lyapunov, no_lyapunov
 from takagi.lmi.varying.fuzzy_condition import Question
 from takagi.lmi.varying.lyapunov_forms import Form
-from takagi.lmi.varying.parameter_loop import Loop, loop_of
+from takagi.lmi.varying.parameter_loop import VaryingLoop, varying_loop
 from takagi.lmi.varying.parameter_motion import kept_degrees
 from takagi.lmi.varying.parameter_space import RateBounds, degrees_of, membership_rates
 from takagi.models.errors import ModelError
@@ -57,7 +57,7 @@ def fuzzy_lyapunov_condition(
 
     Source: Tanaka, Hori and Wang (2003); Mozelli et al. (2009); Geromel and Colaneri (2006).
     """
-    loop = loop_of(model, gains, sample_time)
+    loop = varying_loop(model, gains, sample_time)
     question = _question(loop, rate_bounds, degree, relaxation, form, rates)
     return question.posed(loop, number("decay_rate", decay_rate))
 
@@ -120,7 +120,7 @@ def fuzzy_lyapunov(
     Source: Tanaka, Hori and Wang (2003); Mozelli et al. (2009); Geromel and Colaneri (2006); in
     discrete time Daafouz and Bernussou (2001), Oliveira and Peres (2009).
     """
-    loop = loop_of(model, gains, sample_time)
+    loop = varying_loop(model, gains, sample_time)
     question = _question(loop, rate_bounds, degree, relaxation, form, rates)
     alpha = float(number("decay_rate", decay_rate))
     s = loop.units(scales)
@@ -128,16 +128,16 @@ def fuzzy_lyapunov(
     condition = question.posed(scaled, alpha)
     why = scaled.hopeless(alpha)
     if why:
-        return no_family(condition, s, why)
+        return no_lyapunov(condition, s, why)
     cures = (
         "lower the rate bounds or the decay rate, raise the degree, or take a richer relaxation "
         '("polya-2")'
     )
-    return decided_family(condition, loop, s, Basis(loop.space.sizes, question.degrees), cures)
+    return decided_lyapunov(condition, loop, s, Basis(loop.space.sizes, question.degrees), cures)
 
 
 def _question(
-    loop: Loop,
+    loop: VaryingLoop,
     rate_bounds: RateBounds,
     degree: int | Sequence[int],
     relaxation: str,

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from takagi.models.blending.blending import Actuator, Blending
     from takagi.models.blending.modelling import blended_model
-    from takagi.models.blending.run_time import RunningBlend
+    from takagi.models.blending.run_time import RunningBlend, RunTimeBlending
     from takagi.models.blending.substitution import blended_plant
     from takagi.models.ramps.exact_effort_ramp import (
         ramp,
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Actuator",
     "Blending",
+    "RunTimeBlending",
     "RunningBlend",
     "blended_model",
     "blended_plant",
@@ -39,6 +40,7 @@ __all__ = [
 _HOME = {
     "Actuator": "takagi.models.blending.blending",
     "Blending": "takagi.models.blending.blending",
+    "RunTimeBlending": "takagi.models.blending.run_time",
     "RunningBlend": "takagi.models.blending.run_time",
     "blended_model": "takagi.models.blending.modelling",
     "blended_plant": "takagi.models.blending.substitution",

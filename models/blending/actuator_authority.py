@@ -6,7 +6,7 @@ from fractions import Fraction
 from itertools import product
 from typing import TYPE_CHECKING
 
-from takagi.models.blending.blending import Actuator, Blending, shown
+from takagi.models.blending.blending import Actuator, Blending, unit_text
 from takagi.models.errors import ModelError
 from takagi.models.ramps.exact_effort_ramp import ramp
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
     from takagi.models.ranges.branch_and_bound import Range
 
-__all__ = ["check_reach", "effectiveness_range"]
+__all__ = ["check_authority", "effectiveness_range"]
 
 GRID = 9  # points along each side where a place for a message is looked for
 MOST_POINTS = 10_000
 HALVINGS = 40
 
 
-def check_reach(blending: Blending) -> None:
+def check_authority(blending: Blending) -> None:
     """Raise ModelError unless b > 0 on the box and every command stays within its limits.
 
     The effectiveness b is enclosed rigorously.  psi(U) grows with U, so that the command is largest
@@ -49,12 +49,12 @@ def check_reach(blending: Blending) -> None:
             continue
         fits = _fitting(blending, actuator, room * least)
         end = "upper" if actuator is blending.high else "lower"
-        name, unit = actuator.name, shown(actuator.variable.unit)
+        name, unit = actuator.name, unit_text(actuator.variable.unit)
         raise ModelError(
             f"effort: at its {end} end {name} would have to go "
             f"{float(blending.most(actuator) / least):.6g}{unit} from where it idles {where}, "
             f"and its range leaves {float(room):.6g}: beyond that no actuator acts; give effort "
-            f"a range up to {fits:.6g}{shown(blending.effort.unit)} on that side, or {name} a "
+            f"a range up to {fits:.6g}{unit_text(blending.effort.unit)} on that side, or {name} a "
             "wider one"
         )
 
@@ -97,7 +97,7 @@ def _lowest(blending: Blending, actuator: Actuator) -> tuple[str, float]:
         if best is None or value < best[0]:
             best = value, point
     assert best is not None  # an empty product has one point
-    units = {v.symbol: shown(v.unit) for v in blending.plant.variables}
+    units = {v.symbol: unit_text(v.unit) for v in blending.plant.variables}
     pairs = zip(symbols, best[1], strict=True)
     words = ", ".join(f"{s} = {float(x):g}{units[s]}" for s, x in pairs)
     return (f"at {words}" if words else "everywhere"), best[0]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.plant.variables import Variable
 
-__all__ = ["EFFORT", "RATE", "SHARE", "Actuator", "Blending", "blending_of", "shown"]
+__all__ = ["EFFORT", "RATE", "SHARE", "Actuator", "Blending", "blending_of", "unit_text"]
 
 # Names that the blended plant has beside those of the file.
 EFFORT, RATE, SHARE = "effort", "effort_rate", "share"
@@ -169,7 +169,7 @@ def blending_of(plant: Plant) -> Blending | None:
     return found
 
 
-def shown(unit: str) -> str:
+def unit_text(unit: str) -> str:
     """Return a unit as it stands behind a number."""
     return "" if unit == "-" else f" {unit}"
 
@@ -189,7 +189,7 @@ def _check(blending: Blending) -> None:
             else "the share of the actuators would jump at the effort 0"
         )
         raise ModelError(
-            f"overlap: {float(e):g}{shown(effort.unit)} was given, so that {why}; "
+            f"overlap: {float(e):g}{unit_text(effort.unit)} was given, so that {why}; "
             "give a positive one"
         )
     if effort.range is None or not effort.range.lower < 0 < effort.range.upper:
@@ -243,7 +243,7 @@ def _check_acts(blending: Blending, place: str, actuator: Actuator) -> None:
         way = "up" if actuator.direction * blending.sign(actuator) > 0 else "down"
         raise ModelError(
             f"{place}.input: {actuator.name} acts by going {way} from its rest, "
-            f"{float(actuator.variable.rest):g}{shown(actuator.variable.unit)}, which is the end "
-            "of its range: beyond the hand-over no actuator acts; correct the direction, the rest "
-            "or the range"
+            f"{float(actuator.variable.rest):g}{unit_text(actuator.variable.unit)}, which is the "
+            "end of its range: beyond the hand-over no actuator acts; correct the direction, the "
+            "rest or the range"
         )

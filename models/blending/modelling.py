@@ -11,7 +11,7 @@ from takagi.models.sector.model import sector_model
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.equations.equilibrium import Rest
+    from takagi.models.equations.equilibrium import EquilibriumOption
     from takagi.models.plant.plant import Plant
     from takagi.models.sector.choice import Choice
     from takagi.models.ts.model import TSModel
@@ -23,7 +23,7 @@ def blended_model(
     plant: Plant,
     *,
     choice: Choice = "fewest-rules",
-    rest: Rest = "given",
+    rest: EquilibriumOption = "given",
     share_apart: bool = False,
 ) -> TSModel:
     """Return ``sector_model(plant)``, with share and errors as premises of their own where it goes.

@@ -17,13 +17,13 @@ from takagi.models.ramps.effort_ramp import effort_ramp
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["RunningBlend"]
+__all__ = ["RunTimeBlending", "RunningBlend"]
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class RunningBlend:
+class RunTimeBlending:
     """Evaluates ``blending`` at states of the blended plant: those of the plant, then the effort.
 
     Attributes
@@ -144,3 +144,7 @@ class RunningBlend:
     @cached_property
     def _at_rest(self) -> Floats:
         return np.array([float(self.blending.at_rest(a)) for a in self.blending.actuators])
+
+
+# Names that earlier versions had.
+RunningBlend = RunTimeBlending

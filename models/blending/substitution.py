@@ -16,7 +16,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from takagi.models.blending.actuator_authority import check_reach
+from takagi.models.blending.actuator_authority import check_authority
 from takagi.models.blending.blending import SHARE, Actuator, Blending
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
@@ -40,14 +40,15 @@ def blended_plant(blending: Blending) -> Plant:
     Raises
     ------
     ModelError : discrete time, premises that are fixed in actuators, a name that is taken, and what
-        ``check_reach`` finds: an effectiveness that vanishes on the box, a command beyond limits.
+        ``check_authority`` finds: an effectiveness that vanishes on the box, a command beyond
+        limits.
     """
     import sympy as sp
 
     plant = blending.plant
     if plant.sample_time is not None:
         raise ModelError("blending: the plant is of discrete time; the effort moves in continuous")
-    check_reach(blending)
+    check_authority(blending)
     parameters = blending_parameters(blending)
     rows = [_behind(row, blending) for row in plant.equations]
     mass = None if plant.mass is None else sp.diag(plant.mass, sp.Matrix([[1]]))

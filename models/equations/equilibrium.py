@@ -11,13 +11,13 @@ from takagi.models.plant.plant import Plant
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Rest", "check_rest", "inputs_at_rest"]
+__all__ = ["EquilibriumOption", "check_equilibrium", "inputs_at_equilibrium"]
 
-Rest: TypeAlias = Literal["given", "solve inputs"]
+EquilibriumOption: TypeAlias = Literal["given", "solve inputs"]
 RESTS = ("given", "solve inputs")
 
 
-def inputs_at_rest(
+def inputs_at_equilibrium(
     plant: Plant, rows: Sequence[sp.Expr], rest: Mapping[sp.Symbol, sp.Expr]
 ) -> dict[sp.Symbol, sp.Expr]:
     """Return u* with rows(x*, u*, w*) = 0 for the given x* and w*, exact expressions.
@@ -47,8 +47,8 @@ def inputs_at_rest(
     return {s: value.subs(free) for s, value in zip(inputs, solutions[0], strict=True)}
 
 
-def check_rest(
-    plant: Plant, rows: Sequence[sp.Expr], rest: Mapping[sp.Symbol, sp.Expr], how: Rest
+def check_equilibrium(
+    plant: Plant, rows: Sequence[sp.Expr], rest: Mapping[sp.Symbol, sp.Expr], how: EquilibriumOption
 ) -> None:
     """Raise ModelError unless every row vanishes at rest, exactly."""
     import sympy as sp

@@ -8,7 +8,12 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from takagi.models.equations.equations import Equations
-from takagi.models.equations.equilibrium import RESTS, Rest, check_rest, inputs_at_rest
+from takagi.models.equations.equilibrium import (
+    RESTS,
+    EquilibriumOption,
+    check_equilibrium,
+    inputs_at_equilibrium,
+)
 from takagi.models.equations.premise_units import units_of
 from takagi.models.equations.step import Step
 from takagi.models.errors import ModelError
@@ -57,7 +62,7 @@ class Problem:
 def problem_of_plant(
     plant: Plant,
     premises: Mapping[sp.Symbol, sp.Expr] | None,
-    how: Rest = "given",
+    how: EquilibriumOption = "given",
     domain: Domain | None = None,
 ) -> Problem:
     """Return the plant with its parameters' values, explicit in x', in deviations from its rest.
@@ -98,8 +103,8 @@ def problem_of_plant(
     if plant.sample_time is not None:
         f = tuple(row - rest[v.symbol] for row, v in zip(f, plant.states, strict=True))
     if how == "solve inputs":
-        rest |= inputs_at_rest(plant, f, rest)
-    check_rest(plant, f, rest, how)
+        rest |= inputs_at_equilibrium(plant, f, rest)
+    check_equilibrium(plant, f, rest, how)
     deviation = _deviation_symbols(plant, rest, wanted)
     moved = {s: rest[s] + deviation[s] for s in rest}
     offsets = [y.subs(rest) for y in seen]

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from takagi.models.plant.plant import Plant
 
-__all__ = ["PARTIAL", "Part", "check_lost", "lost_parts"]
+__all__ = ["PARTIAL", "LostPart", "check_lost", "lost_parts"]
 
 TOLERANCE = Fraction(1, 10**6)
 # Function -> (least, greatest argument); an end that is None is open, and "open" excludes both.
@@ -40,7 +40,7 @@ EXCLUDED = frozenset({"log", "atanh"})
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class LostPart:
     """A part that has no value somewhere.
 
     Attributes
@@ -61,12 +61,12 @@ class Part:
     idle: bool = False
 
 
-def lost_parts(parts: Iterable[Part], found: sp.Expr) -> tuple[Part, ...]:
+def lost_parts(parts: Iterable[LostPart], found: sp.Expr) -> tuple[LostPart, ...]:
     """Return the parts whose domain the whole expression does not show any more."""
     return tuple(part for part in parts if part.idle or not _survives(part, found))
 
 
-def _survives(part: Part, found: sp.Expr) -> bool:
+def _survives(part: LostPart, found: sp.Expr) -> bool:
     import sympy as sp
 
     powers = found.atoms(sp.Pow)
@@ -79,7 +79,7 @@ def _survives(part: Part, found: sp.Expr) -> bool:
     return bool(part.made.is_Function and found.has(part.made))
 
 
-def check_lost(part: Part, plant: Plant) -> None:
+def check_lost(part: LostPart, plant: Plant) -> None:
     """Raise ModelError unless a part that was folded away has a value on the whole box."""
     import sympy as sp
 
@@ -102,7 +102,7 @@ def check_lost(part: Part, plant: Plant) -> None:
     )
 
 
-def _is_defined(part: Part, argument: sp.Expr, plant: Plant) -> bool:
+def _is_defined(part: LostPart, argument: sp.Expr, plant: Plant) -> bool:
     import sympy as sp
 
     if part.kind == "quotient" and not part.idle:

@@ -18,7 +18,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.expressions.lost_parts import PARTIAL, Part, lost_parts
+from takagi.models.expressions.lost_parts import PARTIAL, LostPart, lost_parts
 from takagi.models.expressions.tokens import Token, expression_error, number_of, tokens_of
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def parse_expression(text: str, scope: Scope) -> sp.Expr:
     return _Parser(text, scope).whole()
 
 
-def parsed_with_losses(text: str, scope: Scope) -> tuple[sp.Expr, tuple[Part, ...]]:
+def parsed_with_losses(text: str, scope: Scope) -> tuple[sp.Expr, tuple[LostPart, ...]]:
     """Return the expression, and the parts whose domain it does not show any more.
 
     Raises
@@ -117,7 +117,7 @@ class _Parser:
         self.tokens = tokens_of(text)
         self.position = 0
         self.depth = 0
-        self.parts: list[Part] = []
+        self.parts: list[LostPart] = []
 
     def whole(self) -> sp.Expr:
         found = self.operand(0)
@@ -212,7 +212,7 @@ class _Parser:
         own = self.noted_call(token, expressions, function)
         return self.checked(_Sized(function, bits, 1, (*inner, *own)), token)
 
-    def noted(self, part: Part) -> tuple[int, ...]:
+    def noted(self, part: LostPart) -> tuple[int, ...]:
         """Keep a part that has no value somewhere; nothing for one of a number."""
         if part.argument.is_number:
             return ()
@@ -225,12 +225,12 @@ class _Parser:
             from takagi.models.splines.table_function import table_ranges
 
             sides = zip(arguments, table_ranges(table.table), strict=True)
-            noted = [self.noted(Part(name, a, made, token.start, side)) for a, side in sides]
+            noted = [self.noted(LostPart(name, a, made, token.start, side)) for a, side in sides]
             return tuple(place for places in noted for place in places)
         if name == "sqrt":
-            return self.noted(Part("root", arguments[0], made, token.start))
+            return self.noted(LostPart("root", arguments[0], made, token.start))
         if name in PARTIAL:
-            return self.noted(Part(name, arguments[0], made, token.start))
+            return self.noted(LostPart(name, arguments[0], made, token.start))
         return ()
 
     def idle(self, *operands: _Sized) -> None:
@@ -279,7 +279,7 @@ class _Parser:
         if sign.text == "/":
             if b == 0:
                 raise self.error(sign, "division by zero")
-            below = self.noted(Part("quotient", b, a / b, sign.start))
+            below = self.noted(LostPart("quotient", b, a / b, sign.start))
             found = _Sized(a / b, bits, degree, parts + below)
             if a == 0:
                 self.idle(found)
@@ -306,9 +306,9 @@ class _Parser:
             raise self.error(sign, f"0^{value} is not a number")
         made, parts = base.expression**exponent.expression, base.parts + exponent.parts
         if value.q > 1:
-            parts += self.noted(Part("root", base.expression, made, sign.start))
+            parts += self.noted(LostPart("root", base.expression, made, sign.start))
         elif value <= 0:
-            parts += self.noted(Part("quotient", base.expression, made, sign.start))
+            parts += self.noted(LostPart("quotient", base.expression, made, sign.start))
         return _Sized(made, bits, degree, parts)
 
     def checked(self, found: _Sized, token: Token) -> _Sized:

@@ -10,7 +10,7 @@ from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 from takagi.models.errors import ModelError
 
-__all__ = ["SIDES", "Ends", "Found", "Look", "NoBound", "search"]
+__all__ = ["SIDES", "Ends", "SearchResult", "Bounded", "NoBound", "search"]
 
 Ends: TypeAlias = tuple[Any, Any]  # two exact numbers of one ordered type, smaller first
 Place = TypeVar("Place")
@@ -20,7 +20,7 @@ class NoBound(ModelError):
     """No finite bound was found near some point: a pole, or what no enclosure tells from one."""
 
 
-class Look(NamedTuple):
+class Bounded(NamedTuple):
     """What one look at a box tells.
 
     Attributes
@@ -39,7 +39,7 @@ class Look(NamedTuple):
     rough: tuple[Ends, str] | None = None
 
 
-class Found(NamedTuple):
+class SearchResult(NamedTuple):
     """Result of a search: ``outer`` and ``attained`` ends, boxes, and one tree for each root.
 
     A tree is written in preorder: the number of the halved side, then lower and upper half; or
@@ -56,7 +56,7 @@ SIDES = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
 def search(
-    look: Callable[[Place], Look],
+    look: Callable[[Place], Bounded],
     halve: Callable[[Place, int], tuple[Place, Place]],
     roots: Sequence[Place],
     *,
@@ -64,8 +64,8 @@ def search(
     most_boxes: int,
     tell: Callable[[Place], str],
     attained: Ends | None = None,
-    refine: Callable[[Place], Look] | None = None,
-) -> Found:
+    refine: Callable[[Place], Bounded] | None = None,
+) -> SearchResult:
     """Return the range of f over the union of the roots; both ends from one set of boxes.
 
     The box that holds the worse end is halved, until each end exceeds an attained value by no
@@ -94,15 +94,15 @@ class _Tree(Generic[Place]):
 
     def __init__(
         self,
-        look: Callable[[Place], Look],
+        look: Callable[[Place], Bounded],
         halve: Callable[[Place, int], tuple[Place, Place]],
         tell: Callable[[Place], str],
-        refine: Callable[[Place], Look] | None,
+        refine: Callable[[Place], Bounded] | None,
     ) -> None:
         self.look, self.halve, self.tell, self.refine = look, halve, tell, refine
         self.refined: set[int] = set()
         self.places: list[Place | None] = []
-        self.looks: list[Look] = []
+        self.looks: list[Bounded] = []
         self.halves: dict[int, tuple[int, int]] = {}
         self.unknown: deque[int] = deque()
         self.by_lower: list[tuple[Any, int]] = []
@@ -179,7 +179,7 @@ class _Tree(Generic[Place]):
         self.halves[index] = self.add(first), self.add(second)
         return True
 
-    def found(self, roots: int) -> Found:
+    def found(self, roots: int) -> SearchResult:
         if self.unknown:
             raise self._no_bound(self.unknown[0])
         self._clean()
@@ -187,7 +187,9 @@ class _Tree(Generic[Place]):
             raise ModelError("the function has no finite value at any sample; bound it by hand")
         outer = self.by_lower[0][0], -self.by_upper[0][0]
         boxes = len(self.looks) - len(self.halves)
-        return Found(outer, self.attained, boxes, tuple(self._text(i, outer) for i in range(roots)))
+        return SearchResult(
+            outer, self.attained, boxes, tuple(self._text(i, outer) for i in range(roots))
+        )
 
     def _no_bound(self, index: int) -> NoBound:
         place = self.places[index]

@@ -18,12 +18,19 @@ if TYPE_CHECKING:
         known_rate_feedforward,
         no_feedforward,
     )
-    from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+    from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains, EffortSharingLaw
     from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
     from takagi.models.laws.pdc import PdcLaw
     from takagi.models.laws.protocol import Command, Law, Measurement
     from takagi.models.laws.published.coupling_filter import CouplingFilter
-    from takagi.models.laws.published.law import PaperLaw, PaperRule, paper_law
+    from takagi.models.laws.published.law import (
+        PaperLaw,
+        PaperRule,
+        PublishedLaw,
+        PublishedRule,
+        paper_law,
+        published_law,
+    )
     from takagi.models.laws.published.reference_filter import FilteredReferenceLaw, ReferenceFilter
     from takagi.models.laws.sampled import SampledLaw
 
@@ -33,6 +40,7 @@ __all__ = [
     "CouplingFilter",
     "EffortGains",
     "EffortSchedule",
+    "EffortSharingLaw",
     "Feedforward",
     "FilteredReferenceLaw",
     "Law",
@@ -40,12 +48,15 @@ __all__ = [
     "PaperLaw",
     "PaperRule",
     "PdcLaw",
+    "PublishedLaw",
+    "PublishedRule",
     "ReferenceFilter",
     "SampledLaw",
     "effort_schedule",
     "known_rate_feedforward",
     "no_feedforward",
     "paper_law",
+    "published_law",
 ]
 
 # ``coupling_filter`` is imported from its module: function and module share the name.
@@ -55,6 +66,7 @@ _HOME = {
     "CouplingFilter": "published.coupling_filter",
     "EffortGains": "effort_sharing.law",
     "EffortSchedule": "effort_sharing.schedule",
+    "EffortSharingLaw": "effort_sharing.law",
     "Feedforward": "effort_sharing.feedforward",
     "FilteredReferenceLaw": "published.reference_filter",
     "Law": "protocol",
@@ -62,12 +74,15 @@ _HOME = {
     "PaperLaw": "published.law",
     "PaperRule": "published.law",
     "PdcLaw": "pdc",
+    "PublishedLaw": "published.law",
+    "PublishedRule": "published.law",
     "ReferenceFilter": "published.reference_filter",
     "SampledLaw": "sampled",
     "effort_schedule": "effort_sharing.schedule",
     "known_rate_feedforward": "effort_sharing.feedforward",
     "no_feedforward": "effort_sharing.feedforward",
     "paper_law": "published.law",
+    "published_law": "published.law",
 }
 
 

@@ -14,7 +14,7 @@ from takagi.models.ts.model import TSModel
 from takagi.models.ts.vertex_arrays import finite_array
 
 if TYPE_CHECKING:
-    from takagi.models.blending.run_time import RunningBlend
+    from takagi.models.blending.run_time import RunTimeBlending
 
 __all__ = ["PdcLaw"]
 
@@ -59,16 +59,16 @@ class PdcLaw:
         return self.model.sample_time
 
     @cached_property
-    def blend(self) -> RunningBlend | None:
+    def blend(self) -> RunTimeBlending | None:
         """The blend of two actuators behind the effort that is commanded; None without one."""
         form = None if self.model.derivation is None else self.model.derivation.form
         if form is None or form.plant is None:
             return None
         from takagi.models.blending.blending import blending_of
-        from takagi.models.blending.run_time import RunningBlend
+        from takagi.models.blending.run_time import RunTimeBlending
 
         blending = blending_of(form.plant)
-        return None if blending is None else RunningBlend(blending)
+        return None if blending is None else RunTimeBlending(blending)
 
     @property
     def is_scheduled(self) -> bool:

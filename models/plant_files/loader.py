@@ -20,7 +20,7 @@ from takagi.models.plant.variables import Output, Parameter, Variable
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.expressions.lost_parts import Part
+    from takagi.models.expressions.lost_parts import LostPart
     from takagi.models.expressions.parser import Scope
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.entries import PlantEntry, VariableEntry
@@ -124,7 +124,7 @@ class _Reader:
     def __init__(self, document: Document, entry: PlantEntry) -> None:
         self.document = document
         self.entry = entry
-        self.lost: list[tuple[str, str, Part]] = []
+        self.lost: list[tuple[str, str, LostPart]] = []
 
     def plant(self) -> Plant:
         from takagi.models.plant.table_coverage import check_coverage

@@ -17,7 +17,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
-from takagi.models.intervals.box_search import Ends, Look
+from takagi.models.intervals.box_search import Bounded, Ends
 from takagi.models.ranges.ball_operations import (
     Ball,
     Sides,
@@ -30,7 +30,7 @@ from takagi.models.ranges.ball_operations import (
     wider,
     worst_axis,
 )
-from takagi.models.ranges.box_side import Side
+from takagi.models.ranges.box_side import BoxSide
 from takagi.models.ranges.symbolic_derivatives import derivative, is_zero, order_of, slope_or_none
 from takagi.models.ranges.table_balls import tables_class
 from takagi.models.ranges.tape import Tape, tape_of
@@ -71,13 +71,13 @@ class BallForm:
 
     # ------------------------------------------------------------------ looks
 
-    def look(self, box: Sides) -> Look:
+    def look(self, box: Sides) -> Bounded:
         """Return the plain enclosure over the box; see ``search``."""
         value = self.plain(box)
         attained = attained_at(value) if all(side.is_point for side in box) else None
-        return Look(ends_of(value), attained, worst_axis(box, [None] * len(box)), "p")
+        return Bounded(ends_of(value), attained, worst_axis(box, [None] * len(box)), "p")
 
-    def refined(self, box: Sides) -> Look:
+    def refined(self, box: Sides) -> Bounded:
         """Return the common part of all forms over the box, and values attained there."""
         value, slopes = self.with_slopes(box)
         rough, axis = ends_of(value), worst_axis(box, slopes)
@@ -87,7 +87,7 @@ class BallForm:
         attained = None
         for point in points:
             attained = wider(attained, attained_at(point))
-        return Look(found, attained, axis, "s", (rough, "p"))
+        return Bounded(found, attained, axis, "s", (rough, "p"))
 
     def by_letter(self, letter: str, box: Sides) -> Ends | None:
         """Return the enclosure that a leaf's letter stands for: p(lain), or with s(lopes)."""
@@ -194,7 +194,7 @@ class BallForm:
         direct = self.tape.run([side.ball for side in box], self.covered)[0]
         return direct if found is None else common(found, direct)
 
-    def _is_towards_pole(self, side: Side) -> bool:
+    def _is_towards_pole(self, side: BoxSide) -> bool:
         """Return whether the Taylor form is tried; tables are covered on the box only, not to 0."""
         return side.has_zero() or (not self.covered and side.near_zero())
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, TypeAlias
 
 from takagi.models.intervals.box_search import Ends
-from takagi.models.ranges.box_side import Side, halves_of
+from takagi.models.ranges.box_side import BoxSide, halves_of
 
 __all__ = [
     "Ball",
@@ -22,7 +22,7 @@ __all__ = [
 ]
 
 Ball: TypeAlias = Any  # flint.arb carries no type annotations
-Sides: TypeAlias = tuple[Side, ...]
+Sides: TypeAlias = tuple[BoxSide, ...]
 FINEST = 2**60  # a side that much narrower than its number is not halved any more
 
 
@@ -54,11 +54,11 @@ def worst_axis(box: Sides, slopes: list[Ball | None]) -> int | None:
     return axis
 
 
-def _width(side: Side) -> float:
+def _width(side: BoxSide) -> float:
     return 2 * float(side.ball.rad())
 
 
-def _size(side: Side) -> float:
+def _size(side: BoxSide) -> float:
     return float(abs(side.ball).upper())
 
 

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.models.intervals.box_search import Look
+from takagi.models.intervals.box_search import Bounded
 from takagi.models.intervals.interval import Interval
 
 if TYPE_CHECKING:
@@ -86,12 +86,12 @@ def polynomial_box(
     return PolynomialBox(tuple(sides), n, d, Fraction(d_unit, n_unit))
 
 
-def look_at_polynomial(box: PolynomialBox) -> Look:
+def look_at_polynomial(box: PolynomialBox) -> Bounded:
     """Return enclosure and attained corner values over the box; see ``search``."""
     axis = _axis(box)
     below = [1] * box.above.size if box.below is None else box.below.ravel().tolist()
     if not (min(below) > 0 or max(below) < 0):
-        return Look(None, None, axis, "b")
+        return Bounded(None, None, axis, "b")
     above = box.above.ravel().tolist()
     if box.below is None:
         low, high = Fraction(min(above)), Fraction(max(above))
@@ -103,7 +103,9 @@ def look_at_polynomial(box: PolynomialBox) -> Look:
     under = [1] * len(corners) if box.below is None else box.below[index].ravel().tolist()
     values = [Fraction(n, d) for n, d in zip(corners, under, strict=True)]
     scale = box.scale
-    return Look((low * scale, high * scale), (min(values) * scale, max(values) * scale), axis, "b")
+    return Bounded(
+        (low * scale, high * scale), (min(values) * scale, max(values) * scale), axis, "b"
+    )
 
 
 def has_pole(box: PolynomialBox) -> bool:

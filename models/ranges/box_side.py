@@ -6,12 +6,12 @@ from typing import Any, NamedTuple, TypeAlias
 
 from takagi.models.intervals.interval import Interval
 
-__all__ = ["Side", "halves_of", "side_of"]
+__all__ = ["BoxSide", "halves_of", "side_of"]
 
 Ball: TypeAlias = Any  # flint.arb and flint.fmpq carry no type annotations
 
 
-class Side(NamedTuple):
+class BoxSide(NamedTuple):
     """Rational ends (``fmpq``), and a ball that contains all between them."""
 
     lower: Any
@@ -25,21 +25,21 @@ class Side(NamedTuple):
 
         return Interval(*(Fraction(int(e.p), int(e.q)) for e in (self.lower, self.upper)))
 
-    def centre(self) -> Side:
+    def centre(self) -> BoxSide:
         """Return the point in the middle."""
         return self if self.is_point else _side((self.lower + self.upper) / 2)
 
-    def ends(self) -> tuple[Side, Side]:
+    def ends(self) -> tuple[BoxSide, BoxSide]:
         """Return both ends as points."""
         return _side(self.lower), _side(self.upper)
 
-    def with_zero(self) -> Side:
+    def with_zero(self) -> BoxSide:
         """Return the smallest side that contains this one and 0."""
         from flint import fmpq
 
         return _side(min(self.lower, fmpq(0)), max(self.upper, fmpq(0)))
 
-    def zero(self) -> Side:
+    def zero(self) -> BoxSide:
         """Return the point 0."""
         from flint import fmpq
 
@@ -56,7 +56,7 @@ class Side(NamedTuple):
         )
 
 
-def side_of(interval: Interval) -> Side:
+def side_of(interval: Interval) -> BoxSide:
     """Return the interval as a side."""
     from flint import fmpq
 
@@ -64,18 +64,18 @@ def side_of(interval: Interval) -> Side:
     return _side(*ends)
 
 
-def halves_of(side: Side) -> tuple[Side, Side]:
+def halves_of(side: BoxSide) -> tuple[BoxSide, BoxSide]:
     """Return the lower and the upper half."""
     middle = (side.lower + side.upper) / 2
     return _side(side.lower, middle), _side(middle, side.upper)
 
 
-def _side(lower: Any, upper: Any = None) -> Side:
+def _side(lower: Any, upper: Any = None) -> BoxSide:
     from flint import arb
 
     low = arb(lower)
     if upper is None or lower == upper:
-        return Side(lower, lower, low, True)
+        return BoxSide(lower, lower, low, True)
     high = arb(upper)
     ball = low.union(high)
     # Radii have 30 bits: a ball around [0, 1/3] would begin below 0, where sqrt is undefined.
@@ -83,7 +83,7 @@ def _side(lower: Any, upper: Any = None) -> Side:
         ball = _from_zero(high.upper())
     elif upper <= 0 and ball.upper() > 0:
         ball = -_from_zero((-low).upper())
-    return Side(lower, upper, ball, False)
+    return BoxSide(lower, upper, ball, False)
 
 
 def _from_zero(high: Ball) -> Ball:

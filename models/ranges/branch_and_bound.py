@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 from takagi.models.errors import ModelError
-from takagi.models.intervals.box_search import Ends, Look, search
+from takagi.models.intervals.box_search import Bounded, Ends, search
 from takagi.models.intervals.interval import Interval
 
 if TYPE_CHECKING:
@@ -79,14 +79,14 @@ def range_over(
     return Range(Interval(*found.outer), Interval(*found.attained), found.boxes)
 
 
-def _look(enclose: Enclose, changes: Changes, box: Box) -> Look:
+def _look(enclose: Enclose, changes: Changes, box: Box) -> Bounded:
     attained = _attained(enclose, [tuple(Interval(side.centre, side.centre) for side in box)])
     outer = enclose(box)
     size = changes(box)
     axis = max(range(len(box)), key=lambda index: (size[index], box[index].width), default=None)
     if axis is not None and box[axis].width == 0:
         axis = None
-    return Look(None if outer is None else (outer.lower, outer.upper), attained, axis)
+    return Bounded(None if outer is None else (outer.lower, outer.upper), attained, axis)
 
 
 def _halves(box: Box, axis: int) -> tuple[Box, Box]:

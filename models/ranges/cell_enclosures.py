@@ -8,26 +8,26 @@ from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from takagi.models.errors import ModelError
-from takagi.models.intervals.box_search import Ends, Look
+from takagi.models.intervals.box_search import Bounded, Ends
 from takagi.models.intervals.interval import Interval
 
 if TYPE_CHECKING:
     import sympy as sp
 
 __all__ = [
-    "CellRoot",
+    "CellEnclosures",
     "attained_at_points",
     "checked_symbols",
     "enclosed_by_letter",
     "halve",
-    "look",
-    "refine",
+    "enclose",
+    "refined",
 ]
 
 MOST_CORNERS = 4  # sides whose ends are all tried as first samples
 
 
-class CellRoot(NamedTuple):
+class CellEnclosures(NamedTuple):
     """One cell with the expression in its coordinates, and both ways to enclose it."""
 
     expression: sp.Expr
@@ -74,16 +74,16 @@ class CellRoot(NamedTuple):
         return ", ".join(f"{s} in {side}" for s, side in zip(named, sides, strict=True))
 
 
-Place: TypeAlias = tuple[CellRoot, Any]  # with a box: Sides, or a PolynomialBox
+Place: TypeAlias = tuple[CellEnclosures, Any]  # with a box: Sides, or a PolynomialBox
 
 
-def look(place: Place) -> Look:
+def enclose(place: Place) -> Bounded:
     """Return the cheap enclosure on a place; see ``search``."""
     from takagi.models.ranges.bernstein_form import has_pole, look_at_polynomial
 
     root, box = place
     if not hasattr(box, "above"):
-        seen: Look = root.form.look(box)
+        seen: Bounded = root.form.look(box)
         return seen
     if has_pole(box):
         import sympy as sp
@@ -96,9 +96,9 @@ def look(place: Place) -> Look:
     return look_at_polynomial(box)
 
 
-def refine(place: Place) -> Look:
+def refined(place: Place) -> Bounded:
     """Return the tight enclosure on a place of balls."""
-    seen: Look = place[0].form.refined(place[1])
+    seen: Bounded = place[0].form.refined(place[1])
     return seen
 
 

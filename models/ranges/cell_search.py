@@ -15,12 +15,12 @@ from takagi.models.intervals.box_search import search
 from takagi.models.intervals.interval import Interval
 from takagi.models.ranges.cell import Cell
 from takagi.models.ranges.cell_enclosures import (
-    CellRoot,
+    CellEnclosures,
     attained_at_points,
     checked_symbols,
+    enclose,
     halve,
-    look,
-    refine,
+    refined,
 )
 from takagi.models.ranges.linear_combination import combined
 
@@ -71,13 +71,13 @@ def searched(
         try:
             points = [] if exact else [point for root in roots for point in root.points()]
             found = search(
-                look,
+                enclose,
                 halve,
                 places,
                 tolerance=tolerance,
                 most_boxes=most_boxes,
                 tell=lambda place: place[0].told(place[1]),
-                refine=None if exact else refine,
+                refine=None if exact else refined,
                 attained=None if exact else attained_at_points(points),
             )
         except ModelError as error:
@@ -86,7 +86,7 @@ def searched(
     return Bounds(outer, inner, found.boxes, tuple(root.names for root in roots), found.trees)
 
 
-def cell_root(expression: sp.Expr, cell: Cell) -> CellRoot:
+def cell_root(expression: sp.Expr, cell: Cell) -> CellEnclosures:
     """Return the expression on the cell.
 
     Raises
@@ -106,7 +106,7 @@ def cell_root(expression: sp.Expr, cell: Cell) -> CellRoot:
     sides = tuple(box[symbol] for symbol in symbols)
     polynomial = polynomial_box(written, symbols, sides)
     form = BallForm(written, symbols, _covered(written, box))
-    return CellRoot(written, symbols, sides, form, polynomial, meanings)
+    return CellEnclosures(written, symbols, sides, form, polynomial, meanings)
 
 
 def fraction(end: Any) -> Fraction:
@@ -144,7 +144,7 @@ def _covered(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> bool:
     return inside
 
 
-def _without_combinations(error: ModelError, roots: Sequence[CellRoot]) -> ModelError:
+def _without_combinations(error: ModelError, roots: Sequence[CellEnclosures]) -> ModelError:
     """Return the error with sums written out where one variable stands for them."""
     text = str(error)
     for root in roots:

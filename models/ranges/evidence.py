@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.ranges.domain import Domain, DomainLike, as_domain
-from takagi.models.ranges.replayed_leaves import replayed_ends
+from takagi.models.ranges.replayed_leaves import replayed_bounds
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -61,7 +61,7 @@ class Evidence:
                 f"evidence of {sum(map(len, self.trees))} characters; at most {LONGEST} are read"
             )
         found = Interval(
-            *replayed_ends(
+            *replayed_bounds(
                 self.expression, self.domain.cells, self.symbols, self.trees, self.precision
             )
         )

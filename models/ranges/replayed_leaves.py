@@ -15,12 +15,12 @@ from takagi.models.ranges.cell_search import cell_root, fraction
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["leaves_of", "replayed_ends"]
+__all__ = ["leaves_of", "replayed_bounds"]
 
 Place = TypeVar("Place")
 
 
-def replayed_ends(
+def replayed_bounds(
     expression: sp.Expr,
     cells: Sequence[Cell],
     symbols: Sequence[tuple[str, ...]],

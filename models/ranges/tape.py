@@ -27,7 +27,7 @@ class UnknownFunction(ModelError):
     """A function has no ball arithmetic: its range cannot be enclosed, only given or sampled."""
 
 
-class Step(NamedTuple):
+class Operation(NamedTuple):
     """One operation on slots of the tape."""
 
     kind: int
@@ -45,7 +45,7 @@ class Tape(NamedTuple):
     """
 
     constants: tuple[Ball, ...]
-    steps: tuple[Step, ...]
+    steps: tuple[Operation, ...]
     outputs: tuple[int | None, ...]
 
     def run(self, balls: Sequence[Ball], covered: bool = False) -> list[Ball | None]:
@@ -115,7 +115,7 @@ class _Maker:
             return start[place[0]] + place[1]
 
         steps = tuple(
-            Step(
+            Operation(
                 kind,
                 apply,
                 tuple(map(slot, first)) if kind == TABLE else slot(first),

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeAlias
 
 from takagi.models.equations.equations import Factored
-from takagi.models.equations.equilibrium import Rest
+from takagi.models.equations.equilibrium import EquilibriumOption
 from takagi.models.equations.problem import Problem, box_in_fractions, problem_of_plant
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
@@ -38,7 +38,7 @@ def refine(
     cells: int = 8,
     choice: Choice = "fewest-rules",
     premises: Mapping[sp.Symbol, sp.Expr] | None = None,
-    rest: Rest = "given",
+    rest: EquilibriumOption = "given",
     tolerance: Number = "1e-3",
 ) -> CellModels:
     """Return a model of the plant for each of so many cells of its box, bounds proved cell by cell.

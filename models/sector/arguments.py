@@ -15,19 +15,19 @@ from takagi.models.sector.assembly import LETTERS
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.equations.equilibrium import Rest
+    from takagi.models.equations.equilibrium import EquilibriumOption
     from takagi.models.ranges.domain import Domain
     from takagi.models.sector.choice import Choice
 
-__all__ = ["posed"]
+__all__ = ["factored_problem"]
 
 
-def posed(
+def factored_problem(
     f: Plant | Sequence[sp.Expr],
     states: Sequence[sp.Symbol] = (),
     inputs: Sequence[sp.Symbol] = (),
     *,
-    rest: Rest = "given",
+    rest: EquilibriumOption = "given",
     box: Mapping[sp.Symbol, tuple[Number, Number]] | None = None,
     domain: Domain | None = None,
     disturbances: Sequence[sp.Symbol] = (),

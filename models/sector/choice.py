@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 from takagi.models.equations.equations import Equations, Factored
 from takagi.models.equations.problem import Problem
 from takagi.models.errors import ModelError
-from takagi.models.sector.factored_form import Form, Place, forms_of
+from takagi.models.sector.factored_form import FactoredForm, Place, forms_of
 from takagi.models.sector.given_quotients import with_quotients, without_quotients
 from takagi.models.sector.hull_width import HullWidth
 from takagi.models.sector.terms import Option, RowTerm, Sum, row_terms
@@ -64,7 +64,7 @@ def chosen_form(problem: Problem, choice: Choice) -> Factored:
     return _in_symbols(_best(complete, problem, choice), problem)
 
 
-def _best(forms: Sequence[Form], problem: Problem, choice: Choice) -> Form:
+def _best(forms: Sequence[FactoredForm], problem: Problem, choice: Choice) -> FactoredForm:
     by_count = sorted(forms, key=lambda form: len(form.premises))
     few = len(by_count[0].premises)
     if choice == "fewest-rules":
@@ -79,8 +79,8 @@ def _best(forms: Sequence[Form], problem: Problem, choice: Choice) -> Form:
     return min(measured, key=lambda form: (float(f"{width(form):.6g}"), len(form.premises)))
 
 
-def _different(forms: Sequence[Form]) -> list[Form]:
-    seen: dict[object, Form] = {}
+def _different(forms: Sequence[FactoredForm]) -> list[FactoredForm]:
+    seen: dict[object, FactoredForm] = {}
     for form in forms:
         key = (
             frozenset(form.premises),
@@ -165,7 +165,7 @@ def _places(plant: Equations) -> list[Place]:
     ]
 
 
-def _refuse_wanted(problem: Problem, forms: Sequence[Form]) -> None:
+def _refuse_wanted(problem: Problem, forms: Sequence[FactoredForm]) -> None:
     usual = forms[0]
     missing = [str(s) for s, e in problem.wanted.items() if e not in usual.premises]
     raise ModelError(
@@ -174,7 +174,7 @@ def _refuse_wanted(problem: Problem, forms: Sequence[Form]) -> None:
     )
 
 
-def _in_symbols(form: Form, problem: Problem) -> Factored:
+def _in_symbols(form: FactoredForm, problem: Problem) -> Factored:
     """Return the form with a symbol for each premise: the user's, or z1, z2, ..."""
     import sympy as sp
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from itertools import chain, combinations
 from typing import TYPE_CHECKING, TypeAlias
 
-from takagi.models.sector.linear_span import Span
+from takagi.models.sector.linear_span import LinearSpan
 from takagi.models.sector.terms import Sum, product_of, terms_of
 
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Form", "Place", "forms_of"]
+__all__ = ["FactoredForm", "Place", "forms_of"]
 
 Place: TypeAlias = tuple[str, int, int]
 """Matrix letter, row and column of an entry."""
@@ -24,14 +24,14 @@ MOST_TOGETHER = 3  # premises whose products are looked for in entries
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Form:
+class FactoredForm:
     """``entries`` in ``premises``, which stand as expressions, those of the user first."""
 
     premises: tuple[sp.Expr, ...]
     entries: Mapping[Place, Polynomial]
 
 
-def forms_of(entries: Mapping[Place, Sum], wanted: Sequence[sp.Expr]) -> Iterator[Form]:
+def forms_of(entries: Mapping[Place, Sum], wanted: Sequence[sp.Expr]) -> Iterator[FactoredForm]:
     """Yield the ways to choose premises for the entries.
 
     1. As few as make all entries affine combinations of premises and of products of the wanted
@@ -77,11 +77,11 @@ def _parted(entries: Mapping[Place, Sum]) -> tuple[dict[Place, sp.Expr], dict[Pl
     return constant, varying
 
 
-def _products(premises: Mapping[sp.Expr, Sum]) -> Span:
+def _products(premises: Mapping[sp.Expr, Sum]) -> LinearSpan:
     """Return the span of 1 and the products of up to three of the premises."""
     import sympy as sp
 
-    span = Span([((), {sp.S.One: sp.S.One})])
+    span = LinearSpan([((), {sp.S.One: sp.S.One})])
     for size in range(1, MOST_TOGETHER + 1):
         for members in combinations(premises, size):
             value = product_of([premises[member] for member in members])
@@ -90,7 +90,7 @@ def _products(premises: Mapping[sp.Expr, Sum]) -> Span:
     return span
 
 
-def _needed_atoms(values: Iterable[Sum], known: Span) -> list[sp.Expr]:
+def _needed_atoms(values: Iterable[Sum], known: LinearSpan) -> list[sp.Expr]:
     """Return the atoms of the values that lie outside what is known, without known atoms."""
     found: dict[sp.Expr, None] = {}
     for value in values:
@@ -101,9 +101,9 @@ def _needed_atoms(values: Iterable[Sum], known: Span) -> list[sp.Expr]:
     return list(found)
 
 
-def _basis(varying: Mapping[Place, Sum], known: Span) -> list[Sum]:
+def _basis(varying: Mapping[Place, Sum], known: LinearSpan) -> list[Sum]:
     """Return entries that span the others together with what is known; the shortest first."""
-    span = Span()
+    span = LinearSpan()
     span.rows = list(known.rows)
     found: list[Sum] = []
     for value in sorted(varying.values(), key=len):
@@ -138,7 +138,7 @@ def _written(
     new: Sequence[Sum],
     *,
     products: bool,
-) -> Form | None:
+) -> FactoredForm | None:
     """Return the form in the wanted and new premises; None when these do not make the entries.
 
     ``products`` looks for products of the new premises too.
@@ -164,7 +164,7 @@ def _written(
 
 def _in_factors(
     constant: Mapping[Place, sp.Expr], varying: Mapping[Place, Sum], wanted: Sequence[sp.Expr]
-) -> Form:
+) -> FactoredForm:
     import sympy as sp
 
     known = _products({premise: terms_of(premise) for premise in wanted})
@@ -184,11 +184,11 @@ def _in_factors(
 
 def _used(
     wanted: Sequence[sp.Expr], new: Sequence[sp.Expr], entries: Mapping[Place, Polynomial]
-) -> Form:
+) -> FactoredForm:
     """Return the form with the premises that stand in some entry."""
     present = {p for polynomial in entries.values() for members in polynomial for p in members}
     order = [p for p in (*wanted, *new) if p in present]
-    return Form(tuple(order), entries)
+    return FactoredForm(tuple(order), entries)
 
 
 def _factors(atom: sp.Expr) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:

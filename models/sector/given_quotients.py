@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from takagi.models.sector.factored_form import Form
+from takagi.models.sector.factored_form import FactoredForm
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -41,12 +41,12 @@ def with_quotients(
     return written, found
 
 
-def without_quotients(form: Form, quotients: Mapping[sp.Symbol, sp.Expr]) -> Form:
+def without_quotients(form: FactoredForm, quotients: Mapping[sp.Symbol, sp.Expr]) -> FactoredForm:
     """Return the form with each z written as its expression again."""
     if not quotients:
         return form
     back = dict(quotients)
-    return Form(
+    return FactoredForm(
         tuple(premise.xreplace(back) for premise in form.premises),
         {
             place: {

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from takagi.models.intervals.interval import Interval
 from takagi.models.ranges.sampled import moved_into
-from takagi.models.sector.factored_form import Form, Place
+from takagi.models.sector.factored_form import FactoredForm, Place
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -68,7 +68,7 @@ class HullWidth:
         found = chance.normal(size=(DIRECTIONS, len(shape)))
         self.directions = found / np.linalg.norm(found, axis=1, keepdims=True)
 
-    def __call__(self, form: Form) -> float:
+    def __call__(self, form: FactoredForm) -> float:
         """Return the width; infinite where a premise has no finite sampled range."""
         ranges = [self._range(premise) for premise in form.premises]
         if any(r is None for r in ranges):

@@ -10,12 +10,12 @@ from takagi.models.sector.terms import Sum
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Span"]
+__all__ = ["LinearSpan"]
 
 Combination: TypeAlias = "dict[Hashable, sp.Rational]"
 
 
-class Span:
+class LinearSpan:
     """The rational span of sums, each with a key; grows by ``add``.
 
     ``combination(v)`` gives coefficients by key with v = sum_k c_k v_k, or None.

@@ -9,17 +9,22 @@ from takagi.models.equations.problem import box_in_fractions
 from takagi.models.equations.symbolic_form import SymbolicForm
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.plant.plant import Plant
-from takagi.models.sector.arguments import posed
+from takagi.models.sector.arguments import factored_problem
 from takagi.models.sector.assembly import assemble
 from takagi.models.sector.domain_steps import domain_steps
-from takagi.models.sector.premise_bounds import Asked, Given, bounded_premises, counted_premises
+from takagi.models.sector.premise_bounds import (
+    BoundsRequest,
+    Given,
+    bounded_premises,
+    counted_premises,
+)
 from takagi.models.sector.rule_counting import ROUGH, RuleCount, counted
 from takagi.models.ts.model import TSModel
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.equations.equilibrium import Rest
+    from takagi.models.equations.equilibrium import EquilibriumOption
     from takagi.models.ranges.domain import Domain
     from takagi.models.sector.choice import Choice
 
@@ -32,7 +37,7 @@ MOST_RULES = 1024
 def sector_model(
     f: Plant,
     *,
-    rest: Rest = "given",
+    rest: EquilibriumOption = "given",
     domain: Domain | None = None,
     choice: Choice = "fewest-rules",
     premises: Mapping[sp.Symbol, sp.Expr] | None = None,
@@ -72,7 +77,7 @@ def sector_model(
     states: Sequence[sp.Symbol] = (),
     inputs: Sequence[sp.Symbol] = (),
     *,
-    rest: Rest = "given",
+    rest: EquilibriumOption = "given",
     box: Mapping[sp.Symbol, tuple[Number, Number]] | None = None,
     domain: Domain | None = None,
     disturbances: Sequence[sp.Symbol] = (),
@@ -143,7 +148,7 @@ def sector_model(
     """
     if tolerance is None:
         tolerance = "1e-3" if isinstance(f, Plant) else "1e-6"
-    problem, factored = posed(
+    problem, factored = factored_problem(
         f,
         states,
         inputs,
@@ -160,7 +165,7 @@ def sector_model(
         name=name,
         source=source,
     )
-    asked = Asked(bounds or {}, frozenset(sampled_bounds), exact(tolerance))
+    asked = BoundsRequest(bounds or {}, frozenset(sampled_bounds), exact(tolerance))
     members = counted_premises(problem, factored, asked, most_rules)
     return assemble(
         problem.equations,
@@ -198,8 +203,8 @@ def rule_count(
     """
     given, sampled = options.pop("bounds", None), options.pop("sampled_bounds", ())
     tolerance = options.pop("tolerance", None)
-    problem, factored = posed(f, states, inputs, **options)
+    problem, factored = factored_problem(f, states, inputs, **options)
     share = ROUGH if tolerance is None else exact(tolerance)
     return counted(
-        bounded_premises(problem, factored, Asked(given or {}, frozenset(sampled), share))
+        bounded_premises(problem, factored, BoundsRequest(given or {}, frozenset(sampled), share))
     )

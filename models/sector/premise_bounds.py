@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from takagi.models.ranges.evidence import Evidence
 
 __all__ = [
-    "Asked",
+    "BoundsRequest",
     "Given",
     "bounded_premise",
     "bounded_premises",
@@ -39,7 +39,7 @@ MARGIN = Fraction(1, 100)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Asked:
+class BoundsRequest:
     """What was asked of the bounds: given ones, premises to sample, and the excess allowed."""
 
     given: Mapping[sp.Symbol, Given]
@@ -58,7 +58,7 @@ class _Bounded:
 
 
 def counted_premises(
-    problem: Problem, factored: Factored, asked: Asked, most_rules: int
+    problem: Problem, factored: Factored, asked: BoundsRequest, most_rules: int
 ) -> list[Premise]:
     """Return the premises of a model of at most ``most_rules`` rules.
 
@@ -69,14 +69,14 @@ def counted_premises(
     """
     if 2 ** len(factored.premises) > most_rules:
         # Rough bounds tell which premises are constant and rank the others.
-        rough = Asked(asked.given, asked.sampled, max(asked.tolerance, ROUGH))
+        rough = BoundsRequest(asked.given, asked.sampled, max(asked.tolerance, ROUGH))
         check_rule_count(bounded_premises(problem, factored, rough), most_rules)
     members = bounded_premises(problem, factored, asked)
     check_rule_count(members, most_rules)
     return members
 
 
-def bounded_premises(problem: Problem, factored: Factored, asked: Asked) -> list[Premise]:
+def bounded_premises(problem: Problem, factored: Factored, asked: BoundsRequest) -> list[Premise]:
     """Return every premise with its bounds.
 
     Raises

@@ -23,11 +23,19 @@ if TYPE_CHECKING:
         Result,
         paper_scenario,
         paper_winds,
+        published_scenario,
+        published_winds,
         run_cases,
         transition_scenario,
         transition_winds,
     )
-    from takagi.models.simulation.turbine_plant import Flag, Plant, design_plant, validation_plant
+    from takagi.models.simulation.turbine_plant import (
+        Flag,
+        Plant,
+        SimulatedTurbine,
+        design_plant,
+        validation_plant,
+    )
     from takagi.models.simulation.turbulence import same_turbulence, turbulent_wind
     from takagi.models.simulation.wind import (
         WindSeries,
@@ -47,6 +55,7 @@ __all__ = [
     "Observer",
     "Plant",
     "Result",
+    "SimulatedTurbine",
     "WindSeries",
     "constant_wind",
     "damage_equivalent_load",
@@ -55,6 +64,8 @@ __all__ = [
     "measure",
     "paper_scenario",
     "paper_winds",
+    "published_scenario",
+    "published_winds",
     "ramp_wind",
     "run_cases",
     "same_turbulence",
@@ -76,6 +87,7 @@ _HOME = {
     "Observer": "closed_loop",
     "Plant": "turbine_plant",
     "Result": "scenario",
+    "SimulatedTurbine": "turbine_plant",
     "WindSeries": "wind",
     "constant_wind": "wind",
     "damage_equivalent_load": "metrics",
@@ -84,6 +96,8 @@ _HOME = {
     "measure": "metrics",
     "paper_scenario": "scenario",
     "paper_winds": "scenario",
+    "published_scenario": "scenario",
+    "published_winds": "scenario",
     "ramp_wind": "wind",
     "run_cases": "scenario",
     "same_turbulence": "turbulence",

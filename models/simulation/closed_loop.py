@@ -26,7 +26,7 @@ from takagi.models.simulation.time_steps import (
     step_counts,
     whole_steps,
 )
-from takagi.models.simulation.turbine_plant import Flag, Plant
+from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine
 from takagi.models.simulation.wind import WindSeries
 
 __all__ = ["Diverged", "Observer", "simulate"]
@@ -76,7 +76,7 @@ class _Sample(NamedTuple):
 
 
 def simulate(
-    plant: Plant,
+    plant: SimulatedTurbine,
     law: Law | SampledLaw,
     wind: WindSeries,
     *,
@@ -116,7 +116,7 @@ def simulate(
 
 
 def _march(
-    plant: Plant,
+    plant: SimulatedTurbine,
     program: SampledLaw,
     wind: WindSeries,
     observer: Observer | None,
@@ -161,13 +161,15 @@ def _march(
         before = given
 
 
-def _measured_speed(plant: Plant) -> int:
+def _measured_speed(plant: SimulatedTurbine) -> int:
     """Return which state is the measured speed: filtered, the generator's, or the rotor's."""
     places = (plant.index(name) for name in ("filtered", "generator", "rotor speed"))
     return next(place for place in places if place is not None)
 
 
-def _limit_torque(plant: Plant, before: float, wanted: float, period: float) -> tuple[float, int]:
+def _limit_torque(
+    plant: SimulatedTurbine, before: float, wanted: float, period: float
+) -> tuple[float, int]:
     """Return the torque within its range and what the rate limit allows since, and flags."""
     flags, most = 0, plant.torque_rate_limit * period
     torque = min(max(wanted, 0.0), plant.turbine.maximum_torque)
@@ -206,7 +208,7 @@ def _runge_kutta(
 
 
 def _history(
-    plant: Plant, law: SampledLaw, wind: WindSeries, time: Array, record: list[_Sample]
+    plant: SimulatedTurbine, law: SampledLaw, wind: WindSeries, time: Array, record: list[_Sample]
 ) -> History:
     turbine = plant.turbine
     states = np.array([sample.state for sample in record])
@@ -247,7 +249,7 @@ def _history(
     )
 
 
-def _pitch_rate(plant: Plant, states: Array, references: Array) -> Array:
+def _pitch_rate(plant: SimulatedTurbine, states: Array, references: Array) -> Array:
     if plant.drive == "second-order":
         return np.asarray(states[:, 2].copy(), dtype=np.float64)
     turbine, limit = plant.turbine, plant.pitch_rate_limit

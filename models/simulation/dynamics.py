@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.models.simulation.turbine_plant import Flag, Plant
+from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine
 from takagi.models.simulation.wake import excess_sensitivity, wake_time_constant
 from takagi.models.splines.scalar_surface import scalar_surface
 from takagi.models.turbine.data import Turbine
@@ -30,7 +30,7 @@ class Loads(NamedTuple):
 
 
 class Dynamics(NamedTuple):
-    """The plant's right-hand side and its outputs; states are lists, ``Plant.state_names``.
+    """The plant's right-hand side and its outputs; states are lists in the order of its names.
 
     derivative(state, torque, pitch_reference, wind) -> state rate
     hold(state) : moves pitch and its rate back inside their limits, in place
@@ -48,7 +48,7 @@ Wake = Callable[[State, float, float, State], float]
 
 
 @lru_cache(maxsize=32)
-def dynamics(plant: Plant) -> Dynamics:
+def dynamics(plant: SimulatedTurbine) -> Dynamics:
     """Return the functions of a plant."""
     turbine = plant.turbine
     rotor, drive, wake = _rotor(turbine), _drive(plant), _wake(plant)
@@ -89,7 +89,11 @@ def dynamics(plant: Plant) -> Dynamics:
 
 
 def plant_derivative(
-    plant: Plant, state: Sequence[float], torque: float, pitch_reference: float, wind: float
+    plant: SimulatedTurbine,
+    state: Sequence[float],
+    torque: float,
+    pitch_reference: float,
+    wind: float,
 ) -> NDArray[np.float64]:
     """Return the time derivative of the plant's state, same order as ``state_names``.
 
@@ -117,7 +121,7 @@ def _rotor(turbine: Turbine) -> Rotor:
     return rotor
 
 
-def _drive(plant: Plant) -> Drive:
+def _drive(plant: SimulatedTurbine) -> Drive:
     """Return what writes the pitch drive's rates: reference and rate held inside their limits."""
     turbine = plant.turbine
     low, high, limit = turbine.pitch_min, turbine.pitch_max, plant.pitch_rate_limit
@@ -142,7 +146,7 @@ def _drive(plant: Plant) -> Drive:
     return first_order if plant.drive == "first-order" else second_order
 
 
-def _wake(plant: Plant) -> Wake | None:
+def _wake(plant: SimulatedTurbine) -> Wake | None:
     """Return what adds g(v) (beta - beta_w) to rotor torque and writes beta_w', or None."""
     place = plant.index("wake")
     if place is None:
@@ -159,7 +163,7 @@ def _wake(plant: Plant) -> Wake | None:
     return wake
 
 
-def _hold(plant: Plant) -> Callable[[State], None]:
+def _hold(plant: SimulatedTurbine) -> Callable[[State], None]:
     low, high, limit = plant.turbine.pitch_min, plant.turbine.pitch_max, plant.pitch_rate_limit
     has_rate = plant.drive == "second-order"
 
@@ -176,7 +180,9 @@ def _hold(plant: Plant) -> Callable[[State], None]:
     return hold
 
 
-def _loads(plant: Plant, rotor: Rotor, wake: Wake | None) -> Callable[[State, float, float], Loads]:
+def _loads(
+    plant: SimulatedTurbine, rotor: Rotor, wake: Wake | None
+) -> Callable[[State, float, float], Loads]:
     turbine = plant.turbine
     top, limit = plant.index("tower"), plant.pitch_rate_limit
     drive, size = _drive(plant), len(plant.state_names)

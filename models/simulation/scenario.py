@@ -17,7 +17,7 @@ from takagi.models.laws.sampled import SampledLaw
 from takagi.models.simulation.closed_loop import Observer, simulate
 from takagi.models.simulation.history import History
 from takagi.models.simulation.metrics import Metrics, measure
-from takagi.models.simulation.turbine_plant import Plant, validation_plant
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant
 from takagi.models.simulation.turbulence import same_turbulence
 from takagi.models.simulation.wind import WindSeries, gust_wind, step_wind
 from takagi.models.turbine.data import Turbine
@@ -28,6 +28,8 @@ __all__ = [
     "Result",
     "paper_scenario",
     "paper_winds",
+    "published_scenario",
+    "published_winds",
     "run_cases",
     "transition_scenario",
     "transition_winds",
@@ -52,7 +54,7 @@ class Case:
     """
 
     label: str
-    plant: Plant
+    plant: SimulatedTurbine
     law: Law | SampledLaw
     wind: WindSeries
     observer: Observer | None = None
@@ -74,7 +76,7 @@ class Result:
         return {"law": self.label, "wind": self.wind_name, **self.metrics.row()}
 
 
-def paper_winds(
+def published_winds(
     turbine: Turbine,
     *,
     means: Sequence[float] = PAPER_MEANS,
@@ -124,12 +126,12 @@ def transition_winds(turbine: Turbine, *, duration: float = 120.0) -> tuple[Wind
     )
 
 
-def paper_scenario(
+def published_scenario(
     turbine: Turbine,
     laws: Mapping[str, Law | SampledLaw],
     *,
     observer: Observer | None,
-    plant: Plant | None = None,
+    plant: SimulatedTurbine | None = None,
     winds: Sequence[WindSeries] | None = None,
     time_step: float | None = None,
     skip: float = 0.0,
@@ -142,7 +144,7 @@ def paper_scenario(
     ----------
     laws : label -> law.
     observer : in the loop of every law; None shows the laws the true wind.
-    plant : None takes ``validation_plant(turbine)``.   winds : None takes ``paper_winds``.
+    plant : None takes ``validation_plant(turbine)``.   winds : None takes ``published_winds``.
     skip : dropped before measuring [s]; every loop starts at rest in its first wind.
     processes, progress : see ``run_cases``.
 
@@ -150,7 +152,7 @@ def paper_scenario(
     ------
     ModelError : no law, a loop that diverges, or skip that leaves nothing.
     """
-    chosen = paper_winds(turbine) if winds is None else winds
+    chosen = published_winds(turbine) if winds is None else winds
     used = validation_plant(turbine) if plant is None else plant
     return run_cases(
         _cases(used, laws, chosen, observer, time_step, skip),
@@ -164,13 +166,13 @@ def transition_scenario(
     laws: Mapping[str, Law | SampledLaw],
     *,
     observer: Observer | None,
-    plant: Plant | None = None,
+    plant: SimulatedTurbine | None = None,
     time_step: float | None = None,
     processes: int = 1,
     progress: Progress | None = None,
 ) -> tuple[Result, ...]:
-    """Return every law in the winds of ``transition_winds``; options as in ``paper_scenario``."""
-    return paper_scenario(
+    """Return every law in the winds of ``transition_winds``; options of ``published_scenario``."""
+    return published_scenario(
         turbine,
         laws,
         observer=observer,
@@ -238,7 +240,7 @@ def _run(case: Case, progress: Progress | None = None) -> Result:
 
 
 def _cases(
-    plant: Plant,
+    plant: SimulatedTurbine,
     laws: Mapping[str, Law | SampledLaw],
     winds: Sequence[WindSeries],
     observer: Observer | None,
@@ -264,3 +266,8 @@ def _proxy_parts(proxy: MappingProxyType[object, object]) -> tuple[object, ...]:
 
 # A turbine's table of figures is a read-only view, which pickle does not know how to send.
 copyreg.pickle(MappingProxyType, _proxy_parts)  # type: ignore[arg-type]
+
+
+# Names that earlier versions had.
+paper_scenario = published_scenario
+paper_winds = published_winds

@@ -17,7 +17,7 @@ from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TrimPoint, trim
 
-__all__ = ["Flag", "Plant", "design_plant", "validation_plant"]
+__all__ = ["Flag", "Plant", "SimulatedTurbine", "design_plant", "validation_plant"]
 
 DRIVES = ("first-order", "second-order")
 
@@ -41,7 +41,7 @@ class Flag(IntFlag):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Plant:
+class SimulatedTurbine:
     """A turbine with what is modelled of it.
 
     Attributes
@@ -137,12 +137,12 @@ def validation_plant(
     pitch_rate_limit: float | None = None,
     torque_rate_limit: float | None = None,
     speed_filter: float | None = None,
-) -> Plant:
+) -> SimulatedTurbine:
     """Return the rich plant: second-order pitch drive with limits, torque rate limit, tower.
 
     Parameters
     ----------
-    tower, torsion, wake, speed_filter : see ``Plant``.
+    tower, torsion, wake, speed_filter : see ``SimulatedTurbine``.
     pitch_rate_limit : [rad/s]; None takes the turbine's (8 deg/s for the NREL 5-MW).
     torque_rate_limit : [N m/s]; None takes the turbine's: 15 kN m/s for the NREL 5-MW, which is
         what its own controller was published with.  Other controllers of it allow 40 kN m/s: a
@@ -152,7 +152,7 @@ def validation_plant(
         pitch_rate_limit = turbine.pitch_rate_limit
     if torque_rate_limit is None:
         torque_rate_limit = turbine.torque_rate_limit
-    return Plant(
+    return SimulatedTurbine(
         turbine,
         "second-order",
         tower,
@@ -164,9 +164,13 @@ def validation_plant(
     )
 
 
-def design_plant(turbine: Turbine) -> Plant:
+def design_plant(turbine: Turbine) -> SimulatedTurbine:
     """Return the stiff plant of the design: J omega' = T_r - n_g T, tau beta' = beta_ref - beta.
 
     No tower, no rate limits; pitch and torque stay inside their ranges.
     """
-    return Plant(turbine, "first-order", tower=False)
+    return SimulatedTurbine(turbine, "first-order", tower=False)
+
+
+# Names that earlier versions had.
+Plant = SimulatedTurbine

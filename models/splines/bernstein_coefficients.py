@@ -19,7 +19,7 @@ from operator import mul
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 
-__all__ = ["DEGREE", "MAX_ORDER", "Axis", "AxisMap", "Rows", "axis_of", "pieces"]
+__all__ = ["DEGREE", "MAX_ORDER", "KnotAxis", "AxisMap", "Rows", "axis_of", "pieces"]
 __all__ += ["times", "times_columns"]
 
 Rows = tuple[tuple[int, ...], ...]
@@ -36,7 +36,7 @@ class AxisMap:
 
 
 @dataclass(frozen=True, slots=True)
-class Axis:
+class KnotAxis:
     """Knots of one direction with, per non-empty span and order, the map for the whole span."""
 
     knots: tuple[Fraction, ...]
@@ -58,7 +58,7 @@ class Axis:
         return self.knots[-DEGREE - 1]
 
 
-def pieces(axis: Axis, where: Interval, order: int) -> list[tuple[int, AxisMap]]:
+def pieces(axis: KnotAxis, where: Interval, order: int) -> list[tuple[int, AxisMap]]:
     """Return (span, map) for the parts of ``where`` in each knot span."""
     asked, found = axis.latest.get(order, (None, []))
     if asked is not where:
@@ -67,7 +67,7 @@ def pieces(axis: Axis, where: Interval, order: int) -> list[tuple[int, AxisMap]]
     return found
 
 
-def _parts(axis: Axis, where: Interval, order: int) -> list[tuple[int, AxisMap]]:
+def _parts(axis: KnotAxis, where: Interval, order: int) -> list[tuple[int, AxisMap]]:
     if where.lower < axis.lower or where.upper > axis.upper:
         raise ModelError(
             f"{where} leaves the spline's range "
@@ -130,7 +130,7 @@ def times_columns(left: Sequence[Sequence[int]], columns: Rows) -> Rows:
     return tuple(tuple(sum(map(mul, row, column)) for column in columns) for row in left)
 
 
-def axis_of(knots: tuple[Fraction, ...]) -> Axis:
+def axis_of(knots: tuple[Fraction, ...]) -> KnotAxis:
     """Return the axis with those full knots, its whole-span maps computed."""
     spans = tuple(i for i in range(DEGREE, len(knots) - DEGREE - 1) if knots[i] < knots[i + 1])
     maps = {
@@ -138,7 +138,7 @@ def axis_of(knots: tuple[Fraction, ...]) -> Axis:
         for span in spans
         for order in range(MAX_ORDER + 1)
     }
-    return Axis(knots, spans, tuple(knots[span] for span in spans), maps)
+    return KnotAxis(knots, spans, tuple(knots[span] for span in spans), maps)
 
 
 def _span_map(knots: tuple[Fraction, ...], span: int, order: int) -> AxisMap:

@@ -27,8 +27,8 @@ from takagi.models.intervals.interval import Interval
 from takagi.models.splines.bernstein_coefficients import (
     DEGREE,
     MAX_ORDER,
-    Axis,
     AxisMap,
+    KnotAxis,
     Rows,
     axis_of,
     pieces,
@@ -45,8 +45,8 @@ MAX_SPLITS = 20_000  # per end; reaching it returns a valid, less tight bound
 class ExactSpline:
     """A bicubic spline in exact numbers: two axes, and coefficients / scale as integers."""
 
-    x: Axis
-    y: Axis
+    x: KnotAxis
+    y: KnotAxis
     coefficients: Rows
     scale: int
     # Hulls of whole cells: (span in x, span in y, order in x, order in y) -> hull.

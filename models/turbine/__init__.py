@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         rotor_torque_gradient,
         tip_speed_ratio,
     )
-    from takagi.models.turbine.data import Baseline, Figure, FrozenWake, Turbine
+    from takagi.models.turbine.data import Baseline, BaselineController, Figure, FrozenWake, Turbine
     from takagi.models.turbine.loader import load_turbine, nrel5mw
     from takagi.models.turbine.trim import (
         TrimPoint,
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Baseline",
+    "BaselineController",
     "Figure",
     "FrozenWake",
     "TrimPoint",
@@ -52,6 +53,7 @@ __all__ = [
 
 _HOME = {
     "Baseline": "data",
+    "BaselineController": "data",
     "Figure": "data",
     "FrozenWake": "data",
     "TrimPoint": "trim",

@@ -8,7 +8,7 @@ from math import pi
 
 from takagi.models.splines.surface import Surface
 
-__all__ = ["Baseline", "Figure", "FrozenWake", "Turbine"]
+__all__ = ["Baseline", "BaselineController", "Figure", "FrozenWake", "Turbine"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class Figure:
 
 
 @dataclass(frozen=True, slots=True)
-class Baseline:
+class BaselineController:
     """The reference's own controller: K w_g^2 torque with linear transitions, scheduled pitch PI.
 
     Attributes
@@ -120,7 +120,7 @@ class Turbine:
     cut_in: float
     cut_out: float
     speed_filter: float
-    baseline: Baseline
+    baseline: BaselineController
     frozen_wake: FrozenWake
     power: Surface
     thrust: Surface
@@ -142,3 +142,7 @@ class Turbine:
         """Electrical power at rated speed and torque [W]."""
         mechanical = self.rated_torque * self.gear_ratio * self.rated_rotor_speed
         return self.generator_efficiency * mechanical
+
+
+# Names that earlier versions had.
+Baseline = BaselineController

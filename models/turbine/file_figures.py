@@ -15,10 +15,10 @@ from takagi.models.files.toml_document import Document
 from takagi.models.files.turbine_units import accepted_units, to_si
 from takagi.models.turbine.data import Figure
 
-__all__ = ["Field", "column_at", "figure_at", "read_figure", "text_at"]
+__all__ = ["FileFigure", "column_at", "figure_at", "read_figure", "text_at"]
 
 
-class Field(NamedTuple):
+class FileFigure(NamedTuple):
     """Where a figure is in the file, which attribute it fills, and the range accepted in SI.
 
     The ranges are wide: they are there to catch a wrong unit, not an unusual turbine.
@@ -72,14 +72,14 @@ def _number(document: Document, path: str, value: object) -> float:
     return float(value)
 
 
-def figure_at(document: Document, spec: Field, figures: dict[str, Figure]) -> float:
+def figure_at(document: Document, spec: FileFigure, figures: dict[str, Figure]) -> float:
     """Return a figure in SI and file it under its path."""
     found = read_figure(document, spec.path, accepted_units(spec.unit)[0])
     figures[spec.path] = found
     return _in_range(document, spec, found.value, found.unit)
 
 
-def _in_range(document: Document, spec: Field, value: float, unit: str) -> float:
+def _in_range(document: Document, spec: FileFigure, value: float, unit: str) -> float:
     try:
         converted = to_si(value, unit, spec.unit)
     except ModelError as error:
@@ -93,7 +93,7 @@ def _in_range(document: Document, spec: Field, value: float, unit: str) -> float
     return converted
 
 
-def column_at(document: Document, spec: Field) -> tuple[float, ...]:
+def column_at(document: Document, spec: FileFigure) -> tuple[float, ...]:
     """Return a list ``{ unit = "...", values = [...] }`` in SI, at least two numbers."""
     example = f'{{ unit = "{accepted_units(spec.unit)[0]}", values = [<numbers>] }}'
     entry = _table(document, spec.path, ("unit", "values"), example)

@@ -19,14 +19,14 @@ from __future__ import annotations
 
 from takagi.models.files.toml_document import Document
 from takagi.models.turbine.data import FrozenWake, Turbine
-from takagi.models.turbine.file_figures import Field, column_at, text_at
+from takagi.models.turbine.file_figures import FileFigure, column_at, text_at
 
 __all__ = ["WAKE", "read_frozen_wake"]
 
-_WIND = Field("frozen_wake.wind", "wind", "m/s", 0.1, 60)
-_PITCH = Field("frozen_wake.pitch", "pitch", "rad", -1, 2)
-_SENSITIVITY = Field("frozen_wake.power_sensitivity", "power_sensitivity", "W/rad", -1e12, 0)
-_FACTOR = Field("frozen_wake.factor", "factor", "-", 1, 100)
+_WIND = FileFigure("frozen_wake.wind", "wind", "m/s", 0.1, 60)
+_PITCH = FileFigure("frozen_wake.pitch", "pitch", "rad", -1, 2)
+_SENSITIVITY = FileFigure("frozen_wake.power_sensitivity", "power_sensitivity", "W/rad", -1e12, 0)
+_FACTOR = FileFigure("frozen_wake.factor", "factor", "-", 1, 100)
 WAKE = (_WIND, _PITCH, _SENSITIVITY, _FACTOR)
 """The columns that the section may have."""
 

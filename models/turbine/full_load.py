@@ -29,7 +29,7 @@ from takagi.models.turbine.regional_model import (
     PITCH_DEVIATION,
     SPEED_ERROR,
     WIND_DEVIATION,
-    Region,
+    RegionalPlant,
     region_model,
 )
 from takagi.models.turbine.torque_secants import secant_premise, telescoping_step, torque_symbols
@@ -95,7 +95,7 @@ def full_load_model(
     return region_model(_region(turbine), band, premises, name=f"{turbine.name} full load")
 
 
-def _region(turbine: Turbine) -> Region:
+def _region(turbine: Turbine) -> RegionalPlant:
     """Return the plant and its factored form in symbols, T_r an undefined function."""
     import sympy as sp
 
@@ -127,4 +127,4 @@ def _region(turbine: Turbine) -> Region:
     }
     constants = {tau: exact(turbine.pitch_time_constant)}
     factored = Factored(matrices, torque.secants, constants)
-    return Region(plant, factored, names, (telescoping_step(torque),))
+    return RegionalPlant(plant, factored, names, (telescoping_step(torque),))

@@ -13,50 +13,52 @@ from takagi.models.files.coefficient_table import CoefficientTable, read_coeffic
 from takagi.models.files.library import resolve_model
 from takagi.models.files.toml_document import Document, read_document
 from takagi.models.splines.surface import Surface, interpolate
-from takagi.models.turbine.data import Baseline, Figure, FrozenWake, Turbine
-from takagi.models.turbine.file_figures import Field, figure_at, read_figure, text_at
+from takagi.models.turbine.data import BaselineController, Figure, FrozenWake, Turbine
+from takagi.models.turbine.file_figures import FileFigure, figure_at, read_figure, text_at
 from takagi.models.turbine.frozen_wake import WAKE, read_frozen_wake
 
 __all__ = ["TurbineFile", "load_turbine", "model_files", "nrel5mw"]
 
 
 _FIELDS = (
-    Field("rotor.radius", "rotor_radius", "m", 0.1, 500),
-    Field("rotor.hub_height", "hub_height", "m", 0.1, 1000),
-    Field("rotor.inertia", "rotor_inertia", "kg m^2", 1e-3, 1e12),
-    Field("rotor.rated_speed", "rated_rotor_speed", "rad/s", 1e-2, 1e3),
-    Field("rotor.air_density", "air_density", "kg/m^3", 0.1, 10),
-    Field("drivetrain.gear_ratio", "gear_ratio", "-", 1, 1000),
-    Field("drivetrain.shaft_stiffness", "shaft_stiffness", "N m/rad", 1, 1e15),
-    Field("drivetrain.shaft_damping", "shaft_damping", "N m s/rad", 0, 1e15),
-    Field("generator.inertia", "generator_inertia", "kg m^2", 0, 1e12),
-    Field("generator.efficiency", "generator_efficiency", "-", 0.1, 1),
-    Field("generator.minimum_speed", "minimum_generator_speed", "rad/s", 1e-3, 1e4),
-    Field("generator.rated_torque", "rated_torque", "N m", 1e-2, 1e9),
-    Field("generator.maximum_torque", "maximum_torque", "N m", 1e-2, 1e9),
-    Field("generator.torque_rate_limit", "torque_rate_limit", "N m/s", 1e-2, 1e12),
-    Field("generator.speed_filter", "speed_filter", "rad/s", 1e-3, 1e4),
-    Field("pitch.minimum", "pitch_min", "rad", -1, 1),
-    Field("pitch.maximum", "pitch_max", "rad", 0, 2),
-    Field("pitch.rate_limit", "pitch_rate_limit", "rad/s", 1e-3, 10),
-    Field("pitch.time_constant", "pitch_time_constant", "s", 1e-3, 10),
-    Field("pitch.drive_frequency", "pitch_drive_frequency", "rad/s", 0.1, 1e3),
-    Field("pitch.drive_damping", "pitch_drive_damping", "-", 0.01, 10),
-    Field("tower.mass", "tower_mass", "kg", 1e-3, 1e9),
-    Field("tower.damping", "tower_damping", "N s/m", 0, 1e12),
-    Field("tower.stiffness", "tower_stiffness", "N/m", 1e-3, 1e12),
-    Field("operation.cut_in", "cut_in", "m/s", 0.1, 20),
-    Field("operation.cut_out", "cut_out", "m/s", 1, 60),
+    FileFigure("rotor.radius", "rotor_radius", "m", 0.1, 500),
+    FileFigure("rotor.hub_height", "hub_height", "m", 0.1, 1000),
+    FileFigure("rotor.inertia", "rotor_inertia", "kg m^2", 1e-3, 1e12),
+    FileFigure("rotor.rated_speed", "rated_rotor_speed", "rad/s", 1e-2, 1e3),
+    FileFigure("rotor.air_density", "air_density", "kg/m^3", 0.1, 10),
+    FileFigure("drivetrain.gear_ratio", "gear_ratio", "-", 1, 1000),
+    FileFigure("drivetrain.shaft_stiffness", "shaft_stiffness", "N m/rad", 1, 1e15),
+    FileFigure("drivetrain.shaft_damping", "shaft_damping", "N m s/rad", 0, 1e15),
+    FileFigure("generator.inertia", "generator_inertia", "kg m^2", 0, 1e12),
+    FileFigure("generator.efficiency", "generator_efficiency", "-", 0.1, 1),
+    FileFigure("generator.minimum_speed", "minimum_generator_speed", "rad/s", 1e-3, 1e4),
+    FileFigure("generator.rated_torque", "rated_torque", "N m", 1e-2, 1e9),
+    FileFigure("generator.maximum_torque", "maximum_torque", "N m", 1e-2, 1e9),
+    FileFigure("generator.torque_rate_limit", "torque_rate_limit", "N m/s", 1e-2, 1e12),
+    FileFigure("generator.speed_filter", "speed_filter", "rad/s", 1e-3, 1e4),
+    FileFigure("pitch.minimum", "pitch_min", "rad", -1, 1),
+    FileFigure("pitch.maximum", "pitch_max", "rad", 0, 2),
+    FileFigure("pitch.rate_limit", "pitch_rate_limit", "rad/s", 1e-3, 10),
+    FileFigure("pitch.time_constant", "pitch_time_constant", "s", 1e-3, 10),
+    FileFigure("pitch.drive_frequency", "pitch_drive_frequency", "rad/s", 0.1, 1e3),
+    FileFigure("pitch.drive_damping", "pitch_drive_damping", "-", 0.01, 10),
+    FileFigure("tower.mass", "tower_mass", "kg", 1e-3, 1e9),
+    FileFigure("tower.damping", "tower_damping", "N s/m", 0, 1e12),
+    FileFigure("tower.stiffness", "tower_stiffness", "N/m", 1e-3, 1e12),
+    FileFigure("operation.cut_in", "cut_in", "m/s", 0.1, 20),
+    FileFigure("operation.cut_out", "cut_out", "m/s", 1, 60),
 )
 _BASELINE = (
-    Field("baseline.proportional_gain", "proportional_gain", "s", 0, 1e3),
-    Field("baseline.integral_gain", "integral_gain", "-", 0, 1e3),
-    Field("baseline.schedule_pitch", "schedule_pitch", "rad", 1e-3, 2),
-    Field("baseline.optimal_torque_constant", "optimal_torque_constant", "N m s^2/rad^2", 0, 1e9),
-    Field("baseline.region_15_speed", "region_15_speed", "rad/s", 1e-3, 1e4),
-    Field("baseline.region_2_speed", "region_2_speed", "rad/s", 1e-3, 1e4),
-    Field("baseline.region_25_speed", "region_25_speed", "rad/s", 1e-3, 1e4),
-    Field("baseline.region_3_speed", "region_3_speed", "rad/s", 1e-3, 1e4),
+    FileFigure("baseline.proportional_gain", "proportional_gain", "s", 0, 1e3),
+    FileFigure("baseline.integral_gain", "integral_gain", "-", 0, 1e3),
+    FileFigure("baseline.schedule_pitch", "schedule_pitch", "rad", 1e-3, 2),
+    FileFigure(
+        "baseline.optimal_torque_constant", "optimal_torque_constant", "N m s^2/rad^2", 0, 1e9
+    ),
+    FileFigure("baseline.region_15_speed", "region_15_speed", "rad/s", 1e-3, 1e4),
+    FileFigure("baseline.region_2_speed", "region_2_speed", "rad/s", 1e-3, 1e4),
+    FileFigure("baseline.region_25_speed", "region_25_speed", "rad/s", 1e-3, 1e4),
+    FileFigure("baseline.region_3_speed", "region_3_speed", "rad/s", 1e-3, 1e4),
 )
 _TOP = ("format", "kind", "name", "description")
 _FREE_SECTION = "reference"
@@ -97,7 +99,9 @@ def _turbine(document: Document) -> Turbine:
     values = {f.attribute: figure_at(document, f, figures) for f in _FIELDS}
     values["minimum_rotor_speed"] = values.pop("minimum_generator_speed") / values["gear_ratio"]
     _check_order(document, values)
-    baseline = Baseline(**{f.attribute: figure_at(document, f, figures) for f in _BASELINE})
+    baseline = BaselineController(
+        **{f.attribute: figure_at(document, f, figures) for f in _BASELINE}
+    )
     _check_baseline(document, baseline)
     for key in document.data.get(_FREE_SECTION, {}):
         path = f"{_FREE_SECTION}.{key}"
@@ -202,7 +206,7 @@ def _check_order(document: Document, values: dict[str, float]) -> None:
             )
 
 
-def _check_baseline(document: Document, baseline: Baseline) -> None:
+def _check_baseline(document: Document, baseline: BaselineController) -> None:
     names = ("region_15_speed", "region_2_speed", "region_25_speed", "region_3_speed")
     for first, second in zip(names, names[1:], strict=False):
         if not getattr(baseline, first) < getattr(baseline, second):

@@ -23,7 +23,7 @@ from takagi.models.turbine.regional_model import (
     INTEGRAL,
     SPEED_ERROR,
     WIND_DEVIATION,
-    Region,
+    RegionalPlant,
     inertia_value,
     region_model,
 )
@@ -130,7 +130,7 @@ def lowest_wind(
     )
 
 
-def _region(turbine: Turbine) -> Region:
+def _region(turbine: Turbine) -> RegionalPlant:
     """Return the plant and its factored form in symbols, T_r an undefined function."""
     import sympy as sp
 
@@ -167,4 +167,4 @@ def _region(turbine: Turbine) -> Region:
         "disturbances": (WIND_DEVIATION,),
     }
     factored = Factored(matrices, torque.secants, constants)
-    return Region(plant, factored, names, (balanced, telescoping_step(torque)))
+    return RegionalPlant(plant, factored, names, (balanced, telescoping_step(torque)))

@@ -18,7 +18,7 @@ from takagi.models.turbine.operating_band import OperatingBand
 __all__ = [
     "INTEGRAL",
     "PITCH_DEVIATION",
-    "Region",
+    "RegionalPlant",
     "SPEED_ERROR",
     "WIND_DEVIATION",
     "WIND_ESTIMATE",
@@ -39,7 +39,7 @@ SOURCE = (
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Region:
+class RegionalPlant:
     """A regional plant in symbols, its factored form, and the names with units."""
 
     plant: Equations
@@ -49,7 +49,7 @@ class Region:
 
 
 def region_model(
-    region: Region, band: OperatingBand, premises: tuple[Premise, ...], *, name: str
+    region: RegionalPlant, band: OperatingBand, premises: tuple[Premise, ...], *, name: str
 ) -> TSModel:
     """Return the TSModel of a region over its band, after the symbolic check of exactness."""
     return assemble(

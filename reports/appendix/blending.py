@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from takagi.certificates.design.turbine.result import TurbineDesign
-from takagi.models.laws.published.law import PaperLaw
+from takagi.models.laws.published.law import PublishedLaw
 from takagi.reports.appendix.tex import Tex, fixed, matrix, scientific
 from takagi.reports.sections.turbine.blending import filter_of
 
@@ -15,7 +15,7 @@ def blending_context(design: TurbineDesign) -> dict[str, object]:
     coupling = filter_of(design)
     low, high = coupling.torque_corners
     ramp = coupling.speed_ramp
-    law = design.law if isinstance(design.law, PaperLaw) else None
+    law = design.law if isinstance(design.law, PublishedLaw) else None
     n_b, n_c = len(design.partial_load.rules), len(design.full_load.rules)
     slopes = coupling.torque_slope_range
     return {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from takagi.certificates.design.turbine.result import TurbineDesign
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.reports.appendix.tex import NONE, Tex, decimal, escape, fixed, scientific
 from takagi.reports.appendix.turbine import DEGREES
 
@@ -31,7 +31,7 @@ def law_context(design: TurbineDesign) -> dict[str, Any]:
     }
 
 
-def _row(design: TurbineDesign, law: CoherentLaw, k: int) -> list[Tex]:
+def _row(design: TurbineDesign, law: EffortSharingLaw, k: int) -> list[Tex]:
     table, gains, turbine = law.schedule, law.gains, design.turbine
     wind = float(table.wind[k])
     last = k == len(table.wind) - 1

@@ -18,7 +18,7 @@ from takagi.reports.page.labels import name_of
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.blending.run_time import RunningBlend
+    from takagi.models.blending.run_time import RunTimeBlending
 
 __all__ = ["PlantLoop", "plant_loop"]
 
@@ -78,13 +78,13 @@ class PlantLoop:
         return {name_of(label): 0.0 for label in labels}
 
     @cached_property
-    def blend(self) -> RunningBlend | None:
+    def blend(self) -> RunTimeBlending | None:
         """The blend of two actuators in the plant, as it runs; None without one."""
         from takagi.models.blending.blending import blending_of
-        from takagi.models.blending.run_time import RunningBlend
+        from takagi.models.blending.run_time import RunTimeBlending
 
         blending = blending_of(self.plant)
-        return None if blending is None else RunningBlend(blending)
+        return None if blending is None else RunTimeBlending(blending)
 
     def premise_values(self, deviation: Floats) -> Floats:
         """Return z at x = x* + deviation, inputs and disturbances at rest, the share as it is."""

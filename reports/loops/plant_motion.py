@@ -62,11 +62,11 @@ def plant_rate(plant: Plant) -> Callable[[Floats, Floats], Floats]:
     import sympy as sp
 
     from takagi.models.blending.blending import blending_of
-    from takagi.models.blending.run_time import RunningBlend
+    from takagi.models.blending.run_time import RunTimeBlending
 
     blending = blending_of(plant)
     if blending is not None:
-        return RunningBlend(blending).rate()
+        return RunTimeBlending(blending).rate()
 
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     values |= {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.disturbances}
@@ -139,12 +139,12 @@ def motions(
     rate = plant_rate(loop.plant)
     if errors:
         from takagi.models.blending.blending import blending_of
-        from takagi.models.blending.run_time import RunningBlend
+        from takagi.models.blending.run_time import RunTimeBlending
 
         blending = blending_of(loop.plant)
         if blending is None:
             raise ModelError(f"errors of {', '.join(errors)}: the plant has no blended actuators")
-        rate = RunningBlend(blending, errors).rate()
+        rate = RunTimeBlending(blending, errors).rate()
     move = _iterated if loop.discrete else _integrated
     end = horizon(loop) if duration is None else duration
     return tuple(move(loop, rate, name, np.asarray(x0, float), end) for name, x0 in begin)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.lmi.turbine.one_step.value import Reached
+    from takagi.lmi.turbine.one_step.value import ReachedValues
 
 __all__ = ["SynthesisSummary", "synthesis_summary", "synthesis_words"]
 
@@ -26,8 +26,8 @@ class SynthesisSummary:
     """
 
     objective: str
-    before: Reached | None
-    after: Reached | None
+    before: ReachedValues | None
+    after: ReachedValues | None
     steps: int
     kept: str
 

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from control import StateSpace
 
     from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.models.laws.effort_sharing.law import CoherentLaw
-    from takagi.models.laws.published.law import PaperLaw
+    from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+    from takagi.models.laws.published.law import PublishedLaw
 
 __all__ = ["LoopPoint", "loop_points"]
 
@@ -79,7 +79,7 @@ def _point(design: TurbineDesign, wind: float) -> LoopPoint | None:
     return _coherent(design, law, wind) if law is not None else _paper(design, wind)
 
 
-def _coherent(design: TurbineDesign, law: CoherentLaw, wind: float) -> LoopPoint:
+def _coherent(design: TurbineDesign, law: EffortSharingLaw, wind: float) -> LoopPoint:
     turbine, table = design.turbine, law.schedule
     gamma, gamma_i = law.gain_pair(wind)
     share = law.pitch_share(wind)
@@ -102,7 +102,7 @@ def _paper(design: TurbineDesign, wind: float) -> LoopPoint | None:
 
     from takagi.models.laws.published.linearisation import local_loop
 
-    law: PaperLaw = design.law  # type: ignore[assignment]
+    law: PublishedLaw = design.law  # type: ignore[assignment]
     loop = local_loop(law, wind)
     if loop.gains is None:
         return None

@@ -8,7 +8,7 @@ from pathlib import Path
 from takagi.certificates.checker.kernel.reader import member, number, read_json
 from takagi.certificates.design.given.runnable_law import law_from_gains
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.derating import derated
@@ -45,7 +45,7 @@ def filed_laws(
                 "beside it, another law is designed anew: simulate it in a run of its own"
             )
     law = law_from_gains(path, turbine)
-    held = law.rated_torque if isinstance(law, CoherentLaw) else law.coupling.rated_torque
+    held = law.rated_torque if isinstance(law, EffortSharingLaw) else law.coupling.rated_torque
     if beside and held != turbine.rated_torque:
         raise ModelError(
             f"{path}: the law is de-rated to {held:.6g} N m and baseline has no de-rated form; "

@@ -12,7 +12,7 @@ from takagi.models.simulation.history import History
 from takagi.models.simulation.metrics import Metrics
 from takagi.models.simulation.scenario import Case, run_cases
 from takagi.models.simulation.time_steps import TIME_STEP, fitting_step
-from takagi.models.simulation.turbine_plant import Flag, Plant, validation_plant
+from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine, validation_plant
 from takagi.models.simulation.wind import WindSeries
 from takagi.models.turbine.data import Turbine
 from takagi.reports.simulation.laws import ChosenLaws
@@ -102,7 +102,7 @@ class Simulation:
         return tuple(run for run in self.runs if run.diverged is not None)
 
 
-def simulation_plant(turbine: Turbine, wake: str) -> Plant:
+def simulation_plant(turbine: Turbine, wake: str) -> SimulatedTurbine:
     """Return the validation plant with a wake in equilibrium or one that needs time.
 
     Raises
@@ -168,7 +168,7 @@ def run_simulation(
 
 
 def _runs(
-    plant: Plant,
+    plant: SimulatedTurbine,
     laws: Mapping[str, SampledLaw],
     observer: Observer | None,
     winds: Sequence[WindSeries],

@@ -10,7 +10,7 @@ from types import MappingProxyType
 import numpy as np
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.simulation.scenario import PAPER_DURATION, PAPER_SEED, paper_winds
+from takagi.models.simulation.scenario import PAPER_DURATION, PAPER_SEED, published_winds
 from takagi.models.simulation.wind import WindSeries, gust_wind, step_wind
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
@@ -81,7 +81,7 @@ def scenario_winds(
 
 
 def _paper(turbine: Turbine, duration: float, seed: int) -> tuple[WindSeries, ...]:
-    return paper_winds(turbine, duration=duration, seed=seed)
+    return published_winds(turbine, duration=duration, seed=seed)
 
 
 def _steps(turbine: Turbine, duration: float, seed: int) -> tuple[WindSeries, ...]:

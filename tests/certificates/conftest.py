@@ -21,7 +21,7 @@ from takagi.certificates.document.certificate_file import (
     turbine_data,
 )
 from takagi.lmi.turbine.effort import effort_gains
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
@@ -36,7 +36,7 @@ class Built:
     """The whole chain once: turbine, law, candidate, and the document as plain data."""
 
     turbine: Turbine
-    law: CoherentLaw
+    law: EffortSharingLaw
     candidate: CoherentCandidate
     document: dict[str, Any]
 
@@ -46,7 +46,7 @@ def built() -> Built:
     """Return the certified NREL 5-MW loop; about three seconds."""
     turbine = nrel5mw()
     schedule = effort_schedule(turbine)
-    law = CoherentLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
+    law = EffortSharingLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
     candidate = coherent_candidate(turbine, law)
     document = certificate_document(
         model=turbine_data(turbine, []),

@@ -31,15 +31,15 @@ from takagi.certificates.document.certificate_file import (
 from takagi.lmi.turbine.one_step import iteration as one_step_climb
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
-from takagi.models.loops.effort_sharing.loop_cell import Uncertainty
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.loops.effort_sharing.loop_cell import LoopUncertainty
 from takagi.models.turbine.loader import model_files, nrel5mw
 from tests.certificates.conftest import Built
 
 NODES = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
 
 
-def part_of(law: CoherentLaw, low: float, high: float) -> CoherentLaw:
+def part_of(law: EffortSharingLaw, low: float, high: float) -> EffortSharingLaw:
     """Return the law between two winds."""
     kept = (law.schedule.wind >= low) & (law.schedule.wind <= high)
     cells = kept[:-1] & kept[1:]
@@ -56,7 +56,7 @@ def part_of(law: CoherentLaw, low: float, high: float) -> CoherentLaw:
 
 
 @pytest.fixture(scope="module")
-def near_rated(built: Built) -> CoherentLaw:
+def near_rated(built: Built) -> EffortSharingLaw:
     """Return the law of a few cells whose integral is too slow, so that there is much to gain."""
     law = part_of(built.law, 11.4, 11.7)
     slow = EffortGains(law.gains.proportional, np.round(0.7 * law.gains.integral_rate, 6))
@@ -64,7 +64,7 @@ def near_rated(built: Built) -> CoherentLaw:
 
 
 def synthesised(
-    built: Built, law: CoherentLaw, synthesis: Synthesis, steps: int = 3
+    built: Built, law: EffortSharingLaw, synthesis: Synthesis, steps: int = 3
 ) -> CoherentSynthesis:
     return coherent_synthesis(
         built.turbine,
@@ -93,7 +93,7 @@ def mean_error(found: CoherentSynthesis) -> float:
 
 @pytest.mark.slow
 def test_one_step_proves_more_wind_and_no_cell_bears_less(
-    built: Built, near_rated: CoherentLaw
+    built: Built, near_rated: EffortSharingLaw
 ) -> None:
     """Both are PROVED by the checker; the joint gains bear more on average and at the weakest."""
     two = synthesised(built, near_rated, "two-step")
@@ -112,7 +112,7 @@ def test_one_step_proves_more_wind_and_no_cell_bears_less(
 
 @pytest.mark.slow
 def test_a_given_function_is_taken_where_it_holds_and_replaced_where_not(
-    built: Built, near_rated: CoherentLaw
+    built: Built, near_rated: EffortSharingLaw
 ) -> None:
     """P of the two-step analysis stays P; one that no cell bears, or outside the box, does not."""
     first = coherent_candidate(built.turbine, near_rated)
@@ -129,7 +129,7 @@ def test_a_given_function_is_taken_where_it_holds_and_replaced_where_not(
 
 @pytest.mark.slow
 def test_where_no_step_gains_the_two_step_gains_are_kept_and_it_is_said(
-    built: Built, near_rated: CoherentLaw, monkeypatch: pytest.MonkeyPatch
+    built: Built, near_rated: EffortSharingLaw, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A search without a single step, or whose every step is refused."""
     monkeypatch.setattr(one_step_climb, "joint_step", lambda *_: None)
@@ -146,7 +146,7 @@ def test_no_function_at_the_start_is_told_with_its_wind(built: Built) -> None:
             built.turbine,
             part_of(built.law, 11.3, 11.6),
             box=DEFAULT_BOX,
-            uncertainty=Uncertainty(Interval.of("0.2", "3"), frozen_wake=True),
+            uncertainty=LoopUncertainty(Interval.of("0.2", "3"), frozen_wake=True),
         )
 
 

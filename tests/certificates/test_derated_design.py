@@ -19,7 +19,7 @@ from takagi.certificates.document.certificate_file import (
 )
 from takagi.certificates.document.provenance import provenance
 from takagi.lmi.turbine.effort import effort_gains
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.turbine import nrel5mw
 from takagi.models.turbine.derating import derated
@@ -39,7 +39,7 @@ def document() -> dict[str, Any]:
     turbine = nrel5mw()
     lower = derated(turbine, SHARE * turbine.rated_torque)
     schedule = effort_schedule(lower)
-    law = CoherentLaw.of(lower, schedule, effort_gains(lower, schedule).gains)
+    law = EffortSharingLaw.of(lower, schedule, effort_gains(lower, schedule).gains)
     candidate = coherent_candidate(lower, law)
     return certificate_document(
         model=turbine_data(lower, FILES),

@@ -22,7 +22,7 @@ from takagi.certificates.cross_check import judge_document
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import Decay, FuzzyDecay, H2Norm, L2Gain, Peak, Poles
 from takagi.lmi import (
-    Region,
+    EigenvalueRegion,
     fuzzy_pdc,
     h2_pdc,
     hinf_pdc,
@@ -121,7 +121,7 @@ def by_functions_of_a_premise() -> Row:
 
 def by_region(name: str) -> Row:
     """Poles to the left and in a sector of 1.4 rad to either side, five per cent inside."""
-    region = Region.half_plane(0.0) & Region.sector(1.4)
+    region = EigenvalueRegion.half_plane(0.0) & EigenvalueRegion.sector(1.4)
     model = inside(name, 0.05)
     return Row(model, pdc(model, region=region, relaxation=name).require()[0], Poles(region))
 

@@ -18,7 +18,7 @@ from takagi.certificates.design.turbine.published_law import designed_law
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.certificates.document.certificate_file import coherent_law_data
 from takagi.models.errors import ModelError
-from takagi.models.laws import CoherentLaw, EffortGains, Law, Measurement, effort_schedule
+from takagi.models.laws import EffortGains, EffortSharingLaw, Law, Measurement, effort_schedule
 from takagi.models.laws.effort_sharing.feedforward import no_feedforward
 from takagi.models.turbine import Turbine, nrel5mw
 from takagi.models.turbine.derating import derated
@@ -59,20 +59,22 @@ def test_the_file_of_a_design_gives_its_law(turbine_design: TurbineDesign, tmp_p
 
 
 @cache
-def default_law() -> CoherentLaw:
+def default_law() -> EffortSharingLaw:
     """The law of the turbine as it is."""
     return law_of(TURBINE)
 
 
-def law_of(turbine: Turbine, *, speed_setpoint: float | None = None, **asked: Any) -> CoherentLaw:
+def law_of(
+    turbine: Turbine, *, speed_setpoint: float | None = None, **asked: Any
+) -> EffortSharingLaw:
     """Return a coherent law with gains of no meaning that fill every digit."""
     schedule = effort_schedule(turbine, speed_setpoint=speed_setpoint, **asked)
     count = len(schedule.wind)
     gains = EffortGains(np.linspace(1 / 3, 2 / 3, count), np.linspace(1 / 7, 3 / 7, count - 1))
-    return CoherentLaw.of(turbine, schedule, gains)
+    return EffortSharingLaw.of(turbine, schedule, gains)
 
 
-OPTIONS: dict[str, Callable[[], CoherentLaw]] = {
+OPTIONS: dict[str, Callable[[], EffortSharingLaw]] = {
     "overlap": lambda: law_of(TURBINE, overlap=0.02),
     "pitch effectiveness": lambda: law_of(TURBINE, effectiveness_share=0.9),
     "speed set-point": lambda: law_of(TURBINE, speed_setpoint=1.15),
@@ -92,7 +94,7 @@ def test_every_option_comes_back(option: str, tmp_path: Path) -> None:
     read = law_from_gains(stored(coherent_law_data(law), tmp_path))
 
     require_same(law, read)
-    assert isinstance(read, CoherentLaw)
+    assert isinstance(read, EffortSharingLaw)
     assert coherent_law_data(read) != coherent_law_data(default_law())
 
 
@@ -105,7 +107,7 @@ def test_a_file_of_version_1_feeds_nothing_forward(tmp_path: Path) -> None:
 
     read = law_from_gains(stored(data, tmp_path, version=1))
 
-    assert isinstance(read, CoherentLaw) and not read.feedforward.acts
+    assert isinstance(read, EffortSharingLaw) and not read.feedforward.acts
     require_same(replace(law, feedforward=no_feedforward(law.schedule)), read)
     with pytest.raises(CertificateError, match="inertia_feedforward"):
         law_from_gains(stored(data, tmp_path, version=2))

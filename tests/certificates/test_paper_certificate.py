@@ -28,14 +28,14 @@ from takagi.certificates.document.certificate_file import certificate_document, 
 from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PaperLaw, PaperLawName, paper_law
+from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
 from takagi.models.laws.published.regional_schedule import RegionalSchedule, regional_schedule
 from takagi.models.turbine.aerodynamics import rotor_torque
 from takagi.models.turbine.loader import nrel5mw
 from tests.paper_models import regional_models
 
 TURBINE = nrel5mw()
-LAWS: tuple[PaperLawName, PaperLawName] = ("paper", "paper-two-integrators")
+LAWS: tuple[PublishedLawName, PublishedLawName] = ("paper", "paper-two-integrators")
 WINDOWS = ((6.0, 6.2), (13.0, 13.06), (20.0, 20.06))
 
 
@@ -59,20 +59,20 @@ def schedules() -> tuple[RegionalSchedule, RegionalSchedule]:
 
 
 @cache
-def make_law(name: PaperLawName, placement: float = 0.5) -> PaperLaw:
+def make_law(name: PublishedLawName, placement: float = 0.5) -> PublishedLaw:
     """Return the law with a filter placed around rated speed, or beside it."""
     partial, full = schedules()
     coupling = coupling_filter(TURBINE, placement=placement)
-    return paper_law(TURBINE, partial=partial, full=full, coupling=coupling, name=name)
+    return published_law(TURBINE, partial=partial, full=full, coupling=coupling, name=name)
 
 
 @cache
-def candidate(name: PaperLawName) -> PaperCandidate:
+def candidate(name: PublishedLawName) -> PaperCandidate:
     """Return what is found in three short windows of partial and full load."""
     return paper_candidate(make_law(name), winds=WINDOWS)
 
 
-def document(law: PaperLaw, claim: dict[str, Any]) -> dict[str, Any]:
+def document(law: PublishedLaw, claim: dict[str, Any]) -> dict[str, Any]:
     """Return a certificate of one claim."""
     return certificate_document(
         model=turbine_data(TURBINE, ()),
@@ -83,14 +83,14 @@ def document(law: PaperLaw, claim: dict[str, Any]) -> dict[str, Any]:
 
 
 @cache
-def proved(name: PaperLawName) -> Claim:
+def proved(name: PublishedLawName) -> Claim:
     """Return the checker's answer to the candidate."""
     found = candidate(name)
     return check_document(document(found.law, paper_claim(found))).claims[0]
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_candidates_are_proved(name: PaperLawName) -> None:
+def test_candidates_are_proved(name: PublishedLawName) -> None:
     """Every window is proved, with its overlaps and winds in the claim's words."""
     claim = proved(name)
     assert claim.verdict is Verdict.PROVED, claim.text
@@ -101,7 +101,7 @@ def test_candidates_are_proved(name: PaperLawName) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
-def test_motions_from_the_boundary_stay_and_settle(name: PaperLawName) -> None:
+def test_motions_from_the_boundary_stay_and_settle(name: PublishedLawName) -> None:
     """From V = 1 the real loop stays inside, and approaches its equilibrium at the stated rate."""
     law, rng = make_law(name), np.random.default_rng(7)
     for found in candidate(name).cells:
@@ -132,7 +132,7 @@ def test_motions_from_the_boundary_stay_and_settle(name: PaperLawName) -> None:
             assert norm(z, rest) <= first * np.exp(-found.decay_rate * t) * (1 + 1e-4) + 1e-5
 
 
-def _rate(law: PaperLaw, wind: float, z: Any) -> Any:
+def _rate(law: PublishedLaw, wind: float, z: Any) -> Any:
     seen = Measurement(float(z[0]), float(z[1]), wind)
     command = law.command(z[2:], seen)
     torque = float(rotor_torque(TURBINE, z[0], z[1], wind)) - TURBINE.gear_ratio * command.torque
@@ -250,7 +250,7 @@ def _inside_the_corner(parts: dict[str, Any]) -> float:
 
 @pytest.mark.parametrize("what", MUTATIONS)
 @pytest.mark.parametrize("name", LAWS)
-def test_damage_is_refused_or_not_proved(name: PaperLawName, what: str) -> None:
+def test_damage_is_refused_or_not_proved(name: PublishedLawName, what: str) -> None:
     """A changed certificate, hashes made good again, is never PROVED."""
     parts = _last_window(name)
     damaged = copy.deepcopy(parts)
@@ -269,7 +269,7 @@ def test_damage_is_refused_or_not_proved(name: PaperLawName, what: str) -> None:
 
 
 @cache
-def _last_window(name: PaperLawName) -> dict[str, Any]:
+def _last_window(name: PublishedLawName) -> dict[str, Any]:
     """Return the certificate about full load alone: quick to replay."""
     found = candidate(name)
     cells = tuple(c for c in found.cells if c.cell.wind[0] >= 20)
@@ -299,7 +299,7 @@ def test_ranges_that_touch_are_one() -> None:
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_the_report_reads_every_number_of_the_checkers_words(name: PaperLawName) -> None:
+def test_the_report_reads_every_number_of_the_checkers_words(name: PublishedLawName) -> None:
     """The page reads winds, rates and bounds in the claim's text; rewording would lose them."""
     from types import SimpleNamespace
     from typing import cast

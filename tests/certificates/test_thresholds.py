@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.requests import Decay, Poles
-from takagi.lmi import Region
+from takagi.lmi import EigenvalueRegion
 from takagi.models import TSModel
 
 Floats = NDArray[np.float64]
@@ -91,20 +91,23 @@ def test_decay_of_a_companion_matrix(rate: float, verdict: Verdict) -> None:
 @pytest.mark.parametrize(
     ("inside", "outside"),
     [
-        (Region.half_plane(1.999999), Region.half_plane(2.000001)),
-        (Region.disc(5.000001), Region.disc(4.999999)),
-        (Region.vertical_strip(0, 5.000001), Region.vertical_strip(0, 4.999999)),
-        (Region.sector(1e-6), Region.disc(0.5)),
+        (EigenvalueRegion.half_plane(1.999999), EigenvalueRegion.half_plane(2.000001)),
+        (EigenvalueRegion.disc(5.000001), EigenvalueRegion.disc(4.999999)),
+        (
+            EigenvalueRegion.vertical_strip(0, 5.000001),
+            EigenvalueRegion.vertical_strip(0, 4.999999),
+        ),
+        (EigenvalueRegion.sector(1e-6), EigenvalueRegion.disc(0.5)),
     ],
     ids=str,
 )
-def test_poles_of_a_companion_matrix(inside: Region, outside: Region) -> None:
+def test_poles_of_a_companion_matrix(inside: EigenvalueRegion, outside: EigenvalueRegion) -> None:
     """(s + 2)(s + 3)(s + 5): within 1e-6 of the edge, and never beyond it.
 
     Floating point with a tolerance of 1e-10 accepts the disc of radius 4.983.
     """
     assert certify(companion(-2, -3, -5), claims=[Poles(inside)]).verdict is PROVED
-    for region in (outside, Region.disc(4.983)):
+    for region in (outside, EigenvalueRegion.disc(4.983)):
         assert certify(companion(-2, -3, -5), claims=[Poles(region)]).verdict is not PROVED
 
 

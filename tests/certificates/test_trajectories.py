@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Measurement
 from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
 from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
@@ -28,7 +28,7 @@ class Loop:
     """The nonlinear loop with its own inertia (kappa = nominal over true) and share of wake."""
 
     turbine: Turbine
-    law: CoherentLaw
+    law: EffortSharingLaw
     kappa: Floats
     wake: Floats
 

@@ -28,7 +28,7 @@ from takagi.certificates.document.provenance import provenance
 from takagi.lmi.turbine.effort import EffortSettings, effort_gains
 from takagi.lmi.turbine.regional import FULL_LOAD, PARTIAL_LOAD
 from takagi.models import ModelError
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.turbine.loader import load_turbine, model_files, nrel5mw
 from takagi.models.turbine.trim import TABLE_SHARE, reference_speed
@@ -96,7 +96,7 @@ def test_fifteen_megawatt_is_proved_in_its_own_scale_and_not_in_another() -> Non
     asked = default_settings(turbine)
     schedule = effort_schedule(turbine, overlap=asked.overlap)
     gains = effort_gains(turbine, schedule, asked.effort).gains
-    law = CoherentLaw.of(turbine, schedule, gains)
+    law = EffortSharingLaw.of(turbine, schedule, gains)
     candidate = coherent_candidate(turbine, law, box=asked.box)
     document = certificate_document(
         model=turbine_data(turbine, model_files("iea15mw")),

@@ -24,7 +24,7 @@ from takagi.certificates.document.certificate_file import (
     turbine_data,
 )
 from takagi.cli.main import main
-from takagi.models.laws import CoherentLaw, EffortGains, effort_schedule
+from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
 from takagi.models.plant_files.loader import load_plant, plant_files
 from takagi.models.turbine import nrel5mw
 from takagi.reports.gains_file.envelope import dump_gains
@@ -74,7 +74,7 @@ def turbine() -> tuple[dict[str, Any], dict[str, Any]]:
     found = nrel5mw()
     schedule = effort_schedule(found)
     gains = EffortGains([0.5] * len(schedule.wind), [0.2] * (len(schedule.wind) - 1))  # type: ignore[arg-type]
-    law = CoherentLaw.of(found, schedule, gains)
+    law = EffortSharingLaw.of(found, schedule, gains)
     document = certificate_document(
         model=turbine_data(found, ()), gains=coherent_law_data(law), claims=[], provenance={}
     )

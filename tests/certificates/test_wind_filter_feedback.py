@@ -29,7 +29,7 @@ from scipy.optimize import brentq
 
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.lmi.turbine.effort import effort_gains
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.laws.protocol import Measurement
 from takagi.models.turbine.data import Turbine
@@ -95,7 +95,7 @@ class Rotor:
         )
 
 
-def fastest_growth(law: CoherentLaw, turbine: Turbine, wind: float) -> float:
+def fastest_growth(law: EffortSharingLaw, turbine: Turbine, wind: float) -> float:
     """Return the largest real part of the loop's eigenvalues at rest [1/s], by differences."""
     rotor, observer = Rotor(turbine), WindObserver(turbine, *OBSERVER[turbine.name])
 
@@ -125,7 +125,7 @@ def rows(scale: Floats) -> list[tuple[int, Floats]]:
     return list(enumerate(np.diag(scale)))
 
 
-def start(rotor: Rotor, law: CoherentLaw, wind: float) -> Floats:
+def start(rotor: Rotor, law: EffortSharingLaw, wind: float) -> Floats:
     """Return the trim of the law's tables, with wake, flap and tower at rest."""
     turbine, table = rotor.turbine, law.schedule
     speed = float(np.interp(wind, table.wind, table.rotor_speed))
@@ -144,14 +144,14 @@ def start(rotor: Rotor, law: CoherentLaw, wind: float) -> Floats:
     return np.array([*plant, 0.0, wind, speed, wind])
 
 
-def default_law(turbine: Turbine) -> CoherentLaw:
+def default_law(turbine: Turbine) -> EffortSharingLaw:
     """Return the law of the two-step design, by the settings that suit the turbine."""
     asked = default_settings(turbine)
     schedule = effort_schedule(
         turbine, overlap=asked.overlap, effectiveness_share=asked.effectiveness_share
     )
     gains = effort_gains(turbine, schedule, asked.effort).gains
-    return CoherentLaw.of(turbine, schedule, gains, wind_filter=asked.wind_filter)
+    return EffortSharingLaw.of(turbine, schedule, gains, wind_filter=asked.wind_filter)
 
 
 @pytest.mark.parametrize(

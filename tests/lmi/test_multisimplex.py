@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Known, marginals
-from takagi.lmi.polynomials.unknown_polynomial import Polynomial, contributions, substituted
+from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial, contributions, substituted
 
 Floats = NDArray[np.float64]
 simplexes = st.lists(st.tuples(st.integers(1, 4), st.integers(0, 3)), min_size=1, max_size=3)
@@ -88,13 +88,13 @@ def test_unknown_coefficients_and_their_rates(pairs: list[tuple[int, int]], seed
     h = points(sizes, rng)
     target = tuple(g + 1 + int(rng.integers(0, 2)) for g in degrees)
 
-    found = contributions(Polynomial.of(basis), K, target)
+    found = contributions(UnknownPolynomial.of(basis), K, target)
     total = np.zeros((Basis(sizes, target).count, 2, 3))
     np.add.at(total, found.items, members[found.members] @ found.values)
     velocity = [rng.standard_normal(size) for size in sizes]
     velocity = [v - v.mean() for v in velocity]
     slope = np.zeros((len(h), 2, 2))
-    for part in Polynomial.of(basis).derivatives(velocity):
+    for part in UnknownPolynomial.of(basis).derivatives(velocity):
         rate = Known(part.basis, np.tensordot(part.weights, members, axes=1))
         slope = slope + value(rate, h)
     X, e = Known(basis, members), 1e-6 * np.concatenate(velocity)
@@ -123,7 +123,7 @@ def test_fractions_stay_exact() -> None:
     """A third is no dyadic: raised by one degree, h1 h1 h2 takes 2/3 and 1/3 of its neighbours."""
     X = Known(Basis((2,), (2,)), np.array([[[Fraction(k)]] for k in (1, 10, 100)]))
     raised = X.raised((1,)).values[:, 0, 0]
-    found = contributions(Polynomial.of(Basis((2,), (1,))), X, (4,))
+    found = contributions(UnknownPolynomial.of(Basis((2,), (1,))), X, (4,))
 
     assert raised.tolist() == [1, Fraction(1, 3) + Fraction(20, 3), Fraction(120, 3), 100]
     assert all(type(entry) is Fraction for entry in found.values.flat)

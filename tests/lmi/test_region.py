@@ -10,20 +10,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.lmi import Region
+from takagi.lmi import EigenvalueRegion
 from takagi.models import ModelError
 
-FORMULAS: dict[str, tuple[Region, Callable[[float, float], float]]] = {
-    "half-plane": (Region.half_plane(1.5), lambda x, y: x + 1.5),
-    "vertical strip": (Region.vertical_strip(1, 4), lambda x, y: max(x + 1, -4 - x)),
-    "horizontal strip": (Region.horizontal_strip(2), lambda x, y: abs(y) - 2),
-    "disc": (Region.disc(3, centre=-2), lambda x, y: np.hypot(x + 2, y) - 3),
-    "sector": (Region.sector(0.6, apex=-1), lambda x, y: abs(y) - np.tan(0.6) * (-1 - x)),
+FORMULAS: dict[str, tuple[EigenvalueRegion, Callable[[float, float], float]]] = {
+    "half-plane": (EigenvalueRegion.half_plane(1.5), lambda x, y: x + 1.5),
+    "vertical strip": (EigenvalueRegion.vertical_strip(1, 4), lambda x, y: max(x + 1, -4 - x)),
+    "horizontal strip": (EigenvalueRegion.horizontal_strip(2), lambda x, y: abs(y) - 2),
+    "disc": (EigenvalueRegion.disc(3, centre=-2), lambda x, y: np.hypot(x + 2, y) - 3),
+    "sector": (EigenvalueRegion.sector(0.6, apex=-1), lambda x, y: abs(y) - np.tan(0.6) * (-1 - x)),
     "ellipse": (
-        Region.ellipse(3, 1, centre=-4),
+        EigenvalueRegion.ellipse(3, 1, centre=-4),
         lambda x, y: ((x + 4) / 3) ** 2 + y**2 - 1,
     ),
-    "parabola": (Region.parabola(2, vertex=-1), lambda x, y: y**2 - 2 * (-1 - x)),
+    "parabola": (EigenvalueRegion.parabola(2, vertex=-1), lambda x, y: y**2 - 2 * (-1 - x)),
 }
 
 
@@ -39,7 +39,7 @@ def test_a_region_contains_what_its_formula_says(name: str, x: float, y: float) 
 
 def test_an_intersection_has_every_part_once_in_any_order() -> None:
     """& is commutative, associative and idempotent; equal regions have equal hashes."""
-    a, b, c = Region.half_plane(1), Region.disc(4), Region.sector(0.5)
+    a, b, c = EigenvalueRegion.half_plane(1), EigenvalueRegion.disc(4), EigenvalueRegion.sector(0.5)
 
     assert a & b == b & a
     assert hash(a & b) == hash(b & a)
@@ -53,12 +53,16 @@ def test_the_sector_is_a_damping_ratio() -> None:
     """Poles of s^2 + 2 zeta w s + w^2 lie at the angle acos(zeta)."""
     poles = np.roots([1, 2 * 0.5, 1])
 
-    assert Region.sector(np.arccos(0.49)).contains(poles[0])
-    assert not Region.sector(np.arccos(0.51)).contains(poles[0])
+    assert EigenvalueRegion.sector(np.arccos(0.49)).contains(poles[0])
+    assert not EigenvalueRegion.sector(np.arccos(0.51)).contains(poles[0])
 
 
 def test_a_region_is_written_as_a_set() -> None:
-    region = Region.half_plane(0.5) & Region.disc(10) & Region.disc(12, centre=1)
+    region = (
+        EigenvalueRegion.half_plane(0.5)
+        & EigenvalueRegion.disc(10)
+        & EigenvalueRegion.disc(12, centre=1)
+    )
 
     assert str(region) == "Re z < -0.5 and |z - 1| < 12 and |z| < 10"
     assert region.labels == ("half-plane", "disc 1", "disc 2")
@@ -66,33 +70,33 @@ def test_a_region_is_written_as_a_set() -> None:
 
 
 def test_fractions_stay_exact() -> None:
-    L, M = Region.disc(Fraction(1, 3)).parts[0].matrices
+    L, M = EigenvalueRegion.disc(Fraction(1, 3)).parts[0].matrices
 
     assert L[0, 0] == Fraction(-1, 3) and isinstance(M[0, 1], Fraction)
 
 
 def test_matrices_of_ones_own_are_a_region() -> None:
     """|z|^2 < 4 written by hand is the disc."""
-    own = Region.lmi([[-2, 0], [0, -2]], [[0, 1], [0, 0]], name="mine")
+    own = EigenvalueRegion.lmi([[-2, 0], [0, -2]], [[0, 1], [0, 0]], name="mine")
 
-    assert own == Region.disc(2)
+    assert own == EigenvalueRegion.disc(2)
     assert str(own) == "mine"
 
 
 @pytest.mark.parametrize(
     ("make", "what"),
     [
-        (lambda: Region.disc(0), "radius of a region is 0; it must be positive"),
-        (lambda: Region.disc(float("nan")), "a finite real number is needed"),
-        (lambda: Region.half_plane("fast"), "decay_rate .* 'fast'"),  # type: ignore[arg-type]
-        (lambda: Region.sector(1.6), "below pi/2"),
-        (lambda: Region.vertical_strip(3, 2), "slowest < fastest"),
-        (lambda: Region.lmi([[1, 2], [3, 4]], np.eye(2)), "not symmetric"),
-        (lambda: Region.lmi([[1]], np.eye(2)), "both must be"),
-        (lambda: Region.lmi([1.0], [1.0]), "square"),
-        (lambda: Region(()), "at least one part"),
+        (lambda: EigenvalueRegion.disc(0), "radius of a region is 0; it must be positive"),
+        (lambda: EigenvalueRegion.disc(float("nan")), "a finite real number is needed"),
+        (lambda: EigenvalueRegion.half_plane("fast"), "decay_rate .* 'fast'"),  # type: ignore[arg-type]
+        (lambda: EigenvalueRegion.sector(1.6), "below pi/2"),
+        (lambda: EigenvalueRegion.vertical_strip(3, 2), "slowest < fastest"),
+        (lambda: EigenvalueRegion.lmi([[1, 2], [3, 4]], np.eye(2)), "not symmetric"),
+        (lambda: EigenvalueRegion.lmi([[1]], np.eye(2)), "both must be"),
+        (lambda: EigenvalueRegion.lmi([1.0], [1.0]), "square"),
+        (lambda: EigenvalueRegion(()), "at least one part"),
     ],
 )
-def test_what_is_no_region_is_refused(make: Callable[[], Region], what: str) -> None:
+def test_what_is_no_region_is_refused(make: Callable[[], EigenvalueRegion], what: str) -> None:
     with pytest.raises(ModelError, match=what):
         make()

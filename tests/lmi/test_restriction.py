@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from takagi.lmi import common_lyapunov_condition
 from takagi.lmi.condition.evaluate import lmi_value
-from takagi.lmi.condition.selected_items import restricted
+from takagi.lmi.condition.selected_items import selected_items
 from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
 from takagi.models.errors import ModelError
 
@@ -59,7 +59,7 @@ def mixed() -> tuple[LMI, dict[str, np.ndarray]]:
 def test_the_items_have_their_values(items: list[int]) -> None:
     """In the order they were asked for, with the labels of the whole."""
     lmi, values = mixed()
-    some = restricted(lmi, np.array(items))
+    some = selected_items(lmi, np.array(items))
 
     assert some.count == len(items)
     expected = lmi_value(lmi, values, {})[items]
@@ -71,7 +71,7 @@ def test_the_items_have_their_values(items: list[int]) -> None:
 def test_pieces_are_the_whole(step: int) -> None:
     """Consecutive ranges, side by side, give every item once."""
     lmi, values = mixed()
-    pieces = [restricted(lmi, range(k, min(k + step, COUNT))) for k in range(0, COUNT, step)]
+    pieces = [selected_items(lmi, range(k, min(k + step, COUNT))) for k in range(0, COUNT, step)]
     side_by_side = np.concatenate([lmi_value(piece, values, {}) for piece in pieces])
 
     assert np.allclose(side_by_side, lmi_value(lmi, values, {}), rtol=1e-14, atol=1e-14)
@@ -80,7 +80,7 @@ def test_pieces_are_the_whole(step: int) -> None:
 def test_a_restriction_of_a_restriction_keeps_the_first_names() -> None:
     """Names are those of the whole, however often it is narrowed."""
     lmi, _ = mixed()
-    twice = restricted(restricted(lmi, np.array([6, 1, 4])), np.array([2]))
+    twice = selected_items(selected_items(lmi, np.array([6, 1, 4])), np.array([2]))
 
     assert twice.label(0) == "mixed 5 of 7"
 

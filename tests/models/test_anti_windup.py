@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.models.laws import CoherentLaw, EffortGains, effort_schedule
+from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
 from takagi.models.simulation import History, constant_wind, design_plant, simulate
 from takagi.models.turbine import Turbine, nrel5mw
 
@@ -42,7 +42,7 @@ def faulty(turbine: Turbine, limit: float) -> History:
     schedule = effort_schedule(turbine)
     count = len(schedule.wind)
     gains = EffortGains(np.full(count, 0.6), np.full(count - 1, 0.15))
-    law = replace(CoherentLaw.of(turbine, schedule, gains), integral_limit=limit)
+    law = replace(EffortSharingLaw.of(turbine, schedule, gains), integral_limit=limit)
     return simulate(design_plant(turbine), law, constant_wind(14.0, 90.0), observer=Stuck(14.0))
 
 

@@ -13,7 +13,7 @@ from takagi.models.laws.effort_sharing.feedforward import (
     known_rate_feedforward,
     no_feedforward,
 )
-from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
 from takagi.models.laws.protocol import Measurement
 from takagi.models.ramps.effort_ramp import effort_ramp
@@ -36,12 +36,12 @@ def turbine() -> Turbine:
 
 
 @pytest.fixture(scope="module")
-def law(turbine: Turbine) -> CoherentLaw:
+def law(turbine: Turbine) -> EffortSharingLaw:
     schedule = effort_schedule(turbine)
-    return CoherentLaw.of(turbine, schedule, gains(schedule))
+    return EffortSharingLaw.of(turbine, schedule, gains(schedule))
 
 
-def demanded(law: CoherentLaw, wind: float, e: float, x: float) -> tuple[float, float, float]:
+def demanded(law: EffortSharingLaw, wind: float, e: float, x: float) -> tuple[float, float, float]:
     """Return (omega, U, b) by numpy's interpolation, not the law's own."""
     table = law.schedule
     omega, q, b, gamma = (
@@ -57,7 +57,9 @@ def demanded(law: CoherentLaw, wind: float, e: float, x: float) -> tuple[float, 
 
 
 @given(wind=WINDS, e=ERRORS, x=ERRORS)
-def test_commands_follow_the_formulas(law: CoherentLaw, wind: float, e: float, x: float) -> None:
+def test_commands_follow_the_formulas(
+    law: EffortSharingLaw, wind: float, e: float, x: float
+) -> None:
     """T = T_rated - E psi(-U), beta = beta_min + psi(U) / b, x' = -nu e."""
     omega, U, b = demanded(law, wind, e, x)
     eps = law.schedule.overlap
@@ -77,7 +79,7 @@ def test_commands_follow_the_formulas(law: CoherentLaw, wind: float, e: float, x
 
 @given(wind=WINDS, e=ERRORS, x=ERRORS)
 def test_both_actuators_together_buy_the_demanded_effort(
-    law: CoherentLaw, wind: float, e: float, x: float
+    law: EffortSharingLaw, wind: float, e: float, x: float
 ) -> None:
     """b (beta - beta_min) - (T_rated - T) / E = U: no effort is lost or bought twice."""
     omega, U, b = demanded(law, wind, e, x)
@@ -89,7 +91,7 @@ def test_both_actuators_together_buy_the_demanded_effort(
 
 
 @given(wind=WINDS, e=ERRORS)
-def test_more_speed_never_asks_for_less(law: CoherentLaw, wind: float, e: float) -> None:
+def test_more_speed_never_asks_for_less(law: EffortSharingLaw, wind: float, e: float) -> None:
     """Torque and pitch both rise with the speed error: no state in which they fight."""
     omega, _, _ = demanded(law, wind, e, 0.0)
     one, two = (
@@ -99,7 +101,7 @@ def test_more_speed_never_asks_for_less(law: CoherentLaw, wind: float, e: float)
     assert two.torque >= one.torque - 1e-6 and two.pitch >= one.pitch - 1e-12
 
 
-def test_commands_are_continuous_across_every_node(law: CoherentLaw) -> None:
+def test_commands_are_continuous_across_every_node(law: EffortSharingLaw) -> None:
     """Only the integral's rate may step from cell to cell."""
     for wind in law.schedule.wind[1:-1]:
         left, right = (
@@ -109,7 +111,7 @@ def test_commands_are_continuous_across_every_node(law: CoherentLaw) -> None:
         assert left.pitch == pytest.approx(right.pitch, abs=1e-7)
 
 
-def test_the_integral_is_held_at_its_limit_and_let_go(law: CoherentLaw) -> None:
+def test_the_integral_is_held_at_its_limit_and_let_go(law: EffortSharingLaw) -> None:
     """At |x| = limit it may move inward alone."""
     limit = law.integral_limit
     slow, fast = Measurement(0.9, 0.0, 12.0), Measurement(1.6, 0.0, 12.0)
@@ -120,7 +122,7 @@ def test_the_integral_is_held_at_its_limit_and_let_go(law: CoherentLaw) -> None:
     assert law.state_rate([-limit, 12.0], slow)[0] > 0.0
 
 
-def test_torque_is_never_negative_nor_pitch_beyond_its_limit(law: CoherentLaw) -> None:
+def test_torque_is_never_negative_nor_pitch_beyond_its_limit(law: EffortSharingLaw) -> None:
     """Far outside the certified set the commands stop at the limits."""
     stopped = law.command([0.0, 8.0], Measurement(0.0, 0.0, 8.0))
     racing = law.command([0.0, 25.0], Measurement(9.0, 0.0, 25.0))
@@ -129,7 +131,7 @@ def test_torque_is_never_negative_nor_pitch_beyond_its_limit(law: CoherentLaw) -
     assert racing.pitch == law.pitch_max and racing.torque == law.rated_torque
 
 
-def test_the_schedule_wind_stays_inside_the_table(law: CoherentLaw) -> None:
+def test_the_schedule_wind_stays_inside_the_table(law: EffortSharingLaw) -> None:
     """A wind estimate outside the table pulls no further than to its end."""
     assert law.initial_state(99.0)[1] == 25.0
     assert law.state_rate([0.0, 25.0], Measurement(1.2, 0.0, 99.0))[1] == 0.0
@@ -141,7 +143,7 @@ def test_the_schedule_wind_stays_inside_the_table(law: CoherentLaw) -> None:
 def test_without_a_filter_the_estimate_is_the_schedule_wind(turbine: Turbine) -> None:
     """tau_f = 0 passes the estimate through: the state's second entry plays no part."""
     schedule = effort_schedule(turbine)
-    direct = CoherentLaw.of(turbine, schedule, gains(schedule), wind_filter=0.0)
+    direct = EffortSharingLaw.of(turbine, schedule, gains(schedule), wind_filter=0.0)
 
     one, two = (direct.command([0.0, s], Measurement(1.2, 0.0, 14.0)) for s in (3.0, 20.0))
     assert one == two
@@ -150,7 +152,7 @@ def test_without_a_filter_the_estimate_is_the_schedule_wind(turbine: Turbine) ->
 
 @given(wind=st.floats(3.01, 24.99), e=ERRORS, x=ERRORS, ahead=st.floats(-8, 8))
 def test_the_feedforward_follows_its_formulas(
-    law: CoherentLaw, wind: float, e: float, x: float, ahead: float
+    law: EffortSharingLaw, wind: float, e: float, x: float, ahead: float
 ) -> None:
     """T less by E a_f, a_f = f v' in +-g; pitch more by tau_lead v' times its own slope in v_s."""
     table, fed = law.schedule, law.feedforward
@@ -184,7 +186,7 @@ def test_the_pitch_lead_outruns_the_drive(turbine: Turbine) -> None:
     lag = {}
     for lead in (0.0, turbine.pitch_time_constant):
         none = np.zeros(len(schedule.wind) - 1)
-        law = CoherentLaw.of(
+        law = EffortSharingLaw.of(
             turbine, schedule, gains(schedule), feedforward=Feedforward(none, none, lead)
         )
         wind, pitch, step = 15.0, schedule.pitch(15.0, turbine), 0.002
@@ -227,11 +229,11 @@ def test_a_feedforward_that_cannot_be_is_misuse(turbine: Turbine) -> None:
     with pytest.raises(ModelError, match="inertia_share = 2"):
         known_rate_feedforward(turbine, schedule, inertia_share=2)
     with pytest.raises(ModelError, match="2 feed-forwards for"):
-        CoherentLaw.of(
+        EffortSharingLaw.of(
             turbine, schedule, gains(schedule), feedforward=Feedforward(none[:2], none[:2], 0.0)
         )
     with pytest.raises(ModelError, match="without a filter"):
-        CoherentLaw.of(
+        EffortSharingLaw.of(
             turbine,
             schedule,
             gains(schedule),
@@ -241,7 +243,7 @@ def test_a_feedforward_that_cannot_be_is_misuse(turbine: Turbine) -> None:
     assert not no_feedforward(schedule).acts
 
 
-def test_shares_and_gain_pairs(law: CoherentLaw) -> None:
+def test_shares_and_gain_pairs(law: EffortSharingLaw) -> None:
     """f1 runs from torque alone to pitch alone; gamma_I = gamma nu."""
     assert law.pitch_share(5.0) == 0.0 and law.pitch_share(20.0) == 1.0
     gamma, integral = law.gain_pair(3.0)
@@ -255,4 +257,4 @@ def test_sizes_that_differ_are_misuse(turbine: Turbine) -> None:
     with pytest.raises(ModelError, match="positive"):
         EffortGains(np.array([1.0, 0.0]), np.ones(1))
     with pytest.raises(ModelError, match="wind nodes"):
-        CoherentLaw.of(turbine, effort_schedule(turbine), EffortGains(np.ones(3), np.ones(2)))
+        EffortSharingLaw.of(turbine, effort_schedule(turbine), EffortGains(np.ones(3), np.ones(2)))

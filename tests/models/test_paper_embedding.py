@@ -16,10 +16,10 @@ from takagi.models.intervals.interval import Interval
 from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PaperLaw, PaperLawName, paper_law
+from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
 from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.loops.published.cells import (
-    PaperCell,
+    PublishedCell,
     disturbance_bound,
     enclosed_cell,
     wind_breaks,
@@ -32,19 +32,19 @@ from tests.paper_models import regional_models
 
 Floats = NDArray[np.float64]
 TURBINE = nrel5mw()
-LAWS: tuple[PaperLawName, PaperLawName] = ("paper", "paper-two-integrators")
+LAWS: tuple[PublishedLawName, PublishedLawName] = ("paper", "paper-two-integrators")
 # Winds in every region, beside the kinks of table and reference speed, and near rated wind.
 WINDS = (3.3, 4.09, 6.0, 9.9, 10.7, 11.3, 11.44, 12.6, 17.1, 21.0, 24.9)
 BOX = np.array([0.004, 0.006, 0.03, 0.03])
 
 
 @cache
-def make_law(name: PaperLawName, variant: str = "saturated") -> PaperLaw:
+def make_law(name: PublishedLawName, variant: str = "saturated") -> PublishedLaw:
     """Return a law with gains of realistic size that differ between the corners of a and b."""
     partial, full = regional_models()
     by_a = np.repeat([-1.0, 1.0], 2)
     by_ab = np.repeat([-1.0, -0.3, 0.4, 1.0], 2)
-    return paper_law(
+    return published_law(
         TURBINE,
         partial=regional_schedule(
             TURBINE, partial, k_x=-8e4 - 5e3 * by_a[:, None], k_I=-9.2e3 + 700 * by_a
@@ -61,12 +61,12 @@ def make_law(name: PaperLawName, variant: str = "saturated") -> PaperLaw:
 
 
 @cache
-def figures(name: PaperLawName) -> LoopFigures:
+def figures(name: PublishedLawName) -> LoopFigures:
     """Return the numbers of the loop, made once."""
     return loop_figures(make_law(name))
 
 
-def field(law: PaperLaw, wind: float, z: Floats) -> Floats:
+def field(law: PublishedLaw, wind: float, z: Floats) -> Floats:
     """Return the real loop's derivative, from the law's own run-time code."""
     seen = Measurement(float(z[0]), float(z[1]), wind)
     command = law.command(z[2:], seen)
@@ -75,7 +75,7 @@ def field(law: PaperLaw, wind: float, z: Floats) -> Floats:
     return np.array([torque / TURBINE.inertia, drive, *law.state_rate(z[2:], seen)])
 
 
-def centre_line(law: PaperLaw, wind: tuple[float, float]) -> Floats:
+def centre_line(law: PublishedLaw, wind: tuple[float, float]) -> Floats:
     """Return the law's rest points, or the nearest to the trim without one, at both winds."""
     rows = []
     for v in wind:
@@ -88,7 +88,7 @@ def centre_line(law: PaperLaw, wind: tuple[float, float]) -> Floats:
 
 
 @cache
-def cell_at(name: PaperLawName, wind: float, width: float, share: float) -> PaperCell:
+def cell_at(name: PublishedLawName, wind: float, width: float, share: float) -> PublishedCell:
     """Return an enclosed cell, its box shrunk until the pitch rate limit is out of reach."""
     law = make_law(name)
     ends = (wind, min(wind + width, 25.0))
@@ -111,7 +111,7 @@ def cell_at(name: PaperLawName, wind: float, width: float, share: float) -> Pape
 )
 @pytest.mark.slow
 def test_differences_of_the_real_loop_lie_in_the_family(
-    name: PaperLawName, wind: float, width: float, share: float, seed: int
+    name: PublishedLawName, wind: float, width: float, share: float, seed: int
 ) -> None:
     """f(z1) - f(z2) = A (z1 - z2) with A between the entrywise least and largest corner."""
     law, cell, rng = make_law(name), cell_at(name, wind, width, share), np.random.default_rng(seed)
@@ -137,7 +137,7 @@ def test_differences_of_the_real_loop_lie_in_the_family(
 
 @pytest.mark.parametrize("name", LAWS)
 @pytest.mark.parametrize("wind", WINDS)
-def test_the_field_at_the_centre_is_within_its_bound(name: PaperLawName, wind: float) -> None:
+def test_the_field_at_the_centre_is_within_its_bound(name: PublishedLawName, wind: float) -> None:
     """|f(z_0(v), v)| at random winds of a cell stays below the bound over the cell."""
     law, cell = make_law(name), cell_at(name, wind, 0.1, 0.2)
     for t in np.linspace(0, 1, 9):
@@ -194,6 +194,6 @@ def test_what_no_enclosure_covers_is_refused() -> None:
     tilted = regional_schedule(
         TURBINE, law.partial.model, k_x=-8e4 - np.arange(4.0)[:, None], k_I=-9e3 * np.ones(4)
     )
-    other = paper_law(TURBINE, partial=tilted, full=law.full, coupling=law.coupling)
+    other = published_law(TURBINE, partial=tilted, full=law.full, coupling=law.coupling)
     with pytest.raises(ModelError, match="premise d"):
         loop_figures(other)

@@ -16,7 +16,7 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.coupling_filter import Variant, coupling_filter
 from takagi.models.laws.published.equilibrium import equilibria, equilibrium
-from takagi.models.laws.published.law import PaperLaw, PaperLawName, paper_law
+from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
 from takagi.models.laws.published.linearisation import local_gains, local_loop
 from takagi.models.laws.published.placement import placement_rows
 from takagi.models.laws.published.regional_schedule import RegionalSchedule, regional_schedule
@@ -29,7 +29,7 @@ from tests.paper_models import regional_models
 TURBINE = nrel5mw()
 RATED = TURBINE.rated_rotor_speed
 WINDS = (4.5, 7.0, 9.5, 10.6, 11.2, 11.4, 11.6, 12.5, 15.0, 20.0, 25.0)
-LAWS: tuple[PaperLawName, PaperLawName] = ("paper", "paper-two-integrators")
+LAWS: tuple[PublishedLawName, PublishedLawName] = ("paper", "paper-two-integrators")
 
 speeds = st.floats(0.6, 1.5)
 pitches = st.floats(0.0, 0.5)
@@ -52,23 +52,23 @@ def schedules(uniform: bool = False) -> tuple[RegionalSchedule, RegionalSchedule
 
 
 def make_law(
-    name: PaperLawName = "paper",
+    name: PublishedLawName = "paper",
     *,
     placement: float = 0.5,
     speed_overlap: float = 0.1,
     variant: Variant = "saturated",
     shape: Shape = "smooth",
     uniform: bool = False,
-) -> PaperLaw:
+) -> PublishedLaw:
     """Return the law with made-up gains and a filter of choice."""
     partial, full = schedules(uniform)
     coupling = coupling_filter(
         TURBINE, placement=placement, speed_overlap=speed_overlap, variant=variant, shape=shape
     )
-    return paper_law(TURBINE, partial=partial, full=full, coupling=coupling, name=name)
+    return published_law(TURBINE, partial=partial, full=full, coupling=coupling, name=name)
 
 
-def loop_rate(law: PaperLaw, wind: float, z: NDArray[np.float64]) -> NDArray[np.float64]:
+def loop_rate(law: PublishedLaw, wind: float, z: NDArray[np.float64]) -> NDArray[np.float64]:
     """Nonlinear design model in closed loop: z = (omega, beta, integrals), v_hat = v."""
     seen = Measurement(float(z[0]), float(z[1]), wind)
     command = law.command(z[2:], seen)
@@ -146,7 +146,7 @@ def test_fast_premises_agree_with_the_partial_load_model(error: float, wind: flo
 
 @given(speeds, pitches, winds, integrals, st.sampled_from(LAWS))
 def test_commands_stay_within_the_limits(
-    speed: float, pitch: float, wind: float, integral: float, name: PaperLawName
+    speed: float, pitch: float, wind: float, integral: float, name: PublishedLawName
 ) -> None:
     """Torque lies in 0..T_rated and pitch in its range, whatever the integrals say."""
     law = make_law(name)
@@ -160,7 +160,9 @@ def test_commands_stay_within_the_limits(
 @pytest.mark.parametrize("variant", ["saturated", "sector"])
 @pytest.mark.parametrize("name", LAWS)
 @pytest.mark.parametrize("placement", [0.0, 0.5, 1.0])
-def test_equilibria_are_rest_points(name: PaperLawName, placement: float, variant: Variant) -> None:
+def test_equilibria_are_rest_points(
+    name: PublishedLawName, placement: float, variant: Variant
+) -> None:
     """At the computed equilibrium the nonlinear loop stands still, all integrals included."""
     law = make_law(name, placement=placement, variant=variant)
     for point in equilibria(law, WINDS):
@@ -172,7 +174,7 @@ def test_equilibria_are_rest_points(name: PaperLawName, placement: float, varian
 @pytest.mark.parametrize(
     ("name", "wind"), [("paper", 11.0), ("paper-two-integrators", 11.0), LAWS[1:] + (14.0,)]
 )
-def test_the_loop_settles_where_it_was_computed(name: PaperLawName, wind: float) -> None:
+def test_the_loop_settles_where_it_was_computed(name: PublishedLawName, wind: float) -> None:
     """A simulation from a disturbed start ends at the equilibrium: found two independent ways."""
     law = make_law(name, shape="linear")
     point = equilibrium(law, wind)
@@ -266,7 +268,7 @@ def test_local_gains_by_the_product_rule() -> None:
 
 @pytest.mark.parametrize("name", LAWS)
 @pytest.mark.parametrize("wind", [9.0, 11.0, 13.0, 22.0])
-def test_loop_matrix_is_the_jacobian(name: PaperLawName, wind: float) -> None:
+def test_loop_matrix_is_the_jacobian(name: PublishedLawName, wind: float) -> None:
     """The assembled matrix equals differences of the nonlinear loop, one-sided where beta = 0."""
     law = make_law(name)
     loop = local_loop(law, wind)
@@ -284,7 +286,7 @@ def test_loop_matrix_is_the_jacobian(name: PaperLawName, wind: float) -> None:
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_initial_state_rests_at_the_trim_in_region_2(name: PaperLawName) -> None:
+def test_initial_state_rests_at_the_trim_in_region_2(name: PublishedLawName) -> None:
     """At 8 m/s both laws start, and stay, at the turbine's own trim."""
     law, point = make_law(name), trim(TURBINE, 8.0)
     state = law.initial_state(8.0)
@@ -329,7 +331,7 @@ def test_wrong_sign_of_the_integral_gain_is_refused() -> None:
     partial, full = schedules()
     flipped = RegionalSchedule(full.model, full.k_x, -full.k_I, full.evaluators)
     with pytest.raises(ModelError, match=r"give k_I = -K_I"):
-        paper_law(TURBINE, partial=partial, full=flipped, coupling=coupling_filter(TURBINE))
+        published_law(TURBINE, partial=partial, full=flipped, coupling=coupling_filter(TURBINE))
 
 
 def test_misuse_is_explained() -> None:
@@ -337,11 +339,11 @@ def test_misuse_is_explained() -> None:
     partial, full = schedules()
     coupling = coupling_filter(TURBINE)
     with pytest.raises(ModelError, match="did you mean 'paper'"):
-        paper_law(TURBINE, partial=partial, full=full, coupling=coupling, name="papr")  # type: ignore[arg-type]
+        published_law(TURBINE, partial=partial, full=full, coupling=coupling, name="papr")  # type: ignore[arg-type]
     with pytest.raises(ModelError, match="one row per rule"):
         regional_schedule(TURBINE, partial.model, k_x=np.zeros((3, 1)), k_I=np.zeros(4))
     with pytest.raises(ModelError, match="must exceed 0"):
-        paper_law(
+        published_law(
             TURBINE,
             partial=partial,
             full=full,

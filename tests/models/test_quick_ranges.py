@@ -10,16 +10,16 @@ import pytest
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule
 from takagi.models.loops.effort_sharing.cells import CellLoop
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, Uncertainty
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.splines.approximate_ranges import quick_ranges
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
 
 BOX = LoopBox(Fraction("0.04"), Fraction("0.008"), Fraction("0.03"), Fraction("0.03"))
-UNCERTAINTY = Uncertainty(Interval.of("0.9", "1.1"), frozen_wake=True)
+UNCERTAINTY = LoopUncertainty(Interval.of("0.9", "1.1"), frozen_wake=True)
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +27,7 @@ def turbine() -> Turbine:
     return nrel5mw()
 
 
-def law(turbine: Turbine, gamma: float) -> CoherentLaw:
+def law(turbine: Turbine, gamma: float) -> EffortSharingLaw:
     """A law near rated wind, its tables rounded from those of the 5-MW design."""
     schedule = EffortSchedule(
         wind=np.array([11.6, 11.8, 12.0]),
@@ -38,7 +38,7 @@ def law(turbine: Turbine, gamma: float) -> CoherentLaw:
         overlap=0.01,
     )
     gains = EffortGains(np.full(3, gamma), np.full(2, 0.09))
-    return CoherentLaw.of(turbine, schedule, gains)
+    return EffortSharingLaw.of(turbine, schedule, gains)
 
 
 @pytest.mark.parametrize("order", [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)])

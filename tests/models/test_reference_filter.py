@@ -10,14 +10,14 @@ from scipy.signal import step
 
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Law, Measurement
-from takagi.models.laws.published.law import PaperLawName
+from takagi.models.laws.published.law import PublishedLawName
 from takagi.models.laws.published.reference_filter import FilteredReferenceLaw, ReferenceFilter
 from takagi.models.laws.sampled import sampled
 from takagi.models.simulation import design_plant, simulate, step_wind
 from tests.models.test_paper_law import TURBINE, make_law
 
 Array = NDArray[np.float64]
-LAWS: tuple[PaperLawName, PaperLawName] = ("paper", "paper-two-integrators")
+LAWS: tuple[PublishedLawName, PublishedLawName] = ("paper", "paper-two-integrators")
 FILTERS = (ReferenceFilter(2.0), ReferenceFilter(1.5, order=2, damping=0.7))
 
 
@@ -53,7 +53,7 @@ def test_the_rate_and_the_sample_are_one_filter(filter_: ReferenceFilter) -> Non
 
 @pytest.mark.parametrize("name", LAWS)
 @pytest.mark.parametrize("filter_", FILTERS)
-def test_at_rest_it_is_the_law_itself(name: PaperLawName, filter_: ReferenceFilter) -> None:
+def test_at_rest_it_is_the_law_itself(name: PublishedLawName, filter_: ReferenceFilter) -> None:
     """G_f(0) = 1: same commands, same integral rates, and the filter does not move."""
     law = make_law(name)
     filtered = FilteredReferenceLaw(law, filter_)

@@ -15,9 +15,9 @@ from scipy.optimize import brentq
 
 from takagi.models.errors import ModelError
 from takagi.models.laws import (
-    CoherentLaw,
     Command,
     EffortGains,
+    EffortSharingLaw,
     Measurement,
     SampledLaw,
     effort_schedule,
@@ -46,11 +46,11 @@ def turbine() -> Turbine:
 
 
 @pytest.fixture(scope="module")
-def law(turbine: Turbine) -> CoherentLaw:
+def law(turbine: Turbine) -> EffortSharingLaw:
     schedule = effort_schedule(turbine)
     count = len(schedule.wind)
     gains = EffortGains(np.full(count, 0.6), np.full(count - 1, 0.15))
-    return CoherentLaw.of(turbine, schedule, gains)
+    return EffortSharingLaw.of(turbine, schedule, gains)
 
 
 @given(
@@ -61,7 +61,7 @@ def law(turbine: Turbine) -> CoherentLaw:
     time=st.floats(1e-3, 2.0),
 )
 def test_the_filter_is_discretised_exactly(
-    law: CoherentLaw, wind: float, seen: float, x: float, speed: float, time: float
+    law: EffortSharingLaw, wind: float, seen: float, x: float, speed: float, time: float
 ) -> None:
     """v_f goes to the held estimate by exp(-t/tau), in one step or two; |x| stays at its limit."""
     measured = Measurement(speed, 0.0, seen)
@@ -78,7 +78,7 @@ def test_the_filter_is_discretised_exactly(
     assert once[0] == pytest.approx(np.clip(free, -law.integral_limit, law.integral_limit))
 
 
-def test_a_filter_faster_than_the_samples_is_stable(law: CoherentLaw) -> None:
+def test_a_filter_faster_than_the_samples_is_stable(law: EffortSharingLaw) -> None:
     """With tau_f = 5 ms and samples of 20 ms an Euler step would grow by -3 each time."""
     quick, measured = replace(law, wind_filter=0.005), Measurement(1.2, 0.0, 14.0)
     state = euler = np.array([0.0, 10.0])
@@ -91,7 +91,7 @@ def test_a_filter_faster_than_the_samples_is_stable(law: CoherentLaw) -> None:
 
 
 @pytest.mark.parametrize("filter_time", [0.01, 0.05, 5.0])
-def test_a_ramp_is_fed_forward_at_its_own_rate(law: CoherentLaw, filter_time: float) -> None:
+def test_a_ramp_is_fed_forward_at_its_own_rate(law: EffortSharingLaw, filter_time: float) -> None:
     """An estimate that climbs by r takes the torque E f r, however slow the samples are.
 
     On a ramp the filter lags by r T / (1 - exp(-T / tau_f)), the fixed point of one sample; the
@@ -111,7 +111,7 @@ def test_a_ramp_is_fed_forward_at_its_own_rate(law: CoherentLaw, filter_time: fl
     assert rest.torque - command.torque == pytest.approx(law.effort_torque * fed)
 
 
-def test_without_a_filter_the_state_keeps_its_wind(law: CoherentLaw) -> None:
+def test_without_a_filter_the_state_keeps_its_wind(law: EffortSharingLaw) -> None:
     """tau_f = 0: nothing to discretise."""
     from takagi.models.laws.effort_sharing.feedforward import no_feedforward
 
@@ -131,7 +131,7 @@ def test_a_law_without_its_own_step_takes_eulers(turbine: Turbine) -> None:
     assert later == pytest.approx(state + 0.02 * law.state_rate(state, measured), abs=0)
 
 
-def test_a_program_is_the_law_between_samples(law: CoherentLaw) -> None:
+def test_a_program_is_the_law_between_samples(law: EffortSharingLaw) -> None:
     """Without limits it sends what the law commands, and its next state is the law's."""
     program = SampledLaw(law, 0.02)
     begin = program.start(14.0, REST)
@@ -144,7 +144,7 @@ def test_a_program_is_the_law_between_samples(law: CoherentLaw) -> None:
     assert after.sent == sent and begin.sent == REST
 
 
-def test_what_is_sent_moves_no_faster_than_its_limits(law: CoherentLaw) -> None:
+def test_what_is_sent_moves_no_faster_than_its_limits(law: EffortSharingLaw) -> None:
     """From rest towards a far command in equal steps, and onto it in the last one."""
     program = SampledLaw(law, 0.02, torque_rate_limit=15e3, pitch_rate_limit=0.1)
     measured = Measurement(1.40, 0.1, 14.0)
@@ -162,13 +162,15 @@ def test_what_is_sent_moves_no_faster_than_its_limits(law: CoherentLaw) -> None:
     assert torque[-1] == law.command(state.law_state, measured).torque
 
 
-def run(law: CoherentLaw | SampledLaw, turbine: Turbine) -> History:
+def run(law: EffortSharingLaw | SampledLaw, turbine: Turbine) -> History:
     """Return 30 s across rated wind on the validation plant."""
     wind = turbulent_wind(12.0, 0.15, 30.0, 2)
     return simulate(validation_plant(turbine), law, wind)
 
 
-def test_a_plain_law_is_one_that_is_sampled_every_20_ms(law: CoherentLaw, turbine: Turbine) -> None:
+def test_a_plain_law_is_one_that_is_sampled_every_20_ms(
+    law: EffortSharingLaw, turbine: Turbine
+) -> None:
     """Bit for bit the same record; other samples are another one."""
     plain, sampled = run(law, turbine), run(SampledLaw(law, 0.02), turbine)
     rare = run(SampledLaw(law, 0.1), turbine)
@@ -178,7 +180,7 @@ def test_a_plain_law_is_one_that_is_sampled_every_20_ms(law: CoherentLaw, turbin
     assert 1e-4 < np.abs(rare.rotor_speed - plain.rotor_speed[::5]).max() < 0.01
 
 
-def test_a_computation_time_is_a_later_command(law: CoherentLaw, turbine: Turbine) -> None:
+def test_a_computation_time_is_a_later_command(law: EffortSharingLaw, turbine: Turbine) -> None:
     """Torque that was computed at t acts from t + T_c: a whole sample late is the old command."""
     plant, wind = design_plant(turbine), step_wind(13.0, 14.0, 2.0, begin=0.1)
     history = simulate(plant, SampledLaw(law, 0.1, 0.1), wind)
@@ -195,7 +197,7 @@ def test_a_computation_time_is_a_later_command(law: CoherentLaw, turbine: Turbin
     )
 
 
-def sampled_radius(law: CoherentLaw, turbine: Turbine, wind: float, time: float) -> float:
+def sampled_radius(law: EffortSharingLaw, turbine: Turbine, wind: float, time: float) -> float:
     """Return the spectral radius of the sampled loop at a trim, torque at rated, exactly.
 
     Plant (omega, beta) by the matrix exponential of its linearisation with the pitch reference
@@ -219,7 +221,7 @@ def sampled_radius(law: CoherentLaw, turbine: Turbine, wind: float, time: float)
 
 
 def test_the_simulated_loop_is_lost_where_its_sampled_poles_say(
-    law: CoherentLaw, turbine: Turbine
+    law: EffortSharingLaw, turbine: Turbine
 ) -> None:
     """At 18 m/s the poles leave the unit circle at one sample time: below it the loop settles."""
     limit = brentq(lambda T: sampled_radius(law, turbine, 18.0, T) - 1, 0.5, 5.0)
@@ -254,7 +256,7 @@ def test_the_plant_s_step_fits_both_times(times: tuple[float, float], step: floa
     assert fitting_step(*times) == pytest.approx(step)
 
 
-def test_misuse_is_told(law: CoherentLaw, turbine: Turbine) -> None:
+def test_misuse_is_told(law: EffortSharingLaw, turbine: Turbine) -> None:
     """Times and limits that make no program, and two sample times for one law."""
     with pytest.raises(ModelError, match="sample time 0"):
         SampledLaw(law, 0.0)

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from takagi.models import Interval, ModelError
-from takagi.models.loops.secant.embedding import Region, secant_embedding
+from takagi.models.loops.secant.embedding import SecantRegion, secant_embedding
 from takagi.models.loops.secant.entries import Form
 from takagi.models.loops.secant.feedback import Feedback, blended_feedback, product_memberships
 from takagi.models.loops.secant.matrices import SecantCell, SecantEmbedding
@@ -176,7 +176,7 @@ def test_each_form_is_tighter_than_the_next() -> None:
     ],
 )
 def test_ranges_of_a_cubic_in_closed_form(form: Form, rest: str, lower: str, upper: str) -> None:
-    cell = Region(reference={X: Fraction(rest)})
+    cell = SecantRegion(reference={X: Fraction(rest)})
 
     embedding = secant_embedding(scalar(X**3), cells=[cell], form=form, tolerance="1e-6")
 
@@ -190,7 +190,7 @@ def test_ranges_of_a_cubic_in_closed_form(form: Form, rest: str, lower: str, upp
 def test_slope_of_the_sine_through_its_removable_singularity(rest: str) -> None:
     """(sin x - sin a)/(x - a) is least at x = -1 or 1 and largest near a: both by a fine grid."""
     a = float(Fraction(rest))
-    cell = Region(reference={X: Fraction(rest)})
+    cell = SecantRegion(reference={X: Fraction(rest)})
 
     ((found,),) = secant_embedding(scalar(sp.sin(X)), cells=[cell]).cells[0].entries
 
@@ -274,7 +274,7 @@ def test_saturated_scalar_loop_from_any_reference(
         return float(value - value**3 + np.clip(-gain * value, -limit, limit))
 
     (cell,) = secant_embedding(
-        plant, law, [Region(reference={X: rest})], tolerance="0.1", form="derivative"
+        plant, law, [SecantRegion(reference={X: rest})], tolerance="0.1", form="derivative"
     ).cells
     change = np.array([rate(x) - rate(float(rest))])
     assert distance(cell, np.array([x - float(rest)]), change) < ROUNDING
@@ -285,8 +285,8 @@ def test_saturated_scalar_loop_from_any_reference(
 def test_reference_along_a_trim_curve_follows_the_exogenous_variable() -> None:
     """x' = p + p^3 - x - x^3 rests at x = p: residual 0, and x*' = 1 p'."""
     plant = plant_of([P + P**3 - X - X**3], {X: (-1, 2)}, disturbances={P: (0, 1)})
-    exactly = Region("trim", box={P: (0, "0.5")}, reference={X: P})
-    roughly = Region("table", box={P: (0, "0.5")}, reference={X: P * sp.Rational(9, 10)})
+    exactly = SecantRegion("trim", box={P: (0, "0.5")}, reference={X: P})
+    roughly = SecantRegion("table", box={P: (0, "0.5")}, reference={X: P * sp.Rational(9, 10)})
 
     embedding = secant_embedding(plant, cells=[exactly, roughly], exogenous=[P])
 
@@ -309,7 +309,7 @@ def test_reference_along_a_trim_curve_follows_the_exogenous_variable() -> None:
 def test_discrete_time_counts_the_residual_from_the_reference() -> None:
     plant = plant_of([X / 2 + X**2 / 4], {X: (-1, 1)}, sample_time=0.1)
 
-    (cell,) = secant_embedding(plant, cells=[Region(reference={X: "0.5"})]).cells
+    (cell,) = secant_embedding(plant, cells=[SecantRegion(reference={X: "0.5"})]).cells
 
     assert cell.residual == (Interval.of(Fraction(1, 4) + Fraction(1, 16) - Fraction(1, 2)),)
     assert cell.entries[0][0].contains(Interval(Fraction(3, 8), Fraction(7, 8)))  # 1/2 + (x+1/2)/4
@@ -361,14 +361,17 @@ def _with_input() -> Plant:
         (lambda: secant_embedding(_with_input()), "each needs one command"),
         (lambda: secant_embedding(_with_input(), Feedback({U: V})), "no state"),
         (
-            lambda: secant_embedding(scalar(X), cells=[Region("far", box={X: (0, 2)})]),
+            lambda: secant_embedding(scalar(X), cells=[SecantRegion("far", box={X: (0, 2)})]),
             "cell far: .*leaves the plant's range",
         ),
         (
-            lambda: secant_embedding(scalar(X), cells=[Region("far", reference={X: 2})]),
+            lambda: secant_embedding(scalar(X), cells=[SecantRegion("far", reference={X: 2})]),
             "outside its range",
         ),
-        (lambda: secant_embedding(scalar(X), cells=[Region(reference={X: P})]), "not exogenous"),
+        (
+            lambda: secant_embedding(scalar(X), cells=[SecantRegion(reference={X: P})]),
+            "not exogenous",
+        ),
         (lambda: secant_embedding(scalar(X), exogenous=[P]), "no disturbance"),
         (
             lambda: secant_embedding(scalar(X), form=cast("Form", "exact")),
@@ -376,7 +379,7 @@ def _with_input() -> Plant:
         ),
         (
             lambda: secant_embedding(
-                scalar(sp.atan(1 / X) + X), cells=[Region(reference={X: "0.5"})]
+                scalar(sp.atan(1 / X) + X), cells=[SecantRegion(reference={X: "0.5"})]
             ),
             "cell whole, equation of x: .*cannot be bounded",
         ),
@@ -387,7 +390,7 @@ def _with_input() -> Plant:
                 secant_embedding(
                     _with_input(),
                     Feedback({U: -sp.sqrt(4) * X}, {U: Interval.of(-2, 2)}),
-                    [Region(reference={X: "0.5"})],
+                    [SecantRegion(reference={X: "0.5"})],
                 )
                 .cells[0]
                 .exact_vertices(most=0)
@@ -411,4 +414,4 @@ def test_command_whose_rest_straddles_its_limit_is_refused() -> None:
     law = Feedback({U: -X}, {U: Interval.of("-0.5", "0.5")})
 
     with pytest.raises(ModelError, match="across an end of its limits"):
-        secant_embedding(plant, law, [Region(reference={X: P})], exogenous=[P])
+        secant_embedding(plant, law, [SecantRegion(reference={X: P})], exogenous=[P])

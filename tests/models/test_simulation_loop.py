@@ -15,7 +15,7 @@ from takagi.models.simulation import (
     BaselineLaw,
     Flag,
     History,
-    Plant,
+    SimulatedTurbine,
     constant_wind,
     design_plant,
     ramp_wind,
@@ -50,7 +50,9 @@ class Held:
         return np.zeros(0)
 
 
-def baseline_run(plant: Plant, *, time_step: float = 0.02, sample: float = 0.04) -> History:
+def baseline_run(
+    plant: SimulatedTurbine, *, time_step: float = 0.02, sample: float = 0.04
+) -> History:
     """Return 60 s of the reference's controller across rated wind."""
     wind = turbulent_wind(12.0, 0.15, 60.0, 2)
     law = BaselineLaw(plant.turbine)

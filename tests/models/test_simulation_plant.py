@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.models.errors import ModelError
-from takagi.models.simulation import Plant, design_plant, validation_plant
+from takagi.models.simulation import SimulatedTurbine, design_plant, validation_plant
 from takagi.models.simulation.dynamics import dynamics, plant_derivative
 from takagi.models.simulation.wake import wake_time_constant
 from takagi.models.splines.scalar_surface import patch_coefficients, scalar_surface
@@ -20,7 +20,7 @@ from takagi.models.turbine.trim import trim
 Array = NDArray[np.float64]
 
 
-def jacobian(plant: Plant, wind: float) -> Array:
+def jacobian(plant: SimulatedTurbine, wind: float) -> Array:
     """Return the derivative of the right-hand side by the state, by central differences."""
     state, point = plant.initial_state(wind)
     columns = []
@@ -198,6 +198,6 @@ def test_wake_time_constant_by_hand() -> None:
 def test_misuse_is_told() -> None:
     """Unknown drive, limits not above 0."""
     with pytest.raises(ModelError, match="'third-order' is not known"):
-        Plant(nrel5mw(), "third-order")
+        SimulatedTurbine(nrel5mw(), "third-order")
     with pytest.raises(ModelError, match="torque_rate_limit = 0"):
         validation_plant(nrel5mw(), torque_rate_limit=0.0)

@@ -8,8 +8,8 @@ import pytest
 from takagi.models.errors import ModelError
 from takagi.models.simulation import (
     BaselineLaw,
-    paper_scenario,
-    paper_winds,
+    published_scenario,
+    published_winds,
     transition_scenario,
     transition_winds,
 )
@@ -20,7 +20,7 @@ from takagi.models.turbine.wind_observer import WindObserver
 def test_paper_winds_lie_as_the_paper_says() -> None:
     """Schulte (2024): the highest mostly above rated with intervals below, the lowest below."""
     turbine = nrel5mw()
-    above = [float(np.mean(w.speed > rated_wind(turbine))) for w in paper_winds(turbine)]
+    above = [float(np.mean(w.speed > rated_wind(turbine))) for w in published_winds(turbine)]
 
     assert above[0] == 0.0
     assert 0.1 < above[1] < 0.9
@@ -43,8 +43,8 @@ def test_paper_scenario_runs_every_law_in_every_wind() -> None:
         "torque": BaselineLaw(turbine, region_3="constant-torque"),
     }
     seen: list[float] = []
-    winds = paper_winds(turbine, duration=20.0)
-    results = paper_scenario(
+    winds = published_winds(turbine, duration=20.0)
+    results = published_scenario(
         turbine, laws, observer=WindObserver(turbine, 2.0, 5.0), winds=winds, progress=seen.append
     )
     rows = [result.row() for result in results]
@@ -62,10 +62,10 @@ def test_paper_scenario_runs_every_law_in_every_wind() -> None:
 def test_two_processes_give_the_same_as_one() -> None:
     """Same numbers, same order, and the arrays come back locked."""
     turbine = nrel5mw()
-    winds = paper_winds(turbine, duration=5.0)
+    winds = published_winds(turbine, duration=5.0)
     laws = {"baseline": BaselineLaw(turbine)}
     here, there = (
-        paper_scenario(turbine, laws, observer=None, winds=winds, processes=count)
+        published_scenario(turbine, laws, observer=None, winds=winds, processes=count)
         for count in (1, 2)
     )
 
@@ -88,6 +88,6 @@ def test_transition_scenario_shows_the_loops_apart() -> None:
 def test_misuse_is_told() -> None:
     """No law, no process."""
     with pytest.raises(ModelError, match="no law"):
-        paper_scenario(nrel5mw(), {}, observer=None)
+        published_scenario(nrel5mw(), {}, observer=None)
     with pytest.raises(ModelError, match="0 processes"):
-        paper_scenario(nrel5mw(), {"b": BaselineLaw(nrel5mw())}, observer=None, processes=0)
+        published_scenario(nrel5mw(), {"b": BaselineLaw(nrel5mw())}, observer=None, processes=0)

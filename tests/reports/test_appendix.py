@@ -59,12 +59,12 @@ def undrawn(patch: pytest.MonkeyPatch) -> None:
 def with_paper_law(design: TurbineDesign) -> TurbineDesign:
     """The same turbine with the published law and a claim that the checker leaves open."""
     from takagi.models.laws.published.coupling_filter import coupling_filter
-    from takagi.models.laws.published.law import paper_law
+    from takagi.models.laws.published.law import published_law
     from takagi.models.laws.published.regional_schedule import regional_schedule
 
     turbine = design.turbine
     low, high = (region.require() for region in (design.regional.partial, design.regional.full))
-    law = paper_law(
+    law = published_law(
         turbine,
         partial=regional_schedule(turbine, design.partial_load, k_x=low[0], k_I=low[1]),
         full=regional_schedule(turbine, design.full_load, k_x=high[0], k_I=high[1]),

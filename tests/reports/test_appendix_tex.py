@@ -33,13 +33,13 @@ def design(turbine_design: TurbineDesign) -> TurbineDesign:
 def paper_design(design: TurbineDesign, name: str) -> TurbineDesign:
     """The same turbine with a published law and a claim of another kind, in hostile words."""
     from takagi.models.laws.published.coupling_filter import coupling_filter
-    from takagi.models.laws.published.law import PaperLawName, paper_law
+    from takagi.models.laws.published.law import PublishedLawName, published_law
     from takagi.models.laws.published.regional_schedule import regional_schedule
 
     turbine = design.turbine
-    which: PaperLawName = "paper" if name == "paper" else "paper-two-integrators"
+    which: PublishedLawName = "paper" if name == "paper" else "paper-two-integrators"
     low, high = (region.require() for region in (design.regional.partial, design.regional.full))
-    law = paper_law(
+    law = published_law(
         turbine,
         partial=regional_schedule(turbine, design.partial_load, k_x=low[0], k_I=low[1]),
         full=regional_schedule(turbine, design.full_load, k_x=high[0], k_I=high[1]),

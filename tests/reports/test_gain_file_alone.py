@@ -26,7 +26,7 @@ from takagi.certificates.document.plant_embedding import law_members, plant_data
 from takagi.models.blending.modelling import blended_model
 from takagi.models.files.library import built_in_kinds, data_folder
 from takagi.models.laws.effort_sharing.feedforward import no_feedforward
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.pdc import PdcLaw
 from takagi.models.laws.protocol import Law, Measurement
 from takagi.models.laws.sampled import SampledLaw, sampled
@@ -160,7 +160,7 @@ def test_the_effort_of_a_blend_is_added_up(tmp_path: Path) -> None:
 
 def turbine_file(design: TurbineDesign, law: Law, folder: Path) -> Path:
     """Write the gain file of a law, with the observer of a design and a start of no meaning."""
-    coherent = isinstance(law, CoherentLaw)
+    coherent = isinstance(law, EffortSharingLaw)
     gains = coherent_law_data(law) if coherent else paper_law_data(law)  # type: ignore[arg-type]
     document = certificate_document(
         model=design.document["model"], gains=gains, claims=[], provenance={}

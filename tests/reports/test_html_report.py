@@ -23,7 +23,7 @@ from takagi.certificates.document.certificate_file import dumps
 from takagi.cli.terminal.turbine_summary import as_text
 from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.coupling_filter import coupling_filter
-from takagi.models.laws.published.law import paper_law
+from takagi.models.laws.published.law import published_law
 from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.turbine.loader import nrel5mw
 from takagi.reports.design_folder import design_files
@@ -121,7 +121,7 @@ def with_paper_law(design: TurbineDesign) -> TurbineDesign:
         for part in (regional.partial, regional.full)
         for k_x, k_I in [part.require()]
     ]
-    law = paper_law(
+    law = published_law(
         design.turbine,
         partial=schedules[0],
         full=schedules[1],

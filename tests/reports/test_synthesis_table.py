@@ -10,8 +10,8 @@ import pytest
 from takagi.certificates.design.turbine.effort_sharing_gains import CoherentSynthesis
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.lmi.turbine.one_step.design import OneStepDesign
-from takagi.lmi.turbine.one_step.loop_functions import Functions
-from takagi.lmi.turbine.one_step.value import Reached
+from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions
+from takagi.lmi.turbine.one_step.value import ReachedValues
 from takagi.reports.loops.synthesis_summary import synthesis_summary, synthesis_words
 from takagi.reports.page.assembly import render
 from takagi.reports.sections.turbine.gains import gains_section
@@ -23,12 +23,12 @@ def joint(turbine_design: TurbineDesign) -> TurbineDesign:
     """The shared design as if its gains had been found in two joint steps."""
     law, candidate = turbine_design.coherent, turbine_design.candidate
     assert law is not None and candidate is not None
-    before = Reached(0.1894, 0.04, 0.01695, np.nan, np.nan)
+    before = ReachedValues(0.1894, 0.04, 0.01695, np.nan, np.nan)
     middle, after = replace(before, wind_error=0.2), replace(before, wind_error=0.2075)
     none = np.zeros(3)
     found = OneStepDesign(
         law,
-        Functions(np.eye(3), none, none, np.eye(3), 0.026),
+        LoopFunctions(np.eye(3), none, none, np.eye(3), 0.026),
         before,
         replace(after, decay_rate=0.0261),
         (before, middle, after),

@@ -27,7 +27,7 @@ from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
 
 if TYPE_CHECKING:
-    from takagi.lmi import Region
+    from takagi.lmi import EigenvalueRegion
     from takagi.models.ts.model import TSModel
 
 __all__ = ["Demands", "plant_certificate"]
@@ -50,7 +50,7 @@ class Demands:
 
     decay_rate: float | None = None
     input_limits: Floats | None = None
-    region: Region | None = None
+    region: EigenvalueRegion | None = None
 
 
 def plant_certificate(

@@ -24,9 +24,9 @@ from takagi.certificates.claims.turbine.wind_class import WindClass, asked_rates
 from takagi.lmi.analysis.invariant_ellipsoid import Ellipsoid, invariant_ellipsoid
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.loops.effort_sharing.cells import CellLoop
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, Uncertainty
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
 from takagi.models.turbine.data import Turbine
 
@@ -49,17 +49,17 @@ DEFAULT_BOX = LoopBox(
     speed_signal=Fraction("0.03"),
     wind_share=Fraction("0.03"),
 )
-DEFAULT_UNCERTAINTY = Uncertainty(Interval.of("0.9", "1.1"), frozen_wake=True)
+DEFAULT_UNCERTAINTY = LoopUncertainty(Interval.of("0.9", "1.1"), frozen_wake=True)
 # All rates are lowered by this factor, so often, where no quadratic function bears them.
 CALMER, ATTEMPTS = 0.5, 6
 
 
 def coherent_candidate(
     turbine: Turbine,
-    law: CoherentLaw,
+    law: EffortSharingLaw,
     *,
     box: LoopBox = DEFAULT_BOX,
-    uncertainty: Uncertainty = DEFAULT_UNCERTAINTY,
+    uncertainty: LoopUncertainty = DEFAULT_UNCERTAINTY,
     wind_class: WindClass | None = None,
     P: Floats | None = None,
     rates: Sequence[Fraction] | None = None,
@@ -109,7 +109,7 @@ def coherent_candidate(
 
 
 def _common(
-    cells: tuple[LoopCell, ...], law: CoherentLaw, box: LoopBox, error: Floats
+    cells: tuple[LoopCell, ...], law: EffortSharingLaw, box: LoopBox, error: Floats
 ) -> Ellipsoid:
     """Return one invariant ellipsoid for all cells, each at its own wind rate."""
     corners = [loop_vertices(cell) for cell in cells]

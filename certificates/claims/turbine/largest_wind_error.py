@@ -17,7 +17,7 @@ from takagi.certificates.claims.turbine.wind_class import RESERVE, cell_class
 from takagi.lmi.analysis.decay_rate import fast_decay
 from takagi.lmi.analysis.invariant_ellipsoid import decay_rates
 from takagi.models.loops.effort_sharing.cells import CellLoop
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, Uncertainty
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
 from takagi.models.loops.effort_sharing.vertices import LoopVertices, loop_vertices
 
 __all__ = ["SHRINK", "AskedLoops", "CoherentCandidate", "borne_with"]
@@ -46,7 +46,7 @@ class CoherentCandidate:
     """
 
     box: LoopBox
-    uncertainty: Uncertainty
+    uncertainty: LoopUncertainty
     cells: tuple[LoopCell, ...]
     P: Floats | None
     multipliers: Floats
@@ -62,7 +62,7 @@ class CoherentCandidate:
     def without(
         cls,
         box: LoopBox,
-        uncertainty: Uncertainty,
+        uncertainty: LoopUncertainty,
         cells: Sequence[LoopCell],
         *,
         diagnosis: str,
@@ -97,7 +97,7 @@ class AskedLoops:
     """
 
     box: LoopBox
-    uncertainty: Uncertainty
+    uncertainty: LoopUncertainty
     cells: Sequence[CellLoop]
     rates: Sequence[Fraction]
     error: Floats

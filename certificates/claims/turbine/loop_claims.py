@@ -26,7 +26,7 @@ from takagi.certificates.document.certificate_file import (
     turbine_data,
 )
 from takagi.certificates.document.provenance import provenance
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.turbine.data import Turbine
 
 __all__ = ["loop_claims", "loop_document"]
@@ -36,7 +36,7 @@ Made = Callable[[], "dict[str, Any] | None"]
 
 def loop_document(
     turbine: Turbine,
-    law: CoherentLaw,
+    law: EffortSharingLaw,
     candidate: CoherentCandidate,
     asked: object,
     *,

@@ -20,7 +20,7 @@ from takagi.certificates.claims.turbine.published_search import (
 )
 from takagi.models.laws.published.coupling_filter import CouplingFilter
 from takagi.models.laws.published.equilibrium_point import Equilibrium
-from takagi.models.laws.published.law import PaperLaw
+from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.laws.published.regional_schedule import RegionalSchedule
 from takagi.models.loops.published.tables import schedule_band
 from takagi.models.ramps.membership_ramp import Ramp
@@ -57,7 +57,7 @@ class PaperCandidate:
     rests : wind [m/s] -> where the law rests, at the ends of all cells that were looked at.
     """
 
-    law: PaperLaw
+    law: PublishedLaw
     winds: tuple[Span, ...]
     cells: tuple[FoundCell, ...]
     unproved: tuple[Unproved, ...]
@@ -81,7 +81,7 @@ def merged(spans: Sequence[Span]) -> list[Span]:
 
 
 def paper_candidate(
-    law: PaperLaw,
+    law: PublishedLaw,
     *,
     winds: Sequence[Span] | None = None,
     narrowest: float | None = None,
@@ -113,7 +113,7 @@ def paper_candidate(
     )
 
 
-def overlap_candidates(law: PaperLaw) -> Iterator[PaperCandidate]:
+def overlap_candidates(law: PublishedLaw) -> Iterator[PaperCandidate]:
     """Yield candidates for other overlaps, half to twice the law's, at narrow windows of wind.
 
     One window of ``WINDOW`` m/s per m/s is looked at, from half a metre per second above cut-in
@@ -145,7 +145,9 @@ def claiming_what_holds(candidate: PaperCandidate) -> PaperCandidate:
     return replace(candidate, winds=tuple(holding)) if holding else candidate
 
 
-def with_overlaps(law: PaperLaw, *, speed_overlap: float, torque_overlap: float) -> PaperLaw:
+def with_overlaps(
+    law: PublishedLaw, *, speed_overlap: float, torque_overlap: float
+) -> PublishedLaw:
     """Return the law with other overlaps [rad/s, N m]; the ramp keeps its placement."""
     old: CouplingFilter = law.coupling
     ramp = old.speed_ramp
@@ -209,7 +211,7 @@ def _joined(gaps: Sequence[Unproved]) -> list[Unproved]:
     return found
 
 
-def paper_law_data(law: PaperLaw) -> dict[str, Any]:
+def paper_law_data(law: PublishedLaw) -> dict[str, Any]:
     """Return the law as plain data, the same in gain file and certificate.
 
     ``partial`` and ``full`` hold the trim table that the premises refer to, the premises' bounds,
@@ -245,7 +247,7 @@ def paper_law_data(law: PaperLaw) -> dict[str, Any]:
     return data
 
 
-def _region(law: PaperLaw, schedule: RegionalSchedule) -> dict[str, Any]:
+def _region(law: PublishedLaw, schedule: RegionalSchedule) -> dict[str, Any]:
     band, model = schedule_band(law, schedule), schedule.model
     return {
         "wind": band.wind.tolist(),

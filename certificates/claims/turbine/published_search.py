@@ -15,9 +15,9 @@ from takagi.lmi.analysis.interval_matrices import contraction, lyapunov_candidat
 from takagi.models.errors import ModelError
 from takagi.models.laws.published.equilibrium import equilibrium
 from takagi.models.laws.published.equilibrium_point import Equilibrium
-from takagi.models.laws.published.law import PaperLaw
+from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.loops.published.cells import (
-    PaperCell,
+    PublishedCell,
     disturbance_bound,
     enclosed_cell,
     wind_breaks,
@@ -52,7 +52,7 @@ ROUNDED = 1 - 1e-9
 class FoundCell:
     """A cell that is believed to hold: enclosures, P in units of the box, rates, kind of rest."""
 
-    cell: PaperCell
+    cell: PublishedCell
     P: Floats
     decay_rate: float
     multiplier: float
@@ -77,7 +77,7 @@ class PaperSearch:
     ``STARTS`` and grows it as far as it goes.
     """
 
-    law: PaperLaw
+    law: PublishedLaw
     figures: LoopFigures
     narrowest: float
     ladder: tuple[float, ...] = ()
@@ -85,7 +85,7 @@ class PaperSearch:
 
     @classmethod
     def of(
-        cls, law: PaperLaw, *, narrowest: float = NARROWEST, ladder: tuple[float, ...] = ()
+        cls, law: PublishedLaw, *, narrowest: float = NARROWEST, ladder: tuple[float, ...] = ()
     ) -> PaperSearch:
         return cls(law, loop_figures(law), narrowest, ladder)
 
@@ -189,7 +189,7 @@ class PaperSearch:
         P: Floats,
         size: float,
         bound: Floats,
-    ) -> tuple[PaperCell, Floats, float, float] | None:
+    ) -> tuple[PublishedCell, Floats, float, float] | None:
         extent = np.sqrt(np.diag(np.linalg.inv(P)))
         box = units * extent / (units[0] * extent[0]) * size
         box = np.array([float(f"{r:.{BOX_DIGITS}g}") for r in box])

@@ -6,8 +6,8 @@ from fractions import Fraction
 
 from takagi.certificates.claims.turbine.effort_sharing import coherent_candidate
 from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import CoherentLaw
-from takagi.models.loops.effort_sharing.cells import LoopBox, Uncertainty
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.loops.effort_sharing.cells import LoopBox, LoopUncertainty
 from takagi.models.turbine.data import Turbine
 
 __all__ = ["smaller_uncertainty"]
@@ -18,7 +18,7 @@ DIGITS = 3
 
 
 def smaller_uncertainty(
-    turbine: Turbine, law: CoherentLaw, box: LoopBox, uncertainty: Uncertainty
+    turbine: Turbine, law: EffortSharingLaw, box: LoopBox, uncertainty: LoopUncertainty
 ) -> str:
     """Return, in words, a part of the uncertainty for which a common function is found.
 
@@ -29,12 +29,12 @@ def smaller_uncertainty(
     span = uncertainty.inertia
     for share in SHARES if span.width else ():
         narrow = _narrowed(span, share)
-        smaller = Uncertainty(narrow, uncertainty.frozen_wake, uncertainty.power_coefficient)
+        smaller = LoopUncertainty(narrow, uncertainty.frozen_wake, uncertainty.power_coefficient)
         if coherent_candidate(turbine, law, box=box, uncertainty=smaller).P is not None:
             low, high = float(narrow.lower), float(narrow.upper)
             return f"with these gains inertia {low:g} to {high:g} of nominal would do"
     if uncertainty.frozen_wake:
-        smaller = Uncertainty(
+        smaller = LoopUncertainty(
             span, frozen_wake=False, power_coefficient=uncertainty.power_coefficient
         )
         if coherent_candidate(turbine, law, box=box, uncertainty=smaller).P is not None:

@@ -21,9 +21,9 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.claims.turbine.published import paper_law_data
 from takagi.certificates.design.given.turbine_law import coherent_law_from_data
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.published.coupling_filter import CouplingFilter
-from takagi.models.laws.published.law import PaperLaw
+from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.ramps.membership_ramp import Ramp
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.derating import derated
@@ -39,7 +39,7 @@ COHERENT, PAPER = "coherent", ("paper", "paper-two-integrators")
 SINCE_2 = ("inertia_feedforward", "feedforward_limit")
 
 
-def law_from_gains(path: Path, turbine: Turbine | None = None) -> CoherentLaw | PaperLaw:
+def law_from_gains(path: Path, turbine: Turbine | None = None) -> EffortSharingLaw | PublishedLaw:
     """Return the law of a gain file of a wind turbine.
 
     Parameters
@@ -96,14 +96,14 @@ def _completed(data: Any, document: Mapping[str, Any]) -> Mapping[str, Any]:
     return {**data, **{key: [none] * intervals for key in SINCE_2}, "pitch_lead": none}
 
 
-def _paper_law(turbine: Turbine, name: str, data: Any, path: Path) -> PaperLaw:
+def _paper_law(turbine: Turbine, name: str, data: Any, path: Path) -> PublishedLaw:
     where = f"{path}: law"
     setpoint = float(number(data, "speed_setpoint", where))
     asked = None if setpoint == turbine.rated_rotor_speed else setpoint
     held = derated(turbine, float(number(data, "rated_torque", where)), speed_setpoint=asked)
     tracking = None if name == "paper" else float(number(data, "tracking_time", where))
     partial, full = _schedules(held, asked, data, where)
-    law = PaperLaw(
+    law = PublishedLaw(
         "paper" if name == "paper" else "paper-two-integrators",
         held,
         _coupling(data, where),

@@ -24,9 +24,9 @@ from takagi.certificates.design.turbine.effort_sharing_gains import widened
 from takagi.certificates.design.turbine.scale import scaled_box
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.feedforward import Feedforward
-from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule, frozen_wake_effectiveness
-from takagi.models.loops.effort_sharing.cells import LoopBox, Uncertainty
+from takagi.models.loops.effort_sharing.cells import LoopBox, LoopUncertainty
 from takagi.models.turbine.data import Turbine
 
 __all__ = ["certify_law", "coherent_law_from_data", "read_law"]
@@ -45,7 +45,7 @@ def read_law(path: Path) -> Mapping[str, Any]:
     return law
 
 
-def coherent_law_from_data(data: Mapping[str, Any], *, source: str = "gains") -> CoherentLaw:
+def coherent_law_from_data(data: Mapping[str, Any], *, source: str = "gains") -> EffortSharingLaw:
     """Return the law that ``coherent_law_data`` wrote.
 
     Parameters
@@ -73,7 +73,7 @@ def coherent_law_from_data(data: Mapping[str, Any], *, source: str = "gains") ->
     schedule = EffortSchedule(**_part(row, _SCHEDULE), overlap=single.pop("overlap"))
     inertia, limit = (np.array(row[key]) for key in _AHEAD)
     ahead = Feedforward(inertia, limit, single.pop("pitch_lead"))
-    return CoherentLaw(schedule, EffortGains(**_part(row, _GAINS)), ahead, **single)
+    return EffortSharingLaw(schedule, EffortGains(**_part(row, _GAINS)), ahead, **single)
 
 
 _SCHEDULE = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
@@ -105,7 +105,7 @@ class _Asked:
 
     law: str
     box: LoopBox
-    uncertainty: Uncertainty
+    uncertainty: LoopUncertainty
 
 
 # The last decimal that the table is written with.
@@ -128,10 +128,10 @@ def _require_the_turbines_wake(turbine: Turbine, schedule: EffortSchedule) -> No
 
 def certify_law(
     turbine: Turbine,
-    law: CoherentLaw,
+    law: EffortSharingLaw,
     *,
     box: LoopBox | None = None,
-    uncertainty: Uncertainty = DEFAULT_UNCERTAINTY,
+    uncertainty: LoopUncertainty = DEFAULT_UNCERTAINTY,
     files: Sequence[Path] = (),
     tell: Tell | None = None,
 ) -> tuple[dict[str, Any], Checked]:

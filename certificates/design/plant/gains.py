@@ -23,7 +23,7 @@ from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.certificates.claims.plant.certificate import Demands
-    from takagi.lmi import Design, Region
+    from takagi.lmi import Design, EigenvalueRegion
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel
@@ -192,8 +192,8 @@ def _question(plant: Plant, model: TSModel, asked: PlantSettings) -> _Question:
     return _Question(pdc, model, options, names, limited=False, notes=told)
 
 
-def _region(model: TSModel, asked: PlantSettings) -> Region | None:
-    from takagi.lmi import Region
+def _region(model: TSModel, asked: PlantSettings) -> EigenvalueRegion | None:
+    from takagi.lmi import EigenvalueRegion
 
     if asked.damping is None and asked.fastest is None:
         return None
@@ -204,9 +204,9 @@ def _region(model: TSModel, asked: PlantSettings) -> Region | None:
         )
     parts = []
     if asked.damping is not None:
-        parts.append(Region.sector(float(np.arccos(asked.damping))))
+        parts.append(EigenvalueRegion.sector(float(np.arccos(asked.damping))))
     if asked.fastest is not None:
-        parts.append(Region.disc(asked.fastest))
+        parts.append(EigenvalueRegion.disc(asked.fastest))
     return parts[0] if len(parts) == 1 else parts[0] & parts[1]
 
 

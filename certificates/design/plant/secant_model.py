@@ -14,7 +14,7 @@ from takagi.models.ts.model import TSModel
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.equations.equilibrium import Rest
+    from takagi.models.equations.equilibrium import EquilibriumOption
     from takagi.models.equations.problem import Problem
 
 __all__ = ["secant_model"]
@@ -25,7 +25,7 @@ MOST_RULES = 1024
 def secant_model(
     plant: Plant,
     *,
-    rest: Rest = "given",
+    rest: EquilibriumOption = "given",
     tolerance: Number = "1e-3",
     most_rules: int = MOST_RULES,
 ) -> TSModel:
@@ -52,7 +52,7 @@ def secant_model(
     from takagi.models.equations.problem import box_in_fractions, problem_of_plant
     from takagi.models.equations.symbolic_form import SymbolicForm
     from takagi.models.sector.multilinear import vertex_product
-    from takagi.models.sector.premise_bounds import Asked, counted_premises
+    from takagi.models.sector.premise_bounds import BoundsRequest, counted_premises
 
     if plant.mass is not None:
         raise ModelError(f"plant {plant.name!r} has a mass matrix; write it as x' = f(x, u, w)")
@@ -66,7 +66,7 @@ def secant_model(
         for letter, matrix in slopes.items()
     }
     factored = Factored(matrices, {symbol: slope for slope, symbol in premises.items()})
-    asked = Asked({}, frozenset(), Fraction(exact(tolerance)))
+    asked = BoundsRequest({}, frozenset(), Fraction(exact(tolerance)))
     members = counted_premises(problem, factored, asked, most_rules)
     corners = [member.corners for member in members]
     products = {

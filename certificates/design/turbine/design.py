@@ -111,7 +111,7 @@ def _coherent(
     turbine: Turbine, asked: DesignSettings, clock: StepClock
 ) -> tuple[EffortDesign, CoherentSynthesis]:
     from takagi.lmi.turbine.effort import effort_gains
-    from takagi.models.laws.effort_sharing.law import CoherentLaw
+    from takagi.models.laws.effort_sharing.law import EffortSharingLaw
     from takagi.models.laws.effort_sharing.schedule import effort_schedule
 
     with clock("gains of the coherent law"):
@@ -122,7 +122,7 @@ def _coherent(
             speed_setpoint=asked.speed_setpoint,
         )
         effort = effort_gains(turbine, schedule, asked.effort)
-        law = CoherentLaw.of(turbine, schedule, effort.gains, wind_filter=asked.wind_filter)
+        law = EffortSharingLaw.of(turbine, schedule, effort.gains, wind_filter=asked.wind_filter)
     with clock("joint analysis of the blended loop"):
         return effort, coherent_synthesis(
             turbine,

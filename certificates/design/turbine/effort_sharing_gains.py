@@ -23,11 +23,11 @@ from takagi.certificates.claims.turbine.failing_winds import failing_winds
 from takagi.certificates.claims.turbine.smaller_uncertainty import smaller_uncertainty
 from takagi.certificates.design.step_clock import StepClock, Tell
 from takagi.lmi.turbine.one_step.design import STEPS, OneStepDesign, one_step_gains
-from takagi.lmi.turbine.one_step.loop_of_gains import LoopFamily
+from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
 from takagi.lmi.turbine.one_step.objective import Objective
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import CoherentLaw
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, Uncertainty
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.turbine.data import Turbine
 
 __all__ = [
@@ -56,7 +56,7 @@ class CoherentSynthesis:
     kept : why the two-step design was kept although the other was asked for; else empty.
     """
 
-    law: CoherentLaw
+    law: EffortSharingLaw
     candidate: CoherentCandidate
     joint: OneStepDesign | None
     kept: str
@@ -64,10 +64,10 @@ class CoherentSynthesis:
 
 def coherent_synthesis(
     turbine: Turbine,
-    law: CoherentLaw,
+    law: EffortSharingLaw,
     *,
     box: LoopBox,
-    uncertainty: Uncertainty,
+    uncertainty: LoopUncertainty,
     synthesis: Synthesis = "one-step",
     objective: Objective | None = None,
     steps: int = STEPS,
@@ -115,7 +115,7 @@ def coherent_synthesis(
 
 
 def widened(
-    turbine: Turbine, law: CoherentLaw, first: CoherentCandidate, *, tell: Tell | None = None
+    turbine: Turbine, law: EffortSharingLaw, first: CoherentCandidate, *, tell: Tell | None = None
 ) -> CoherentCandidate:
     """Return a candidate at the same gains whose function bears more wind, if one is found.
 
@@ -134,22 +134,22 @@ def widened(
     return wider if wider is not None and _mean(law, wider) > _mean(law, first) else first
 
 
-def _family(turbine: Turbine, law: CoherentLaw, first: CoherentCandidate) -> LoopFamily:
+def _family(turbine: Turbine, law: EffortSharingLaw, first: CoherentCandidate) -> LoopOfGains:
     rates = [cell.wind_rate for cell in first.cells]
     return loop_family(turbine, law, box=first.box, uncertainty=first.uncertainty, rates=rates)
 
 
 def loop_family(
     turbine: Turbine,
-    law: CoherentLaw,
+    law: EffortSharingLaw,
     *,
     box: LoopBox,
-    uncertainty: Uncertainty,
+    uncertainty: LoopUncertainty,
     rates: list[Fraction],
-) -> LoopFamily:
+) -> LoopOfGains:
     """Return the loop as a function of its gains, with the default proportions of wind errors."""
     nodes, shape = law.schedule.wind, WindClass()
-    return LoopFamily(
+    return LoopOfGains(
         turbine=turbine,
         law=law,
         box=box,
@@ -159,7 +159,7 @@ def loop_family(
     )
 
 
-def _stated(family: LoopFamily, found: OneStepDesign, say: Tell) -> CoherentCandidate | None:
+def _stated(family: LoopOfGains, found: OneStepDesign, say: Tell) -> CoherentCandidate | None:
     """Return the candidate at the found gains and function; None where it does not hold."""
     rates = [Fraction(rate) for rate in family.rate]
     given = np.asarray(found.functions.P)
@@ -179,7 +179,7 @@ def _stated(family: LoopFamily, found: OneStepDesign, say: Tell) -> CoherentCand
     return candidate if candidate.P is not None and candidate.wind_error.min() > 0 else None
 
 
-def _mean(law: CoherentLaw, candidate: CoherentCandidate) -> float:
+def _mean(law: EffortSharingLaw, candidate: CoherentCandidate) -> float:
     """Return the mean over wind of the logarithm of the wind errors borne."""
     widths = np.diff(law.schedule.wind)
     return float(widths @ np.log(np.maximum(candidate.wind_error, 1e-9)) / widths.sum())

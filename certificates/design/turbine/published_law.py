@@ -23,7 +23,7 @@ from takagi.models.turbine.data import Turbine
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
     from takagi.lmi.turbine.regional import RegionalGains
-    from takagi.models.laws.published.law import PaperLaw
+    from takagi.models.laws.published.law import PublishedLaw
     from takagi.models.ts.model import TSModel
 
 __all__ = ["claimed_law", "designed_law"]
@@ -40,7 +40,7 @@ def claimed_law(
     models: tuple[TSModel, TSModel, RegionalGains],
     files: Sequence[Path],
     clock: StepClock,
-) -> tuple[PaperLaw, Callable[[], dict[str, Any]]]:
+) -> tuple[PublishedLaw, Callable[[], dict[str, Any]]]:
     """Return the law that ``asked.law`` names, and what makes the certificate of its claims.
 
     The claim about the chosen overlaps comes first; claims about other overlaps follow.
@@ -70,14 +70,14 @@ def claimed_law(
 
 def designed_law(
     turbine: Turbine, asked: DesignSettings, models: tuple[TSModel, TSModel, RegionalGains]
-) -> PaperLaw:
+) -> PublishedLaw:
     """Return the law with emitted decimals as gains, equal at the two corners of the premise d.
 
     No actuator answers to that premise alone, so that its two corners have the same gains up to
     what a solver leaves; their mean is taken.
     """
     from takagi.models.laws.published.coupling_filter import coupling_filter
-    from takagi.models.laws.published.law import paper_law
+    from takagi.models.laws.published.law import published_law
     from takagi.models.laws.published.regional_schedule import regional_schedule
 
     low, high, regional = models
@@ -96,7 +96,7 @@ def designed_law(
                 speed_setpoint=asked.speed_setpoint,
             )
         )
-    return paper_law(
+    return published_law(
         turbine,
         partial=schedules[0],
         full=schedules[1],

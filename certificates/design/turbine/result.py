@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
     from takagi.lmi.turbine.effort import EffortDesign
     from takagi.lmi.turbine.regional import RegionalGains
-    from takagi.models.laws.effort_sharing.law import CoherentLaw
+    from takagi.models.laws.effort_sharing.law import EffortSharingLaw
     from takagi.models.laws.protocol import Law
     from takagi.models.ts.model import TSModel
     from takagi.models.turbine.data import Turbine
@@ -92,8 +92,8 @@ class TurbineDesign:
         return self.verdict_words == "PROVED"
 
     @property
-    def coherent(self) -> CoherentLaw | None:
+    def coherent(self) -> EffortSharingLaw | None:
         """The law where it is the coherent one, else None."""
-        from takagi.models.laws.effort_sharing.law import CoherentLaw
+        from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 
-        return self.law if isinstance(self.law, CoherentLaw) else None
+        return self.law if isinstance(self.law, EffortSharingLaw) else None

@@ -10,7 +10,7 @@ from takagi.certificates.design.turbine.effort_sharing_gains import SYNTHESES, S
 from takagi.lmi.turbine.one_step.objective import OBJECTIVES, Objective
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import DEFAULT_WIND_FILTER
-from takagi.models.loops.effort_sharing.cells import LoopBox, Uncertainty
+from takagi.models.loops.effort_sharing.cells import LoopBox, LoopUncertainty
 
 if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortSettings
@@ -61,7 +61,7 @@ class DesignSettings:
     synthesis: Synthesis = "one-step"
     objective: Objective = OBJECTIVES["balanced"]
     box: LoopBox = DEFAULT_BOX
-    uncertainty: Uncertainty = DEFAULT_UNCERTAINTY
+    uncertainty: LoopUncertainty = DEFAULT_UNCERTAINTY
 
     def __post_init__(self) -> None:
         if self.law not in LAWS:

@@ -15,13 +15,19 @@ from takagi.lmi.decision.decide import Outcome
 from takagi.models.errors import ModelError
 from takagi.models.ts.vertex_arrays import vertex_arrays
 
-__all__ = ["Channel", "Units", "channel_of", "largest_response", "near_least"]
+__all__ = [
+    "DisturbanceChannel",
+    "ChannelUnits",
+    "disturbance_channel",
+    "largest_response",
+    "near_least",
+]
 
 Floats: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Channel:
+class DisturbanceChannel:
     """xdot = sum_i h_i (A_i x + B_i w), y = sum_i h_i (C_i x + D_i w); x+ in discrete time.
 
     Attributes
@@ -36,20 +42,20 @@ class Channel:
     D: Floats
     sample_time: float | None = None
 
-    def at(self, vertices: NDArray[np.intp]) -> Channel:
+    def at(self, vertices: NDArray[np.intp]) -> DisturbanceChannel:
         """Return the path at some of the vertices."""
         A, B, C, D = (part[vertices] for part in (self.A, self.B, self.C, self.D))
-        return Channel(A, B, C, D, self.sample_time)
+        return DisturbanceChannel(A, B, C, D, self.sample_time)
 
-    def in_states(self, T: Floats) -> Channel:
+    def in_states(self, T: Floats) -> DisturbanceChannel:
         """Return the path in the states xhat of x = T xhat."""
         A, B = (np.asarray(np.linalg.solve(T, part), np.float64) for part in (self.A @ T, self.B))
-        return Channel(A, B, self.C @ T, self.D, self.sample_time)
+        return DisturbanceChannel(A, B, self.C @ T, self.D, self.sample_time)
 
-    def scaled(self, units: Units) -> Channel:
+    def scaled(self, units: ChannelUnits) -> DisturbanceChannel:
         """Return the path in the given units; each number is multiplied by powers of two."""
         s = units.states
-        return Channel(
+        return DisturbanceChannel(
             self.A * s / s[:, None] / units.rate,
             self.B / s[:, None] * (units.disturbance / units.rate),
             self.C * s / units.output,
@@ -59,7 +65,7 @@ class Channel:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Units:
+class ChannelUnits:
     """x = states xhat, w = disturbance what, y = output yhat, and time in 1 / rate.
 
     Attributes
@@ -74,7 +80,9 @@ class Units:
     output: float
 
     @classmethod
-    def of(cls, channel: Channel, states: Floats, *, noise: bool = False) -> Units:
+    def of(
+        cls, channel: DisturbanceChannel, states: Floats, *, noise: bool = False
+    ) -> ChannelUnits:
         """Return the units in which |A| is about 1, |B| and |C| alike, and the gain about 1.
 
         In discrete time V changes by a share |A - I| in a sample, and |w|^2 and |y|^2 in units of
@@ -102,14 +110,14 @@ class Units:
         return cls(states, rate, disturbance, output)
 
 
-def channel_of(
+def disturbance_channel(
     model: Vertices,
     B: ArrayLike | None = None,
     C: ArrayLike | None = None,
     D: ArrayLike | None = None,
     *,
     sample_time: float | None = None,
-) -> Channel:
+) -> DisturbanceChannel:
     """Return the path E (or B, where there is no E) to C, of a model or of matrices.
 
     Where there is an E nothing leads from w to y directly: a model's D is that of its input.
@@ -158,7 +166,7 @@ def channel_of(
         raise ModelError(
             f"{name} is zero at every vertex, so nothing reaches the output; the gain is 0"
         )
-    return Channel(A, W, C_, through, step)
+    return DisturbanceChannel(A, W, C_, through, step)
 
 
 def near_least(outcome: Outcome) -> bool:
@@ -174,7 +182,7 @@ def _power(value: float) -> float:
     return float(nearest_power(np.array([value]))[0])
 
 
-def largest_response(channel: Channel) -> float:
+def largest_response(channel: DisturbanceChannel) -> float:
     """Return the largest singular value of the vertices' responses, at their own frequencies."""
     # It only sets units, for which some of very many vertices will do.
     some = slice(None, None, 1 + len(channel.A) // 512)

@@ -25,7 +25,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.disturbance.channel import Channel, Units, channel_of
+from takagi.lmi.analysis.disturbance.channel import (
+    ChannelUnits,
+    DisturbanceChannel,
+    disturbance_channel,
+)
 from takagi.lmi.analysis.disturbance.guessed_function import guessed_of_energy
 from takagi.lmi.analysis.disturbance.least_gain import least_gain, motion_of
 from takagi.lmi.answer import Answer, Floats
@@ -63,7 +67,7 @@ def hinf_norm_condition(
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2; Gahinet and Apkarian (1994).
     """
-    path = channel_of(model, B, C, D, sample_time=sample_time)
+    path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     r, n, q = path.B.shape
     p = path.C.shape[1]
     P = Unknown("P", n, n, symmetric=True)
@@ -97,7 +101,7 @@ def hinf_norm_condition(
     )
 
 
-def _continuous(P: Unknown, path: Channel) -> tuple[Term, ...]:
+def _continuous(P: Unknown, path: DisturbanceChannel) -> tuple[Term, ...]:
     one = np.eye(P.rows)[None]
     return (
         Term(unknown=P, left=one, right=path.A, plus_transpose=True, latex=("", "A_{i}")),
@@ -105,7 +109,7 @@ def _continuous(P: Unknown, path: Channel) -> tuple[Term, ...]:
     )
 
 
-def _discrete(P: Unknown, path: Channel) -> tuple[Term, ...]:
+def _discrete(P: Unknown, path: DisturbanceChannel) -> tuple[Term, ...]:
     one = np.eye(P.rows)[None]
     A, B = path.A.transpose(0, 2, 1), path.B.transpose(0, 2, 1)
     return (
@@ -159,11 +163,11 @@ def hinf_norm(
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2; Gahinet and Apkarian (1994).
     """
-    path = channel_of(model, B, C, D, sample_time=sample_time)
+    path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     return least_gain(path, scales, _posed, _shown, guess=guessed_of_energy, tolerance=tolerance)
 
 
-def energy_gain_of(channel: Channel, P: Floats) -> float:
+def energy_gain_of(channel: DisturbanceChannel, P: Floats) -> float:
     """Return the least gamma that P shows, inf when V does not fall at a vertex.
 
     With F, G, H of ``motion_of`` a Schur complement leaves
@@ -183,11 +187,13 @@ def energy_gain_of(channel: Channel, P: Floats) -> float:
     return float(np.linalg.eigvalsh(total)[:, -1].max())
 
 
-def _posed(scaled: Channel, units: Units) -> Condition:
+def _posed(scaled: DisturbanceChannel, units: ChannelUnits) -> Condition:
     return hinf_norm_condition(scaled)
 
 
-def _shown(scaled: Channel, units: Units, values: Mapping[str, Floats]) -> tuple[float, Floats]:
+def _shown(
+    scaled: DisturbanceChannel, units: ChannelUnits, values: Mapping[str, Floats]
+) -> tuple[float, Floats]:
     P, s = values["P"][0], units.states
     # V is measured in |y|^2 / gamma times seconds, or samples.
     size = units.output * units.disturbance / units.rate

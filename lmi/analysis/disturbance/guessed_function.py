@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from takagi.lmi.analysis.disturbance.channel import Channel, Floats, largest_response
+from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel, Floats, largest_response
 from takagi.lmi.cone.balance import state_units
 
 __all__ = ["guessed_of_energy", "guessed_of_variance"]
@@ -22,7 +22,7 @@ ABOVE = (1.05, 2.0, 10.0)
 MORE = 1e-6
 
 
-def guessed_of_energy(channel: Channel) -> Floats | None:
+def guessed_of_energy(channel: DisturbanceChannel) -> Floats | None:
     """Return P of the bounded real lemma's equation a little above the norm; None if not found."""
     from scipy.linalg import solve_continuous_are, solve_discrete_are
 
@@ -41,7 +41,7 @@ def guessed_of_energy(channel: Channel) -> Floats | None:
     return guessed_of_variance(channel)
 
 
-def guessed_of_variance(channel: Channel) -> Floats | None:
+def guessed_of_variance(channel: DisturbanceChannel) -> Floats | None:
     """Return the observability Gramian, every state weighed a little; None if not found."""
     from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
@@ -58,7 +58,7 @@ def guessed_of_variance(channel: Channel) -> Floats | None:
     return _in_plain_states(P, s)
 
 
-def _mean(channel: Channel) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+def _mean(channel: DisturbanceChannel) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return the mean vertex in balanced states, and their units."""
     s = state_units(channel.A, None, step=channel.sample_time)
     A, B, C, D = (part.mean(axis=0) for part in (channel.A, channel.B, channel.C, channel.D))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.common_quadratic import common_lyapunov
-from takagi.lmi.analysis.disturbance.channel import Channel, Units, near_least
+from takagi.lmi.analysis.disturbance.channel import ChannelUnits, DisturbanceChannel, near_least
 from takagi.lmi.analysis.slow_modes import slow_vertex
 from takagi.lmi.answer import Answer, Floats, Try
 from takagi.lmi.condition.term import Condition
@@ -22,12 +22,14 @@ from takagi.lmi.decision.outcome import Outcome, not_least, promised
 __all__ = ["Pose", "Shown", "least_gain", "motion_of", "states_of"]
 
 # The condition, of a path in the given units.
-Pose: TypeAlias = Callable[[Channel, Units], Condition]
+Pose: TypeAlias = Callable[[DisturbanceChannel, ChannelUnits], Condition]
 # The gain that the unknowns show at all vertices, recomputed from them, and P; both in the units
 # of the path as it was before it was scaled.
-Shown: TypeAlias = Callable[[Channel, Units, Mapping[str, Floats]], tuple[float, Floats]]
+Shown: TypeAlias = Callable[
+    [DisturbanceChannel, ChannelUnits, Mapping[str, Floats]], tuple[float, Floats]
+]
 # P, but for its size, of a system that is like the path.
-Guess: TypeAlias = Callable[[Channel], Floats | None]
+Guess: TypeAlias = Callable[[DisturbanceChannel], Floats | None]
 
 # Gains that differ by less are the same.
 AGREED = 1e-6
@@ -36,7 +38,7 @@ SURE = 1e-5
 
 
 def least_gain(
-    path: Channel,
+    path: DisturbanceChannel,
     scales: ArrayLike | None,
     pose: Pose,
     shown: Shown,
@@ -85,13 +87,13 @@ def least_gain(
 
 
 def _attempt(
-    path: Channel, s: Floats, pose: Pose, shown: Shown, *, noise: bool, slack: float
+    path: DisturbanceChannel, s: Floats, pose: Pose, shown: Shown, *, noise: bool, slack: float
 ) -> tuple[Answer, bool]:
     """Return the answer posed in x = s xhat; without a gain where no solver came near the least.
 
     And whether the bound of the multipliers leaves no doubt that it is the least.
     """
-    units = Units.of(path, s, noise=noise)
+    units = ChannelUnits.of(path, s, noise=noise)
     scaled = path.scaled(units)
     condition = pose(scaled, units)
     outcome = optimise_by_rounds(condition, slack=slack)
@@ -116,7 +118,7 @@ def _attempt(
 
 
 def _gain_of(
-    outcome: Outcome, scaled: Channel, units: Units, shown: Shown, *, noise: bool
+    outcome: Outcome, scaled: DisturbanceChannel, units: ChannelUnits, shown: Shown, *, noise: bool
 ) -> tuple[float | None, Floats | None, str]:
     """Return the gain that the unknowns show, its P, and why it is not the least; all may be none.
 
@@ -136,7 +138,7 @@ def _gain_of(
 
 
 def _in_states(
-    path: Channel, T: Floats, pose: Pose, shown: Shown, *, noise: bool, slack: float
+    path: DisturbanceChannel, T: Floats, pose: Pose, shown: Shown, *, noise: bool, slack: float
 ) -> tuple[Answer, bool]:
     """Return the answer posed in x = T xhat, and whether it is the least without doubt."""
     one = np.ones(len(T))
@@ -148,7 +150,7 @@ def _in_states(
 
 
 def _confirmed(
-    path: Channel, found: Answer, pose: Pose, shown: Shown, *, noise: bool, slack: float
+    path: DisturbanceChannel, found: Answer, pose: Pose, shown: Shown, *, noise: bool, slack: float
 ) -> Answer:
     """Return what is found again where the first P is |x|^2, if that is less.
 
@@ -176,7 +178,7 @@ def states_of(P: Floats) -> Floats | None:
         return None
 
 
-def motion_of(channel: Channel, P: Floats) -> tuple[Floats, Floats, Floats]:
+def motion_of(channel: DisturbanceChannel, P: Floats) -> tuple[Floats, Floats, Floats]:
     """Return what V = x' P x does in a step: V' or V(x+) - V = [x; w]' [[-F, G], [G', H]] [x; w].
 
     F = -He(P A_i), G = P B_i, H = 0; in discrete time P - A_i' P A_i, A_i' P B_i, B_i' P B_i.
@@ -189,7 +191,7 @@ def motion_of(channel: Channel, P: Floats) -> tuple[Floats, Floats, Floats]:
     return P - back @ A, back @ B, B.transpose(0, 2, 1) @ P @ B
 
 
-def _hopeless_vertex(channel: Channel, states: Floats, alpha: float) -> str:
+def _hopeless_vertex(channel: DisturbanceChannel, states: Floats, alpha: float) -> str:
     """Return why no bound can be finite: a vertex that is too slow; empty when none is."""
     A = channel.A * states / states[:, None]
     found = slow_vertex(A, alpha, step=channel.sample_time)
@@ -208,7 +210,9 @@ def _hopeless_vertex(channel: Channel, states: Floats, alpha: float) -> str:
     )
 
 
-def _answer_without(channel: Channel, states: Floats, tried: Answer, alpha: float) -> Answer:
+def _answer_without(
+    channel: DisturbanceChannel, states: Floats, tried: Answer, alpha: float
+) -> Answer:
     """Return the answer where no bound was found: no common P at all, or no solver settled it."""
     stable = common_lyapunov(
         channel.A, decay_rate=alpha, scales=states, sample_time=channel.sample_time

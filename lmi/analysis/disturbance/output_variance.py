@@ -27,7 +27,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.disturbance.channel import Channel, Units, channel_of
+from takagi.lmi.analysis.disturbance.channel import (
+    ChannelUnits,
+    DisturbanceChannel,
+    disturbance_channel,
+)
 from takagi.lmi.analysis.disturbance.guessed_function import guessed_of_variance
 from takagi.lmi.analysis.disturbance.least_gain import least_gain, motion_of
 from takagi.lmi.answer import Answer, Floats
@@ -67,7 +71,7 @@ def h2_norm_condition(
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1.
     """
-    path = channel_of(model, B, C, D, sample_time=sample_time)
+    path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     why = infinite_variance(path.D, path.sample_time)
     if why:
         raise ModelError(why)
@@ -87,7 +91,7 @@ def h2_norm_condition(
     )
 
 
-def _energy(P: Unknown, path: Channel) -> LMI:
+def _energy(P: Unknown, path: DisturbanceChannel) -> LMI:
     r, one = len(path.A), np.eye(P.rows)[None]
     moved: tuple[Term, ...]
     if path.sample_time is None:
@@ -109,7 +113,7 @@ def _energy(P: Unknown, path: Channel) -> LMI:
     )
 
 
-def _variance(P: Unknown, nu: Unknown, path: Channel) -> LMI:
+def _variance(P: Unknown, nu: Unknown, path: DisturbanceChannel) -> LMI:
     r, n, q = path.B.shape
     columns = path.B.transpose(0, 2, 1).reshape(r * q, n, 1)
     direct = Constant(
@@ -179,7 +183,7 @@ def h2_norm(
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1.
     """
-    path = channel_of(model, B, C, D, sample_time=sample_time)
+    path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     why = infinite_variance(path.D, path.sample_time)
     return least_gain(
         path,
@@ -194,7 +198,7 @@ def h2_norm(
     )
 
 
-def variance_shown(channel: Channel, P: Floats) -> tuple[float, Floats]:
+def variance_shown(channel: DisturbanceChannel, P: Floats) -> tuple[float, Floats]:
     """Return (nu, kappa P): the least multiple of P that meets the vertices, and what it shows.
 
     kappa = max_i lambda_max(C_i F_i^-1 C_i') with F_i of ``motion_of``; inf when V does not fall
@@ -231,11 +235,13 @@ def infinite_variance(D: Floats, sample_time: float | None) -> str:
     )
 
 
-def _posed(scaled: Channel, units: Units) -> Condition:
+def _posed(scaled: DisturbanceChannel, units: ChannelUnits) -> Condition:
     return h2_norm_condition(scaled)
 
 
-def _shown(scaled: Channel, units: Units, values: Mapping[str, Floats]) -> tuple[float, Floats]:
+def _shown(
+    scaled: DisturbanceChannel, units: ChannelUnits, values: Mapping[str, Floats]
+) -> tuple[float, Floats]:
     nu, P = variance_shown(scaled, values["P"][0])
     s = units.states
     gain = float(np.sqrt(nu * units.rate)) * units.output / units.disturbance

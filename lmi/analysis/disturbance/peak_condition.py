@@ -29,7 +29,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.disturbance.channel import Channel, channel_of
+from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel, disturbance_channel
 from takagi.lmi.argument_checks import Vertices, number, rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
 from takagi.models.errors import ModelError
@@ -66,7 +66,7 @@ def peak_gain_condition(
 
     Source: Abedor, Nagpal, Poolla (1996); Scherer, Gahinet, Chilali (1997).
     """
-    path = channel_of(model, B, C, D, sample_time=sample_time)
+    path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     n = path.A.shape[1]
     P = Unknown("P", n, n, symmetric=True)
     mu = Unknown("mu", 1, 1, latex=r"\mu")
@@ -81,7 +81,7 @@ def peak_gain_condition(
     )
 
 
-def _invariance(P: Unknown, mu: Unknown, path: Channel) -> LMI:
+def _invariance(P: Unknown, mu: Unknown, path: DisturbanceChannel) -> LMI:
     r, n, q = path.B.shape
     one = np.eye(n)[None]
     noise = Term(unknown=mu, left=-np.eye(q)[None], at=(1, 1), latex=("-", "I"))
@@ -110,7 +110,7 @@ def _invariance(P: Unknown, mu: Unknown, path: Channel) -> LMI:
     )
 
 
-def _peak(P: Unknown, mu: Unknown, gamma: Unknown, path: Channel) -> LMI:
+def _peak(P: Unknown, mu: Unknown, gamma: Unknown, path: DisturbanceChannel) -> LMI:
     r, p, q = path.D.shape
     return LMI(
         name="output",

@@ -12,7 +12,11 @@ from scipy.optimize import minimize_scalar
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.decay_rate import fast_decay
-from takagi.lmi.analysis.disturbance.channel import Channel, Units, channel_of
+from takagi.lmi.analysis.disturbance.channel import (
+    ChannelUnits,
+    DisturbanceChannel,
+    disturbance_channel,
+)
 from takagi.lmi.analysis.disturbance.least_gain import least_gain, motion_of, states_of
 from takagi.lmi.analysis.disturbance.peak_condition import peak_gain_condition, positive_rate
 from takagi.lmi.analysis.disturbance.reachable_set import OneVertex
@@ -78,7 +82,7 @@ def peak_gain(
 
     Source: Abedor, Nagpal, Poolla (1996); Scherer, Gahinet, Chilali (1997).
     """
-    path = channel_of(model, B, C, D, sample_time=sample_time)
+    path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     given = None if decay_rate is None else positive_rate(decay_rate)
     search = _Search.of(path, state_units(path.A, scales, step=path.sample_time))
     rate = search.best() if given is None else search.at(given)
@@ -95,7 +99,7 @@ def peak_gain(
     return replace(answer, P=back.T @ answer.P @ back, decay_rate=rate, coordinates=None)
 
 
-def peak_shown(channel: Channel, P: Floats, rate: float) -> tuple[float, Floats]:
+def peak_shown(channel: DisturbanceChannel, P: Floats, rate: float) -> tuple[float, Floats]:
     """Return (gamma, sigma P / mu): the least gamma, and the ellipsoid, that P and a rate show.
 
     With F, G, H of ``motion_of`` and F_sigma = F - sigma P > 0 (inf where it is not),
@@ -140,11 +144,11 @@ class _Search:
     A loop that is far from normal leaves P ill-conditioned in balanced states.
     """
 
-    def __init__(self, path: Channel, states: Floats) -> None:
+    def __init__(self, path: DisturbanceChannel, states: Floats) -> None:
         self.path, self.states = path, states
 
     @classmethod
-    def of(cls, path: Channel, s: Floats) -> _Search:
+    def of(cls, path: DisturbanceChannel, s: Floats) -> _Search:
         """Return a search over some of the vertices, where there are many."""
         moved = motion(path.A * s / s[:, None], path.sample_time)
         return cls(path.at(first_vertices(moved)), np.diag(s))
@@ -196,7 +200,7 @@ class _Search:
 
     def _value(self, rate: float) -> float:
         inside = self.path.in_states(self.states)
-        units = Units.of(inside, np.ones(len(self.states)))
+        units = ChannelUnits.of(inside, np.ones(len(self.states)))
         scaled = inside.scaled(units)
         found = unknowns_near_least(_posed(scaled, units, rate=rate))
         if not found:
@@ -208,12 +212,12 @@ class _Search:
         return gamma * units.output / units.disturbance
 
 
-def _posed(scaled: Channel, units: Units, *, rate: float) -> Condition:
+def _posed(scaled: DisturbanceChannel, units: ChannelUnits, *, rate: float) -> Condition:
     return peak_gain_condition(scaled, decay_rate=rate / units.rate)
 
 
 def _shown(
-    scaled: Channel, units: Units, values: Mapping[str, Floats], *, rate: float
+    scaled: DisturbanceChannel, units: ChannelUnits, values: Mapping[str, Floats], *, rate: float
 ) -> tuple[float, Floats]:
     gain, P = peak_shown(scaled, values["P"][0], rate / units.rate)
     s = units.states

@@ -18,7 +18,7 @@ from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.loop_pairs import pairs_of
 from takagi.lmi.argument_checks import rate_parameter
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Indices, Term, Unknown
-from takagi.lmi.gains.attraction.request import AttractionTask
+from takagi.lmi.gains.attraction.request import AttractionRequest
 from takagi.lmi.gains.attraction.saturation import dead_zone_sum, polytope_sums, secant_sums
 from takagi.lmi.gains.attraction.set_size import (
     Measure,
@@ -45,7 +45,7 @@ class _Options(TypedDict):
     corners: Indices | None
 
 
-def attraction_condition(task: AttractionTask) -> Condition:
+def attraction_condition(task: AttractionRequest) -> Condition:
     """Pose the module's LMIs, with Q <= 1000 I in the coordinates of the task.
 
     The objective is the measure.  Nothing is solved.
@@ -79,7 +79,9 @@ def attraction_condition(task: AttractionTask) -> Condition:
     return _measure(task, Q).put_on(plain)
 
 
-def _gain(task: AttractionTask, Q: Unknown) -> tuple[Unknown | Array | None, tuple[Unknown, ...]]:
+def _gain(
+    task: AttractionRequest, Q: Unknown
+) -> tuple[Unknown | Array | None, tuple[Unknown, ...]]:
     if not task.sought:
         return task.gains, ()
     M = gain_unknown(len(task.A), task.B.shape[2], Q.rows, task.relaxation)
@@ -87,7 +89,7 @@ def _gain(task: AttractionTask, Q: Unknown) -> tuple[Unknown | Array | None, tup
 
 
 def _loops(
-    task: AttractionTask, Q: Unknown, gain: Unknown | Array | None
+    task: AttractionRequest, Q: Unknown, gain: Unknown | Array | None
 ) -> tuple[tuple[DoubleSum, ...], tuple[Unknown, ...], tuple[LMI, ...]]:
     """Return the double sums, the unknowns they need beside Q and M, and the input's limits."""
     A, B = task.A, task.B
@@ -116,7 +118,7 @@ def _loops(
     return (replace(plain, name="unsaturated"), loop), (Z, *S), lmis
 
 
-def _parameters(task: AttractionTask) -> dict[str, float]:
+def _parameters(task: AttractionRequest) -> dict[str, float]:
     found = rate_parameter(task.decay_rate, task.step)
     if task.saturation is not None:
         (found[SATURATED],) = rate_parameter(task.saturated_decay_rate, task.step).values()
@@ -124,7 +126,7 @@ def _parameters(task: AttractionTask) -> dict[str, float]:
 
 
 def _commanded(
-    task: AttractionTask, Q: Unknown, gain: Unknown | Array, reach: float
+    task: AttractionRequest, Q: Unknown, gain: Unknown | Array, reach: float
 ) -> tuple[LMI, ...]:
     """Return |K_j x|_k <= reach input_limit_k on the ellipsoid."""
     if task.input_limit is None:
@@ -138,7 +140,7 @@ def _commanded(
     return row_lmis(Q, rows, np.tile(bound, len(gain)), name="input limit")
 
 
-def _weight(task: AttractionTask) -> float:
+def _weight(task: AttractionRequest) -> float:
     if task.step is not None:
         return 1.0
     weight = vertex_weight(task.A)
@@ -164,7 +166,7 @@ def _size_of(Q: Unknown) -> tuple[LMI, LMI]:
     )
 
 
-def _measure(task: AttractionTask, Q: Unknown) -> Measure:
+def _measure(task: AttractionRequest, Q: Unknown) -> Measure:
     if not isinstance(task.measure, str):
         return points_measure(Q, task.measure)
     return trace_measure(Q, task.units) if task.measure == "trace" else volume_measure(Q)

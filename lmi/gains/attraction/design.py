@@ -20,7 +20,7 @@ from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import balanced_inputs, balanced_states
 from takagi.lmi.decision.decide import Outcome
 from takagi.lmi.decision.diagnosis import binding_items
-from takagi.lmi.gains.attraction.request import AttractionTask, task_of
+from takagi.lmi.gains.attraction.request import AttractionRequest, attraction_request
 from takagi.lmi.gains.attraction.search import largest_ellipsoid
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.solver.time_limit import limited
@@ -106,7 +106,7 @@ def attraction_ellipsoid(
             )
     elif any(part is not None for part in (input_limit, input_rate_limit, saturation)):
         raise ModelError("limits on inputs and saturation are about u = -K x; give gains")
-    task = task_of(
+    task = attraction_request(
         model,
         A,
         B,
@@ -169,7 +169,7 @@ def attraction_pdc(
     """
     A = vertex_stack(model).astype(np.float64)
     B = input_stack(model, A).astype(np.float64)
-    task = task_of(
+    task = attraction_request(
         model,
         A,
         B,
@@ -207,7 +207,7 @@ def attraction_pdc(
     )
 
 
-def _answer(condition: Condition, outcome: Outcome, s: Floats, task: AttractionTask) -> Answer:
+def _answer(condition: Condition, outcome: Outcome, s: Floats, task: AttractionRequest) -> Answer:
     P = None
     if outcome.status == "candidate":
         inverse = np.linalg.inv(outcome.values["Q"][0])
@@ -228,7 +228,7 @@ def _answer(condition: Condition, outcome: Outcome, s: Floats, task: AttractionT
     )
 
 
-def _diagnosis(condition: Condition, outcome: Outcome, task: AttractionTask) -> str:
+def _diagnosis(condition: Condition, outcome: Outcome, task: AttractionRequest) -> str:
     if outcome.feasible:
         return (
             f"there is an ellipsoid, but in the coordinates of the condition {outcome.reason}; "

@@ -18,7 +18,7 @@ from takagi.lmi.gains.attraction.state_box import measure_of, state_box_of
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError, did_you_mean
 
-__all__ = ["AttractionTask", "task_of"]
+__all__ = ["AttractionRequest", "attraction_request"]
 
 SATURATIONS = ("secant", "polytope", "dead-zone")
 # Rows of a rate limit, one LMI each, that are still listed.
@@ -26,7 +26,7 @@ MOST_ROWS = 20_000
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class AttractionTask:
+class AttractionRequest:
     """What is asked, in one set of coordinates.
 
     Attributes
@@ -70,7 +70,7 @@ class AttractionTask:
         """Return the alpha that holds in the whole ellipsoid."""
         return self.decay_rate if self.saturation is None else self.saturated_decay_rate
 
-    def scaled(self, s: Array, tau: Array) -> AttractionTask:
+    def scaled(self, s: Array, tau: Array) -> AttractionRequest:
         """Return the task in x = s xhat, u = tau uhat."""
         return replace(
             self,
@@ -85,7 +85,7 @@ class AttractionTask:
         )
 
 
-def task_of(
+def attraction_request(
     model: object,
     A: Array,
     B: Array,
@@ -100,7 +100,7 @@ def task_of(
     measure: str | ArrayLike,
     sample_time: float | None,
     rates: tuple[ArrayLike | None, ArrayLike | None] = (None, None),
-) -> AttractionTask:
+) -> AttractionRequest:
     """Return the task in the model's own coordinates, for gains that are known.
 
     Parameters
@@ -133,7 +133,7 @@ def task_of(
     # Without inputs u = 0, which every box of the inputs holds.
     box = state_box_of(model, state_box, n, np.zeros(_inputs_of(model)) if m == 0 else limit)
     rows, most = _rate_rows(A, B, gains, rates, discrete=step is not None)
-    return AttractionTask(
+    return AttractionRequest(
         A=A,
         B=B,
         gains=gains,

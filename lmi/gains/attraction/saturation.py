@@ -37,7 +37,7 @@ import numpy as np
 from takagi.lmi.condition.term import Array, Indices, Unknown
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_member, gain_symbol
-from takagi.lmi.sums.double_sum import DoubleSum, Part
+from takagi.lmi.sums.double_sum import DoubleSum, SumPart
 from takagi.models.errors import ModelError
 
 __all__ = ["dead_zone_sum", "gain_part", "polytope_sums", "secant_sums"]
@@ -158,13 +158,13 @@ def dead_zone_sum(
     for k in range(m):
         single = np.outer(one[k], one[k])[None]
         parts += [
-            Part(
+            SumPart(
                 unknown=S[k],
                 left=unit * B @ single,
                 at=(row, last),
                 latex=("", rf"B_{{i}} e_{{{k + 1}}} e_{{{k + 1}}}^\top"),
             ),
-            Part(
+            SumPart(
                 unknown=S[k],
                 left=-2 * unit**2 * single,
                 at=(last, last),
@@ -177,7 +177,7 @@ def dead_zone_sum(
 
 def gain_part(
     left: Array, gain: Unknown | Array, Q: Unknown, *, at: tuple[int, int], before: str
-) -> Part:
+) -> SumPart:
     """Return left_i M_j at a block, or left_i K_j Q for known gains, and on the diagonal He of it.
 
     Parameters
@@ -188,7 +188,7 @@ def gain_part(
     one = np.eye(Q.rows)[None]
     own = at[0] == at[1]
     if isinstance(gain, Unknown):
-        return Part(
+        return SumPart(
             unknown=gain,
             left=left,
             right=one,
@@ -199,7 +199,7 @@ def gain_part(
             symbol=gain_symbol(gain),
         )
     if len(gain) == 1:
-        return Part(
+        return SumPart(
             unknown=Q,
             left=left @ gain,
             right=one,
@@ -209,7 +209,7 @@ def gain_part(
         )
     r = len(gain)
     both = np.broadcast_to(left[:, None] @ gain[None], (r, r, left.shape[1], Q.rows))
-    return Part(
+    return SumPart(
         unknown=Q,
         left=both,
         right=one,
@@ -237,7 +237,7 @@ def _open_loop(
     return replace(loop, parts=tuple(kept))
 
 
-def _at_rate(part: Part, rate: str) -> Part:
+def _at_rate(part: SumPart, rate: str) -> SumPart:
     """Return a part of the rate's with another parameter, written with an index of its own."""
     if part.parameter is None:
         return part

@@ -13,7 +13,7 @@ from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import balanced_states, nearest_power
 from takagi.lmi.decision.decide import Outcome, optimise
 from takagi.lmi.gains.attraction.condition import attraction_condition
-from takagi.lmi.gains.attraction.request import AttractionTask
+from takagi.lmi.gains.attraction.request import AttractionRequest
 
 __all__ = ["largest_ellipsoid"]
 
@@ -24,7 +24,7 @@ ROUNDS = 4
 SLACK = 1e-4
 
 
-def largest_ellipsoid(task: AttractionTask) -> tuple[Condition, Outcome, Floats, Floats]:
+def largest_ellipsoid(task: AttractionRequest) -> tuple[Condition, Outcome, Floats, Floats]:
     """Return the condition, its outcome, and the units of states and inputs it is posed in.
 
     The best of the slopes that are tried, one where there is nothing to try.
@@ -44,7 +44,7 @@ def largest_ellipsoid(task: AttractionTask) -> tuple[Condition, Outcome, Floats,
     return max(found, key=lambda one: _size(one, task))
 
 
-def _rounds(task: AttractionTask) -> tuple[Condition, Outcome, Floats, Floats]:
+def _rounds(task: AttractionRequest) -> tuple[Condition, Outcome, Floats, Floats]:
     """Solve in coordinates of the ellipsoid's own size, found in a few rounds."""
     tau = np.ones(task.B.shape[2])
     if task.input_limit is not None:
@@ -67,7 +67,7 @@ def _rounds(task: AttractionTask) -> tuple[Condition, Outcome, Floats, Floats]:
     return condition, outcome, s, tau
 
 
-def _first_units(task: AttractionTask) -> Floats:
+def _first_units(task: AttractionRequest) -> Floats:
     """Return units of the states, powers of two, in which the limits are of order one."""
     closed = task.A if task.gains is None else _closed(task)
     s = balanced_states(closed)
@@ -88,13 +88,13 @@ def _first_units(task: AttractionTask) -> Floats:
     return s * float(nearest_power(np.array(min(usable, default=1.0))))
 
 
-def _closed(task: AttractionTask) -> Floats:
+def _closed(task: AttractionRequest) -> Floats:
     assert task.gains is not None
     K = np.broadcast_to(task.gains, (len(task.A), *task.gains.shape[1:]))
     return pairs_of(task.A, task.B, K)
 
 
-def _size(found: tuple[Condition, Outcome, Floats, Floats], task: AttractionTask) -> float:
+def _size(found: tuple[Condition, Outcome, Floats, Floats], task: AttractionRequest) -> float:
     """Return the measure in the model's states; -inf where there is no ellipsoid."""
     _, outcome, s, _ = found
     if outcome.status != "candidate":

@@ -49,7 +49,7 @@ from takagi.lmi.gains.requirements.closed_loop import (
     gain_unknown,
 )
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError
 
@@ -102,7 +102,9 @@ def _sampled_cost_loop(
         )
         for part in loop
     ]
-    last = Part(unknown=S, left=-np.eye(n)[None], right=np.eye(n)[None], at=(1, 1), latex=("-", ""))
+    last = SumPart(
+        unknown=S, left=-np.eye(n)[None], right=np.eye(n)[None], at=(1, 1), latex=("-", "")
+    )
     return DoubleSum(
         rules=len(A),
         blocks=(n, n, q, m),
@@ -119,12 +121,12 @@ def _sampled_cost_loop(
 
 def _spent(
     F: Array, G: Array, S: Unknown, M: Unknown, row: int, factors: tuple[str, str]
-) -> tuple[Part, Part]:
+) -> tuple[SumPart, SumPart]:
     """Return F S and G M_j below the loop, the first in this block row."""
     one = np.eye(S.rows)[None]
     return (
-        Part(unknown=S, left=F[None], right=one, at=(row, 0), latex=(f"{factors[0]}F", "")),
-        Part(
+        SumPart(unknown=S, left=F[None], right=one, at=(row, 0), latex=(f"{factors[0]}F", "")),
+        SumPart(
             unknown=M,
             left=G[None],
             right=one,
@@ -136,10 +138,10 @@ def _spent(
     )
 
 
-def _ones(sizes: tuple[int, int], row: int) -> tuple[Fixed, ...]:
+def _ones(sizes: tuple[int, int], row: int) -> tuple[KnownBlock, ...]:
     """Return -I in the diagonal blocks from this block row on."""
     return tuple(
-        Fixed(value=-np.eye(size)[None], at=(row + k, row + k), latex="-I")
+        KnownBlock(value=-np.eye(size)[None], at=(row + k, row + k), latex="-I")
         for k, size in enumerate(sizes)
     )
 

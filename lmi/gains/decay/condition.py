@@ -27,7 +27,7 @@ from takagi.lmi.gains.requirements.limits import (
     input_lmis,
     state_lmis,
 )
-from takagi.lmi.gains.requirements.requirements import Demands, demanded
+from takagi.lmi.gains.requirements.requirements import Requirements, required_sums
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import Relaxation, relaxation_named
 
@@ -63,7 +63,7 @@ def pdc_condition(
     decay_rate: float = 0.0,
     relaxation: str | Relaxation = "wang-tanaka-griffin",
     limits: Limits | None = None,
-    demands: Demands | None = None,
+    demands: Requirements | None = None,
     sample_time: float | None = None,
 ) -> Condition:
     """Pose sum_ij h_i h_j Theta_ij < 0, Theta_ij = He(A_i Q - B_i M_j) + 2 alpha Q, Q > 0.
@@ -140,7 +140,7 @@ def double_sums(
     model: Controlled,
     alpha: float | Fraction,
     relaxation: str,
-    demands: Demands | None,
+    demands: Requirements | None,
     step: float | None,
 ) -> DoubleSums:
     """Return the double sums of ``pdc_condition``.
@@ -166,7 +166,7 @@ def double_sums(
     )
     if demands is None:
         return DoubleSums(Q, M, (loop,), (), ())
-    found = demanded(loop, A, B, Q, M, demands, discrete=step is not None)
+    found = required_sums(loop, A, B, Q, M, demands, discrete=step is not None)
     return DoubleSums(Q, M, *found)
 
 

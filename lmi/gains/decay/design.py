@@ -13,8 +13,13 @@ from takagi.lmi.cone.assemble import Assembled, assemble
 from takagi.lmi.decision.decide import Outcome, decide, improve
 from takagi.lmi.decision.diagnosis import binding_items
 from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, decide_by_rounds
-from takagi.lmi.gains.decay.limited_outcome import EFFORTS, Decided, held, in_a_fit_size
-from takagi.lmi.gains.decay.request import Task
+from takagi.lmi.gains.decay.limited_outcome import (
+    EFFORTS,
+    LimitedOutcome,
+    in_fitting_size,
+    stopped_by_limit,
+)
+from takagi.lmi.gains.decay.request import DecayRequest
 from takagi.lmi.sums.relaxations import Relaxation
 
 __all__ = ["ANY", "decided", "design_at", "design_of", "rate_shown"]
@@ -30,7 +35,7 @@ ROUNDS = 6
 ANY = "any relaxation"
 
 
-def design_at(task: Task, decay_rate: float, relaxation: str) -> Design:
+def design_at(task: DecayRequest, decay_rate: float, relaxation: str) -> Design:
     """Return the gains of least effort at half the largest margin, or why there are none."""
     fixed = task.fixed_mode(decay_rate)
     if fixed is not None:
@@ -42,7 +47,7 @@ def design_at(task: Task, decay_rate: float, relaxation: str) -> Design:
     return design_of(found, decay_rate, relaxation)
 
 
-def design_of(found: Decided, decay_rate: float, relaxation: str) -> Design:
+def design_of(found: LimitedOutcome, decay_rate: float, relaxation: str) -> Design:
     """Return an outcome as a design in the model's units."""
     answer = _answer(found, decay_rate, relaxation)
     return Design(
@@ -56,8 +61,8 @@ def design_of(found: Decided, decay_rate: float, relaxation: str) -> Design:
 
 
 def decided(
-    task: Task, decay_rate: float, relaxation: str | Relaxation, *, most: int = 99
-) -> Decided:
+    task: DecayRequest, decay_rate: float, relaxation: str | Relaxation, *, most: int = 99
+) -> LimitedOutcome:
     """Return the largest margin; before it is a no, or thin, in better units and huge gains too.
 
     Other units settle more, and sooner, than other solvers: those are asked last, ``most`` of them.
@@ -65,14 +70,14 @@ def decided(
     condition = task.posed(decay_rate, relaxation)
     data = assemble(condition)
     outcome = _first_look(condition, data)
-    first = Decided(task, condition, data, outcome)
+    first = LimitedOutcome(task, condition, data, outcome)
     if outcome.margin >= SECOND_LOOK:
         return first
     second = _in_better_units(first, decay_rate, relaxation)
     second = _again(second, EFFORTS[2] if second.task is task else EFFORTS[1])
     before = outcome.margin
     for _ in range(ROUNDS):
-        if not (held(second) or _nearer(second, before)):
+        if not (stopped_by_limit(second) or _nearer(second, before)):
             break
         before = second.outcome.margin
         second = _in_better_units(second, decay_rate, relaxation)
@@ -81,9 +86,9 @@ def decided(
     first = replace(first, outcome=replace(outcome, tries=tries))
     if found.status == "candidate" and found.margin > outcome.margin:
         return second
-    if outcome.status != "unknown" and not held(first):
+    if outcome.status != "unknown" and not stopped_by_limit(first):
         return first
-    if found.status == "infeasible" and not held(second):
+    if found.status == "infeasible" and not stopped_by_limit(second):
         return second
     third = _from_no_limits(first, decay_rate, relaxation)
     if third is not None:
@@ -91,9 +96,9 @@ def decided(
         if third.outcome.status != "unknown":
             return replace(third, outcome=replace(third.outcome, tries=tries))
     # Held by what was tried, it says nothing of larger ellipsoids and gains.
-    last = second if held(first) else first
+    last = second if stopped_by_limit(first) else first
     rest = decide(last.condition, rows={"nu": last.effort}, assembled=last.data, most=most)
-    if rest.status == "infeasible" and held(replace(last, outcome=rest)):
+    if rest.status == "infeasible" and stopped_by_limit(replace(last, outcome=rest)):
         rest = replace(rest, status="unknown", bound=np.inf)
     return replace(last, outcome=replace(rest, tries=(*tries, *rest.tries)))
 
@@ -108,20 +113,22 @@ def _first_look(condition: Condition, data: Assembled) -> Outcome:
     return decide(condition, rows=modest, assembled=data, most=1)
 
 
-def _again(posed: Decided, effort: float) -> Decided:
+def _again(posed: LimitedOutcome, effort: float) -> LimitedOutcome:
     """Solve what is posed, and count the tries before it too."""
     found = decide(posed.condition, rows={"nu": effort}, assembled=posed.data, most=1)
     outcome = replace(found, tries=(*posed.outcome.tries, *found.tries))
     return replace(posed, outcome=outcome, effort=effort)
 
 
-def _nearer(found: Decided, before: float) -> bool:
+def _nearer(found: LimitedOutcome, before: float) -> bool:
     """Return whether other units have left clearly less of what the margin misses."""
     margin = found.outcome.margin
     return found.task.limits.level and before < 1.25 * margin < 0.0
 
 
-def _in_better_units(first: Decided, decay_rate: float, relaxation: str | Relaxation) -> Decided:
+def _in_better_units(
+    first: LimitedOutcome, decay_rate: float, relaxation: str | Relaxation
+) -> LimitedOutcome:
     """Return the task in the units of a Q that was nearly good; as it is where Q is but noise."""
     values = first.outcome.values
     diagonal = np.diag(values["Q"][0]) if "Q" in values else np.zeros(1)
@@ -129,12 +136,12 @@ def _in_better_units(first: Decided, decay_rate: float, relaxation: str | Relaxa
         return first
     task = first.task.in_units_of(values["Q"][0])
     condition = task.posed(decay_rate, relaxation)
-    return Decided(task, condition, assemble(condition), first.outcome, first.effort)
+    return LimitedOutcome(task, condition, assemble(condition), first.outcome, first.effort)
 
 
 def _from_no_limits(
-    first: Decided, decay_rate: float, relaxation: str | Relaxation
-) -> Decided | None:
+    first: LimitedOutcome, decay_rate: float, relaxation: str | Relaxation
+) -> LimitedOutcome | None:
     """Return what gains without limits settle of those with them; None where nothing is limited.
 
     A no without limits is one with them, and of all sizes of the ellipsoid.  Gains without limits
@@ -148,27 +155,27 @@ def _from_no_limits(
     plain = decided(task.without_limits(), decay_rate, relaxation, most=1)
     tries = (*first.outcome.tries, *plain.outcome.tries)
     if plain.outcome.status == "candidate":
-        fit = in_a_fit_size(plain, task, decay_rate, relaxation)
+        fit = in_fitting_size(plain, task, decay_rate, relaxation)
         if fit.outcome.status == "candidate":
             plain = fit
         else:
             units = fit.task.in_units_of(plain.outcome.values["Q"][0])
             condition = units.posed(decay_rate, relaxation)
             begun = replace(plain.outcome, tries=())
-            posed = Decided(units, condition, assemble(condition), begun, EFFORTS[2])
+            posed = LimitedOutcome(units, condition, assemble(condition), begun, EFFORTS[2])
             plain = _again(posed, EFFORTS[2])
-            if held(plain):
+            if stopped_by_limit(plain):
                 plain = replace(plain, outcome=replace(plain.outcome, status="unknown"))
             tries = (*tries, *plain.outcome.tries)
     return replace(plain, outcome=replace(plain.outcome, tries=tries))
 
 
-def rate_shown(found: Decided) -> float:
+def rate_shown(found: LimitedOutcome) -> float:
     """Return the largest decay rate in 1/s that the unknowns of a candidate show."""
     return shown_rate(found.condition, found.outcome.values, found.task.sample_time)
 
 
-def _gains(task: Task, outcome: Outcome) -> Floats:
+def _gains(task: DecayRequest, outcome: Outcome) -> Floats:
     """Return K_i = M_i Q^-1 in the model's units, (r, m, n)."""
     Q, M = outcome.values["Q"][0], outcome.values["M"]
     K = np.linalg.solve(Q, M.transpose(0, 2, 1)).transpose(0, 2, 1)
@@ -176,7 +183,7 @@ def _gains(task: Task, outcome: Outcome) -> Floats:
     return np.broadcast_to(K * task.tau[:, None] / task.s, shape).copy()
 
 
-def _lyapunov(task: Task, outcome: Outcome) -> Floats:
+def _lyapunov(task: DecayRequest, outcome: Outcome) -> Floats:
     """Return P = Q^-1 in the model's states; its size is free where no limit fixes it."""
     inverse = np.linalg.inv(outcome.values["Q"][0])
     inverse = (inverse + inverse.T) / 2
@@ -185,7 +192,7 @@ def _lyapunov(task: Task, outcome: Outcome) -> Floats:
     return np.asarray(inverse / task.s / task.s[:, None])
 
 
-def _answer(found: Decided, decay_rate: float, relaxation: str) -> Answer:
+def _answer(found: LimitedOutcome, decay_rate: float, relaxation: str) -> Answer:
     task, condition, outcome = found.task, found.condition, found.outcome
     good = outcome.status == "candidate"
     return Answer(
@@ -204,7 +211,7 @@ def _answer(found: Decided, decay_rate: float, relaxation: str) -> Answer:
 
 
 def _no_by_fixed_mode(
-    task: Task, fixed: tuple[int, complex], decay_rate: float, relaxation: str
+    task: DecayRequest, fixed: tuple[int, complex], decay_rate: float, relaxation: str
 ) -> Design:
     vertex, eigenvalue = fixed
     answer = Answer(
@@ -230,7 +237,7 @@ def _no_by_fixed_mode(
     )
 
 
-def _diagnosis(task: Task, condition: Condition, outcome: Outcome, relaxation: str) -> str:
+def _diagnosis(task: DecayRequest, condition: Condition, outcome: Outcome, relaxation: str) -> str:
     if outcome.status == "unknown":
         return (
             f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "

@@ -17,8 +17,8 @@ from takagi.lmi.gains.decay.design import (
     design_of,
     rate_shown,
 )
-from takagi.lmi.gains.decay.limited_outcome import EFFORTS, Decided, held
-from takagi.lmi.gains.decay.request import Task
+from takagi.lmi.gains.decay.limited_outcome import EFFORTS, LimitedOutcome, stopped_by_limit
+from takagi.lmi.gains.decay.request import DecayRequest
 from takagi.lmi.solver.solve import Session
 from takagi.lmi.sums.relaxations import Relaxation
 
@@ -48,12 +48,12 @@ class Largest:
         rate that no solver settled ends the search, but is none.
     """
 
-    found: Decided
+    found: LimitedOutcome
     low: float
     high: float
 
 
-def largest(task: Task, relaxation: str | Relaxation, *, start: float = 0.0) -> Largest:
+def largest(task: DecayRequest, relaxation: str | Relaxation, *, start: float = 0.0) -> Largest:
     """Return the bracket of the largest decay rate, from ``start`` in 1/s upwards.
 
     A candidate shows a rate above the one it was asked for (``rate_shown``), so the lower end
@@ -69,7 +69,9 @@ def largest(task: Task, relaxation: str | Relaxation, *, start: float = 0.0) -> 
     return Largest(search.best, search.low, search.none)
 
 
-def design_at_largest(task: Task, relaxation: str, *, start: float = 0.0) -> tuple[Design, Largest]:
+def design_at_largest(
+    task: DecayRequest, relaxation: str, *, start: float = 0.0
+) -> tuple[Design, Largest]:
     """Return gains a hair (1e-4) below the largest decay rate, and the bracket."""
     bracket = largest(task, relaxation, start=start)
     if not np.isfinite(bracket.low):
@@ -85,7 +87,7 @@ def design_at_largest(task: Task, relaxation: str, *, start: float = 0.0) -> tup
 class _Search:
     """The bracket so far, with the cone data that the next rate is put into."""
 
-    def __init__(self, first: Decided, relaxation: str | Relaxation) -> None:
+    def __init__(self, first: LimitedOutcome, relaxation: str | Relaxation) -> None:
         self.best, self.most = first, _most(first.task)
         self.low, self.high, self.none = min(rate_shown(first), self.most), np.inf, np.inf
         self._relaxation, self._session = relaxation, Session()
@@ -114,7 +116,7 @@ class _Search:
             most=1,
         )
         found = replace(here, outcome=outcome)
-        if outcome.status == "unknown" or held(found):
+        if outcome.status == "unknown" or stopped_by_limit(found):
             # One solver in one choice of units did not settle it: ask more of both.
             found = decided(here.task, rate, self._relaxation, most=FEW_SOLVERS)
         if found.outcome.status != "candidate":
@@ -128,27 +130,27 @@ class _Search:
             # Within the solver's tolerances of the end; what was checked by eigenvalues counts.
             self.none = np.inf
 
-    def _in_fit_units(self, rate: float) -> Decided:
+    def _in_fit_units(self, rate: float) -> LimitedOutcome:
         """Return the best with another rate in its data; posed anew where its Q is lopsided."""
         best = self.best
         diagonal = np.diag(best.outcome.values["Q"][0])
         if diagonal.max() > SPREAD**2 * diagonal.min():
             task = best.task.in_units_of(best.outcome.values["Q"][0])
             condition = task.posed(rate, self._relaxation)
-            return Decided(task, condition, assemble(condition), best.outcome, EFFORTS[-1])
+            return LimitedOutcome(task, condition, assemble(condition), best.outcome, EFFORTS[-1])
         number = rate_parameter(rate, best.task.sample_time)
         condition = best.condition.with_parameters(**number)
         data = replace(best.data, condition=condition)
         return replace(best, condition=condition, data=data, effort=EFFORTS[-1])
 
 
-def _unit_of_rate(task: Task) -> float:
+def _unit_of_rate(task: DecayRequest) -> float:
     """Return the natural size of a decay rate of these vertices in 1/s."""
     size = size_of_motion(task.A, task.decay_rate, task.sample_time) / 2
     return size if task.sample_time is None else size / task.sample_time
 
 
-def _most(task: Task) -> float:
+def _most(task: DecayRequest) -> float:
     if task.sample_time is None:
         return np.inf
     return float(-np.log(LEAST_CONTRACTION) / (2.0 * task.sample_time))

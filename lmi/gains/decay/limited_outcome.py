@@ -13,10 +13,10 @@ from takagi.lmi.cone.assemble import Assembled, assemble, pack
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.decision.decide import Outcome
 from takagi.lmi.gains.decay.condition import LARGEST_ELLIPSOID
-from takagi.lmi.gains.decay.request import Task
+from takagi.lmi.gains.decay.request import DecayRequest
 from takagi.lmi.sums.relaxations import Relaxation
 
-__all__ = ["EFFORTS", "Decided", "held", "in_a_fit_size"]
+__all__ = ["EFFORTS", "LimitedOutcome", "stopped_by_limit", "in_fitting_size"]
 
 # Largest input effort nu, in inputs and states of order one, that is tried; the others only when
 # the first is not enough, in better units or without: huge gains cost the solver digits.
@@ -28,20 +28,20 @@ INSIDE = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Decided:
+class LimitedOutcome:
     """An outcome with what it is an outcome of: the task's units may have changed for it.
 
     ``effort`` is the largest nu that was allowed.
     """
 
-    task: Task
+    task: DecayRequest
     condition: Condition
     data: Assembled
     outcome: Outcome
     effort: float = EFFORTS[0]
 
 
-def held(found: Decided) -> bool:
+def stopped_by_limit(found: LimitedOutcome) -> bool:
     """Return whether a no says nothing of larger Q or greater effort than were allowed.
 
     Without limits on states and inputs Q may be divided by any number: nothing is lost then.  With
@@ -72,7 +72,9 @@ def held(found: Decided) -> bool:
     return total > abs(outcome.bound)
 
 
-def in_a_fit_size(plain: Decided, limited: Task, rate: float, pose: str | Relaxation) -> Decided:
+def in_fitting_size(
+    plain: LimitedOutcome, limited: DecayRequest, rate: float, pose: str | Relaxation
+) -> LimitedOutcome:
     """Return gains without limits as an outcome with them, their ellipsoid in a size that fits.
 
     Without limits every multiple of Q is as good: in the coordinates d x, d u the condition is the

@@ -7,13 +7,19 @@ from dataclasses import replace
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design
-from takagi.lmi.condition.region import Region
+from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.condition.uncertainty import Uncertainty
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.design import design_at
 from takagi.lmi.gains.decay.largest_rate import design_at_largest
-from takagi.lmi.gains.decay.relaxation_search import Climb, Goal, climb, default_rungs, goal_of
-from takagi.lmi.gains.decay.request import Task, task_of
+from takagi.lmi.gains.decay.relaxation_search import (
+    Goal,
+    RelaxationSearch,
+    default_relaxations,
+    goal_of,
+    search_relaxations,
+)
+from takagi.lmi.gains.decay.request import DecayRequest, decay_request
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError
@@ -33,7 +39,7 @@ def pdc(
     gain_bound: float | None = None,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
-    region: Region | None = None,
+    region: EigenvalueRegion | None = None,
     uncertainty: Uncertainty | None = None,
     overlap: ArrayLike | None = None,
     active_rules: int | None = None,
@@ -63,7 +69,8 @@ def pdc(
         largest rate that this condition has, gains of that norm may do better.
     scales : (n,) engineering range of each state; None takes the boxes, or balances.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
-    region : where all eigenvalues lie while the memberships stand still, a ``Region``; in 1/s, of
+    region : where all eigenvalues lie while the memberships stand still, an
+        ``EigenvalueRegion``; in 1/s, of
         x+ = A x without unit.  Of moving memberships it says what its quadratic function does.
     uncertainty : ``NormBounded``, or several: the decay holds for every plant that they allow.
     overlap : (r, r) bounds on h_i h_j, 0 for rules that never act together, inf for not known.
@@ -90,7 +97,7 @@ def pdc(
     if relaxation != "auto":
         relaxation_named(relaxation)
     goal = goal_of(decay_rate)
-    task = task_of(
+    task = decay_request(
         model,
         decay_rate=0.0 if goal == "max" else goal,
         input_limit=input_limit,
@@ -113,7 +120,7 @@ def pdc(
     return design_at(task, goal, relaxation)
 
 
-def require_bounded_gains(task: Task) -> None:
+def require_bounded_gains(task: DecayRequest) -> None:
     """Raise ModelError where the largest decay rate may not exist."""
     limits = task.limits
     if limits.gain is None and (limits.inputs is None or limits.initial is None):
@@ -123,8 +130,8 @@ def require_bounded_gains(task: Task) -> None:
         )
 
 
-def _first_gains(task: Task, goal: Goal) -> Design:
-    done = climb(task, goal, default_rungs(task), stop=True)
+def _first_gains(task: DecayRequest, goal: Goal) -> Design:
+    done = search_relaxations(task, goal, default_relaxations(task), stop=True)
     best = done.best
     if best is None:
         best = done.designs[-1] if done.no is None else done.no
@@ -133,7 +140,7 @@ def _first_gains(task: Task, goal: Goal) -> Design:
     return replace(best, ladder=tuple(done.rungs))
 
 
-def _why_none(done: Climb, last: Design) -> str:
+def _why_none(done: RelaxationSearch, last: Design) -> str:
     if done.no is not None:
         return last.answer.diagnosis
     tried = [design.relaxation for design in done.designs]

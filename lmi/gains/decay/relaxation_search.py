@@ -14,13 +14,13 @@ from takagi.lmi.argument_checks import corners_of, number
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.gains.decay.design import ANY, decided, design_at, design_of
 from takagi.lmi.gains.decay.largest_rate import BACK, design_at_largest, largest
-from takagi.lmi.gains.decay.request import Task
-from takagi.lmi.relaxation_result import Rung, RungStatus
-from takagi.lmi.sums.membership_points import at_blends, number_of_blends
+from takagi.lmi.gains.decay.request import DecayRequest
+from takagi.lmi.relaxation_result import RelaxationResult, RungStatus
+from takagi.lmi.sums.membership_points import at_points, number_of_points
 from takagi.lmi.sums.relaxation_order import MOST_WORK, NAMES, PRODUCTS, contains, work_of
 from takagi.lmi.sums.relaxation_sizes import RelaxationSize, size_of
 
-__all__ = ["Climb", "Goal", "climb", "default_rungs", "goal_of"]
+__all__ = ["RelaxationSearch", "Goal", "search_relaxations", "default_relaxations", "goal_of"]
 
 # A decay rate in 1/s, or the largest there is.
 Goal: TypeAlias = float | Literal["max"]
@@ -33,7 +33,7 @@ NOTHING_LEFT = 1e-3
 
 
 @dataclass(slots=True, eq=False)
-class Climb:
+class RelaxationSearch:
     """What was tried so far.
 
     Attributes
@@ -45,7 +45,7 @@ class Climb:
         looked for, inf where that did not settle it.
     """
 
-    rungs: list[Rung] = field(default_factory=list)
+    rungs: list[RelaxationResult] = field(default_factory=list)
     designs: list[Design] = field(default_factory=list)
     no: Design | None = None
     most: float = np.nan
@@ -69,7 +69,7 @@ def goal_of(decay_rate: object) -> Goal:
     return float(number("decay_rate", decay_rate))
 
 
-def default_rungs(task: Task) -> tuple[str, ...]:
+def default_relaxations(task: DecayRequest) -> tuple[str, ...]:
     """Return the relaxations that apply, by the work of one iteration."""
     if len(task.A) == 1:
         return ("common-gain",)
@@ -77,7 +77,9 @@ def default_rungs(task: Task) -> tuple[str, ...]:
     return tuple(sorted(names, key=lambda name: work_of(_size(task, name))))
 
 
-def climb(task: Task, goal: Goal, names: Iterable[str], *, stop: bool) -> Climb:
+def search_relaxations(
+    task: DecayRequest, goal: Goal, names: Iterable[str], *, stop: bool
+) -> RelaxationSearch:
     """Try the relaxations in the given order.
 
     A rung is left out where a theorem or its size says so.  After two, the condition at single
@@ -89,7 +91,7 @@ def climb(task: Task, goal: Goal, names: Iterable[str], *, stop: bool) -> Climb:
     goal : decay rate in 1/s, or "max".
     stop : at the first gains; for "max", where no relaxation can have 0.1 % more.
     """
-    done = Climb()
+    done = RelaxationSearch()
     for place, name in enumerate(names):
         if place == BEFORE_OUTER and len(task.A) > 1 and (goal == "max" or done.best is None):
             _look_outside(done, task, goal)
@@ -103,19 +105,19 @@ def climb(task: Task, goal: Goal, names: Iterable[str], *, stop: bool) -> Climb:
     return done
 
 
-def _contains(task: Task, rich: str, poor: str) -> bool:
+def _contains(task: DecayRequest, rich: str, poor: str) -> bool:
     few = task.demands.active_rules
     return contains(rich, poor, few_active=few is not None and few < len(task.A))
 
 
-def _enough(done: Climb, goal: Goal) -> bool:
+def _enough(done: RelaxationSearch, goal: Goal) -> bool:
     best = done.best
     if best is None or goal != "max":
         return best is not None
     return best.decay_rate >= (1.0 - NOTHING_LEFT) * done.most
 
 
-def _reason_to_skip(done: Climb, task: Task, name: str) -> str:
+def _reason_to_skip(done: RelaxationSearch, task: DecayRequest, name: str) -> str:
     size = _size(task, name)
     if work_of(size) > MOST_WORK:
         return f"too large: {_count(size.lmis)} LMIs, the widest {size.width}"
@@ -127,7 +129,7 @@ def _reason_to_skip(done: Climb, task: Task, name: str) -> str:
     return ""
 
 
-def _try(done: Climb, task: Task, goal: Goal, name: str) -> None:
+def _try(done: RelaxationSearch, task: DecayRequest, goal: Goal, name: str) -> None:
     started = time.perf_counter()
     # Gains of a relaxation that this one contains are gains for this one.
     served = [d for d in done.designs if d.found and _contains(task, name, d.relaxation)]
@@ -169,11 +171,11 @@ def _bought(before: Design | None, design: Design, served: list[Design], goal: G
     return f"{100.0 * more / abs(before.decay_rate):+.3g} % over {before.relaxation}"
 
 
-def _look_outside(done: Climb, task: Task, goal: Goal) -> None:
+def _look_outside(done: RelaxationSearch, task: DecayRequest, goal: Goal) -> None:
     """Solve the condition at single blends, about as large as that of all pairs."""
     started = time.perf_counter()
     parts = _parts(task)
-    pose = at_blends(parts)
+    pose = at_points(parts)
     if goal == "max":
         bracket = largest(task, pose, start=0.0 if done.best is None else done.best.decay_rate)
         found, done.most = bracket.found, bracket.high
@@ -182,7 +184,7 @@ def _look_outside(done: Climb, task: Task, goal: Goal) -> None:
     settled_no = found.outcome.status == "infeasible" and done.best is None
     blends = [lmi for lmi in found.condition.lmis if lmi.name.endswith("blend")]
     count = sum(lmi.count for lmi in blends)
-    rung = Rung(
+    rung = RelaxationResult(
         relaxation=ANY,
         status="infeasible" if settled_no else "bound",
         lmis=count,
@@ -198,24 +200,24 @@ def _look_outside(done: Climb, task: Task, goal: Goal) -> None:
         done.no = design_of(found, 0.0 if goal == "max" else goal, ANY)
 
 
-def _said(settled_no: bool, done: Climb) -> str:
+def _said(settled_no: bool, done: RelaxationSearch) -> str:
     if settled_no:
         return "ruled out"
     return "none is faster," if np.isfinite(done.most) else "not ruled out"
 
 
-def _parts(task: Task) -> int:
+def _parts(task: DecayRequest) -> int:
     """Return how fine a grid of blends is about as large as all pairs of rules."""
     r = len(task.A)
     most = max(triangle(r), FEW_BLENDS)
-    fine = [p for p in (6, 5, 4, 3) if number_of_blends(r, corners_of(task), p) <= most]
+    fine = [p for p in (6, 5, 4, 3) if number_of_points(r, corners_of(task), p) <= most]
     return fine[0] if fine else 2
 
 
-def _rung(task: Task, name: str, status: RungStatus, note: str) -> Rung:
+def _rung(task: DecayRequest, name: str, status: RungStatus, note: str) -> RelaxationResult:
     size = _size(task, name)
     gains = task.gain_numbers // (len(task.A) if name == "common-gain" else 1)
-    return Rung(
+    return RelaxationResult(
         relaxation=name,
         status=status,
         lmis=size.lmis,
@@ -225,7 +227,7 @@ def _rung(task: Task, name: str, status: RungStatus, note: str) -> Rung:
     )
 
 
-def _size(task: Task, name: str) -> RelaxationSize:
+def _size(task: DecayRequest, name: str) -> RelaxationSize:
     """Return the size of all double sums together."""
     sizes = [size_of(name, loop) for loop in task.double_sums(name)]
     cones = tuple(cone for size in sizes for cone in size.cones)

@@ -8,13 +8,18 @@ from dataclasses import dataclass
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design
-from takagi.lmi.condition.region import Region
+from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.condition.uncertainty import Uncertainty
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import require_bounded_gains
-from takagi.lmi.gains.decay.relaxation_search import Goal, climb, default_rungs, goal_of
-from takagi.lmi.gains.decay.request import task_of
-from takagi.lmi.relaxation_result import Rung
+from takagi.lmi.gains.decay.relaxation_search import (
+    Goal,
+    default_relaxations,
+    goal_of,
+    search_relaxations,
+)
+from takagi.lmi.gains.decay.request import decay_request
+from takagi.lmi.relaxation_result import RelaxationResult
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError
 
@@ -44,7 +49,7 @@ class Ladder:
         it; None without gains.
     """
 
-    rungs: tuple[Rung, ...]
+    rungs: tuple[RelaxationResult, ...]
     best: Design | None
 
     @property
@@ -77,7 +82,7 @@ def relaxation_ladder(
     gain_bound: float | None = None,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
-    region: Region | None = None,
+    region: EigenvalueRegion | None = None,
     uncertainty: Uncertainty | None = None,
     overlap: ArrayLike | None = None,
     active_rules: int | None = None,
@@ -104,7 +109,7 @@ def relaxation_ladder(
     """
     names = None if relaxations is None else _checked(relaxations)
     goal = goal_of(decay_rate)
-    task = task_of(
+    task = decay_request(
         model,
         decay_rate=0.0 if goal == "max" else goal,
         input_limit=input_limit,
@@ -120,7 +125,9 @@ def relaxation_ladder(
     )
     if goal == "max":
         require_bounded_gains(task)
-    done = climb(task, goal, default_rungs(task) if names is None else names, stop=False)
+    done = search_relaxations(
+        task, goal, default_relaxations(task) if names is None else names, stop=False
+    )
     return Ladder(tuple(done.rungs), done.best)
 
 
@@ -135,7 +142,7 @@ def _checked(relaxations: Sequence[str]) -> tuple[str, ...]:
     return names
 
 
-def _cells(rung: Rung) -> tuple[object, ...]:
+def _cells(rung: RelaxationResult) -> tuple[object, ...]:
     tried = rung.status != "not tried"
     return (
         rung.relaxation,

@@ -16,7 +16,7 @@ from takagi.lmi.argument_checks import (
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.condition.region import Region
+from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.uncertainty import Uncertainty
 from takagi.lmi.cone.balance import (
@@ -33,12 +33,12 @@ from takagi.lmi.gains.decay.condition import (
     size_of_motion,
 )
 from takagi.lmi.gains.requirements.limits import Limits, limits_of
-from takagi.lmi.gains.requirements.requirements import Demands, demands_of
+from takagi.lmi.gains.requirements.requirements import Requirements, requirements_of
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import Relaxation
 from takagi.models.ts.premise import Premise
 
-__all__ = ["Task", "task_of"]
+__all__ = ["DecayRequest", "decay_request"]
 
 # Bounds how far one guess of Q may move the units.
 SMALLEST_UNIT = 2.0**-20
@@ -47,7 +47,7 @@ FLATTEST = 2.0**-5
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Task:
+class DecayRequest:
     """A model in scaled states and inputs, x = s xhat and u = tau uhat, with its limits.
 
     It is itself what ``pdc_condition`` reads of a model.
@@ -68,7 +68,7 @@ class Task:
     premises: Sequence[Premise]
     rules: Sequence[tuple[int, ...]]
     limits: Limits
-    demands: Demands
+    demands: Requirements
     decay_rate: float
     s: Floats
     tau: Floats
@@ -93,7 +93,7 @@ class Task:
         demands = self.demands.scaled(len(self.A), self.s, self.tau)
         return double_sums(self, self.decay_rate, relaxation, demands, self.sample_time).sums
 
-    def in_units_of(self, Q: Floats) -> Task:
+    def in_units_of(self, Q: Floats) -> DecayRequest:
         """Return the task in states where Q, found in the present ones, has a diagonal near 1.
 
         Balanced vertices do not make Q well conditioned; near the limit of what is feasible it
@@ -108,7 +108,7 @@ class Task:
         tau = _inputs(A, B, self.limits, self.decay_rate, self.sample_time)
         return replace(self, A=A, B=B * tau, s=self.s * d, tau=tau)
 
-    def without_limits(self) -> Task:
+    def without_limits(self) -> DecayRequest:
         """Return the task without limits on states and inputs, in balanced states."""
         limits = replace(self.limits, inputs=None, initial=None, states=None)
         A, B, d = _balanced(self.A, self.B / self.tau, self.sample_time)
@@ -128,7 +128,7 @@ class Task:
         return float(-np.log(abs(eigenvalue)) / self.sample_time)
 
 
-def task_of(
+def decay_request(
     model: Controlled,
     *,
     decay_rate: float,
@@ -138,11 +138,11 @@ def task_of(
     gain_bound: float | None = None,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
-    region: Region | None = None,
+    region: EigenvalueRegion | None = None,
     uncertainty: Uncertainty | None = None,
     overlap: ArrayLike | None = None,
     active_rules: int | None = None,
-) -> Task:
+) -> DecayRequest:
     """Return the task in coordinates of order one; parameters as for ``pdc``.
 
     Raises
@@ -160,7 +160,7 @@ def task_of(
         state_box=state_box,
         gain_bound=gain_bound,
     )
-    demands = demands_of(
+    demands = requirements_of(
         *B.shape,
         region=region,
         uncertainty=uncertainty,
@@ -171,7 +171,7 @@ def task_of(
     s = _states(motion(A, step), limits, scales)
     scaled = A * s / s[:, None]
     tau = _inputs(scaled, B / s[:, None], limits, decay_rate, step)
-    task = Task(
+    task = DecayRequest(
         A=scaled,
         B=B * tau / s[:, None],
         sample_time=step,

@@ -21,7 +21,7 @@ from takagi.lmi.cone.balance import motion, nearest_power, state_units
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.requirements.limits import Limits
 
-__all__ = ["WEIGHTS", "PerformanceUnits", "Regulator", "guessed_regulator", "is_definite"]
+__all__ = ["WEIGHTS", "DisturbanceCoordinates", "Regulator", "guessed_regulator", "is_definite"]
 
 Floats: TypeAlias = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ SPREADS = (2.0**10, 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class PerformanceUnits:
+class DisturbanceCoordinates:
     """x = states xhat, u = inputs uhat - feedback x, w = disturbance what, z = output zhat.
 
     Attributes
@@ -63,7 +63,7 @@ class PerformanceUnits:
         energy: float | None = None,
         noise: bool = False,
         reach: float = 1.0,
-    ) -> PerformanceUnits:
+    ) -> DisturbanceCoordinates:
         """Return coordinates where x' P x is |xhat|^2 and the loop's numbers are of order one.
 
         Parameters

@@ -17,11 +17,11 @@ from takagi.lmi.decision.diagnosis import binding_items
 from takagi.lmi.decision.outcome import not_least
 from takagi.lmi.gains.disturbance.coordinates import (
     WEIGHTS,
-    PerformanceUnits,
+    DisturbanceCoordinates,
     guessed_regulator,
     is_definite,
 )
-from takagi.lmi.gains.disturbance.request import PerformanceTask
+from takagi.lmi.gains.disturbance.request import DisturbanceRequest
 from takagi.lmi.parameter_search.least_over_rate import least_objective
 from takagi.lmi.solver.time_limit import out_of_time
 
@@ -37,8 +37,8 @@ LARGE = 1e5
 
 
 # The task's condition in the given coordinates.
-Pose: TypeAlias = Callable[[PerformanceTask, PerformanceUnits], Condition]
-Known: TypeAlias = tuple[PerformanceUnits, Condition, Outcome]
+Pose: TypeAlias = Callable[[DisturbanceRequest, DisturbanceCoordinates], Condition]
+Known: TypeAlias = tuple[DisturbanceCoordinates, Condition, Outcome]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -51,15 +51,15 @@ class Meaning:
     size : what x' Q^-1 x is multiplied by, from the coordinates.
     """
 
-    gain: Callable[[PerformanceUnits, float], float]
-    size: Callable[[PerformanceUnits], float]
+    gain: Callable[[DisturbanceCoordinates, float], float]
+    size: Callable[[DisturbanceCoordinates], float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Solved:
     """A condition in some coordinates, and what came of it."""
 
-    units: PerformanceUnits
+    units: DisturbanceCoordinates
     condition: Condition
     outcome: Outcome
 
@@ -70,7 +70,7 @@ class _Solved:
 
 
 def designed(
-    task: PerformanceTask, pose: Pose, meaning: Meaning, known: Known | None = None
+    task: DisturbanceRequest, pose: Pose, meaning: Meaning, known: Known | None = None
 ) -> Design:
     """Return the gains with the least objective, or why there are none.
 
@@ -118,7 +118,7 @@ def designed(
     return _with_tries(_without(task, plain, found, meaning), tries)
 
 
-def _in_own_size(task: PerformanceTask, pose: Pose, plain: Design) -> _Solved | None:
+def _in_own_size(task: DisturbanceRequest, pose: Pose, plain: Design) -> _Solved | None:
     """Return what is found where the last Q is I, in direction and in size; None where not sought.
 
     Of rules that can hardly be stabilised the output is large however small the disturbance: Q is
@@ -148,7 +148,7 @@ def _in_own_size(task: PerformanceTask, pose: Pose, plain: Design) -> _Solved | 
     return found
 
 
-def _guesses(task: PerformanceTask) -> Iterator[tuple[Floats | None, Floats | None]]:
+def _guesses(task: DisturbanceRequest) -> Iterator[tuple[Floats | None, Floats | None]]:
     """Yield guesses of P and of the gains; None for the P of plain compensation."""
     if task.guess is not None:
         regulator = guessed_regulator(task.plant)
@@ -165,10 +165,10 @@ def _guesses(task: PerformanceTask) -> Iterator[tuple[Floats | None, Floats | No
 
 
 def _posed(
-    task: PerformanceTask, pose: Pose, P: Floats, feedback: Floats | None
-) -> tuple[PerformanceUnits, Condition]:
+    task: DisturbanceRequest, pose: Pose, P: Floats, feedback: Floats | None
+) -> tuple[DisturbanceCoordinates, Condition]:
     """Return coordinates where x' P x is |x|^2, and the condition in them."""
-    units = PerformanceUnits.of(
+    units = DisturbanceCoordinates.of(
         task.plant,
         P,
         feedback=feedback,
@@ -181,7 +181,9 @@ def _posed(
     return units, pose(task, units)
 
 
-def _solved(task: PerformanceTask, units: PerformanceUnits, condition: Condition) -> _Solved:
+def _solved(
+    task: DisturbanceRequest, units: DisturbanceCoordinates, condition: Condition
+) -> _Solved:
     """Return what is near the least objective, with a margin of the tolerance if that is possible.
 
     In these coordinates both the margin and what it costs are of that size.
@@ -190,7 +192,7 @@ def _solved(task: PerformanceTask, units: PerformanceUnits, condition: Condition
     return _Solved(units, condition, optimise(condition, slack=slack, inside=slack))
 
 
-def _confirmed(task: PerformanceTask, pose: Pose, meaning: Meaning, found: _Solved) -> _Solved:
+def _confirmed(task: DisturbanceRequest, pose: Pose, meaning: Meaning, found: _Solved) -> _Solved:
     """Return the best of what is found where the last P is |x|^2, until two agree.
 
     In coordinates that do not suit it a solver may call solved what is a per cent above the least
@@ -218,7 +220,7 @@ def _confirmed(task: PerformanceTask, pose: Pose, meaning: Meaning, found: _Solv
     return found
 
 
-def _design(task: PerformanceTask, found: _Solved, meaning: Meaning) -> Design:
+def _design(task: DisturbanceRequest, found: _Solved, meaning: Meaning) -> Design:
     outcome, units = found.outcome, found.units
     gains = units.gains(outcome.values["Q"][0], outcome.values["M"], len(task.plant.A))
     held = _held(found, gains)
@@ -257,7 +259,7 @@ def _held(found: _Solved, gains: Floats) -> float:
     return margin(found.condition, {**found.outcome.values, "M": K @ Q})
 
 
-def _without(task: PerformanceTask, plain: Design, found: _Solved, meaning: Meaning) -> Design:
+def _without(task: DisturbanceRequest, plain: Design, found: _Solved, meaning: Meaning) -> Design:
     """Return a no, or doubt, about the disturbed loop, where the plain one has gains."""
     outcome = found.outcome
     # Without limits a large enough gain is always shown; then the solver has met its own.

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.gains.disturbance.coordinates import PerformanceUnits
+from takagi.lmi.gains.disturbance.coordinates import DisturbanceCoordinates
 from takagi.lmi.gains.disturbance.design import Meaning, designed
 from takagi.lmi.gains.disturbance.disturbed_plant import Disturbed, Performance
 from takagi.lmi.gains.disturbance.energy_gain_sums import hinf_pdc_condition
-from takagi.lmi.gains.disturbance.request import PerformanceTask, positive, task_of
+from takagi.lmi.gains.disturbance.request import DisturbanceRequest, disturbance_request, positive
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.errors import ModelError
 
@@ -80,7 +80,7 @@ def hinf_pdc(
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5; Tanaka and Wang (2001).
     """
-    task = task_of(
+    task = disturbance_request(
         model,
         performance=performance,
         relaxation=relaxation,
@@ -105,7 +105,7 @@ def hinf_pdc(
     return designed(task, _posed, meaning)
 
 
-def _posed(task: PerformanceTask, units: PerformanceUnits) -> Condition:
+def _posed(task: DisturbanceRequest, units: DisturbanceCoordinates) -> Condition:
     return hinf_pdc_condition(
         units.posed(task.plant),
         relaxation=task.relaxation,
@@ -114,17 +114,17 @@ def _posed(task: PerformanceTask, units: PerformanceUnits) -> Condition:
     )
 
 
-def _energy_gain(units: PerformanceUnits, objective: float, *, squared: bool) -> float:
+def _energy_gain(units: DisturbanceCoordinates, objective: float, *, squared: bool) -> float:
     gamma = float(np.sqrt(objective)) if squared else objective
     return gamma * units.output / units.disturbance
 
 
-def _storage(units: PerformanceUnits) -> float:
+def _storage(units: DisturbanceCoordinates) -> float:
     """Return the unit of V: |z|^2 / gamma times seconds, or samples."""
     return units.output * units.disturbance / units.rate
 
 
-def _as_posed(units: PerformanceUnits) -> float:
+def _as_posed(units: DisturbanceCoordinates) -> float:
     return 1.0
 
 

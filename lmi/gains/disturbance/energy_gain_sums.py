@@ -37,18 +37,18 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
 )
 from takagi.lmi.gains.disturbance.sums import (
     decay_sum,
-    entering,
+    disturbance_parts,
     limit_lmis,
-    moved,
+    motion_parts,
+    output_parts,
     positive_lmi,
     root_share,
-    shown,
     source_of,
     sum_of,
 )
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import Limits
-from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 from takagi.lmi.sums.relaxations import relaxation_named
 
 __all__ = ["hinf_pdc_condition"]
@@ -123,22 +123,22 @@ def _loop(
     # The states, their disturbance, the next states where there are such, the output.
     blocks = (n, q, p) if step is None else (n, q, n, p)
     last = len(blocks) - 1
-    parts: tuple[Part, ...] = (
-        *moved(plant, Q, M, 2),
-        *shown(plant, Q, M, (last, 0)),
+    parts: tuple[SumPart, ...] = (
+        *motion_parts(plant, Q, M, 2),
+        *output_parts(plant, Q, M, (last, 0)),
         _minus(gamma, p, last),
     )
     fixed = [
-        *entering(plant, 0, root_share(plant), "E_{i}" if step is None else r"\bar E_{i}"),
-        *(entering(plant, 2) if step is not None else ()),
-        Fixed(value=plant.D11, at=(last, 1), latex="D^{11}_{i}"),
+        *disturbance_parts(plant, 0, root_share(plant), "E_{i}" if step is None else r"\bar E_{i}"),
+        *(disturbance_parts(plant, 2) if step is not None else ()),
+        KnownBlock(value=plant.D11, at=(last, 1), latex="D^{11}_{i}"),
     ]
     if unit_energy:
-        fixed.append(Fixed(value=-np.eye(q)[None], at=(1, 1), latex="-I"))
+        fixed.append(KnownBlock(value=-np.eye(q)[None], at=(1, 1), latex="-I"))
     else:
         parts = (*parts, _minus(gamma, q, 1))
     return sum_of(plant, blocks, parts, tuple(fixed))
 
 
-def _minus(gamma: Unknown, size: int, block: int) -> Part:
-    return Part(unknown=gamma, left=-np.eye(size)[None], at=(block, block), latex=("-", "I"))
+def _minus(gamma: Unknown, size: int, block: int) -> SumPart:
+    return SumPart(unknown=gamma, left=-np.eye(size)[None], at=(block, block), latex=("-", "I"))

@@ -9,11 +9,11 @@ import numpy as np
 from takagi.lmi.analysis.disturbance.output_variance import infinite_variance
 from takagi.lmi.answer import Design
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.gains.disturbance.coordinates import PerformanceUnits
+from takagi.lmi.gains.disturbance.coordinates import DisturbanceCoordinates
 from takagi.lmi.gains.disturbance.design import Meaning, designed
 from takagi.lmi.gains.disturbance.disturbed_plant import Disturbed, Performance
 from takagi.lmi.gains.disturbance.output_variance_sums import h2_pdc_condition
-from takagi.lmi.gains.disturbance.request import PerformanceTask, task_of
+from takagi.lmi.gains.disturbance.request import DisturbanceRequest, disturbance_request
 from takagi.lmi.gains.disturbance.riccati_bound import regulated
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.errors import ModelError
@@ -68,7 +68,7 @@ def h2_pdc(
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 6.2.1 and 7.4; Tanaka and Wang
     (2001).
     """
-    task = task_of(
+    task = disturbance_request(
         model,
         performance=performance,
         relaxation=relaxation,
@@ -86,7 +86,7 @@ def h2_pdc(
     return designed(task, _posed, Meaning(gain=_deviation, size=_cost), known)
 
 
-def _posed(task: PerformanceTask, units: PerformanceUnits) -> Condition:
+def _posed(task: DisturbanceRequest, units: DisturbanceCoordinates) -> Condition:
     return h2_pdc_condition(
         units.posed(task.plant),
         relaxation=task.relaxation,
@@ -95,10 +95,10 @@ def _posed(task: PerformanceTask, units: PerformanceUnits) -> Condition:
     )
 
 
-def _deviation(units: PerformanceUnits, objective: float) -> float:
+def _deviation(units: DisturbanceCoordinates, objective: float) -> float:
     return float(np.sqrt(objective * units.rate)) * units.output / units.disturbance
 
 
-def _cost(units: PerformanceUnits) -> float:
+def _cost(units: DisturbanceCoordinates) -> float:
     """Return the unit of V: |z|^2 times seconds, or samples."""
     return units.output**2 / units.rate

@@ -37,15 +37,15 @@ from takagi.lmi.gains.disturbance.sums import (
     WEIGHT,
     decay_sum,
     limit_lmis,
-    moved,
+    motion_parts,
+    output_parts,
     positive_lmi,
-    shown,
     source_of,
     sum_of,
 )
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import Limits
-from takagi.lmi.sums.double_sum import DoubleSum, Fixed
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError
 
@@ -119,8 +119,13 @@ def _loop(plant: DisturbedPlant, Q: Unknown, M: Unknown) -> DoubleSum:
     n, p = Q.rows, plant.C.shape[1]
     blocks = (n, p) if plant.sample_time is None else (n, n, p)
     last = len(blocks) - 1
-    one = Fixed(value=-np.eye(p)[None], at=(last, last), latex="-I")
-    return sum_of(plant, blocks, (*moved(plant, Q, M, 1), *shown(plant, Q, M, (last, 0))), (one,))
+    one = KnownBlock(value=-np.eye(p)[None], at=(last, last), latex="-I")
+    return sum_of(
+        plant,
+        blocks,
+        (*motion_parts(plant, Q, M, 1), *output_parts(plant, Q, M, (last, 0))),
+        (one,),
+    )
 
 
 def _entering(plant: DisturbedPlant, Q: Unknown, W: Unknown) -> LMI:

@@ -14,14 +14,14 @@ from takagi.lmi.answer import Design, Floats
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.gains.disturbance.coordinates import (
-    PerformanceUnits,
+    DisturbanceCoordinates,
     guessed_regulator,
     is_definite,
 )
 from takagi.lmi.gains.disturbance.design import Meaning, designed
 from takagi.lmi.gains.disturbance.disturbed_plant import Disturbed, Performance
 from takagi.lmi.gains.disturbance.peak_gain_sums import peak_pdc_condition
-from takagi.lmi.gains.disturbance.request import PerformanceTask, positive, task_of
+from takagi.lmi.gains.disturbance.request import DisturbanceRequest, disturbance_request, positive
 from takagi.lmi.parameter_search.least_over_rate import least_over_rate, unknowns_near_least
 from takagi.lmi.solver.time_limit import limited, out_of_time
 
@@ -98,7 +98,7 @@ def peak_pdc(
     Feron, Balakrishnan (1994), sections 6.1.3 and 7.3; Tanaka and Wang (2001).
     """
     rate = None if decay_rate is None else positive_rate(decay_rate)
-    task = task_of(
+    task = disturbance_request(
         model,
         performance=performance,
         relaxation=relaxation,
@@ -141,7 +141,7 @@ class _Look(NamedTuple):
 class _Search:
     """Looks for the best decay rate, each time where the last P was |x|^2."""
 
-    def __init__(self, task: PerformanceTask) -> None:
+    def __init__(self, task: DisturbanceRequest) -> None:
         self.task = task
         self._regulator = guessed_regulator(task.plant)
         n = task.plant.A.shape[1]
@@ -172,7 +172,7 @@ class _Search:
                 return found
         return None
 
-    def task_at(self, look: _Look) -> PerformanceTask:
+    def task_at(self, look: _Look) -> DisturbanceRequest:
         """Return the task at a look's rate, from there."""
         return replace(
             self.task,
@@ -196,7 +196,7 @@ class _Search:
             return []
         self.P, self.feedback = plain.P, self.task.mean_of(plain)
         # A constant push moves the states as far as it lasts: about the time in which V falls.
-        units = PerformanceUnits.of(
+        units = DisturbanceCoordinates.of(
             self.task.plant, self.P, feedback=self.feedback, limits=self.task.limits
         )
         step = self.task.plant.sample_time
@@ -222,7 +222,7 @@ class _Search:
         task = replace(self.task, decay_rate=rate)
         reach = reach if self.near is None else reach * float(np.sqrt(self.near / rate))
         for _ in range(LOOKS):
-            units = PerformanceUnits.of(
+            units = DisturbanceCoordinates.of(
                 task.plant,
                 P,
                 feedback=self.feedback,
@@ -269,7 +269,7 @@ class _Search:
         return [float(rate) for rate in np.geomspace(slow / AROUND, fast * AROUND, count)]
 
 
-def _without_rate(task: PerformanceTask, rates: list[float]) -> Design:
+def _without_rate(task: DisturbanceRequest, rates: list[float]) -> Design:
     """Return the no of plain compensation, or doubt: other rates were not tried."""
     plain = task.plain()
     if not plain.found:
@@ -295,7 +295,7 @@ def _without_rate(task: PerformanceTask, rates: list[float]) -> Design:
     return replace(plain, gains=None, P=None, margin=0.0, answer=answer)
 
 
-def _posed(task: PerformanceTask, units: PerformanceUnits) -> Condition:
+def _posed(task: DisturbanceRequest, units: DisturbanceCoordinates) -> Condition:
     return peak_pdc_condition(
         units.posed(task.plant),
         decay_rate=task.decay_rate / units.rate,
@@ -304,9 +304,9 @@ def _posed(task: PerformanceTask, units: PerformanceUnits) -> Condition:
     )
 
 
-def _peak_gain(units: PerformanceUnits, objective: float, *, direct: float) -> float:
+def _peak_gain(units: DisturbanceCoordinates, objective: float, *, direct: float) -> float:
     return float(np.sqrt(objective)) * units.output / units.disturbance + direct
 
 
-def _as_posed(units: PerformanceUnits) -> float:
+def _as_posed(units: DisturbanceCoordinates) -> float:
     return 1.0

@@ -36,19 +36,19 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
     plant_of,
 )
 from takagi.lmi.gains.disturbance.sums import (
-    entering,
+    disturbance_parts,
     limit_lmis,
-    moved,
+    motion_parts,
+    output_parts,
     own,
     positive_lmi,
     root_share,
-    shown,
     source_of,
     sum_of,
 )
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import Limits
-from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 from takagi.lmi.sums.relaxations import relaxation_named
 
 __all__ = ["peak_pdc_condition"]
@@ -121,17 +121,21 @@ def _loop(plant: DisturbedPlant, Q: Unknown, M: Unknown, rate: float) -> DoubleS
     # Divided so that the disturbance's block is I however slow the decay.
     shared, over = float(np.sqrt(share)), rf"\tfrac1{{\sqrt{{{latex}}}}}"
     first = f"{over} E_{{i}}" if step is None else rf"{over} \tfrac1{{\sqrt s}} \bar E_{{i}}"
-    parts = (*moved(plant, Q, M, 2), own(Q, (0, 0), share, latex))
+    parts = (*motion_parts(plant, Q, M, 2), own(Q, (0, 0), share, latex))
     fixed = (
-        *entering(plant, 0, root**2 * shared, first),
-        *(entering(plant, 2, root * shared, rf"{over} \bar E_{{i}}") if step is not None else ()),
-        Fixed(value=-np.eye(q)[None], at=(1, 1), latex="-I"),
+        *disturbance_parts(plant, 0, root**2 * shared, first),
+        *(
+            disturbance_parts(plant, 2, root * shared, rf"{over} \bar E_{{i}}")
+            if step is not None
+            else ()
+        ),
+        KnownBlock(value=-np.eye(q)[None], at=(1, 1), latex="-I"),
     )
     return sum_of(plant, (n, q) if step is None else (n, q, n), parts, fixed)
 
 
 def _output(plant: DisturbedPlant, Q: Unknown, M: Unknown, kappa: Unknown) -> DoubleSum:
     n, p = Q.rows, plant.C.shape[1]
-    bound = Part(unknown=kappa, left=-np.eye(p)[None], at=(1, 1), latex=("-", "I"))
-    parts = (own(Q, (0, 0)), *shown(plant, Q, M, (1, 0), by_share=False), bound)
+    bound = SumPart(unknown=kappa, left=-np.eye(p)[None], at=(1, 1), latex=("-", "I"))
+    parts = (own(Q, (0, 0)), *output_parts(plant, Q, M, (1, 0), by_share=False), bound)
     return sum_of(plant, (n, p), parts, (), name="output")

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from takagi.lmi.answer import Design, Floats
 from takagi.lmi.argument_checks import number
 from takagi.lmi.gains.decay.pdc import pdc
-from takagi.lmi.gains.disturbance.coordinates import PerformanceUnits
+from takagi.lmi.gains.disturbance.coordinates import DisturbanceCoordinates
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
@@ -23,7 +23,7 @@ from takagi.lmi.gains.requirements.limits import Limits, limits_of
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError
 
-__all__ = ["PerformanceTask", "positive", "task_of"]
+__all__ = ["DisturbanceRequest", "positive", "disturbance_request"]
 
 
 class GivenLimits(NamedTuple):
@@ -36,7 +36,7 @@ class GivenLimits(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class PerformanceTask:
+class DisturbanceRequest:
     """A plant, and what its gains must do besides keeping the output small.
 
     Attributes
@@ -47,7 +47,7 @@ class PerformanceTask:
     tolerance : how far above its least value the objective may end, relative.
     peak, energy : of the disturbance, to be 1 where the limits are posed; None where free.
     noise : the disturbance is white.
-    reach : as for ``PerformanceUnits.of``.
+    reach : as for ``DisturbanceCoordinates.of``.
     guess : of P, but for its size; None takes that of a regulator.
     feedback : a guess of the gains beside that of P; None takes a regulator's.
     """
@@ -70,7 +70,7 @@ class PerformanceTask:
         """Return whether limits fix the size of the ellipsoid x' P x <= 1."""
         return self.limits is not None and self.limits.level
 
-    def inside(self, units: PerformanceUnits) -> Limits | None:
+    def inside(self, units: DisturbanceCoordinates) -> Limits | None:
         """Return the limits in the given coordinates."""
         return None if self.limits is None else self.limits.scaled(units.scales, units.inputs)
 
@@ -96,7 +96,7 @@ class PerformanceTask:
         return np.asarray(plain.gains.mean(axis=0))
 
 
-def task_of(
+def disturbance_request(
     model: Disturbed,
     *,
     performance: Performance | None,
@@ -108,7 +108,7 @@ def task_of(
     initial_box: ArrayLike | None = None,
     state_box: ArrayLike | None = None,
     gain_bound: float | None = None,
-) -> PerformanceTask:
+) -> DisturbanceRequest:
     """Return the checked task.
 
     Raises
@@ -129,7 +129,7 @@ def task_of(
         gain_bound=gain_bound,
     )
     check_reachable(plant, getattr(model, "states", ()))
-    return PerformanceTask(
+    return DisturbanceRequest(
         plant=plant,
         relaxation=relaxation,
         decay_rate=float(number("decay_rate", decay_rate, at_least=0.0)),

@@ -31,13 +31,13 @@ from takagi.lmi.cone.duality import least_objective_bound
 from takagi.lmi.cone.program import Raw, cone_program
 from takagi.lmi.decision.outcome import Outcome, promised
 from takagi.lmi.gains.disturbance.coordinates import (
-    PerformanceUnits,
+    DisturbanceCoordinates,
     guessed_regulator,
     is_definite,
 )
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.disturbance.gramian_bound import least_variance
-from takagi.lmi.gains.disturbance.request import PerformanceTask
+from takagi.lmi.gains.disturbance.request import DisturbanceRequest
 
 __all__ = ["regulated"]
 
@@ -50,12 +50,12 @@ SHARES = (0.25, 0.05, 0.05)
 # nobody can tell from zero.
 ALL, NOTHING = 1.0, 1e-9
 
-Pose = Callable[[PerformanceTask, PerformanceUnits], Condition]
+Pose = Callable[[DisturbanceRequest, DisturbanceCoordinates], Condition]
 
 
 def regulated(
-    task: PerformanceTask, pose: Pose
-) -> tuple[PerformanceUnits, Condition, Outcome] | None:
+    task: DisturbanceRequest, pose: Pose
+) -> tuple[DisturbanceCoordinates, Condition, Outcome] | None:
     """Return gains within the tolerance of the least objective, or of nothing where that is zero.
 
     None where the task is another one (several rules, discrete time, limits, a decay rate), or
@@ -95,7 +95,7 @@ def regulated(
 class _Found:
     """Coordinates in which P is I, the condition in them and its outcome; seconds it took."""
 
-    units: PerformanceUnits
+    units: DisturbanceCoordinates
     condition: Condition
     outcome: Outcome
     seconds: float
@@ -120,13 +120,13 @@ class _Found:
     def near(self, least: float, tolerance: float) -> bool:
         return self.holds and self.objective - least <= tolerance * abs(least)
 
-    def settled(self, least: float) -> tuple[PerformanceUnits, Condition, Outcome]:
+    def settled(self, least: float) -> tuple[DisturbanceCoordinates, Condition, Outcome]:
         done = Try("regulator", "solved", self.outcome.margin, 0, self.seconds)
         outcome = replace(self.outcome, status="candidate", settled=True, tries=(done,))
         return self.units, self.condition, replace(outcome, least=least / self.unit)
 
 
-def _at(task: PerformanceTask, pose: Pose, weight: float) -> _Found | None:
+def _at(task: DisturbanceRequest, pose: Pose, weight: float) -> _Found | None:
     """Return the unknowns and the bound of the regulator with one weight; None without one."""
     began = time.perf_counter()
     regulator = guessed_regulator(task.plant, weight)
@@ -140,7 +140,7 @@ def _at(task: PerformanceTask, pose: Pose, weight: float) -> _Found | None:
     P_room = _with_room(loop, P, more, task.tolerance)
     if P_room is None:
         return None
-    units = PerformanceUnits.of(task.plant, P_room, feedback=regulator.gains, noise=True)
+    units = DisturbanceCoordinates.of(task.plant, P_room, feedback=regulator.gains, noise=True)
     condition = pose(task, units)
     data = assemble(condition)
     posed = units.posed(task.plant)

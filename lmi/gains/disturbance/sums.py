@@ -31,18 +31,18 @@ from takagi.lmi.gains.requirements.limits import (
     input_lmis,
     state_lmis,
 )
-from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 
 __all__ = [
     "WEIGHT",
     "decay_sum",
-    "entering",
+    "disturbance_parts",
     "limit_lmis",
-    "moved",
+    "motion_parts",
     "own",
     "positive_lmi",
     "root_share",
-    "shown",
+    "output_parts",
     "source_of",
     "sum_of",
 ]
@@ -61,7 +61,7 @@ def root_share(plant: DisturbedPlant) -> float:
     return float(nearest_power(np.array([min(1.0, size) ** 0.5]))[0])
 
 
-def moved(plant: DisturbedPlant, Q: Unknown, M: Unknown, after: int) -> tuple[Part, ...]:
+def motion_parts(plant: DisturbedPlant, Q: Unknown, M: Unknown, after: int) -> tuple[SumPart, ...]:
     """Return He(G_ij) / s in the first block; in discrete time also what follows from it.
 
     Parameters
@@ -78,9 +78,9 @@ def moved(plant: DisturbedPlant, Q: Unknown, M: Unknown, after: int) -> tuple[Pa
     return (*here, *there, own(Q, (after, after)))
 
 
-def shown(
+def output_parts(
     plant: DisturbedPlant, Q: Unknown, M: Unknown, at: Position, *, by_share: bool = True
-) -> tuple[Part, ...]:
+) -> tuple[SumPart, ...]:
     """Return Z_ij / sqrt(s) in a block of the first column, or Z_ij itself."""
     root, names = 1.0, ("C_{i}", "D^{12}_{i}")
     if by_share and plant.sample_time is not None:
@@ -89,11 +89,11 @@ def shown(
     return _pair(Q, M, plant.C / root, plant.D12 / root, names, at, whole=False)
 
 
-def entering(
+def disturbance_parts(
     plant: DisturbedPlant, row: int, divisor: float = 1.0, latex: str = "E_{i}"
-) -> tuple[Fixed, ...]:
+) -> tuple[KnownBlock, ...]:
     """Return E_i, divided by sqrt(s) or s, in the second block of a row."""
-    return (Fixed(value=plant.E / divisor, at=(row, 1), latex=latex),)
+    return (KnownBlock(value=plant.E / divisor, at=(row, 1), latex=latex),)
 
 
 def _pair(
@@ -104,11 +104,13 @@ def _pair(
     symbols: tuple[str, str],
     at: Position,
     whole: bool,
-) -> tuple[Part, Part]:
+) -> tuple[SumPart, SumPart]:
     one = np.eye(Q.rows)[None]
     return (
-        Part(unknown=Q, left=free, right=one, at=at, plus_transpose=whole, latex=(symbols[0], "")),
-        Part(
+        SumPart(
+            unknown=Q, left=free, right=one, at=at, plus_transpose=whole, latex=(symbols[0], "")
+        ),
+        SumPart(
             unknown=M,
             left=-steered,
             right=one,
@@ -121,17 +123,17 @@ def _pair(
     )
 
 
-def own(Q: Unknown, at: Position, factor: float = -1.0, latex: str = "-") -> Part:
+def own(Q: Unknown, at: Position, factor: float = -1.0, latex: str = "-") -> SumPart:
     """Return factor Q in a block on the diagonal."""
     one = np.eye(Q.rows)[None]
-    return Part(unknown=Q, left=factor * one, right=one, at=at, latex=(latex, ""))
+    return SumPart(unknown=Q, left=factor * one, right=one, at=at, latex=(latex, ""))
 
 
 def sum_of(
     plant: DisturbedPlant,
     blocks: tuple[int, ...],
-    parts: tuple[Part, ...],
-    fixed: tuple[Fixed, ...],
+    parts: tuple[SumPart, ...],
+    fixed: tuple[KnownBlock, ...],
     *,
     name: str = "",
 ) -> DoubleSum:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
-from takagi.lmi.gains.fuzzy.sums import Sought
+from takagi.lmi.gains.fuzzy.sums import SoughtGains
 from takagi.lmi.gains.requirements.closed_loop import gain_symbol
 
 __all__ = ["effort_lmi", "scale_lmis"]
@@ -15,7 +15,7 @@ __all__ = ["effort_lmi", "scale_lmis"]
 LARGEST_SLACK = 16.0
 
 
-def effort_lmi(sought: Sought, nu: Unknown, *, discrete: bool) -> LMI:
+def effort_lmi(sought: SoughtGains, nu: Unknown, *, discrete: bool) -> LMI:
     """Pose [[P_i, M_j'], [M_j, nu I]] >= 0: |u|^2 <= nu V; G_j + G_j' - S_i in discrete time."""
     r, n, m = sought.rules, sought.P.rows, sought.M.rows
     i, j = (index.ravel() for index in np.indices((r, r)))
@@ -67,7 +67,7 @@ def effort_lmi(sought: Sought, nu: Unknown, *, discrete: bool) -> LMI:
     )
 
 
-def scale_lmis(sought: Sought) -> tuple[LMI, ...]:
+def scale_lmis(sought: SoughtGains) -> tuple[LMI, ...]:
     """Pose 0 < P_i <= I, and |G| <= 16, which only keeps the slack finite."""
     P, G = sought.P, sought.G
     one = np.eye(P.rows)[None]

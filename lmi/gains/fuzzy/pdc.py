@@ -13,7 +13,7 @@ from takagi.lmi.argument_checks import input_stack, number, sample_time_of, vert
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.fuzzy.design import FuzzyDesign
-from takagi.lmi.gains.fuzzy.request import FuzzyTask, SlackKind
+from takagi.lmi.gains.fuzzy.request import FuzzyRequest, SlackKind
 from takagi.lmi.gains.fuzzy.search import searched, units_of
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
@@ -135,7 +135,7 @@ def _task(
     relaxation: str,
     slack: SlackKind,
     rates: str,
-) -> FuzzyTask:
+) -> FuzzyRequest:
     relaxation_named(relaxation)
     if step is not None and (rate_bounds is not None or rates != "corners"):
         raise ModelError(
@@ -157,7 +157,7 @@ def _task(
             'rates="slack" is for memberships with finite bounds of their own (no premises); take '
             'rates="corners"'
         )
-    return FuzzyTask(
+    return FuzzyRequest(
         A=A,
         B=B,
         space=space,

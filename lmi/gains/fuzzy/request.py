@@ -13,7 +13,7 @@ from takagi.lmi.condition.term import LMI, Array, Condition, Unknown
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.gains.decay.condition import size_of_motion, theta_weight
 from takagi.lmi.gains.fuzzy.limits import effort_lmi, scale_lmis
-from takagi.lmi.gains.fuzzy.sums import Sought, continuous_sums, discrete_sums
+from takagi.lmi.gains.fuzzy.sums import SoughtGains, continuous_sums, discrete_sums
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
@@ -21,13 +21,13 @@ from takagi.lmi.varying.fuzzy_condition import rate_slack, slack_unknown
 from takagi.lmi.varying.parameter_motion import continuous_motion, kept_degrees
 from takagi.lmi.varying.parameter_space import Space
 
-__all__ = ["FuzzyTask", "SlackKind"]
+__all__ = ["FuzzyRequest", "SlackKind"]
 
 SlackKind: TypeAlias = Literal["common", "rules"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class FuzzyTask:
+class FuzzyRequest:
     """What is asked for, in one set of coordinates.
 
     Attributes
@@ -59,13 +59,13 @@ class FuzzyTask:
         """Return a power of two about the size of A: what time is measured by."""
         return float(nearest_power(np.array([size_of_motion(self.A, 0.0, None) / 2]))[0])
 
-    def sought(self, alpha: float) -> Sought:
+    def sought(self, alpha: float) -> SoughtGains:
         """Return the unknowns; P has a member for each rule, or for each that may differ."""
         r, n, m = self.B.shape
         members = self._members()
         G = Unknown("G", n, n, count=r if self.slack == "rules" else 1)
         name = "S" if self.discrete else "P"
-        return Sought(
+        return SoughtGains(
             A=self.A,
             B=self.B,
             P=Unknown(name, n, n, symmetric=True, count=int(members.max()) + 1),

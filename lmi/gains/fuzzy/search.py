@@ -18,15 +18,15 @@ from takagi.lmi.decision.decide import Outcome, decide, improve
 from takagi.lmi.decision.diagnosis import binding_items
 from takagi.lmi.gains.decay.condition import size_of_motion
 from takagi.lmi.gains.fuzzy.design import FuzzyDesign
-from takagi.lmi.gains.fuzzy.request import FuzzyTask
+from takagi.lmi.gains.fuzzy.request import FuzzyRequest
 
-__all__ = ["Units", "searched", "units_of"]
+__all__ = ["FuzzyUnits", "searched", "units_of"]
 
 LARGEST_EFFORT = 1e6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Units:
+class FuzzyUnits:
     """x = states xhat, u = inputs uhat: powers of two, so that no digit is touched."""
 
     states: Floats
@@ -40,7 +40,7 @@ class Units:
 
 def units_of(
     A: Floats, B: Floats, step: float | None, scales: ArrayLike | None, names: tuple[str, ...]
-) -> Units:
+) -> FuzzyUnits:
     """Return units in which states and inputs are of order one.
 
     Raises
@@ -49,12 +49,14 @@ def units_of(
     """
     s = state_units(A, scales, step=step)
     size = size_of_motion(A * s / s[:, None], 0.0, step) / 2
-    units = Units(s, balanced_inputs(B / s[:, None], size))
+    units = FuzzyUnits(s, balanced_inputs(B / s[:, None], size))
     check_stabilisable(*units.scaled(A, B), units=s, names=names, step=step)
     return units
 
 
-def searched(task: FuzzyTask, units: Units, alpha: float, epsilons: Sequence[float]) -> FuzzyDesign:
+def searched(
+    task: FuzzyRequest, units: FuzzyUnits, alpha: float, epsilons: Sequence[float]
+) -> FuzzyDesign:
     """Return the first design that has gains, with the least effort at half its margin.
 
     Parameters
@@ -89,7 +91,7 @@ def searched(task: FuzzyTask, units: Units, alpha: float, epsilons: Sequence[flo
 
 
 def _design(
-    task: FuzzyTask, units: Units, condition: Condition, outcome: Outcome, alpha: float
+    task: FuzzyRequest, units: FuzzyUnits, condition: Condition, outcome: Outcome, alpha: float
 ) -> FuzzyDesign:
     good = outcome.status == "candidate"
     answer = Answer(
@@ -119,7 +121,9 @@ def _design(
     return _with_gains(plain, task, units, outcome) if good else plain
 
 
-def _with_gains(plain: FuzzyDesign, task: FuzzyTask, units: Units, outcome: Outcome) -> FuzzyDesign:
+def _with_gains(
+    plain: FuzzyDesign, task: FuzzyRequest, units: FuzzyUnits, outcome: Outcome
+) -> FuzzyDesign:
     """Return the design with its law, in the model's units: x = s xhat, u = tau uhat."""
     s, tau, r = units.states, units.inputs, len(task.A)
     G, M = outcome.values["G"], outcome.values["M"]
@@ -141,7 +145,7 @@ def _with_gains(plain: FuzzyDesign, task: FuzzyTask, units: Units, outcome: Outc
 
 
 def _no_by_fixed_mode(
-    task: FuzzyTask, units: Units, alpha: float, fixed: tuple[int, complex]
+    task: FuzzyRequest, units: FuzzyUnits, alpha: float, fixed: tuple[int, complex]
 ) -> FuzzyDesign:
     vertex, eigenvalue = fixed
     slowness = -eigenvalue.real
@@ -158,7 +162,7 @@ def _no_by_fixed_mode(
     return replace(plain, answer=replace(plain.answer, diagnosis=why))
 
 
-def _diagnosis(task: FuzzyTask, condition: Condition, outcome: Outcome) -> str:
+def _diagnosis(task: FuzzyRequest, condition: Condition, outcome: Outcome) -> str:
     if outcome.status == "unknown":
         return (
             f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "

@@ -33,14 +33,14 @@ import numpy as np
 from takagi.lmi.answer import Floats
 from takagi.lmi.condition.term import Array, Indices, Unknown
 from takagi.lmi.gains.requirements.closed_loop import gain_member, gain_symbol
-from takagi.lmi.sums.double_sum import DoubleSum, Member, Part
+from takagi.lmi.sums.double_sum import DoubleSum, Member, SumPart
 from takagi.lmi.sums.membership_parts import double_sums, rate_parts, rule_table
 
-__all__ = ["Sought", "continuous_sums", "discrete_sums"]
+__all__ = ["SoughtGains", "continuous_sums", "discrete_sums"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Sought:
+class SoughtGains:
     """The unknowns, and the rules they are for.
 
     Attributes
@@ -81,12 +81,14 @@ class Sought:
         """Return which member of P stands in Theta_ij: that of the vertex."""
         return rule_table(self.rules, "vertex", self.members)
 
-    def closed(self, at: tuple[int, int], factor: float, latex: str = "") -> tuple[Part, Part]:
+    def closed(
+        self, at: tuple[int, int], factor: float, latex: str = ""
+    ) -> tuple[SumPart, SumPart]:
         """Return factor (A_i G_j - B_i M_j)."""
         one = np.eye(self.P.rows)[None]
         both = at[0] == at[1]
         return (
-            Part(
+            SumPart(
                 unknown=self.G,
                 left=factor * self.A,
                 right=one,
@@ -96,7 +98,7 @@ class Sought:
                 latex=(f"{latex}A_{{i}}", ""),
                 symbol=self.slack_symbol,
             ),
-            Part(
+            SumPart(
                 unknown=self.M,
                 left=-factor * self.B,
                 right=one,
@@ -108,7 +110,7 @@ class Sought:
             ),
         )
 
-    def sum_of(self, parts: Sequence[Part], name: str = "") -> DoubleSum:
+    def sum_of(self, parts: Sequence[SumPart], name: str = "") -> DoubleSum:
         """Return the double sum of two blocks with these parts."""
         n = self.P.rows
         return DoubleSum(
@@ -121,12 +123,12 @@ class Sought:
         )
 
 
-def discrete_sums(sought: Sought) -> tuple[DoubleSum, ...]:
+def discrete_sums(sought: SoughtGains) -> tuple[DoubleSum, ...]:
     """Return the module's double sums, one for each next rule; rho^2 is ``contraction``."""
     P, G, r = sought.P, sought.G, sought.rules
     one = np.eye(P.rows)[None]
     common = (
-        Part(
+        SumPart(
             unknown=P,
             left=one,
             right=one,
@@ -135,7 +137,7 @@ def discrete_sums(sought: Sought) -> tuple[DoubleSum, ...]:
             latex=(r"\rho^2", ""),
             symbol=f"{P.symbol}_{{i}}",
         ),
-        Part(
+        SumPart(
             unknown=G,
             left=-one,
             right=one,
@@ -148,7 +150,7 @@ def discrete_sums(sought: Sought) -> tuple[DoubleSum, ...]:
         *sought.closed((1, 0), 1.0),
     )
     following = [
-        Part(
+        SumPart(
             unknown=P,
             left=-one,
             right=one,
@@ -163,7 +165,7 @@ def discrete_sums(sought: Sought) -> tuple[DoubleSum, ...]:
 
 
 def continuous_sums(
-    sought: Sought,
+    sought: SoughtGains,
     velocities: Sequence[Sequence[Floats]],
     eps: float,
     kappa: float,
@@ -182,7 +184,7 @@ def continuous_sums(
     across = kappa / np.sqrt(eps)
     parts = (
         *sought.closed((0, 0), 1.0),
-        Part(
+        SumPart(
             unknown=P,
             left=2.0 * one,
             right=one,
@@ -191,7 +193,7 @@ def continuous_sums(
             latex=(r"2\alpha", ""),
             symbol=symbol,
         ),
-        Part(
+        SumPart(
             unknown=P,
             left=across * one,
             right=one,
@@ -200,9 +202,9 @@ def continuous_sums(
             latex=("c", ""),
             symbol=symbol,
         ),
-        Part(unknown=G, left=-across * one, right=one, at=(0, 1), latex=("-c", "")),
+        SumPart(unknown=G, left=-across * one, right=one, at=(0, 1), latex=("-c", "")),
         *sought.closed((1, 0), float(np.sqrt(eps)), "d "),
-        Part(
+        SumPart(
             unknown=G,
             left=-kappa * one,
             right=one,
@@ -220,11 +222,11 @@ def continuous_sums(
     return double_sums(plain, moved)
 
 
-def _slack_parts(sought: Sought, X: Unknown, rates: Floats) -> tuple[Part, ...]:
+def _slack_parts(sought: SoughtGains, X: Unknown, rates: Floats) -> tuple[SumPart, ...]:
     """Return sum_i phi_i (P_i + X)."""
     one = np.eye(X.rows)[None]
     whole = rate_parts(sought.P, sought.corners, (rates,), members=sought.members)
     return (
         *whole,
-        Part(unknown=X, left=rates.sum() * one, right=one, latex=(r"\sum_i \phi_i", "")),
+        SumPart(unknown=X, left=rates.sum() * one, right=one, latex=(r"\sum_i \phi_i", "")),
     )

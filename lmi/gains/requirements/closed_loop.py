@@ -15,7 +15,7 @@ import numpy as np
 
 from takagi.lmi.condition.term import Array, Unknown
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, Member, Part
+from takagi.lmi.sums.double_sum import DoubleSum, Member, SumPart
 
 __all__ = ["closed_loop", "gain_member", "gain_symbol", "gain_unknown"]
 
@@ -31,7 +31,7 @@ def gain_member(M: Unknown) -> Member:
 
 
 def gain_symbol(M: Unknown) -> str:
-    """Return M or M_j, as LaTeX for a ``Part``."""
+    """Return M or M_j, as LaTeX for a ``SumPart``."""
     return M.symbol if M.count == 1 else f"{M.symbol}_{{j}}"
 
 
@@ -62,7 +62,7 @@ def closed_loop(
     one = np.eye(n)[None]
     moved = (1, 0) if discrete else (0, 0)
     parts = [
-        Part(
+        SumPart(
             unknown=Q,
             left=A,
             right=one,
@@ -70,7 +70,7 @@ def closed_loop(
             plus_transpose=not discrete,
             latex=("A_{i}", ""),
         ),
-        Part(
+        SumPart(
             unknown=M,
             left=-B,
             right=one,
@@ -83,12 +83,14 @@ def closed_loop(
     ]
     if discrete:
         parts += [
-            Part(unknown=Q, left=-one, right=one, parameter="contraction", latex=(r"-\rho^2", "")),
-            Part(unknown=Q, left=-one, right=one, at=(1, 1), latex=("-", "")),
+            SumPart(
+                unknown=Q, left=-one, right=one, parameter="contraction", latex=(r"-\rho^2", "")
+            ),
+            SumPart(unknown=Q, left=-one, right=one, at=(1, 1), latex=("-", "")),
         ]
     else:
         parts.append(
-            Part(unknown=Q, left=2.0 * one, right=one, parameter="alpha", latex=(r"2\alpha", ""))
+            SumPart(unknown=Q, left=2.0 * one, right=one, parameter="alpha", latex=(r"2\alpha", ""))
         )
     return DoubleSum(
         rules=r,

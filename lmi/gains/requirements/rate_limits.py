@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.argument_checks import input_stack, number, positive_vector, vertex_stack
-from takagi.lmi.condition.region import Region
+from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.condition.term import LMI, Array, Indices, Unknown
 from takagi.lmi.gains.requirements.limits import input_lmis
 from takagi.lmi.gains.requirements.region_sums import region_sums
@@ -70,7 +70,7 @@ def rate_sums(
     nu = float(number("speed", speed))
     if nu <= 0:
         raise ModelError(f"speed is {nu:g}; it must be positive: |x'| <= speed |x| in the P-norm")
-    region = Region.disc(nu, centre=1.0 if discrete else 0.0)
+    region = EigenvalueRegion.disc(nu, centre=1.0 if discrete else 0.0)
     (loop,) = region_sums(A, B, Q, M, region, corners=corners)
     share = nu + _rates(rate_bounds, len(A), M.count == 1, discrete)
     named = DoubleSum(

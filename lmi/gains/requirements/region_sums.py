@@ -17,10 +17,10 @@ from __future__ import annotations
 import numpy as np
 
 from takagi.lmi.analysis.pole_region import coefficient_latex, region_weight
-from takagi.lmi.condition.region import Region, RegionPart
+from takagi.lmi.condition.region import EigenvalueRegion, RegionPart
 from takagi.lmi.condition.term import Array, Indices, Unknown
 from takagi.lmi.gains.requirements.closed_loop import gain_member, gain_symbol
-from takagi.lmi.sums.double_sum import DoubleSum, Part
+from takagi.lmi.sums.double_sum import DoubleSum, SumPart
 
 __all__ = ["region_sums"]
 
@@ -30,7 +30,7 @@ def region_sums(
     B: Array,
     Q: Unknown,
     M: Unknown,
-    region: Region,
+    region: EigenvalueRegion,
     *,
     corners: Indices | None = None,
 ) -> tuple[DoubleSum, ...]:
@@ -65,7 +65,7 @@ def _region_sum(
     k, n = len(L), A.shape[1]
     one = np.eye(n)[None]
     parts = [
-        Part(
+        SumPart(
             unknown=Q,
             left=L[a, b] * one,
             right=one,
@@ -90,12 +90,12 @@ def _region_sum(
 
 def _moved(
     A: Array, B: Array, Q: Unknown, M: Unknown, factor: float, at: tuple[int, int]
-) -> tuple[Part, Part]:
+) -> tuple[SumPart, SumPart]:
     """Return factor G_ij at a block; below the diagonal it stands for its transpose above."""
     right = factor * np.eye(A.shape[1])[None]
     own = at[0] == at[1]
     return (
-        Part(
+        SumPart(
             unknown=Q,
             left=A,
             right=right,
@@ -103,7 +103,7 @@ def _moved(
             plus_transpose=own,
             latex=(f"{coefficient_latex(factor)}A_{{i}}", ""),
         ),
-        Part(
+        SumPart(
             unknown=M,
             left=-B,
             right=right,

@@ -9,20 +9,20 @@ from numbers import Integral
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.condition.region import Region
+from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.condition.term import LMI, Array, Unknown
-from takagi.lmi.condition.uncertainty import NormBounded, channels_of
+from takagi.lmi.condition.uncertainty import NormBounded, blocks_of
 from takagi.lmi.gains.requirements.region_sums import region_sums
 from takagi.lmi.gains.requirements.robust_sums import with_uncertainty
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.membership_shape import with_overlap
 from takagi.models.errors import ModelError
 
-__all__ = ["Demands", "demands_of", "demanded"]
+__all__ = ["Requirements", "requirements_of", "required_sums"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Demands:
+class Requirements:
     """Each None where nothing is demanded or known.
 
     Attributes
@@ -33,43 +33,43 @@ class Demands:
     active_rules : at most so many rules act at a time.
     """
 
-    region: Region | None = None
+    region: EigenvalueRegion | None = None
     uncertainty: tuple[NormBounded, ...] | None = None
     overlap: ArrayLike | None = None
     active_rules: int | None = None
 
-    def scaled(self, r: int, s: Array, tau: Array) -> Demands:
+    def scaled(self, r: int, s: Array, tau: Array) -> Requirements:
         """Return the demands in x = s xhat, u = tau uhat; regions are the same in all units."""
         if self.uncertainty is None:
             return self
-        blocks = channels_of(self.uncertainty, r, len(s), len(tau))
+        blocks = blocks_of(self.uncertainty, r, len(s), len(tau))
         found = tuple(
             NormBounded(c.D, c.E, c.F) for c in (block.scaled(s, tau) for block in blocks)
         )
         return replace(self, uncertainty=found)
 
 
-def demands_of(
+def requirements_of(
     r: int,
     n: int,
     m: int,
     *,
-    region: Region | None,
+    region: EigenvalueRegion | None,
     uncertainty: object,
     overlap: ArrayLike | None,
     active_rules: int | None,
-) -> Demands:
+) -> Requirements:
     """Return checked demands in the model's units.
 
     Raises
     ------
     ModelError : no region, uncertainty that does not fit, active rules that are none of 1 ... r.
     """
-    if region is not None and not isinstance(region, Region):
+    if region is not None and not isinstance(region, EigenvalueRegion):
         raise ModelError(f"region is {region!r}; a Region is needed, e.g. Region.disc(5.0)")
     blocks = None
     if uncertainty is not None:
-        found = channels_of(uncertainty, r, n, m)  # type: ignore[arg-type]
+        found = blocks_of(uncertainty, r, n, m)  # type: ignore[arg-type]
         blocks = tuple(NormBounded(block.D, block.E, block.F) for block in found)
     if active_rules is not None and (
         isinstance(active_rules, bool)
@@ -77,11 +77,20 @@ def demands_of(
         or not 1 <= active_rules <= r
     ):
         raise ModelError(f"active_rules is {active_rules!r}; a number from 1 to {r} is needed")
-    return Demands(region=region, uncertainty=blocks, overlap=overlap, active_rules=active_rules)
+    return Requirements(
+        region=region, uncertainty=blocks, overlap=overlap, active_rules=active_rules
+    )
 
 
-def demanded(
-    loop: DoubleSum, A: Array, B: Array, Q: Unknown, M: Unknown, demands: Demands, *, discrete: bool
+def required_sums(
+    loop: DoubleSum,
+    A: Array,
+    B: Array,
+    Q: Unknown,
+    M: Unknown,
+    demands: Requirements,
+    *,
+    discrete: bool,
 ) -> tuple[tuple[DoubleSum, ...], tuple[Unknown, ...], tuple[LMI, ...]]:
     """Return all double sums, for every uncertainty and the memberships that are possible.
 
@@ -118,7 +127,7 @@ def demanded(
 
 
 def _with_carriers(
-    loop: DoubleSum, A: Array, B: Array, Q: Unknown, M: Unknown, region: Region | None
+    loop: DoubleSum, A: Array, B: Array, Q: Unknown, M: Unknown, region: EigenvalueRegion | None
 ) -> Iterator[tuple[DoubleSum, Array | None]]:
     yield loop, None
     if region is not None:

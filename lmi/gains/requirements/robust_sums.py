@@ -30,10 +30,10 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.pole_region import coefficient_latex
 from takagi.lmi.condition.term import Array, Unknown
-from takagi.lmi.condition.uncertainty import Channel, Uncertainty, channels_of
+from takagi.lmi.condition.uncertainty import Uncertainty, UncertaintyBlock, blocks_of
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.gains.requirements.closed_loop import gain_member, gain_symbol
-from takagi.lmi.sums.double_sum import DoubleSum, Member, Part
+from takagi.lmi.sums.double_sum import DoubleSum, Member, SumPart
 from takagi.models.errors import ModelError
 
 __all__ = ["loop_carrier", "with_uncertainty"]
@@ -87,7 +87,7 @@ def with_uncertainty(
     # The channels' rows are measured so that their multipliers weigh as much as the rest.
     unit = float(nearest_power(np.array(np.sqrt(loop.weight))))
     unknowns: tuple[Unknown, ...] = ()
-    for k, channel in enumerate(channels_of(uncertainty, loop.rules, Q.rows, M.rows), start=1):
+    for k, channel in enumerate(blocks_of(uncertainty, loop.rules, Q.rows, M.rows), start=1):
         count = loop.rules if channel.enters_alike else 1
         entries = _multiplier(loop.name, k, left.shape[1], count)
         loop = _covered(loop, Q, M, channel, entries, left, right, unit, k)
@@ -138,7 +138,7 @@ def _covered(
     loop: DoubleSum,
     Q: Unknown,
     M: Unknown,
-    channel: Channel,
+    channel: UncertaintyBlock,
     entries: dict[tuple[int, int], Unknown],
     left: Array,
     right: Array,
@@ -154,7 +154,7 @@ def _covered(
         if left[a, c]:
             factor = unit * float(left[a, c])
             parts.append(
-                Part(
+                SumPart(
                     unknown=entries[c, b],
                     member=member,
                     symbol=f"{entries[c, b].symbol}_{{i}}" if member == "vertex" else "",
@@ -168,7 +168,7 @@ def _covered(
     for c, b in np.argwhere(np.triu(np.ones((size, size)))).tolist():
         for start, width in ((first, p), (first + size, q)):
             parts.append(
-                Part(
+                SumPart(
                     unknown=entries[c, b],
                     member=member,
                     symbol=f"{entries[c, b].symbol}_{{i}}" if member == "vertex" else "",
@@ -181,12 +181,12 @@ def _covered(
 
 
 def _driven(
-    Q: Unknown, M: Unknown, channel: Channel, factor: float, at: tuple[int, int], k: int
-) -> list[Part]:
+    Q: Unknown, M: Unknown, channel: UncertaintyBlock, factor: float, at: tuple[int, int], k: int
+) -> list[SumPart]:
     """Return factor (E_i Q - F_i M_j) at a block."""
     one = np.eye(Q.rows)[None]
     parts = [
-        Part(
+        SumPart(
             unknown=Q,
             left=factor * channel.E,
             right=one,
@@ -196,7 +196,7 @@ def _driven(
     ]
     if channel.F.any():
         parts.append(
-            Part(
+            SumPart(
                 unknown=M,
                 left=-factor * channel.F,
                 right=one,

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from takagi.lmi.answer import Answer, Status
-from takagi.lmi.gains.structured.joint_steps import Search, Spot
-from takagi.lmi.gains.structured.local_search import Climb, Step
+from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
+from takagi.lmi.gains.structured.local_search import LocalSearch, LocalStep
 from takagi.lmi.gains.structured.structure import Floats
 from takagi.lmi.gains.structured.sums import Objective
 from takagi.models.errors import ModelError
@@ -43,7 +43,7 @@ class StructuredDesign:
     unstructured: float
     loss: float
     relaxation: str
-    steps: tuple[Step, ...]
+    steps: tuple[LocalStep, ...]
     answer: Answer
 
     @property
@@ -67,7 +67,9 @@ class StructuredDesign:
         return self.gains, self.P
 
 
-def found_at(search: Search, spot: Spot, unstructured: float, climb: Climb) -> StructuredDesign:
+def found_at(
+    search: StepSearch, spot: StructuredPoint, unstructured: float, climb: LocalSearch
+) -> StructuredDesign:
     """Return the design of the best spot.
 
     Parameters
@@ -105,7 +107,7 @@ def found_at(search: Search, spot: Spot, unstructured: float, climb: Climb) -> S
     )
 
 
-def unsettled(climb: Climb) -> Answer:
+def unsettled(climb: LocalSearch) -> Answer:
     """Return the answer where no start led to a decay."""
     rate = climb.reached()
     return Answer(
@@ -121,7 +123,7 @@ def unsettled(climb: Climb) -> Answer:
     )
 
 
-def without(search: Search, answer: Answer, steps: tuple[Step, ...]) -> StructuredDesign:
+def without(search: StepSearch, answer: Answer, steps: tuple[LocalStep, ...]) -> StructuredDesign:
     """Return a design without gains."""
     return StructuredDesign(
         gains=None,

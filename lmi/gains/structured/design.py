@@ -23,8 +23,8 @@ from takagi.lmi.gains.structured.answer import (
     without,
 )
 from takagi.lmi.gains.structured.disturbed_plant import plant_for
-from takagi.lmi.gains.structured.joint_steps import Search, Spot
-from takagi.lmi.gains.structured.local_search import Climb, Start, slack_start
+from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
+from takagi.lmi.gains.structured.local_search import LocalSearch, LocalStart, slack_start
 from takagi.lmi.gains.structured.structure import check_movable, structure_of
 from takagi.lmi.gains.structured.sums import Objective
 from takagi.lmi.solver.time_limit import limited
@@ -124,7 +124,7 @@ def structured_pdc(
     )
     r, n, m = plant.B.shape
     common = relaxation == "common-gain"
-    search = Search(
+    search = StepSearch(
         plant=plant,
         structure=structure_of((r, n, m), pattern, output, np.zeros(r) if common else shared),
         objective=objective,
@@ -136,7 +136,7 @@ def structured_pdc(
     plain = _unstructured(model, search, Q, R, deviations, performance, sample_time)
     if not plain or plain[0].gains is None:
         return without(search, plain[0].answer, ())
-    climb = Climb(search)
+    climb = LocalSearch(search)
     spot = climb.best(list(_starts(search, plain)), tolerance)
     if spot is None:
         return without(search, unsettled(climb), tuple(climb.steps))
@@ -152,7 +152,7 @@ def _bound(gain_bound: float | None) -> float | None:
     return positive("gain_bound", gain_bound)
 
 
-def _check_modes(search: Search, names: tuple[str, ...]) -> None:
+def _check_modes(search: StepSearch, names: tuple[str, ...]) -> None:
     plant = search.plant
     step = plant.sample_time
     s = state_units(plant.A, None, step=step)
@@ -164,7 +164,7 @@ def _check_modes(search: Search, names: tuple[str, ...]) -> None:
 
 def _unstructured(
     model: Controlled,
-    search: Search,
+    search: StepSearch,
     Q: ArrayLike | None,
     R: ArrayLike | None,
     deviations: ArrayLike,
@@ -207,7 +207,7 @@ def _unstructured(
     return good or [plain if plain.gains is None else found[0]]
 
 
-def _starts(search: Search, plain: list[Design]) -> Iterator[Start]:
+def _starts(search: StepSearch, plain: list[Design]) -> Iterator[LocalStart]:
     n = search.plant.A.shape[1]
     s = state_units(search.plant.A, None, step=search.plant.sample_time)
     for number, design in enumerate(plain):
@@ -216,13 +216,15 @@ def _starts(search: Search, plain: list[Design]) -> Iterator[Start]:
             continue
         for metric, name in ((np.linalg.inv(design.P), "by P"), (np.diag(s**2), "by size")):
             F = search.structure.projected(design.gains, (metric + metric.T) / 2)
-            yield Start(f"unstructured {number + 1}, projected {name}", F, design.P)
+            yield LocalStart(f"unstructured {number + 1}, projected {name}", F, design.P)
     yield from slack_start(search)
     zero = np.zeros((search.structure.groups, *search.structure.pattern.shape))
-    yield Start("no control", zero, np.diag(s ** (-2.0)) + np.zeros((n, n)))
+    yield LocalStart("no control", zero, np.diag(s ** (-2.0)) + np.zeros((n, n)))
 
 
-def _best_without(search: Search, plain: list[Design], spot: Spot, tolerance: float) -> float:
+def _best_without(
+    search: StepSearch, plain: list[Design], spot: StructuredPoint, tolerance: float
+) -> float:
     """Return the best value known without the structure, of which the structured one is one."""
     sense = search.sense
     free = replace(search, structure=search.structure.free)
@@ -233,13 +235,13 @@ def _best_without(search: Search, plain: list[Design], spot: Spot, tolerance: fl
         values += [convex] if convex is not None else [np.nan]
     else:
         K = search.structure.gains(spot.F)
-        starts = [Start("structured", K, spot.P)]
+        starts = [LocalStart("structured", K, spot.P)]
         starts += [
-            Start("unstructured", design.gains, design.P)
+            LocalStart("unstructured", design.gains, design.P)
             for design in plain
             if design.gains is not None and design.P is not None
         ]
-        found = Climb(free).best(starts, tolerance)
+        found = LocalSearch(free).best(starts, tolerance)
         values += [found.value] if found is not None else []
     if np.isnan(values).any():
         return float("nan")

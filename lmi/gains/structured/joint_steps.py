@@ -15,12 +15,12 @@ from takagi.lmi.decision.decide import Outcome, optimise
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.structured.coordinates import LocalUnits
 from takagi.lmi.gains.structured.structure import Structure
-from takagi.lmi.gains.structured.sums import Gains, Objective, loop_sum
+from takagi.lmi.gains.structured.sums import Objective, StructuredGains, loop_sum
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.parameter_search.least_over_rate import unknowns_near_least
 from takagi.lmi.sums.relaxations import relaxation_named
 
-__all__ = ["Search", "Spot"]
+__all__ = ["StepSearch", "StructuredPoint"]
 
 Floats = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ FEW = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Spot:
+class StructuredPoint:
     """Gains with the best function found for them, in the model's units.
 
     Attributes
@@ -51,7 +51,7 @@ class Spot:
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Search:
+class StepSearch:
     """What is sought.
 
     Attributes
@@ -86,7 +86,7 @@ class Search:
 
     def assessed(
         self, F: Floats, P: Floats, *, value: float | None = None, settle: bool = False
-    ) -> Spot | None:
+    ) -> StructuredPoint | None:
         """Return the best P for the gains, posed in states where the given one is I; None if none.
 
         Parameters
@@ -99,14 +99,14 @@ class Search:
         n = len(P)
         unknown = Unknown("P", n, n, symmetric=True)
         gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
-        known = Gains(known=units.posed_gains(K))
+        known = StructuredGains(known=units.posed_gains(K))
         condition = self._condition(units, unknown, gamma, known)
         outcome, value = self._best(condition, units, known.known, settle)
         if value is None:
             return None
         back = np.linalg.inv(units.states)
         found = back.T @ outcome.values["P"][0] @ back
-        return Spot(
+        return StructuredPoint(
             F=F,
             P=(found + found.T) / 2,
             value=value,
@@ -115,7 +115,7 @@ class Search:
             units=units,
         )
 
-    def guessed(self, decaying: Spot) -> tuple[Floats, float | None]:
+    def guessed(self, decaying: StructuredPoint) -> tuple[Floats, float | None]:
         """Return P of about the right size, and gamma, from a function that decays.
 
         With V' <= -2 alpha V, |z|^2 <= c^2 V and an effect of w of size e, c^2 / (2 alpha) V bounds
@@ -133,7 +133,7 @@ class Search:
             return decaying.P, None
         return decaying.P * (shown / entering), shown * entering / alpha
 
-    def moved(self, spot: Spot, spread: float) -> Floats | None:
+    def moved(self, spot: StructuredPoint, spread: float) -> Floats | None:
         """Return better gains by the inner convex step from a spot; None where it finds none."""
         K = self.structure.gains(spot.F)
         units = LocalUnits.of(self.plant, self.objective, spot.P, K, value=spot.value)
@@ -142,7 +142,9 @@ class Search:
         unknown = Unknown("P", n, n, symmetric=True)
         gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
         rows = self.structure.unknowns()
-        near = Gains(known=units.posed_gains(K), structure=inside, unknowns=rows, spread=spread)
+        near = StructuredGains(
+            known=units.posed_gains(K), structure=inside, unknowns=rows, spread=spread
+        )
         condition = self._condition(units, unknown, gamma, near)
         if self.objective == "decay_rate":
             at = units.parameter(spot.value)
@@ -174,7 +176,9 @@ class Search:
             F * np.minimum(1.0, self.gain_bound / np.maximum(size, 1e-300))[:, None, None]
         )
 
-    def _condition(self, units: LocalUnits, P: Unknown, gamma: Unknown, gains: Gains) -> Condition:
+    def _condition(
+        self, units: LocalUnits, P: Unknown, gamma: Unknown, gains: StructuredGains
+    ) -> Condition:
         plant = units.posed(self.plant)
         slack, sums = relaxation_named(self.relaxation)(
             loop_sum(plant, self.objective, P, gamma, gains)
@@ -256,7 +260,7 @@ class Search:
         return float(np.trace(L.T @ outcome.values["P"][0] @ L))
 
 
-def _bound_lmi(gains: Gains, units: LocalUnits, bound: float) -> LMI:
+def _bound_lmi(gains: StructuredGains, units: LocalUnits, bound: float) -> LMI:
     """Pose [[I, K_j / b], [K_j' / b, I]] >= 0, |K_j| <= b in the model's units, for each group."""
     assert gains.structure is not None
     m, n = len(units.inputs), len(units.states)

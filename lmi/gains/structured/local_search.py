@@ -10,11 +10,11 @@ import numpy as np
 from takagi.lmi.argument_checks import corners_of
 from takagi.lmi.cone.balance import motion, state_units
 from takagi.lmi.decision.decide import decide
-from takagi.lmi.gains.structured.joint_steps import Search, Spot
+from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
 from takagi.lmi.gains.structured.slack_matrix import slack_condition, slack_gains
 from takagi.lmi.gains.structured.structure import Floats
 
-__all__ = ["Climb", "Start", "Step", "slack_start"]
+__all__ = ["LocalSearch", "LocalStart", "LocalStep", "slack_start"]
 
 # Steps towards any decay at all, and for a start with room around it.
 TOWARDS_DECAY, WITH_ROOM = 30, 2
@@ -35,7 +35,7 @@ MUS = (0.1, 0.3, 1.0, 3.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class LocalStep:
     """One accepted step: where it began, what was improved, and how far that came."""
 
     start: str
@@ -44,7 +44,7 @@ class Step:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Start:
+class LocalStart:
     """Gains F to begin with, and P (n, n) of the size of what they may show."""
 
     name: str
@@ -53,15 +53,15 @@ class Start:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Climb:
+class LocalSearch:
     """The search with the table of its steps, which grows."""
 
-    search: Search
-    steps: list[Step] = field(default_factory=list)
+    search: StepSearch
+    steps: list[LocalStep] = field(default_factory=list)
 
-    def best(self, starts: Sequence[Start], tolerance: float) -> Spot | None:
+    def best(self, starts: Sequence[LocalStart], tolerance: float) -> StructuredPoint | None:
         """Return the best spot that the starts lead to; None where none of them is stable."""
-        found: list[tuple[Spot, str]] = []
+        found: list[tuple[StructuredPoint, str]] = []
         for start in starts:
             spot = self._begun(start)
             if spot is not None:
@@ -83,14 +83,14 @@ class Climb:
         rates = [step.value for step in self.steps if step.objective == "decay_rate"]
         return max(rates, default=-np.inf)
 
-    def _begun(self, start: Start) -> Spot | None:
+    def _begun(self, start: LocalStart) -> StructuredPoint | None:
         """Return a stable spot, with some decay to spare, from gains that need not be."""
         search = self.search
         decay = _at(replace(search, objective="decay_rate"), LEVELS[0])
         spot = decay.assessed(decay.bounded(start.F), start.P)
         if spot is None:
             return None
-        self.steps.append(Step(start.name, "decay_rate", spot.value))
+        self.steps.append(LocalStep(start.name, "decay_rate", spot.value))
         spread, room = 1.0, WITH_ROOM if spot.value <= 0 else 0
         for count in range(TOWARDS_DECAY):
             if spot.value > 0 and count >= room:
@@ -98,7 +98,7 @@ class Climb:
             better, spread = self._stepped(decay, spot, spread)
             if better is None:
                 break
-            self.steps.append(Step(start.name, "decay_rate", better.value))
+            self.steps.append(LocalStep(start.name, "decay_rate", better.value))
             spot = better
         if spot.value <= 0:
             return None
@@ -107,20 +107,24 @@ class Climb:
         P, value = search.guessed(spot)
         return search.assessed(spot.F, P, value=value)
 
-    def _risen(self, search: Search, spot: Spot, name: str, most: int, enough: float) -> Spot:
+    def _risen(
+        self, search: StepSearch, spot: StructuredPoint, name: str, most: int, enough: float
+    ) -> StructuredPoint:
         spread = 1.0
         for _ in range(most):
             better, spread = self._stepped(search, spot, spread)
             if better is None:
                 break
             gained = search.sense * (better.value - spot.value)
-            self.steps.append(Step(name, search.objective, better.value))
+            self.steps.append(LocalStep(name, search.objective, better.value))
             spot = better
             if gained <= enough * abs(spot.value):
                 break
         return spot
 
-    def _stepped(self, search: Search, spot: Spot, spread: float) -> tuple[Spot | None, float]:
+    def _stepped(
+        self, search: StepSearch, spot: StructuredPoint, spread: float
+    ) -> tuple[StructuredPoint | None, float]:
         """Return the best spot of a few spreads, if it is better, and its spread."""
         best, at = None, spread
         for factor in ABOUT:
@@ -135,12 +139,12 @@ class Climb:
         return (best if best is None else _further(search, spot, best)), at
 
 
-def _at(search: Search, level: tuple[float, float]) -> Search:
+def _at(search: StepSearch, level: tuple[float, float]) -> StepSearch:
     held, fine = level
     return replace(search, held=held, fine=fine)
 
 
-def _further(search: Search, spot: Spot, best: Spot) -> Spot:
+def _further(search: StepSearch, spot: StructuredPoint, best: StructuredPoint) -> StructuredPoint:
     """Return the best on the way beyond a step: the inner approximation makes it too short."""
     direction, length = best.F - spot.F, 1.0
     for _ in range(DOUBLED):
@@ -153,7 +157,7 @@ def _further(search: Search, spot: Spot, best: Spot) -> Spot:
     return best
 
 
-def slack_start(search: Search) -> Iterator[Start]:
+def slack_start(search: StepSearch) -> Iterator[LocalStart]:
     """Yield the gains of largest margin by ``slack_condition`` over a few mu; none where none."""
     plant, structure = search.plant, search.structure
     step = plant.sample_time
@@ -183,4 +187,4 @@ def slack_start(search: Search) -> Iterator[Start]:
         if outcome.status == "candidate" and outcome.margin > best:
             best, F = outcome.margin, slack_gains(outcome.values, inside)
     if F is not None:
-        yield Start("slack matrix", F * tau[:, None] * scale, np.diag(s**-2.0))
+        yield LocalStart("slack matrix", F * tau[:, None] * scale, np.diag(s**-2.0))

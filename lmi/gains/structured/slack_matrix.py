@@ -39,7 +39,7 @@ from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Position,
 from takagi.lmi.gains.decay.condition import Controlled, theta_weight
 from takagi.lmi.gains.structured.structure import Floats, Structure, structure_of
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, Part
+from takagi.lmi.sums.double_sum import DoubleSum, SumPart
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError
 
@@ -187,7 +187,7 @@ def _moved(
     structure: Structure,
     mu: float,
     step: float | None,
-) -> list[Part]:
+) -> list[SumPart]:
     """Return F_ij: He(F_ij) and mu F_ij in continuous time, F_ij beside Q in discrete time."""
     n = A.shape[1]
     places = np.eye(n)
@@ -199,7 +199,7 @@ def _moved(
     if step is None:
         where = [((0, 0), 1.0, ""), ((0, 1), mu, r"\mu ")]
     return [
-        Part(
+        SumPart(
             unknown=row,
             left=factor * left,
             right=place[None],
@@ -214,14 +214,14 @@ def _moved(
     ]
 
 
-def _own(G: list[_Row], structure: Structure, mu: float, step: float | None) -> list[Part]:
+def _own(G: list[_Row], structure: Structure, mu: float, step: float | None) -> list[SumPart]:
     """Return -G_j' above the diagonal, and -mu (G_j + G_j'); in discrete time -G_j - G_j'."""
     n = len(G)
     where: list[tuple[Position, float, str]] = [((1, 1), -1.0, "")]
     if step is None:
         where = [((1, 0), -1.0, ""), ((1, 1), -mu, r"\mu ")]
     return [
-        Part(
+        SumPart(
             unknown=row,
             left=factor * np.eye(n)[:, [a]][None],
             right=place[None],
@@ -251,19 +251,19 @@ def _of_gain(row: Unknown) -> str:
     return row.symbol if row.count == 1 else row.symbol.removesuffix("}") + "{j}}"
 
 
-def _continuous(Q: Unknown) -> tuple[Part, ...]:
+def _continuous(Q: Unknown) -> tuple[SumPart, ...]:
     one = np.eye(Q.rows)[None]
     return (
-        Part(unknown=Q, left=2.0 * one, right=one, parameter="alpha", latex=(r"2\alpha", "")),
-        Part(unknown=Q, left=one, right=one, at=(0, 1)),
+        SumPart(unknown=Q, left=2.0 * one, right=one, parameter="alpha", latex=(r"2\alpha", "")),
+        SumPart(unknown=Q, left=one, right=one, at=(0, 1)),
     )
 
 
-def _discrete(Q: Unknown) -> tuple[Part, ...]:
+def _discrete(Q: Unknown) -> tuple[SumPart, ...]:
     one = np.eye(Q.rows)[None]
     return (
-        Part(unknown=Q, left=-one, right=one, parameter="contraction", latex=(r"-\rho^2", "")),
-        Part(unknown=Q, left=one, right=one, at=(1, 1)),
+        SumPart(unknown=Q, left=-one, right=one, parameter="contraction", latex=(r"-\rho^2", "")),
+        SumPart(unknown=Q, left=one, right=one, at=(1, 1)),
     )
 
 

@@ -37,16 +37,16 @@ from takagi.lmi.argument_checks import corners_of
 from takagi.lmi.condition.term import Array, Position, Unknown
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.structured.structure import Structure
-from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 
-__all__ = ["Gains", "Objective", "loop_sum"]
+__all__ = ["StructuredGains", "Objective", "loop_sum"]
 
 Floats = NDArray[np.float64]
 Objective: TypeAlias = Literal["decay_rate", "cost", "hinf"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Gains:
+class StructuredGains:
     """What is put in for K_j: known ones, or unknown ones near them.
 
     Attributes
@@ -62,11 +62,11 @@ class Gains:
     unknowns: tuple[Unknown, ...] = ()
     spread: float = 1.0
 
-    def parts(self, through: Array, at: Position, *, whole: bool, factor: float) -> list[Part]:
+    def parts(self, through: Array, at: Position, *, whole: bool, factor: float) -> list[SumPart]:
         """Return factor * through_i K_j in a block, by its unknowns."""
         assert self.structure is not None
         return [
-            Part(
+            SumPart(
                 unknown=row,
                 left=factor * through[:, :, [k]],
                 right=self.structure.C[self.structure.pattern[k]][None],
@@ -79,7 +79,11 @@ class Gains:
 
 
 def loop_sum(
-    plant: DisturbedPlant, objective: Objective, P: Unknown, gamma: Unknown | None, gains: Gains
+    plant: DisturbedPlant,
+    objective: Objective,
+    P: Unknown,
+    gamma: Unknown | None,
+    gains: StructuredGains,
 ) -> DoubleSum:
     """Return the module's double sum.
 
@@ -101,11 +105,11 @@ def loop_sum(
     if objective == "hinf":
         assert gamma is not None
         one = np.eye(n)[None]
-        parts.append(Part(unknown=P, left=one, right=plant.E, at=(moved, where["disturbance"])))
+        parts.append(SumPart(unknown=P, left=one, right=plant.E, at=(moved, where["disturbance"])))
         parts += [_minus(gamma, q, where["disturbance"]), _minus(gamma, p, where["output"])]
-        fixed.append(Fixed(value=plant.D11, at=(where["output"], where["disturbance"])))
+        fixed.append(KnownBlock(value=plant.D11, at=(where["output"], where["disturbance"])))
     elif objective == "cost":
-        fixed.append(Fixed(value=-np.eye(p)[None], at=(where["output"],) * 2))
+        fixed.append(KnownBlock(value=-np.eye(p)[None], at=(where["output"],) * 2))
     if p:
         more, known = _shown(plant, gains, (where["output"], 0))
         parts, fixed = parts + more, fixed + known
@@ -122,57 +126,66 @@ def loop_sum(
 
 
 def _motion(
-    plant: DisturbedPlant, objective: Objective, P: Unknown, gains: Gains, moved: int, step: bool
-) -> tuple[list[Part], list[Fixed]]:
+    plant: DisturbedPlant,
+    objective: Objective,
+    P: Unknown,
+    gains: StructuredGains,
+    moved: int,
+    step: bool,
+) -> tuple[list[SumPart], list[KnownBlock]]:
     """Return P G_ij, linear about (I, L), and what of V stands beside it."""
     one = np.eye(P.rows)[None]
     steered = plant.B[:, None] @ gains.known
     loop = plant.A[:, None] - steered
-    parts = [Part(unknown=P, left=one, right=_table(loop), at=(moved, 0), plus_transpose=not step)]
+    parts = [
+        SumPart(unknown=P, left=one, right=_table(loop), at=(moved, 0), plus_transpose=not step)
+    ]
     fixed = []
     if gains.structure is not None:
         parts += gains.parts(plant.B, (moved, 0), whole=not step, factor=-1.0)
         both = steered if step else steered + steered.transpose(0, 1, 3, 2)
-        fixed.append(Fixed(value=_table(both), at=(moved, 0)))
+        fixed.append(KnownBlock(value=_table(both), at=(moved, 0)))
     decay = objective == "decay_rate"
     if step:
         rate = "contraction" if decay else None
-        parts.append(Part(unknown=P, left=-one, right=one, parameter=rate))
-        parts.append(Part(unknown=P, left=-one, right=one, at=(moved, moved)))
+        parts.append(SumPart(unknown=P, left=-one, right=one, parameter=rate))
+        parts.append(SumPart(unknown=P, left=-one, right=one, at=(moved, moved)))
     elif decay:
-        parts.append(Part(unknown=P, left=2.0 * one, right=one, parameter="alpha"))
+        parts.append(SumPart(unknown=P, left=2.0 * one, right=one, parameter="alpha"))
     return parts, fixed
 
 
-def _shown(plant: DisturbedPlant, gains: Gains, at: Position) -> tuple[list[Part], list[Fixed]]:
+def _shown(
+    plant: DisturbedPlant, gains: StructuredGains, at: Position
+) -> tuple[list[SumPart], list[KnownBlock]]:
     """Return Z_ij."""
     if gains.structure is None:
         known = plant.C[:, None] - plant.D12[:, None] @ gains.known
-        return [], [Fixed(value=_table(known), at=at)]
+        return [], [KnownBlock(value=_table(known), at=at)]
     parts = gains.parts(plant.D12, at, whole=False, factor=-1.0)
-    return parts, [Fixed(value=plant.C, at=at)]
+    return parts, [KnownBlock(value=plant.C, at=at)]
 
 
 def _overbound(
-    plant: DisturbedPlant, P: Unknown, gains: Gains, row: int, moved: int
-) -> tuple[list[Part], list[Fixed]]:
+    plant: DisturbedPlant, P: Unknown, gains: StructuredGains, row: int, moved: int
+) -> tuple[list[SumPart], list[KnownBlock]]:
     """Return the block row s B' (P - I) - (K - L) / s, with -2 I on its diagonal."""
     m, s = plant.B.shape[2], gains.spread
     reach = s * plant.B.transpose(0, 2, 1)
     one, each = np.eye(P.rows)[None], np.eye(m)[None]
-    parts = [Part(unknown=P, left=reach, right=one, at=(row, moved))]
+    parts = [SumPart(unknown=P, left=reach, right=one, at=(row, moved))]
     parts += gains.parts(each, (row, 0), whole=False, factor=-1.0 / s)
     known = np.broadcast_to(gains.known[None], (len(reach), *gains.known.shape)).copy() / s
     fixed = [
-        Fixed(value=-reach, at=(row, moved)),
-        Fixed(value=_table(known), at=(row, 0)),
-        Fixed(value=-2.0 * each, at=(row, row)),
+        KnownBlock(value=-reach, at=(row, moved)),
+        KnownBlock(value=_table(known), at=(row, 0)),
+        KnownBlock(value=-2.0 * each, at=(row, row)),
     ]
     return parts, fixed
 
 
-def _minus(gamma: Unknown, size: int, block: int) -> Part:
-    return Part(unknown=gamma, left=-np.eye(size)[None], at=(block, block))
+def _minus(gamma: Unknown, size: int, block: int) -> SumPart:
+    return SumPart(unknown=gamma, left=-np.eye(size)[None], at=(block, block))
 
 
 def _table(array: Array) -> Array:

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
-from takagi.lmi.turbine.one_step.loop_of_gains import Corners, Moving
+from takagi.lmi.turbine.one_step.loop_of_gains import MovingCorners, WindCellCorners
 
 __all__ = [
     "Around",
@@ -63,7 +63,7 @@ class Around:
     disturbed : whether the column of d stands beside the motion.
     """
 
-    moving: Moving
+    moving: MovingCorners
     speed: Floats
     scale: Floats
     pace: Indices
@@ -72,7 +72,7 @@ class Around:
     @classmethod
     def of(
         cls,
-        moving: Moving,
+        moving: MovingCorners,
         T: Floats,
         speed: Floats,
         scale: Floats,
@@ -82,8 +82,10 @@ class Around:
     ) -> Around:
         """Return corners for x = T xhat."""
         inverse, at = np.linalg.inv(T), moving.at
-        posed = Moving(
-            Corners(inverse @ at.A @ T, at.fixed @ inverse.T, at.error @ inverse.T, at.cell),
+        posed = MovingCorners(
+            WindCellCorners(
+                inverse @ at.A @ T, at.fixed @ inverse.T, at.error @ inverse.T, at.cell
+            ),
             moving.members,
             inverse @ moving.A @ T,
             moving.fixed @ inverse.T,

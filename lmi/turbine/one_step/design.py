@@ -28,13 +28,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.turbine.one_step.iteration import Climb, begun, resting
-from takagi.lmi.turbine.one_step.loop_functions import Functions
-from takagi.lmi.turbine.one_step.loop_of_gains import LoopFamily
+from takagi.lmi.turbine.one_step.iteration import Iteration, first_point, with_largest_decay_rate
+from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions
+from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
 from takagi.lmi.turbine.one_step.objective import Objective
-from takagi.lmi.turbine.one_step.value import Reached
+from takagi.lmi.turbine.one_step.value import ReachedValues
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 
 __all__ = ["OneStepDesign", "effort_loop_reach", "one_step_gains"]
 
@@ -57,11 +57,11 @@ class OneStepDesign:
     refused : number of steps that were not taken.
     """
 
-    law: CoherentLaw
-    functions: Functions
-    before: Reached
-    after: Reached
-    history: tuple[Reached, ...]
+    law: EffortSharingLaw
+    functions: LoopFunctions
+    before: ReachedValues
+    after: ReachedValues
+    history: tuple[ReachedValues, ...]
     refused: int
 
     @property
@@ -70,7 +70,7 @@ class OneStepDesign:
 
 
 def one_step_gains(
-    family: LoopFamily,
+    family: LoopOfGains,
     *,
     objective: Objective | None = None,
     steps: int = STEPS,
@@ -94,8 +94,8 @@ def one_step_gains(
     say = tell or _silent
     aim = objective or Objective()
     say("analysing the gains found wind by wind")
-    spot = begun(family, _theta(family.law), aim)
-    climb = Climb(family, aim, spot)
+    spot = first_point(family, _theta(family.law), aim)
+    climb = Iteration(family, aim, spot)
     for count in range(steps):
         say(f"joint step {count + 1} of {steps}")
         if not climb.stepped():
@@ -105,24 +105,26 @@ def one_step_gains(
     rounded = np.concatenate([np.round(theta[:nodes], 5), np.round(theta[nodes:], 6)])
     # Rounding moves the loop by less than a step does; where it loses more, the start remains.
     last = climb.assessed(rounded, climb.spot.functions)
-    best = resting(family, spot if last is None or last.value >= spot.value else last)
+    best = with_largest_decay_rate(
+        family, spot if last is None or last.value >= spot.value else last
+    )
     law = replace(family.law, gains=family.at(best.theta).gains)
     return OneStepDesign(
         law, best.functions, spot.reached, best.reached, tuple(climb.history), climb.refused
     )
 
 
-def effort_loop_reach(family: LoopFamily, objective: Objective | None = None) -> Reached:
+def effort_loop_reach(family: LoopOfGains, objective: Objective | None = None) -> ReachedValues:
     """Return what the gains of ``family.law`` reach, by the analysis of ``one_step_gains``.
 
     Raises
     ------
     ModelError : no function at these gains.
     """
-    return begun(family, _theta(family.law), objective or Objective()).reached
+    return first_point(family, _theta(family.law), objective or Objective()).reached
 
 
-def _theta(law: CoherentLaw) -> Floats:
+def _theta(law: EffortSharingLaw) -> Floats:
     return np.concatenate([law.gains.proportional, law.gains.integral_rate])
 
 

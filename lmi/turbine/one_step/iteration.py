@@ -9,23 +9,23 @@ from numpy.typing import NDArray
 
 from takagi.lmi.analysis.decay_rate import fast_decay
 from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, invariant_ellipsoid
-from takagi.lmi.turbine.one_step.joint_step import Room, Weights, joint_step
-from takagi.lmi.turbine.one_step.loop_functions import Functions, borne
-from takagi.lmi.turbine.one_step.loop_of_gains import Corners, LoopFamily, Moving
+from takagi.lmi.turbine.one_step.joint_step import RemainingRoom, Weights, joint_step
+from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions, functions_at
+from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains, MovingCorners, WindCellCorners
 from takagi.lmi.turbine.one_step.objective import Objective
 from takagi.lmi.turbine.one_step.value import (
-    Reached,
-    Spot,
+    DesignPoint,
+    ReachedValues,
+    design_point,
     function_value,
     mean_error,
     shares_of,
-    spot_at,
     weights_at,
     widest_multiples,
 )
 from takagi.models.errors import ModelError
 
-__all__ = ["Climb", "begun", "resting"]
+__all__ = ["Iteration", "first_point", "with_largest_decay_rate"]
 
 Floats = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ ROOM = 1e-3
 AT_START, AFTER_STEP = 8, 1
 
 
-def begun(family: LoopFamily, theta: Floats, aim: Objective) -> Spot:
+def first_point(family: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoint:
     """Return the spot at given gains, its functions from nothing.
 
     Raises
@@ -56,8 +56,8 @@ def begun(family: LoopFamily, theta: Floats, aim: Objective) -> Spot:
     functions = None
     if first.P is not None and rest.P is not None:
         none = np.zeros(family.cells)
-        given = Functions(np.asarray(first.P), none, none, np.asarray(rest.P), 0.0)
-        functions = borne(windy, still, given, widest_multiples(family))
+        given = LoopFunctions(np.asarray(first.P), none, none, np.asarray(rest.P), 0.0)
+        functions = functions_at(windy, still, given, widest_multiples(family))
     if functions is None:
         raise ModelError(
             "one-step design: the gains it starts from have no common quadratic function under "
@@ -69,7 +69,7 @@ def begun(family: LoopFamily, theta: Floats, aim: Objective) -> Spot:
     # What the weakest cell bears with the first function, which is made for just that.
     floor = float(functions.scales.min())
     functions = _settled(family, windy, still, functions, opening, AT_START, kept=_Kept(0.0, floor))
-    spot = spot_at(family, theta, functions, aim)
+    spot = design_point(family, theta, functions, aim)
     if spot is None:
         raise ModelError("one-step design: the linear loop at the start is not stable at some wind")
     return replace(spot, floor=floor)
@@ -87,7 +87,7 @@ class _Kept:
     mean: float
     multiple: float
 
-    def lost_by(self, spot: Spot) -> bool:
+    def lost_by(self, spot: DesignPoint) -> bool:
         lower = 1 - 2 * ROOM
         return (
             spot.reached.wind_error < self.mean * lower
@@ -96,7 +96,7 @@ class _Kept:
 
 
 @dataclass(slots=True)
-class Climb:
+class Iteration:
     """A search that remembers its best spot.
 
     Attributes
@@ -105,14 +105,14 @@ class Climb:
     refused : number of steps that were not taken.
     """
 
-    family: LoopFamily
+    family: LoopOfGains
     aim: Objective
-    spot: Spot
+    spot: DesignPoint
     reach: float = FIRST_REACH
     refused: int = 0
-    history: list[Reached] = field(default_factory=list)
+    history: list[ReachedValues] = field(default_factory=list)
     _kept: _Kept = field(init=False)
-    _near: tuple[Moving, Moving, NDArray[np.bool_]] | None = None
+    _near: tuple[MovingCorners, MovingCorners, NDArray[np.bool_]] | None = None
 
     def __post_init__(self) -> None:
         self.history.append(self.spot.reached)
@@ -132,7 +132,7 @@ class Climb:
             floors=np.full(self.family.cells, self._kept.multiple),
         )
         low, high = np.where(free, np.array([-self.reach, self.reach]), 0.0).T
-        room = Room(low, high, self.family.bends(self.reach))
+        room = RemainingRoom(low, high, self.family.bends(self.reach))
         found = joint_step(windy, still, spot.functions, self.family.box.directions, weights, room)
         new = None
         if found is not None:
@@ -148,21 +148,21 @@ class Climb:
         self.reach = min(self.reach * WIDER, LARGEST_REACH)
         return gained > ENOUGH
 
-    def assessed(self, theta: Floats, functions: Functions) -> Spot | None:
+    def assessed(self, theta: Floats, functions: LoopFunctions) -> DesignPoint | None:
         """Return the spot at other gains, enclosed anew; None where no function holds there."""
         try:
             windy, still = self.family.corners(theta)
         except ModelError:
             return None
-        shown = borne(windy, still, functions, widest_multiples(self.family))
+        shown = functions_at(windy, still, functions, widest_multiples(self.family))
         if shown is None or (self.aim.decay > 0 and not shown.decay_rate > 0):
             return None
         better = _settled(self.family, windy, still, shown, self.aim, AFTER_STEP, kept=self._kept)
-        spot = spot_at(self.family, theta, better, self.aim)
+        spot = design_point(self.family, theta, better, self.aim)
         return None if spot is None else replace(spot, floor=self._kept.multiple)
 
 
-def resting(family: LoopFamily, spot: Spot) -> Spot:
+def with_largest_decay_rate(family: LoopOfGains, spot: DesignPoint) -> DesignPoint:
     """Return the spot with the largest common decay rate at its gains, and the R that shows it."""
     _, still = family.corners(spot.theta)
     found = fast_decay(still.A)
@@ -175,15 +175,15 @@ def resting(family: LoopFamily, spot: Spot) -> Spot:
 
 
 def _settled(
-    family: LoopFamily,
-    windy: Corners,
-    still: Corners,
-    functions: Functions,
+    family: LoopOfGains,
+    windy: WindCellCorners,
+    still: WindCellCorners,
+    functions: LoopFunctions,
     aim: Objective,
     most: int,
     *,
     kept: _Kept,
-) -> Functions:
+) -> LoopFunctions:
     """Return the functions improved with gains fixed.
 
     Parameters
@@ -207,7 +207,7 @@ def _settled(
         found = joint_step(windy, still, functions, directions, weights)
         shown = None
         if found is not None:
-            shown = borne(windy, still, found.functions, widest_multiples(family))
+            shown = functions_at(windy, still, found.functions, widest_multiples(family))
         if shown is None or (aim.decay > 0 and not shown.decay_rate > 0):
             break
         after, reached = function_value(family, shown, aim), mean_error(family, shown)

@@ -21,10 +21,10 @@ from takagi.lmi.turbine.one_step.condition import (
     reach_in_speed,
     shortfall,
 )
-from takagi.lmi.turbine.one_step.loop_functions import Functions, reach_of
-from takagi.lmi.turbine.one_step.loop_of_gains import Corners, Moving
+from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions, reached_by_function
+from takagi.lmi.turbine.one_step.loop_of_gains import MovingCorners, WindCellCorners
 
-__all__ = ["Room", "Step", "Weights", "joint_step"]
+__all__ = ["RemainingRoom", "JointStep", "Weights", "joint_step"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -66,7 +66,7 @@ class Weights:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Room:
+class RemainingRoom:
     """Limits of a step: (G,) low, high of u; (K - 1,) bends, largest |u_(k+1) - u_k| of gamma."""
 
     low: Floats
@@ -75,21 +75,21 @@ class Room:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Step:
+class JointStep:
     """What a step proposes: u (G,), zero where gains stay, and functions for the straight lines."""
 
     u: Floats
-    functions: Functions
+    functions: LoopFunctions
 
 
 def joint_step(
-    windy: Moving | Corners,
-    still: Moving | Corners,
-    functions: Functions,
+    windy: MovingCorners | WindCellCorners,
+    still: MovingCorners | WindCellCorners,
+    functions: LoopFunctions,
     directions: Floats,
     weights: Weights,
-    room: Room | None = None,
-) -> Step | None:
+    room: RemainingRoom | None = None,
+) -> JointStep | None:
     """Return the best step by the convex condition; None where the solver has none.
 
     Parameters
@@ -120,16 +120,17 @@ class _Posed:
 
     def __init__(
         self,
-        windy: Moving | Corners,
-        still: Moving | Corners,
-        functions: Functions,
+        windy: MovingCorners | WindCellCorners,
+        still: MovingCorners | WindCellCorners,
+        functions: LoopFunctions,
         directions: Floats,
         weights: Weights,
-        room: Room | None,
+        room: RemainingRoom | None,
     ) -> None:
         self.functions, self.weights, self.room = functions, weights, room
         moving = [
-            each if isinstance(each, Moving) else Moving.still(each) for each in (windy, still)
+            each if isinstance(each, MovingCorners) else MovingCorners.still(each)
+            for each in (windy, still)
         ]
         self.T = [np.linalg.inv(np.linalg.cholesky(M)).T for M in (functions.P, functions.R)]
         wind, rest = moving
@@ -143,7 +144,7 @@ class _Posed:
                 Around.of(rest, self.T[1], speed, np.ones(size), one, disturbed=False)
             )
         self.h = directions @ self.T[0]
-        self.speed_reach = float(reach_of(functions.P, directions)[0])
+        self.speed_reach = float(reached_by_function(functions.P, directions)[0])
         self.wider = Unknown("c", 1, 1, count=count)
         self.u = None if room is None else Unknown("u", 1, 1, count=len(room.low))
         self.shapes = [Unknown(name, 3, 3, symmetric=True) for name in ("P", "R")]
@@ -214,7 +215,7 @@ class _Posed:
         asked = self.weights.floors / self.functions.scales - 1
         return np.maximum(low, np.minimum(asked, RAISED)), high
 
-    def step(self, values: Mapping[str, Floats]) -> Step:
+    def step(self, values: Mapping[str, Floats]) -> JointStep:
         f = self.functions
         back = [np.linalg.inv(T) for T in self.T]
         P = back[0].T @ values["P"][0] @ back[0]
@@ -225,7 +226,7 @@ class _Posed:
         alpha = f.multipliers * (1 + values["a"][:, 0, 0])
         u = np.zeros(0) if self.u is None else values["u"][:, 0, 0]
         scales = f.scales * (1 + values["c"][:, 0, 0])
-        return Step(u, Functions((P + P.T) / 2, alpha, scales, (R + R.T) / 2, decay))
+        return JointStep(u, LoopFunctions((P + P.T) / 2, alpha, scales, (R + R.T) / 2, decay))
 
 
 def _ends(count: int, most: float) -> tuple[Floats, Floats]:

@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, largest_scale, slacks
-from takagi.lmi.turbine.one_step.loop_of_gains import Corners
+from takagi.lmi.turbine.one_step.loop_of_gains import WindCellCorners
 
-__all__ = ["Functions", "borne", "reach_of"]
+__all__ = ["LoopFunctions", "functions_at", "reached_by_function"]
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Functions:
+class LoopFunctions:
     """The quadratic functions found at some gains.
 
     Attributes
@@ -33,12 +33,14 @@ class Functions:
     decay_rate: float
 
 
-def reach_of(P: Floats, directions: Floats) -> Floats:
+def reached_by_function(P: Floats, directions: Floats) -> Floats:
     """Return (D,): max of (h_i' x)^2 over x' P x <= 1."""
     return np.asarray(np.einsum("di,ij,dj->d", directions, np.linalg.inv(P), directions))
 
 
-def borne(corners: Corners, rest: Corners, functions: Functions, limit: Floats) -> Functions | None:
+def functions_at(
+    corners: WindCellCorners, rest: WindCellCorners, functions: LoopFunctions, limit: Floats
+) -> LoopFunctions | None:
     """Return the functions with the largest multiples and the decay rate that P and R really show.
 
     Parameters

@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.loops.effort_sharing.cells import CellLoop
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, Uncertainty
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["Corners", "LoopFamily", "Moving"]
+__all__ = ["LoopFamily", "LoopOfGains", "MovingCorners", "WindCellCorners"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -44,7 +44,7 @@ FULL_WIDTH = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Corners:
+class WindCellCorners:
     """Corners of all cells at given gains.
 
     Attributes
@@ -60,7 +60,7 @@ class Corners:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Moving:
+class MovingCorners:
     """Corners with their secants in the logarithms u of the gains.
 
     Attributes
@@ -70,14 +70,14 @@ class Moving:
     A : (N, 3, 3, 3);  fixed, error : (N, 3, 3);  change per unit of each.
     """
 
-    at: Corners
+    at: WindCellCorners
     members: Indices
     A: Floats
     fixed: Floats
     error: Floats
 
     @classmethod
-    def still(cls, at: Corners) -> Moving:
+    def still(cls, at: WindCellCorners) -> MovingCorners:
         """Return corners that do not move with any gain."""
         count = len(at.A)
         members, none = np.zeros((count, 3), dtype=np.intp), np.zeros((count, 3, 3))
@@ -85,7 +85,7 @@ class Moving:
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class LoopFamily:
+class LoopOfGains:
     """What stays the same while gains are sought.
 
     Gains are one row theta of G = 2K - 1 numbers: gamma at the K nodes, then nu of the K - 1 cells.
@@ -97,9 +97,9 @@ class LoopFamily:
     """
 
     turbine: Turbine
-    law: CoherentLaw
+    law: EffortSharingLaw
     box: LoopBox
-    uncertainty: Uncertainty
+    uncertainty: LoopUncertainty
     error: Floats
     rate: Sequence[Fraction | float]
     _residuals: dict[int, Fraction] = field(default_factory=dict, init=False, repr=False)
@@ -117,13 +117,13 @@ class LoopFamily:
         """Return the number of wind cells, K - 1."""
         return len(self.law.schedule.wind) - 1
 
-    def at(self, theta: Floats) -> CoherentLaw:
+    def at(self, theta: Floats) -> EffortSharingLaw:
         """Return the law with these gains."""
         nodes = self.cells + 1
         gains = EffortGains(np.round(theta[:nodes], DECIMALS), np.round(theta[nodes:], DECIMALS))
         return replace(self.law, gains=gains)
 
-    def corners(self, theta: Floats) -> tuple[Corners, Corners]:
+    def corners(self, theta: Floats) -> tuple[WindCellCorners, WindCellCorners]:
         """Return the corners of all cells under the wind class, and at rest (undisturbed).
 
         Raises
@@ -135,7 +135,9 @@ class LoopFamily:
         windy, still = ([_distinct(part[i]) for part in parts] for i in (0, 1))
         return _gathered(windy), _gathered(still)
 
-    def moving(self, theta: Floats, reach: float) -> tuple[Moving, Moving, NDArray[np.bool_]]:
+    def moving(
+        self, theta: Floats, reach: float
+    ) -> tuple[MovingCorners, MovingCorners, NDArray[np.bool_]]:
         """Return both kinds of corners with their secants, and which gains may move.
 
         Parameters
@@ -164,7 +166,7 @@ class LoopFamily:
     def _members(self, k: int) -> tuple[int, int, int]:
         return k, k + 1, self.cells + 1 + k
 
-    def _enclosed(self, law: CoherentLaw, k: int) -> LoopCell:
+    def _enclosed(self, law: EffortSharingLaw, k: int) -> LoopCell:
         """Return a cell's enclosure with quick ranges; what no gain moves is enclosed once."""
         loop = CellLoop(
             self.turbine,
@@ -231,13 +233,13 @@ class LoopFamily:
         rate = Interval.of(float(law.gains.integral_rate[k]))
         return replace(cell, integral_rate=rate)
 
-    def _spread(self, parts: list[Floats]) -> Moving:
+    def _spread(self, parts: list[Floats]) -> MovingCorners:
         rows = np.concatenate(parts).reshape(-1, 4, 15)
         A, fixed, error = rows[:, :, :9].reshape(-1, 4, 3, 3), rows[:, :, 9:12], rows[:, :, 12:]
         cell = np.repeat(np.arange(self.cells), [len(part) for part in parts])
         members = np.stack([cell, cell + 1, self.cells + 1 + cell], axis=1)
-        at = Corners(A[:, 0], fixed[:, 0], error[:, 0], cell)
-        return Moving(at, members, A[:, 1:], fixed[:, 1:], error[:, 1:])
+        at = WindCellCorners(A[:, 0], fixed[:, 0], error[:, 0], cell)
+        return MovingCorners(at, members, A[:, 1:], fixed[:, 1:], error[:, 1:])
 
 
 def _distinct(rows: Floats) -> Floats:
@@ -252,10 +254,10 @@ def _apart(rows: Floats) -> Floats:
     return np.asarray(rows[np.unique(rough, axis=0, return_index=True)[1]])
 
 
-def _gathered(parts: list[Floats]) -> Corners:
+def _gathered(parts: list[Floats]) -> WindCellCorners:
     rows = np.concatenate(parts)
     cell = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
-    return Corners(rows[:, :9].reshape(-1, 3, 3), rows[:, 9:12], rows[:, 12:], cell)
+    return WindCellCorners(rows[:, :9].reshape(-1, 3, 3), rows[:, 9:12], rows[:, 12:], cell)
 
 
 def _opened(cell: LoopCell) -> LoopCell:
@@ -268,3 +270,7 @@ def _opened(cell: LoopCell) -> LoopCell:
     if cell.lag_disturbance == 0:
         changed["lag_disturbance"] = OPENED
     return replace(cell, **changed)  # type: ignore[arg-type]
+
+
+# Names that earlier versions had.
+LoopFamily = LoopOfGains

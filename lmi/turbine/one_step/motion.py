@@ -23,12 +23,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_lyapunov
 
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Measurement
 from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["Motion", "motion"]
+__all__ = ["PitchAndTowerMotion", "motion"]
 
 Floats = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ STEPS = np.array([1e-4, 1e-5, 1e-4, 1e-3, 1e-3, 1e-3, 1e-3])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class PitchAndTowerMotion:
     """Standard deviations for a wind of standard deviation 1 m/s, by wind cell.
 
     Attributes
@@ -53,16 +53,18 @@ class Motion:
     tower_speed: Floats
 
 
-def motion(turbine: Turbine, law: CoherentLaw, cells: range | None = None) -> Motion:
+def motion(
+    turbine: Turbine, law: EffortSharingLaw, cells: range | None = None
+) -> PitchAndTowerMotion:
     """Return the standard deviations in each wind cell, or in some of them."""
     nodes = law.schedule.wind
     chosen = range(len(nodes) - 1) if cells is None else cells
     rows = [_deviations(turbine, law, (nodes[k] + nodes[k + 1]) / 2) for k in chosen]
     speed, pitch, tower = np.array(rows, dtype=np.float64).reshape(-1, 3).T
-    return Motion(speed, pitch, tower)
+    return PitchAndTowerMotion(speed, pitch, tower)
 
 
-def _deviations(turbine: Turbine, law: CoherentLaw, wind: float) -> tuple[float, float, float]:
+def _deviations(turbine: Turbine, law: EffortSharingLaw, wind: float) -> tuple[float, float, float]:
     at = np.array([_between(law, law.schedule.rotor_speed, wind), 0, 0, wind, 0, 0, wind])
     at[1] = law.schedule.pitch(wind, turbine)
     thrust = float(rotor_thrust(turbine, at[0], at[1], wind))
@@ -86,7 +88,7 @@ def _deviations(turbine: Turbine, law: CoherentLaw, wind: float) -> tuple[float,
     return tuple(float(np.sqrt(max(h @ X @ h, 0.0))) for h in (error, jacobian[1], np.eye(7)[5]))  # type: ignore[return-value]
 
 
-def _loop(turbine: Turbine, law: CoherentLaw, thrust: float) -> Callable[[Floats], Floats]:
+def _loop(turbine: Turbine, law: EffortSharingLaw, thrust: float) -> Callable[[Floats], Floats]:
     """Return the rates of (omega, beta, x, v_s, y, y', v); the wind's own are not filled in."""
 
     def rates(z: Floats) -> Floats:
@@ -114,5 +116,5 @@ def _loop(turbine: Turbine, law: CoherentLaw, thrust: float) -> Callable[[Floats
     return rates
 
 
-def _between(law: CoherentLaw, column: Floats, wind: float) -> float:
+def _between(law: EffortSharingLaw, column: Floats, wind: float) -> float:
     return float(np.interp(wind, law.schedule.wind, column))

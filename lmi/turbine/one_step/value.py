@@ -8,18 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi.turbine.one_step.joint_step import Weights
-from takagi.lmi.turbine.one_step.loop_functions import Functions, reach_of
-from takagi.lmi.turbine.one_step.loop_of_gains import LoopFamily
+from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions, reached_by_function
+from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
 from takagi.lmi.turbine.one_step.motion import motion
 from takagi.lmi.turbine.one_step.objective import Objective
 
 __all__ = [
-    "Reached",
-    "Spot",
+    "ReachedValues",
+    "DesignPoint",
     "function_value",
     "mean_error",
     "shares_of",
-    "spot_at",
+    "design_point",
     "weights_at",
     "widest_multiples",
 ]
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Reached:
+class ReachedValues:
     """What gains reach, all by the same analysis.
 
     Attributes
@@ -50,36 +50,38 @@ class Reached:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Spot:
+class DesignPoint:
     """Gains, their functions, what they reach, and the objective (smaller is better).
 
     ``floor`` is the multiple of the wind error asked for that no cell shall fall below.
     """
 
     theta: Floats
-    functions: Functions
-    reached: Reached
+    functions: LoopFunctions
+    reached: ReachedValues
     value: float
     floor: float = 0.0
 
 
-def mean_error(family: LoopFamily, functions: Functions) -> float:
+def mean_error(family: LoopOfGains, functions: LoopFunctions) -> float:
     """Return the geometric mean over wind of the wind error that P bears [m/s]."""
     return float(np.exp(shares_of(family) @ np.log(functions.scales * family.error)))
 
 
-def function_value(family: LoopFamily, functions: Functions, aim: Objective) -> float:
+def function_value(family: LoopOfGains, functions: LoopFunctions, aim: Objective) -> float:
     """Return the part of the objective that does not look at motion in turbulence."""
-    peak = float(reach_of(functions.P, family.box.directions[:1])[0]) ** 0.5
+    peak = float(reached_by_function(functions.P, family.box.directions[:1])[0]) ** 0.5
     value = -aim.wind_class * float(shares_of(family) @ np.log(functions.scales))
     if aim.decay > 0:
         value -= aim.decay * np.log(functions.decay_rate)
     return value + aim.overspeed * float(np.log(peak))
 
 
-def spot_at(family: LoopFamily, theta: Floats, functions: Functions, aim: Objective) -> Spot | None:
+def design_point(
+    family: LoopOfGains, theta: Floats, functions: LoopFunctions, aim: Objective
+) -> DesignPoint | None:
     """Return what is reached; None where the linear loop about a trim is not stable."""
-    peak = float(reach_of(functions.P, family.box.directions[:1])[0]) ** 0.5
+    peak = float(reached_by_function(functions.P, family.box.directions[:1])[0]) ** 0.5
     share = shares_of(family)
     pitch = tower = np.nan
     value = function_value(family, functions, aim)
@@ -87,17 +89,17 @@ def spot_at(family: LoopFamily, theta: Floats, functions: Functions, aim: Object
         moved = motion(family.turbine, family.at(theta))
         pitch, tower = float(share @ moved.pitch_rate), float(share @ moved.tower_speed)
         value += aim.pitch * np.log(pitch) + aim.tower * np.log(tower)
-    reached = Reached(
+    reached = ReachedValues(
         mean_error(family, functions),
         float(family.box.speed_error) * peak,
         functions.decay_rate if functions.decay_rate > 0 else np.nan,
         pitch,
         tower,
     )
-    return Spot(theta, functions, reached, float(value)) if np.isfinite(value) else None
+    return DesignPoint(theta, functions, reached, float(value)) if np.isfinite(value) else None
 
 
-def weights_at(family: LoopFamily, spot: Spot, aim: Objective) -> Weights:
+def weights_at(family: LoopOfGains, spot: DesignPoint, aim: Objective) -> Weights:
     """Return what a step from a spot minimises: the objective's first-order change."""
     gains = np.zeros(len(spot.theta))
     if aim.watches_motion:
@@ -106,7 +108,7 @@ def weights_at(family: LoopFamily, spot: Spot, aim: Objective) -> Weights:
     return Weights(aim.wind_class * shares, aim.overspeed, aim.decay, gains, shares)
 
 
-def _motion_slopes(family: LoopFamily, spot: Spot, aim: Objective) -> Floats:
+def _motion_slopes(family: LoopOfGains, spot: DesignPoint, aim: Objective) -> Floats:
     """Return d (weighed logarithms of pitch rate and tower speed) / d (logarithms of the gains)."""
     nodes, step = family.cells + 1, 1e-2
     share = shares_of(family)
@@ -129,13 +131,13 @@ def _motion_slopes(family: LoopFamily, spot: Spot, aim: Objective) -> Floats:
     return slopes
 
 
-def shares_of(family: LoopFamily) -> Floats:
+def shares_of(family: LoopOfGains) -> Floats:
     """Return (K - 1,): each cell's share of the winds, which sum to 1."""
     widths = np.diff(family.law.schedule.wind)
     return np.asarray(widths / widths.sum(), dtype=np.float64)
 
 
-def widest_multiples(family: LoopFamily) -> Floats:
+def widest_multiples(family: LoopOfGains) -> Floats:
     """Return (K - 1,): the multiple of the wind error up to which the cells are enclosed."""
     wind = family.law.schedule.wind[:-1]
     return np.asarray(float(family.box.wind_share) * wind / family.error, dtype=np.float64)

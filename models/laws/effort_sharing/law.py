@@ -45,7 +45,7 @@ from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["CoherentLaw", "EffortGains"]
+__all__ = ["CoherentLaw", "EffortGains", "EffortSharingLaw"]
 
 Array = NDArray[np.float64]
 # Slow beside tower, flap and wake (0.5 s and 3 to 8 s for 5 MW): an estimate from rotor speed sees
@@ -81,7 +81,7 @@ class EffortGains:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CoherentLaw:
+class EffortSharingLaw:
     """The effort-sharing law as a value; see the module's formulas.
 
     Attributes
@@ -130,7 +130,7 @@ class CoherentLaw:
         feedforward: Feedforward | None = None,
         wind_filter: float = DEFAULT_WIND_FILTER,
         integral_limit: float = 0.1,
-    ) -> CoherentLaw:
+    ) -> EffortSharingLaw:
         """Return the law with the turbine's limits.
 
         Parameters
@@ -287,3 +287,7 @@ def _ramp(effort: float, overlap: float) -> float:
 def _ramp_slope(effort: float, overlap: float) -> float:
     """Return psi' for one float."""
     return min(max((effort + overlap) / (2 * overlap), 0.0), 1.0)
+
+
+# Names that earlier versions had.
+CoherentLaw = EffortSharingLaw

@@ -27,8 +27,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from takagi.models.laws.published.equilibrium_point import Equilibrium, LawFigures
-from takagi.models.laws.published.one_integrator import one_integrator_rest
-from takagi.models.laws.published.two_integrators import two_integrators_rest
+from takagi.models.laws.published.one_integrator import one_integrator_equilibrium
+from takagi.models.laws.published.two_integrators import two_integrators_equilibrium
 
 __all__ = ["Equilibrium", "equilibria", "equilibrium"]
 
@@ -43,7 +43,9 @@ def equilibrium(law: LawFigures, wind: float) -> Equilibrium:
     ModelError : no trim at this wind.
     """
     return (
-        one_integrator_rest(law, wind) if law.name == "paper" else two_integrators_rest(law, wind)
+        one_integrator_equilibrium(law, wind)
+        if law.name == "paper"
+        else two_integrators_equilibrium(law, wind)
     )
 
 

@@ -24,11 +24,11 @@ __all__ = [
     "held_torque",
     "highest_pitch",
     "named",
-    "nowhere",
+    "no_equilibrium",
     "passing_torque",
-    "rotor_of",
+    "rotor_torque_over_pitch",
     "torque_of",
-    "trim_of",
+    "trim_at",
 ]
 
 Kind: TypeAlias = Literal["intended", "shifted", "continuum", "none"]
@@ -42,7 +42,7 @@ NO_ROOT = float("nan")
 
 
 class LawFigures(Protocol):
-    """What finding an equilibrium reads of ``PaperLaw``, which itself starts in one."""
+    """What finding an equilibrium reads of ``PublishedLaw``, which itself starts in one."""
 
     @property
     def name(self) -> str: ...
@@ -129,14 +129,14 @@ def held_torque(law: LawFigures) -> float:
     return passing_torque(law)
 
 
-def rotor_of(law: LawFigures, speed: float, wind: float) -> Callable[[float], float]:
+def rotor_torque_over_pitch(law: LawFigures, speed: float, wind: float) -> Callable[[float], float]:
     """Return the rotor torque over pitch, as torque on the high-speed shaft [N m]."""
     table, turbine = scalar_surface(law.turbine.torque), law.turbine
     scale = turbine.torque_constant * wind**2 / turbine.gear_ratio
     return lambda pitch: scale * table(speed * turbine.rotor_radius / wind, pitch)
 
 
-def trim_of(law: LawFigures, wind: float) -> TrimPoint:
+def trim_at(law: LawFigures, wind: float) -> TrimPoint:
     setpoint = None if law.speed_setpoint == law.turbine.rated_rotor_speed else law.speed_setpoint
     return trim(law.turbine, wind, speed_setpoint=setpoint)
 
@@ -177,7 +177,7 @@ def named(
     return Equilibrium(wind, kind, speed, pitch, torque, integrals, point, f_1)
 
 
-def nowhere(law: LawFigures, wind: float, point: TrimPoint, f_1: float) -> Equilibrium:
+def no_equilibrium(law: LawFigures, wind: float, point: TrimPoint, f_1: float) -> Equilibrium:
     b = law.partial.gains_at(point.rotor_speed, point.pitch, wind).integral
     c = law.full.gains_at(point.rotor_speed, point.pitch, wind)
     integrals: tuple[float, ...] = (point.torque / b,)

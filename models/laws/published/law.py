@@ -32,30 +32,39 @@ from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.laws.published.coupling_filter import CouplingFilter
 from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.regional_schedule import Gains, RegionalSchedule
+from takagi.models.laws.published.regional_schedule import RegionalGainValues, RegionalSchedule
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
 
-__all__ = ["Blended", "PaperLaw", "PaperLawName", "PaperRule", "paper_law"]
+__all__ = [
+    "BlendedCommands",
+    "PaperLaw",
+    "PaperRule",
+    "PublishedLaw",
+    "PublishedLawName",
+    "PublishedRule",
+    "paper_law",
+    "published_law",
+]
 
 Array: TypeAlias = NDArray[np.float64]
-PaperLawName: TypeAlias = Literal["paper", "paper-two-integrators"]
+PublishedLawName: TypeAlias = Literal["paper", "paper-two-integrators"]
 
 
-class Blended(NamedTuple):
+class BlendedCommands(NamedTuple):
     """What the law computes on its way: regional commands, gains, and F times the commands."""
 
     torque: float
     pitch: float
-    partial: Gains
-    full: Gains
+    partial: RegionalGainValues
+    full: RegionalGainValues
     blended_torque: float
     blended_pitch: float
     error: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PaperRule:
+class PublishedRule:
     """One term of the triple sum: command F_m (-k_x dx + k_I x_I), weight h^a_m h^b_i h^c_j.
 
     Attributes
@@ -83,8 +92,8 @@ class PaperRule:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PaperLaw:
-    """The law as a value; see the module for the formulas and ``paper_law`` for making one.
+class PublishedLaw:
+    """The law as a value; see the module for the formulas and ``published_law`` for making one.
 
     Attributes
     ----------
@@ -96,7 +105,7 @@ class PaperLaw:
     speed_setpoint : rotor speed of full load [rad/s].
     """
 
-    name: PaperLawName
+    name: PublishedLawName
     turbine: Turbine
     coupling: CouplingFilter
     partial: RegionalSchedule
@@ -105,10 +114,10 @@ class PaperLaw:
     speed_setpoint: float
 
     def __post_init__(self) -> None:
-        if self.name not in get_args(PaperLawName):
+        if self.name not in get_args(PublishedLawName):
             raise ModelError(
-                f"law {self.name!r} was given; it is one of {', '.join(get_args(PaperLawName))}"
-                f"{did_you_mean(self.name, get_args(PaperLawName))}"
+                f"law {self.name!r} was given; it is one of {', '.join(get_args(PublishedLawName))}"
+                f"{did_you_mean(self.name, get_args(PublishedLawName))}"
             )
         if (self.tracking_time is None) != (self.name == "paper"):
             raise ModelError(
@@ -150,7 +159,7 @@ class PaperLaw:
 
     def blended(
         self, state: ArrayLike, measurement: Measurement, *, reference: float | None = None
-    ) -> Blended:
+    ) -> BlendedCommands:
         """Return the regional and the blended commands before the limits.
 
         ``reference`` [rad/s] stands in for omega_ref(v_hat); None takes that.
@@ -163,13 +172,13 @@ class PaperLaw:
         torque = -b.speed * error - b.pitch * pitch + b.integral * x_b
         angle = -c.speed * error - c.pitch * pitch + c.integral * x_c
         f_2, f_1 = self.coupling.factors_at(speed, torque)
-        return Blended(torque, angle, b, c, f_2 * torque, f_1 * angle, error)
+        return BlendedCommands(torque, angle, b, c, f_2 * torque, f_1 * angle, error)
 
     def command(self, state: ArrayLike, measurement: Measurement) -> Command:
         """Return torque [N m, high-speed shaft] and pitch reference [rad], within the limits."""
         return self.limited(self.blended(state, measurement))
 
-    def limited(self, blended: Blended) -> Command:
+    def limited(self, blended: BlendedCommands) -> Command:
         """Return the blended command held to 0..T_rated and to the pitch range."""
         low, high = self.turbine.pitch_min, self.turbine.pitch_max
         torque = min(max(blended.blended_torque, 0.0), self.turbine.rated_torque)
@@ -186,7 +195,7 @@ class PaperLaw:
         found = self.blended(state, measurement, reference=reference)
         return self.tracking_rate(found, self.limited(found))
 
-    def tracking_rate(self, blended: Blended, command: Command) -> Array:
+    def tracking_rate(self, blended: BlendedCommands, command: Command) -> Array:
         """Return (x_b', x_c') of the two integrators when ``command`` is what is carried out."""
         tau = self.tracking_time
         if tau is None:
@@ -199,13 +208,13 @@ class PaperLaw:
             ]
         )
 
-    def rules(self) -> Iterator[PaperRule]:
+    def rules(self) -> Iterator[PublishedRule]:
         """Yield the N_a N_b N_c rules one by one, m slowest, j fastest."""
         corners = [_corners(self.partial), _corners(self.full)]
         for m, matrix in enumerate(self.coupling.corners, start=1):
             for i in range(len(self.partial.k_I)):
                 for j in range(len(self.full.k_I)):
-                    yield PaperRule(
+                    yield PublishedRule(
                         m,
                         i + 1,
                         j + 1,
@@ -226,16 +235,16 @@ class PaperLaw:
         return np.asarray(np.einsum("m,i,j->mij", h_a, h_b, h_c).ravel())
 
 
-def paper_law(
+def published_law(
     turbine: Turbine,
     *,
     partial: RegionalSchedule,
     full: RegionalSchedule,
     coupling: CouplingFilter,
-    name: PaperLawName = "paper",
+    name: PublishedLawName = "paper",
     tracking_time: float = 5.0,
     speed_setpoint: float | None = None,
-) -> PaperLaw:
+) -> PublishedLaw:
     """Return the published law of a turbine.
 
     Parameters
@@ -252,7 +261,7 @@ def paper_law(
     """
     setpoint = turbine.rated_rotor_speed if speed_setpoint is None else speed_setpoint
     tracking = None if name == "paper" else tracking_time
-    return PaperLaw(name, turbine, coupling, partial, full, tracking, setpoint)
+    return PublishedLaw(name, turbine, coupling, partial, full, tracking, setpoint)
 
 
 def _corners(schedule: RegionalSchedule) -> list[dict[str, float]]:
@@ -261,3 +270,9 @@ def _corners(schedule: RegionalSchedule) -> list[dict[str, float]]:
         {p.name: float(p.corners[c]) for p, c in zip(premises, rule, strict=True)}
         for rule in schedule.model.rules
     ]
+
+
+# Names that earlier versions had.
+PaperLaw = PublishedLaw
+PaperRule = PublishedRule
+paper_law = published_law

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 
 from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.laws.published.equilibrium import Equilibrium, equilibrium
-from takagi.models.laws.published.law import PaperLaw
+from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 
-__all__ = ["LocalGains", "LocalLoop", "local_gains", "local_loop", "local_loops"]
+__all__ = ["PublishedLocalGains", "PublishedLocalLoop", "local_gains", "local_loop", "local_loops"]
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ HELD = (1e-6, 1e-9)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LocalGains:
+class PublishedLocalGains:
     """Derivatives of the law at an equilibrium; u = u* + torque . dz, z = (omega, beta, x).
 
     Attributes
@@ -54,7 +54,7 @@ class LocalGains:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LocalLoop:
+class PublishedLocalLoop:
     """The closed loop at one wind: where it rests, its matrix, and its eigenvalues.
 
     Attributes
@@ -66,7 +66,7 @@ class LocalLoop:
     """
 
     point: Equilibrium
-    gains: LocalGains | None
+    gains: PublishedLocalGains | None
     matrix: Array | None
     eigenvalues: NDArray[np.complex128]
 
@@ -81,7 +81,7 @@ class LocalLoop:
         return self.decay_rate > 0
 
 
-def local_gains(law: PaperLaw, point: Equilibrium) -> LocalGains:
+def local_gains(law: PublishedLaw, point: Equilibrium) -> PublishedLocalGains:
     """Return the derivatives of the law at an equilibrium that exists.
 
     ``equilibrium(law, wind)`` finds one; ``local_loop`` does both.
@@ -102,10 +102,10 @@ def local_gains(law: PaperLaw, point: Equilibrium) -> LocalGains:
         )
         columns.append((ahead - behind) / (2 * STEP))
     jacobian = np.stack(columns, axis=1)
-    return LocalGains(jacobian[0], jacobian[1], jacobian[2:], *held)
+    return PublishedLocalGains(jacobian[0], jacobian[1], jacobian[2:], *held)
 
 
-def local_loop(law: PaperLaw, wind: float) -> LocalLoop:
+def local_loop(law: PublishedLaw, wind: float) -> PublishedLocalLoop:
     """Return the closed loop linearised at the law's equilibrium of a constant wind [m/s].
 
     Raises
@@ -114,7 +114,7 @@ def local_loop(law: PaperLaw, wind: float) -> LocalLoop:
     """
     point = equilibrium(law, wind)
     if point.kind == "none":
-        return LocalLoop(point, None, None, np.zeros(0, dtype=np.complex128))
+        return PublishedLocalLoop(point, None, None, np.zeros(0, dtype=np.complex128))
     gains, turbine = local_gains(law, point), law.turbine
     slopes = rotor_torque_gradient(turbine, point.rotor_speed, point.pitch, wind)
     matrix = np.zeros((2 + len(point.integrals),) * 2)
@@ -124,16 +124,16 @@ def local_loop(law: PaperLaw, wind: float) -> LocalLoop:
     matrix[1, 1] -= 1 / turbine.pitch_time_constant
     matrix[2:] = gains.integrals
     eigenvalues = np.linalg.eigvals(matrix).astype(np.complex128)
-    return LocalLoop(point, gains, matrix, eigenvalues[np.argsort(-eigenvalues.real)])
+    return PublishedLocalLoop(point, gains, matrix, eigenvalues[np.argsort(-eigenvalues.real)])
 
 
-def local_loops(law: PaperLaw, winds: Iterable[float]) -> tuple[LocalLoop, ...]:
+def local_loops(law: PublishedLaw, winds: Iterable[float]) -> tuple[PublishedLocalLoop, ...]:
     """Return ``local_loop`` at every wind."""
     return tuple(local_loop(law, float(v)) for v in winds)
 
 
 def _response(
-    law: PaperLaw, z: Array, wind: float, held: tuple[bool, bool], limits: Command
+    law: PublishedLaw, z: Array, wind: float, held: tuple[bool, bool], limits: Command
 ) -> Array:
     """Return (T, beta_ref, x') with held commands at their limits and the others free of them."""
     found = law.blended(z[2:], Measurement(float(z[0]), float(z[1]), wind))

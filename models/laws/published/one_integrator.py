@@ -12,20 +12,20 @@ from takagi.models.laws.published.equilibrium_point import (
     first_root,
     highest_pitch,
     named,
-    nowhere,
-    rotor_of,
+    no_equilibrium,
+    rotor_torque_over_pitch,
     torque_of,
-    trim_of,
+    trim_at,
 )
 from takagi.models.turbine.trim import TrimPoint
 
-__all__ = ["one_integrator_rest"]
+__all__ = ["one_integrator_equilibrium"]
 
 
-def one_integrator_rest(law: LawFigures, wind: float) -> Equilibrium:
-    speed, point = law.reference_speed(wind), trim_of(law, wind)
+def one_integrator_equilibrium(law: LawFigures, wind: float) -> Equilibrium:
+    speed, point = law.reference_speed(wind), trim_at(law, wind)
     f_1 = law.coupling.speed_ramp.at(speed)
-    rotor, lowest = rotor_of(law, speed, wind), law.turbine.pitch_min
+    rotor, lowest = rotor_torque_over_pitch(law, speed, wind), law.turbine.pitch_min
     if f_1 == 0.0:
         return _torque_alone(law, wind, point, max(lowest, 0.0), f_1)
 
@@ -44,7 +44,7 @@ def one_integrator_rest(law: LawFigures, wind: float) -> Equilibrium:
         return _torque_alone(law, wind, point, lowest, f_1)
     pitch = first_root(balance, lowest, highest_pitch(law))
     if np.isnan(pitch):
-        return nowhere(law, wind, point, f_1)
+        return no_equilibrium(law, wind, point, f_1)
     return named(law, wind, point, f_1, speed, pitch, torque(pitch), (integral(pitch),))
 
 
@@ -53,10 +53,10 @@ def _torque_alone(
 ) -> Equilibrium:
     """Return the equilibrium at a fixed pitch, or none where torque does not suffice."""
     speed = law.reference_speed(wind)
-    needed = rotor_of(law, speed, wind)(pitch)
+    needed = rotor_torque_over_pitch(law, speed, wind)(pitch)
     top = law.turbine.rated_torque + law.coupling.torque_overlap
     command = first_root(lambda u: needed - torque_of(law, u), 0.0, top)
     if np.isnan(command):
-        return nowhere(law, wind, point, f_1)
+        return no_equilibrium(law, wind, point, f_1)
     x = command / law.partial.gains_at(speed, pitch, wind).integral
     return named(law, wind, point, f_1, speed, pitch, torque_of(law, command), (x,))

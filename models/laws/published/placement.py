@@ -10,7 +10,7 @@ import numpy as np
 from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.equilibrium import equilibria
 from takagi.models.laws.published.equilibrium_point import Equilibrium
-from takagi.models.laws.published.law import PaperLaw, PaperLawName, paper_law
+from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
 
 __all__ = ["PlacementRow", "placement_rows"]
 
@@ -40,12 +40,12 @@ class PlacementRow:
 
 
 def placement_rows(
-    law: PaperLaw,
+    law: PublishedLaw,
     *,
     placements: Sequence[float] = (0.0, 0.25, 0.5, 0.75, 1.0),
     winds: Sequence[float],
     speed_overlap: float | None = None,
-    name: PaperLawName | None = None,
+    name: PublishedLawName | None = None,
 ) -> tuple[PlacementRow, ...]:
     """Return which regions each placement of the speed ramp serves.
 
@@ -71,7 +71,7 @@ def placement_rows(
             torque_shape=coupling.shape,
             speed_setpoint=law.speed_setpoint,
         )
-        tried = paper_law(
+        tried = published_law(
             law.turbine,
             partial=law.partial,
             full=law.full,

@@ -27,7 +27,7 @@ from scipy.linalg import expm
 
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Command, Measurement
-from takagi.models.laws.published.law import PaperLaw
+from takagi.models.laws.published.law import PublishedLaw
 
 __all__ = ["FilteredReferenceLaw", "ReferenceFilter"]
 
@@ -99,7 +99,7 @@ class FilteredReferenceLaw:
     law : "paper" or "paper-two-integrators".   filter : G_f.
     """
 
-    law: PaperLaw
+    law: PublishedLaw
     filter: ReferenceFilter
 
     @property

@@ -28,7 +28,7 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import OperatingBand, operating_band
 from takagi.models.turbine.regional_model import WIND_ESTIMATE
 
-__all__ = ["Gains", "RegionalSchedule", "premise_evaluators", "regional_schedule"]
+__all__ = ["RegionalGainValues", "RegionalSchedule", "premise_evaluators", "regional_schedule"]
 
 Array: TypeAlias = NDArray[np.float64]
 Evaluator: TypeAlias = Callable[[float, float, float], float]
@@ -39,7 +39,7 @@ STEPS = (1e-4, 1e-4, 1e-3)
 INDEX = {"a": 0, "b": 1, "d": 2}
 
 
-class Gains(NamedTuple):
+class RegionalGainValues(NamedTuple):
     """Blended gains: on speed error, on pitch, on the integral, with the published signs."""
 
     speed: float
@@ -107,7 +107,7 @@ class RegionalSchedule:
             found.append(h)
         return found
 
-    def gains_at(self, rotor_speed: float, pitch: float, wind: float) -> Gains:
+    def gains_at(self, rotor_speed: float, pitch: float, wind: float) -> RegionalGainValues:
         """Return sum_i h_i (k_x_i, k_I_i)."""
         speed = angle = integral = 0.0
         weights = self.memberships_at(rotor_speed, pitch, wind)
@@ -115,7 +115,7 @@ class RegionalSchedule:
             speed += h * first
             angle += h * second
             integral += h * third
-        return Gains(speed, angle, integral)
+        return RegionalGainValues(speed, angle, integral)
 
 
 def regional_schedule(

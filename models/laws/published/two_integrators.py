@@ -15,23 +15,23 @@ from takagi.models.laws.published.equilibrium_point import (
     held_torque,
     highest_pitch,
     named,
-    nowhere,
+    no_equilibrium,
     passing_torque,
-    rotor_of,
+    rotor_torque_over_pitch,
     torque_of,
-    trim_of,
+    trim_at,
 )
 from takagi.models.turbine.trim import TrimPoint
 
-__all__ = ["two_integrators_rest"]
+__all__ = ["two_integrators_equilibrium"]
 
 CONTRACTIONS = 12
 
 
-def two_integrators_rest(law: LawFigures, wind: float) -> Equilibrium:
-    speed, point = law.reference_speed(wind), trim_of(law, wind)
+def two_integrators_equilibrium(law: LawFigures, wind: float) -> Equilibrium:
+    speed, point = law.reference_speed(wind), trim_at(law, wind)
     f_1, lowest = law.coupling.speed_ramp.at(speed), law.turbine.pitch_min
-    passing, rotor = passing_torque(law), rotor_of(law, speed, wind)
+    passing, rotor = passing_torque(law), rotor_torque_over_pitch(law, speed, wind)
     if point.torque <= passing and point.pitch == lowest:
         kind: Kind = "intended" if f_1 < 1.0 else "continuum"
         return _resting(law, point, f_1, kind, 0.0, point.pitch, point.torque)
@@ -42,7 +42,7 @@ def two_integrators_rest(law: LawFigures, wind: float) -> Equilibrium:
 
     def balance(error: float) -> float:
         pitch, command = _carried(law, speed + error, wind, error)
-        return rotor_of(law, speed + error, wind)(pitch) - torque_of(law, command)
+        return rotor_torque_over_pitch(law, speed + error, wind)(pitch) - torque_of(law, command)
 
     if balance(0.0) < 0:
         return _raised(law, point, f_1)
@@ -50,7 +50,7 @@ def two_integrators_rest(law: LawFigures, wind: float) -> Equilibrium:
     last = law.coupling.speed_ramp.end - speed
     error = first_root(balance, 0.0, last * (1 - 1e-9))
     if np.isnan(error):
-        return nowhere(law, wind, point, f_1)
+        return no_equilibrium(law, wind, point, f_1)
     return _resting(law, point, f_1, None, error, *_carried(law, speed + error, wind, error))
 
 
@@ -67,12 +67,12 @@ def _raised(law: LawFigures, point: TrimPoint, f_1: float) -> Equilibrium:
         return error
 
     def balance(command: float) -> float:
-        rotor = rotor_of(law, speed + error_at(command), wind)
+        rotor = rotor_torque_over_pitch(law, speed + error_at(command), wind)
         return rotor(law.turbine.pitch_min) - torque_of(law, command)
 
     command = first_root(balance, passing_torque(law), law.coupling.rated_torque)
     if np.isnan(command):
-        return nowhere(law, wind, point, f_1)
+        return no_equilibrium(law, wind, point, f_1)
     return _resting(law, point, f_1, None, error_at(command), law.turbine.pitch_min, command)
 
 

@@ -41,25 +41,25 @@ from fractions import Fraction
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.loops.effort_sharing.law_interval import LawInterval, hull
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, Uncertainty
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
 from takagi.models.loops.effort_sharing.moving_schedule import MovingSchedule
 from takagi.models.loops.effort_sharing.torque_slopes import DIGITS, LoopTorque
 from takagi.models.splines.approximate_ranges import quick_ranges
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["CellLoop", "LoopBox", "LoopCell", "Uncertainty", "coherent_cells"]
+__all__ = ["CellLoop", "LoopBox", "LoopCell", "LoopUncertainty", "effort_sharing_cells"]
 
 # Decimals of the intervals that a certificate states; rounded outward.
 EMITTED_DIGITS = 7
 
 
-def coherent_cells(
+def effort_sharing_cells(
     turbine: Turbine,
-    law: CoherentLaw,
+    law: EffortSharingLaw,
     box: LoopBox,
-    uncertainty: Uncertainty,
+    uncertainty: LoopUncertainty,
     rates: Sequence[Number],
 ) -> Iterator[LoopCell]:
     """Yield the enclosed loop for every interval between the nodes of the law's schedule.
@@ -97,9 +97,9 @@ class CellLoop:
     def __init__(
         self,
         turbine: Turbine,
-        law: CoherentLaw,
+        law: EffortSharingLaw,
         box: LoopBox,
-        uncertainty: Uncertainty,
+        uncertainty: LoopUncertainty,
         k: int,
         *,
         searching: bool = False,
@@ -127,7 +127,7 @@ class CellLoop:
 
         Raises
         ------
-        ModelError : as ``coherent_cells`` says.
+        ModelError : as ``effort_sharing_cells`` says.
         """
         if self._at_rest is None:
             self._at_rest = self._resting()

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from takagi.models.intervals.interval import Interval, exact
 from takagi.models.intervals.jet import Jet
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox
 from takagi.models.ramps.exact_effort_ramp import ramp, ramp_slope
 
@@ -28,7 +28,7 @@ class LawInterval:
         which is b (beta - beta_min).
     """
 
-    def __init__(self, law: CoherentLaw, box: LoopBox, k: int) -> None:
+    def __init__(self, law: EffortSharingLaw, box: LoopBox, k: int) -> None:
         table, gains, ahead = law.schedule, law.gains, law.feedforward
         columns = (
             ("wind", table.wind),

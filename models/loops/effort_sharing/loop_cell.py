@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from takagi.models.intervals.interval import Interval
 
-__all__ = ["NOMINAL", "LoopBox", "LoopCell", "Uncertainty"]
+__all__ = ["NOMINAL", "LoopBox", "LoopCell", "LoopUncertainty"]
 
 NOMINAL = Interval(Fraction(1), Fraction(1))
 
@@ -40,7 +40,7 @@ class LoopBox:
 
 
 @dataclass(frozen=True, slots=True)
-class Uncertainty:
+class LoopUncertainty:
     """What the family covers beside the nominal model.
 
     Attributes

@@ -12,7 +12,7 @@ from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, exact
 from takagi.models.intervals.jet import Jet
 from takagi.models.loops.effort_sharing.law_interval import LawInterval, hull
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, Uncertainty
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.turbine.data import Turbine
 
 __all__ = ["DIGITS", "LoopTorque"]
@@ -35,7 +35,7 @@ class LoopTorque:
         turbine: Turbine,
         interval: LawInterval,
         box: LoopBox,
-        uncertainty: Uncertainty,
+        uncertainty: LoopUncertainty,
         ranges: Ranges | None = None,
     ) -> None:
         self.law, self.box, self._ranges = interval, box, ranges or turbine.torque.bounds

@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 from takagi.models.errors import ModelError
 from takagi.models.intervals.dual import Dual, Range
 from takagi.models.loops.published.tables import LoopFigures
-from takagi.models.loops.published.vector_field import Corner, Field, Place
+from takagi.models.loops.published.vector_field import Corner, PublishedVectorField, StateRange
 
-__all__ = ["PaperCell", "disturbance_bound", "enclosed_cell", "wind_breaks"]
+__all__ = ["PublishedCell", "disturbance_bound", "enclosed_cell", "wind_breaks"]
 
 Floats = NDArray[np.float64]
 EMITTED_DIGITS = 7
@@ -35,7 +35,7 @@ WIDENED = 1e-8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PaperCell:
+class PublishedCell:
     """Ranges of the family over one cell, in units of the box.
 
     Attributes
@@ -60,7 +60,7 @@ def enclosed_cell(
     centre: Floats,
     box: Floats,
     disturbance: Floats | None = None,
-) -> PaperCell:
+) -> PublishedCell:
     """Return the family of one cell; ``disturbance`` is that of ``disturbance_bound``, if known.
 
     Raises
@@ -76,7 +76,7 @@ def enclosed_cell(
             f"wind {wind[0]:.6g} to {wind[1]:.6g} m/s: {error} in a divisor"
         ) from error
     size = np.maximum(np.abs(low), np.abs(high)).max(axis=(0, 2), keepdims=True) * WIDENED
-    return PaperCell(
+    return PublishedCell(
         wind,
         centre,
         box,
@@ -116,12 +116,12 @@ def _jacobian(
         state.append(Dual(value, seeds))
     speeds = tuple((float(c[0] - box[0]), float(c[0] + box[0])) for c in centre)
     still = Dual(wind, ((0.0, 0.0),) * n)
-    field = Field(figures, Place(still, tuple(state), (speeds[0], speeds[1])))
+    field = PublishedVectorField(figures, StateRange(still, tuple(state), (speeds[0], speeds[1])))
     found = [_matrix(field, corner) / box[None, :, None] for corner in field.corners()]
     return np.stack([m[0] for m in found]), np.stack([m[1] for m in found])
 
 
-def _matrix(field: Field, corner: Corner) -> Floats:
+def _matrix(field: PublishedVectorField, corner: Corner) -> Floats:
     rows = np.array([row.slopes for row in field(corner)])
     return np.moveaxis(rows, 2, 0)[:, :, :]
 
@@ -150,7 +150,7 @@ def _along(
     )
     speeds = tuple((float(c[0]), float(c[0])) for c in centre)
     moving = Dual(wind, ((pace, pace),) if slope else ())
-    return Field(figures, Place(moving, state, (speeds[0], speeds[1])))()
+    return PublishedVectorField(figures, StateRange(moving, state, (speeds[0], speeds[1])))()
 
 
 def _outward(values: Floats, rounding: object) -> Floats:

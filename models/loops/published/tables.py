@@ -12,7 +12,7 @@ import numpy as np
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.dual import Dual, Range, span
-from takagi.models.laws.published.law import PaperLaw
+from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.laws.published.regional_schedule import RegionalSchedule, premise_evaluators
 from takagi.models.splines.patch_ranges import PatchRanges, patch_ranges
 from takagi.models.turbine.operating_band import OperatingBand, operating_band
@@ -153,7 +153,7 @@ class LoopFigures:
         return min(ends) / self.ramp_width, max(ends) / self.ramp_width
 
 
-def loop_figures(law: PaperLaw) -> LoopFigures:
+def loop_figures(law: PublishedLaw) -> LoopFigures:
     """Return the numbers of the closed loop with a law of the paper.
 
     Raises
@@ -195,7 +195,7 @@ def loop_figures(law: PaperLaw) -> LoopFigures:
     )
 
 
-def schedule_band(law: PaperLaw, schedule: RegionalSchedule) -> OperatingBand:
+def schedule_band(law: PublishedLaw, schedule: RegionalSchedule) -> OperatingBand:
     """Return the trim table that a schedule's premises refer to, with the default wind step.
 
     Raises
@@ -226,7 +226,7 @@ def schedule_band(law: PaperLaw, schedule: RegionalSchedule) -> OperatingBand:
     return band
 
 
-def _gain_table(law: PaperLaw, schedule: RegionalSchedule, count: int) -> GainTable:
+def _gain_table(law: PublishedLaw, schedule: RegionalSchedule, count: int) -> GainTable:
     band, premises = schedule_band(law, schedule), schedule.model.premises
     gains: tuple[dict[tuple[int, ...], float], ...] = ({}, {}, {})
     for rule, row in zip(

@@ -31,7 +31,7 @@ from takagi.models.errors import ModelError
 from takagi.models.intervals.dual import Dual, Range, constant, hull, larger, smaller, span, times
 from takagi.models.loops.published.tables import GainTable, LoopFigures, TrimTable
 
-__all__ = ["Corner", "Field", "Place"]
+__all__ = ["Corner", "PublishedVectorField", "StateRange"]
 
 End = Literal["all", "low", "high"]
 Hold = Literal["all", "free", "held"]
@@ -47,7 +47,7 @@ class Corner:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class StateRange:
     """Where the field is looked at: winds [low, high] and a state, linear in wind at its centre.
 
     Attributes
@@ -62,10 +62,10 @@ class Place:
     speeds: tuple[Range, Range]
 
 
-class Field:
+class PublishedVectorField:
     """The field over one place; what does not depend on the corner is computed once."""
 
-    def __init__(self, figures: LoopFigures, place: Place) -> None:
+    def __init__(self, figures: LoopFigures, place: StateRange) -> None:
         self.figures, self.place = figures, place
         self.speed, self.pitch = place.state[0], place.state[1]
         self.wind = place.wind

@@ -23,11 +23,11 @@ from takagi.models.ts.premise import round_outward
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Region", "secant_embedding"]
+__all__ = ["Region", "SecantRegion", "secant_embedding"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Region:
+class SecantRegion:
     """A cell: a box and the point x* in it that differences are taken from.
 
     Attributes
@@ -54,7 +54,7 @@ class Region:
 def secant_embedding(
     plant: Plant,
     law: Feedback | None = None,
-    cells: Sequence[Region] = (),
+    cells: Sequence[SecantRegion] = (),
     *,
     exogenous: Sequence[sp.Symbol] = (),
     form: Form = "slope",
@@ -92,7 +92,7 @@ def secant_embedding(
     if form not in get_args(Form):
         raise ModelError(f"form is {form!r}; one of {', '.join(get_args(Form))} is needed")
     loop = _Loop.of(plant, law or Feedback({}), tuple(exogenous))
-    used = tuple(cells) or (Region(),)
+    used = tuple(cells) or (SecantRegion(),)
     return SecantEmbedding(
         states=tuple(v.label for v in plant.states),
         disturbances=tuple(v.label for v in loop.driving),
@@ -146,7 +146,7 @@ class _Loop:
         """Return the variables with a column: states, then disturbances."""
         return (*self.plant.states, *self.driving)
 
-    def enclosed(self, cell: Region, form: Form, tolerance: Fraction) -> SecantCell:
+    def enclosed(self, cell: SecantRegion, form: Form, tolerance: Fraction) -> SecantCell:
         box = _sides(self, cell)
         reference = _reference(self, cell, box)
         closed = close_loop(self.rows, self.law, reference, box)
@@ -210,7 +210,7 @@ def _check_law(plant: Plant, commands: Mapping[sp.Symbol, sp.Expr]) -> None:
             )
 
 
-def _sides(loop: _Loop, cell: Region) -> dict[sp.Symbol, Interval]:
+def _sides(loop: _Loop, cell: SecantRegion) -> dict[sp.Symbol, Interval]:
     """Return the range of every state and disturbance."""
     variables = (*loop.plant.states, *loop.plant.disturbances)
     unknown = set(cell.box) - {v.symbol for v in variables}
@@ -239,7 +239,7 @@ def _sides(loop: _Loop, cell: Region) -> dict[sp.Symbol, Interval]:
 
 
 def _reference(
-    loop: _Loop, cell: Region, box: dict[sp.Symbol, Interval]
+    loop: _Loop, cell: SecantRegion, box: dict[sp.Symbol, Interval]
 ) -> dict[sp.Symbol, sp.Expr]:
     """Return x*, w*; a side of the box is widened by the excess of a reference's own enclosure."""
     unknown = set(cell.reference) - {v.symbol for v in loop.moving}
@@ -273,7 +273,7 @@ def _reference(
     return found
 
 
-def _check_continuous(plant: Plant, closed: ClosedLoop, cell: Region) -> None:
+def _check_continuous(plant: Plant, closed: ClosedLoop, cell: SecantRegion) -> None:
     """Raise ModelError unless each row is continuous and finite: derivatives see no jump."""
     import sympy as sp
 
@@ -342,3 +342,7 @@ def _bounds(
         value = Fraction(int(plain.p), int(plain.q))
         return Interval(value, value)
     return round_outward(expression_range(expression, box, tolerance=tolerance).outer)
+
+
+# Names that earlier versions had.
+Region = SecantRegion

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from takagi.models.blending.blending import Actuator
-    from takagi.models.blending.run_time import RunningBlend
+    from takagi.models.blending.run_time import RunTimeBlending
     from takagi.reports.loops.plant_motion import Motion
 
 __all__ = ["BlendCurve", "actuators_figure", "blend_curve", "hand_over_figure"]
@@ -53,7 +53,7 @@ class BlendCurve:
     slope: Floats
 
 
-def blend_curve(blend: RunningBlend, rest: Floats) -> BlendCurve:
+def blend_curve(blend: RunTimeBlending, rest: Floats) -> BlendCurve:
     """Return the curves of a blend; ``rest`` (n,) is where the other states are."""
     efforts, e = blend.blending.efforts, float(blend.blending.overlap)
     effort = np.linspace(float(efforts.lower), float(efforts.upper), LINE)
@@ -67,7 +67,7 @@ def blend_curve(blend: RunningBlend, rest: Floats) -> BlendCurve:
     )
 
 
-def actuators_figure(blend: RunningBlend, curve: BlendCurve) -> Figure:
+def actuators_figure(blend: RunTimeBlending, curve: BlendCurve) -> Figure:
     """Return four panels over the effort: what each actuator delivers, shares, and commands."""
     given = blend.blending
     unit, e = given.effort.unit, float(given.overlap)
@@ -94,7 +94,9 @@ def actuators_figure(blend: RunningBlend, curve: BlendCurve) -> Figure:
     return figure
 
 
-def hand_over_figure(blend: RunningBlend, motions: Sequence[Motion], effort_rest: float) -> Figure:
+def hand_over_figure(
+    blend: RunTimeBlending, motions: Sequence[Motion], effort_rest: float
+) -> Figure:
     """Return the effort and both actuators over time, a line for each motion.
 
     Raises

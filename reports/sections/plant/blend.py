@@ -16,7 +16,7 @@ from takagi.reports.sections.plant.plant import equations_latex
 
 if TYPE_CHECKING:
     from takagi.models.blending.blending import Actuator, Blending
-    from takagi.models.blending.run_time import RunningBlend
+    from takagi.models.blending.run_time import RunTimeBlending
     from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import Motion
 
@@ -31,7 +31,7 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def blend_section(loop: PlantLoop, blend: RunningBlend) -> Section:
+def blend_section(loop: PlantLoop, blend: RunTimeBlending) -> Section:
     """Return the section about the blend of a loop."""
     shown = hand_overs(loop)
     given = blend.blending
@@ -80,7 +80,7 @@ def hand_overs(loop: PlantLoop) -> tuple[Motion, ...]:
     return motions(loop, begin, duration=horizon(loop, longest=LONGEST))
 
 
-def actuators_csv(blend: RunningBlend, loop: PlantLoop) -> str:
+def actuators_csv(blend: RunTimeBlending, loop: PlantLoop) -> str:
     """Return the numbers of the figure over the effort."""
     from takagi.reports.figures.plant.captioned import numbers_csv
 

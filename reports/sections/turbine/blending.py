@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.models.laws.published.coupling_filter import CouplingFilter, coupling_filter
-from takagi.models.laws.published.law import PaperLaw
+from takagi.models.laws.published.law import PublishedLaw
 from takagi.reports.figures import membership_figure
 from takagi.reports.page.text import Plate, Section, fixed, plate, significant
 from takagi.reports.sections.turbine.drawings import effort_figure
@@ -48,7 +48,7 @@ def blending_section(design: TurbineDesign) -> Section:
 
 def filter_of(design: TurbineDesign) -> CouplingFilter:
     """Return the filter of a paper law, or for another law the one that the settings describe."""
-    if isinstance(design.law, PaperLaw):
+    if isinstance(design.law, PublishedLaw):
         return design.law.coupling
     asked = design.settings
     return coupling_filter(

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from takagi.certificates.design.claim_summary import ClaimSummary
-    from takagi.models.laws.effort_sharing.law import CoherentLaw
+    from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 
 __all__ = ["effort_figure", "gains_figure", "regional_gains_figure", "wind_class_figure"]
 
@@ -50,7 +50,7 @@ def wind_class_figure(summary: ClaimSummary) -> Figure:
     return figure
 
 
-def gains_figure(law: CoherentLaw, regions: dict[str, float]) -> Figure:
+def gains_figure(law: EffortSharingLaw, regions: dict[str, float]) -> Figure:
     """Return gamma, nu, b with its limit, and the share of pitch over the schedule wind."""
     table, wind = law.schedule, law.schedule.wind
     fine = np.linspace(wind[0], wind[-1], 800)

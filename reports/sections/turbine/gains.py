@@ -14,7 +14,7 @@ from takagi.reports.sections.turbine.synthesis_table import synthesis_table
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.models.laws.effort_sharing.law import CoherentLaw
+    from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 
 __all__ = ["gains_section"]
 
@@ -31,7 +31,7 @@ def gains_section(design: TurbineDesign) -> Section:
     return Section("law", "The law and its gains", content)
 
 
-def _coherent(design: TurbineDesign, law: CoherentLaw) -> dict[str, Any]:
+def _coherent(design: TurbineDesign, law: EffortSharingLaw) -> dict[str, Any]:
     limited = design.effort.torque_limited if design.effort is not None else np.zeros(0)
     winds = law.schedule.wind[limited.astype(bool)] if limited.size else limited
     return {
@@ -54,7 +54,7 @@ def _coherent(design: TurbineDesign, law: CoherentLaw) -> dict[str, Any]:
     }
 
 
-def _table(law: CoherentLaw) -> Table:
+def _table(law: EffortSharingLaw) -> Table:
     table, gains = law.schedule, law.gains
     # nu, f and g belong to the interval that begins at the node; the last node begins none.
     rates, inertia, limit = (

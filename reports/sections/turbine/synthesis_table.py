@@ -13,7 +13,7 @@ from takagi.reports.page.text import Table, fixed
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.models.laws.effort_sharing.law import CoherentLaw
+    from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 
 __all__ = ["synthesis_table"]
 
@@ -57,7 +57,7 @@ def synthesis_table(design: TurbineDesign) -> Table | None:
     )
 
 
-def _activity(design: TurbineDesign, law: CoherentLaw) -> tuple[float, float]:
+def _activity(design: TurbineDesign, law: EffortSharingLaw) -> tuple[float, float]:
     """Return the means over wind of the pitch rate [rad/s] and the tower speed [m/s]."""
     from takagi.lmi.turbine.one_step.motion import motion
 

@@ -15,7 +15,7 @@ from takagi.certificates.claims.turbine.published import paper_law_data
 from takagi.certificates.document.certificate_file import turbine_data
 from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.coupling_filter import coupling_filter
-from takagi.models.laws.published.law import PaperLaw, paper_law
+from takagi.models.laws.published.law import PublishedLaw, published_law
 from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.full_load import full_load_model
@@ -43,11 +43,11 @@ def schedules() -> tuple[Turbine, Any, Any]:
     return turbine, found[0], found[1]
 
 
-def law_of(schedules: tuple[Turbine, Any, Any], name: Any) -> PaperLaw:
+def law_of(schedules: tuple[Turbine, Any, Any], name: Any) -> PublishedLaw:
     """The published law with a centred ramp of 0.1 rad/s."""
     turbine, partial, full = schedules
     coupling = coupling_filter(turbine, speed_overlap=0.1)
-    return paper_law(turbine, partial=partial, full=full, coupling=coupling, name=name)
+    return published_law(turbine, partial=partial, full=full, coupling=coupling, name=name)
 
 
 @pytest.mark.parametrize("name", [NAMES[0], pytest.param(NAMES[1], marks=pytest.mark.slow)])

@@ -11,10 +11,10 @@ from scipy.optimize import brentq
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.equilibrium import ClosedLoopRests, closed_loop_equilibria
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PaperLawName
+from takagi.models.laws.published.law import PublishedLawName
 from takagi.models.turbine.aerodynamics import rotor_torque
 from tests.certificates.conftest import Built, resealed
 from tests.certificates.test_paper_certificate import TURBINE, make_law
@@ -23,12 +23,12 @@ ANSWERS = {"intended": "one at the trim", "shifted": "one off the trim", "none":
 WIDTH = 0.02
 
 
-def paper_rests(name: PaperLawName, placement: float, wind: float) -> ClosedLoopRests:
+def paper_rests(name: PublishedLawName, placement: float, wind: float) -> ClosedLoopRests:
     winds = (wind, round(wind + WIDTH, 6))
     return closed_loop_equilibria(TURBINE, make_law(name, placement), winds=winds, narrowest=WIDTH)
 
 
-def coherent_rests(law: CoherentLaw, low: float, high: float) -> set[str]:
+def coherent_rests(law: EffortSharingLaw, low: float, high: float) -> set[str]:
     found = closed_loop_equilibria(TURBINE, law, winds=(low, high), narrowest=0.05)
     return {cell.rests for cell in found.cells}
 
@@ -48,7 +48,9 @@ def coherent_rests(law: CoherentLaw, low: float, high: float) -> set[str]:
         ("paper-two-integrators", 0.0, 10.2),
     ],
 )
-def test_the_float_study_finds_the_same(name: PaperLawName, placement: float, wind: float) -> None:
+def test_the_float_study_finds_the_same(
+    name: PublishedLawName, placement: float, wind: float
+) -> None:
     """``models.law.paper_equilibrium`` looks for roots on a grid; the proof agrees with it."""
     study = equilibrium(make_law(name, placement), wind + WIDTH / 2)
 

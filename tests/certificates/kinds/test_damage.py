@@ -22,7 +22,7 @@ from takagi.certificates.requests import (
     Poles,
     Request,
 )
-from takagi.lmi import Region
+from takagi.lmi import EigenvalueRegion
 from takagi.models import Premise, TSModel
 
 Data = dict[str, Any]
@@ -35,9 +35,9 @@ def documents(sample_time: float | None) -> list[Data]:
     A = np.array([[[0.0, 1.0], [1.0, 0.0]], [[0.0, 1.0], [2.0, 0.0]]])
     B = np.array([[[0.0], [1.0]], [[0.0], [1.1]]])
     K = np.array([[[3.0, 2.0]], [[4.0, 2.0]]])
-    region = Region.half_plane(0.1)
+    region = EigenvalueRegion.half_plane(0.1)
     if sample_time is not None:
-        A, B, region = np.eye(2) + sample_time * A, sample_time * B, Region.disc(0.999)
+        A, B, region = np.eye(2) + sample_time * A, sample_time * B, EigenvalueRegion.disc(0.999)
     model = TSModel(A, B, premises=[Premise("z", "-1", "1")], sample_time=sample_time)
     requests: list[Request] = [
         Decay(0.2),

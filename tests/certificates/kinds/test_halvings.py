@@ -33,7 +33,7 @@ from takagi.certificates.requests import (
     Poles,
     Transient,
 )
-from takagi.lmi import Region
+from takagi.lmi import EigenvalueRegion
 from takagi.models import Premise, TSModel
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 from tests.certificates.test_thresholds import placed_loop
@@ -71,7 +71,7 @@ def test_one_state_is_decided_at_its_threshold(s: float, verdict: Verdict) -> No
 
 ASKED: list[tuple[str, Any, TSModel]] = [
     ("decay", Decay(0.2499), opposed()),
-    ("region", Poles(Region.half_plane(0.2499)), opposed()),
+    ("region", Poles(EigenvalueRegion.half_plane(0.2499)), opposed()),
     ("transient", Transient(decay_rate=0.2), opposed()),
     ("gain-rounding", GainRounding(), opposed()),
     ("l2-gain", L2Gain(4.001), opposed()),

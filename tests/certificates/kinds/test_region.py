@@ -9,7 +9,7 @@ import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.requests import Poles
-from takagi.lmi import Region
+from takagi.lmi import EigenvalueRegion
 from takagi.models import TSModel
 from tests.certificates.kinds.claims import model_data, said_of
 
@@ -19,7 +19,7 @@ HAIR = 1e-9
 SPIRAL = [[-1, 1], [-1, -1]]
 
 
-def part(region: Region) -> list[Data]:
+def part(region: EigenvalueRegion) -> list[Data]:
     """Return the parts of a region as a claim states them."""
     return [
         {"L": np.asarray(L, dtype=float).tolist(), "M": np.asarray(M, dtype=float).tolist()}
@@ -27,7 +27,7 @@ def part(region: Region) -> list[Data]:
     ]
 
 
-def claim(region: Region, **others: Any) -> Data:
+def claim(region: EigenvalueRegion, **others: Any) -> Data:
     """Return the claim with P = I."""
     return {
         "name": "poles",
@@ -41,19 +41,39 @@ def claim(region: Region, **others: Any) -> Data:
 @pytest.mark.parametrize(
     ("inside", "outside", "words"),
     [
-        (Region.half_plane(1 - HAIR), Region.half_plane(1), "Re z < -1"),
-        (Region.horizontal_strip(1 + HAIR), Region.horizontal_strip(1), "|Im z| < 1"),
-        (Region.disc(1 + HAIR, centre=-1), Region.disc(1, centre=-1), "|z + 1| < 1"),
-        (Region.disc(1.41421357), Region.disc(1.41421356), "|z| < 1.41421"),
-        (Region.sector(np.pi / 4 + HAIR), Region.sector(np.pi / 4 - HAIR), "|Im z| < -1"),
-        (Region.vertical_strip(0, 1 + HAIR), Region.vertical_strip(0, 1), "Re z > -1"),
-        (Region.ellipse(1, 1 + HAIR, centre=-1), Region.ellipse(1, 1, centre=-1), "L + z M"),
-        (Region.parabola(1 + HAIR), Region.parabola(1 - HAIR), "L + z M"),
+        (EigenvalueRegion.half_plane(1 - HAIR), EigenvalueRegion.half_plane(1), "Re z < -1"),
+        (
+            EigenvalueRegion.horizontal_strip(1 + HAIR),
+            EigenvalueRegion.horizontal_strip(1),
+            "|Im z| < 1",
+        ),
+        (
+            EigenvalueRegion.disc(1 + HAIR, centre=-1),
+            EigenvalueRegion.disc(1, centre=-1),
+            "|z + 1| < 1",
+        ),
+        (EigenvalueRegion.disc(1.41421357), EigenvalueRegion.disc(1.41421356), "|z| < 1.41421"),
+        (
+            EigenvalueRegion.sector(np.pi / 4 + HAIR),
+            EigenvalueRegion.sector(np.pi / 4 - HAIR),
+            "|Im z| < -1",
+        ),
+        (
+            EigenvalueRegion.vertical_strip(0, 1 + HAIR),
+            EigenvalueRegion.vertical_strip(0, 1),
+            "Re z > -1",
+        ),
+        (
+            EigenvalueRegion.ellipse(1, 1 + HAIR, centre=-1),
+            EigenvalueRegion.ellipse(1, 1, centre=-1),
+            "L + z M",
+        ),
+        (EigenvalueRegion.parabola(1 + HAIR), EigenvalueRegion.parabola(1 - HAIR), "L + z M"),
     ],
     ids=str,
 )
 def test_eigenvalues_on_the_edge_are_not_inside(
-    inside: Region, outside: Region, words: str
+    inside: EigenvalueRegion, outside: EigenvalueRegion, words: str
 ) -> None:
     """-1 +- 1j lies on the edge of each region, to a billionth."""
     model = model_data([SPIRAL])
@@ -71,17 +91,17 @@ def test_eigenvalues_on_the_edge_are_not_inside(
         {"P": [[-1, 0], [0, -1]]},
         {"P": [[1, 5], [5, 1]]},
         {"P": [[9, 0], [0, 1]]},
-        {"parts": part(Region.half_plane(1.5))},
-        {"parts": part(Region.half_plane(0.5) & Region.disc(0.5))},
+        {"parts": part(EigenvalueRegion.half_plane(1.5))},
+        {"parts": part(EigenvalueRegion.half_plane(0.5) & EigenvalueRegion.disc(0.5))},
     ],
     ids=str,
 )
 def test_what_is_false_is_not_proved(change: Data) -> None:
     """Another P, or one part too many: never PROVED."""
     model = model_data([SPIRAL])
-    assert said_of(model, None, claim(Region.half_plane(0.9))).verdict is Verdict.PROVED
+    assert said_of(model, None, claim(EigenvalueRegion.half_plane(0.9))).verdict is Verdict.PROVED
 
-    assert said_of(model, None, claim(Region.half_plane(0.9), **change)).verdict is not (
+    assert said_of(model, None, claim(EigenvalueRegion.half_plane(0.9), **change)).verdict is not (
         Verdict.PROVED
     )
 
@@ -101,18 +121,18 @@ def test_what_is_false_is_not_proved(change: Data) -> None:
 def test_what_is_no_region_is_refused(parts: Any) -> None:
     """L must be symmetric, M of its shape, and both small."""
     with pytest.raises(CertificateError):
-        said_of(model_data([SPIRAL]), None, claim(Region.half_plane(0.5), parts=parts))
+        said_of(model_data([SPIRAL]), None, claim(EigenvalueRegion.half_plane(0.5), parts=parts))
 
 
 def test_a_design_is_proved_in_its_region() -> None:
     """A loop of two rules; the region that is asked for is proved, a narrower one is not."""
     A = [[[0, 1], [-4, -3]], [[0, 1], [-3, -3]]]
     model = TSModel(A, name="pair")
-    wide = Region.half_plane(0.5) & Region.sector(1.2)
+    wide = EigenvalueRegion.half_plane(0.5) & EigenvalueRegion.sector(1.2)
 
     proved = certify(model, claims=[Poles(wide)])
     assert proved.verdict is Verdict.PROVED
-    open_ = certify(model, claims=[Poles(Region.half_plane(1.6))])
+    open_ = certify(model, claims=[Poles(EigenvalueRegion.half_plane(1.6))])
     assert open_.verdict is Verdict.UNDECIDED
     assert open_.tried[0]
 
@@ -121,5 +141,5 @@ def test_a_sampled_loop_lies_inside_a_circle() -> None:
     """In discrete time the region is of the matrix itself: 0.5 lies in |z| < 0.51."""
     model = TSModel([np.diag([0.5, -0.2])], sample_time=1.0)
 
-    assert certify(model, claims=[Poles(Region.disc(0.51))]).verdict is Verdict.PROVED
-    assert certify(model, claims=[Poles(Region.disc(0.5))]).verdict is Verdict.UNDECIDED
+    assert certify(model, claims=[Poles(EigenvalueRegion.disc(0.51))]).verdict is Verdict.PROVED
+    assert certify(model, claims=[Poles(EigenvalueRegion.disc(0.5))]).verdict is Verdict.UNDECIDED

@@ -34,7 +34,7 @@ from tests.paper_models import regional_models
 
 Floats = NDArray[np.float64]
 TURBINE = nrel5mw()
-CASES: list[tuple[model.PaperLawName, Shape]] = [
+CASES: list[tuple[model.PublishedLawName, Shape]] = [
     ("paper", "smooth"),
     ("paper-two-integrators", "linear"),
 ]
@@ -43,7 +43,7 @@ BOXES, FEWEST, POINTS = 24, 18, 10
 
 
 @cache
-def law_of(name: model.PaperLawName, shape: Shape) -> model.PaperLaw:
+def law_of(name: model.PublishedLawName, shape: Shape) -> model.PublishedLaw:
     """Return a law whose gains differ from corner to corner by much, so that a mix-up shows."""
     partial = regional_schedule(
         TURBINE,
@@ -57,7 +57,7 @@ def law_of(name: model.PaperLawName, shape: Shape) -> model.PaperLaw:
         k_x=np.repeat([[-0.2, -0.3], [-0.4, -0.5], [-0.6, -0.2], [-0.1, -0.7]], 2, 0),
         k_I=np.repeat([-0.05, -0.09, -0.07, -0.12], 2),
     )
-    return model.paper_law(
+    return model.published_law(
         TURBINE,
         partial=partial,
         full=full,
@@ -67,7 +67,7 @@ def law_of(name: model.PaperLawName, shape: Shape) -> model.PaperLaw:
 
 
 @cache
-def read_of(name: model.PaperLawName, shape: Shape) -> tuple[Plant, PaperLaw]:
+def read_of(name: model.PublishedLawName, shape: Shape) -> tuple[Plant, PaperLaw]:
     """Return plant and law as the checker reads them."""
     from json import dumps
 
@@ -83,7 +83,7 @@ def read_of(name: model.PaperLawName, shape: Shape) -> tuple[Plant, PaperLaw]:
     return plant, PaperLaw.read(data["gains"])
 
 
-def field(law: model.PaperLaw, wind: float, z: Floats) -> Floats:
+def field(law: model.PublishedLaw, wind: float, z: Floats) -> Floats:
     """Return z' of plant and law in floats."""
     seen = Measurement(float(z[0]), float(z[1]), wind)
     command = law.command(z[2:], seen)
@@ -137,7 +137,7 @@ def outside(value: float, low: float, high: float) -> float:
     return max(low - value, value - high) - 1e-6 * (1 + abs(value))
 
 
-def violations(name: model.PaperLawName, shape: Shape, seed: int) -> tuple[list[Any], int]:
+def violations(name: model.PublishedLawName, shape: Shape, seed: int) -> tuple[list[Any], int]:
     """Return what leaves its brackets, and in how many boxes it was looked for."""
     rng = np.random.default_rng(seed)
     law, (plant, read) = law_of(name, shape), read_of(name, shape)
@@ -178,7 +178,7 @@ def violations(name: model.PaperLawName, shape: Shape, seed: int) -> tuple[list[
 
 @pytest.mark.parametrize(("name", "shape"), CASES)
 def test_law_and_its_differences_lie_in_the_brackets(
-    name: model.PaperLawName, shape: Shape
+    name: model.PublishedLawName, shape: Shape
 ) -> None:
     found, looked = violations(name, shape, seed=11)
 

@@ -26,7 +26,7 @@ from takagi.certificates.checker.turbine.paper_two_rest import TwoIntegrators
 from takagi.certificates.checker.turbine.rest_count import Piece, Span, count_zeros
 from takagi.certificates.claims.turbine.published import paper_law_data
 from takagi.certificates.document.certificate_file import turbine_data
-from takagi.models.laws.published.law import PaperLawName
+from takagi.models.laws.published.law import PublishedLawName
 from takagi.models.turbine.aerodynamics import rotor_torque
 from tests.certificates.conftest import Built
 from tests.certificates.test_paper_certificate import TURBINE, make_law
@@ -36,11 +36,11 @@ WINDS = Fraction(15), Fraction("15.02")
 
 
 @cache
-def emitted(name: PaperLawName) -> tuple[Data, Data]:
+def emitted(name: PublishedLawName) -> tuple[Data, Data]:
     return turbine_data(TURBINE, ()), paper_law_data(make_law(name))
 
 
-def forged(name: PaperLawName, change: Callable[[Data], None]) -> tuple[Data, Data]:
+def forged(name: PublishedLawName, change: Callable[[Data], None]) -> tuple[Data, Data]:
     """Return model and gains as the checker reads them, the gains changed."""
     model, gains = emitted(name)
     gains = copy.deepcopy(gains)

@@ -28,7 +28,7 @@ from takagi.certificates.requests import (
     Transient,
 )
 from takagi.cli.main import main
-from takagi.lmi import Region
+from takagi.lmi import EigenvalueRegion
 from takagi.models import TSModel, sector_model
 from takagi.models.errors import ModelError
 from takagi.models.plant_files.loader import load_plant
@@ -64,7 +64,7 @@ REQUESTS: list[Request] = [
     L2Gain(),
     H2Norm(),
     Peak(),
-    Poles(Region.half_plane(0.5)),
+    Poles(EigenvalueRegion.half_plane(0.5)),
     ObserverError([[3.0]]),
     ObservedFeedback([[3.0]]),
 ]

@@ -29,7 +29,7 @@ from takagi.certificates.sweep.trade_off import READY_MADE, claim_on
 from takagi.certificates.sweep.widest_set import widest_candidate
 from takagi.certificates.sweep.wind_ranges import WindRange, law_on, wind_ranges
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.laws.protocol import Measurement
 from takagi.models.turbine.loader import nrel5mw
@@ -166,7 +166,7 @@ def test_the_overlap_costs_energy_at_rated_wind(overlap: float, percent: float) 
     turbine = nrel5mw()
     schedule = effort_schedule(turbine, overlap=overlap)
     gains = EffortGains(np.ones(len(schedule.wind)), np.ones(len(schedule.wind) - 1))
-    law = CoherentLaw.of(turbine, schedule, gains)
+    law = EffortSharingLaw.of(turbine, schedule, gains)
 
     assert energy_cost(turbine, law) == pytest.approx(percent, abs=0.06)
 

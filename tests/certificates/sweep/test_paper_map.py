@@ -25,7 +25,7 @@ from takagi.certificates.sweep.published_map import AXES, build, default_winds, 
 from takagi.certificates.sweep.published_point import LADDER, certified_windows, overlap_point
 from takagi.models.errors import ModelError
 from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PaperLawName
+from takagi.models.laws.published.law import PublishedLawName
 from takagi.models.turbine.loader import nrel5mw
 from tests.certificates.test_paper_certificate import LAWS, make_law
 
@@ -40,7 +40,7 @@ def never(*_: Any) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
-def test_a_point_is_the_direct_certification(name: PaperLawName) -> None:
+def test_a_point_is_the_direct_certification(name: PublishedLawName) -> None:
     """Each window's decay rate and set are those of a certificate made and checked by hand."""
     found = overlap_point(make_law(name), winds=WINDS, **OVERLAPS)
     law = with_overlaps(make_law(name), **OVERLAPS)

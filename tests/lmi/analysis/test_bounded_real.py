@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from takagi.lmi.analysis.disturbance.bounded_real import bounded_real, norm_seen
-from takagi.lmi.analysis.disturbance.channel import channel_of
+from takagi.lmi.analysis.disturbance.channel import disturbance_channel
 from takagi.lmi.analysis.disturbance.energy_gain import energy_gain_of
 from tests.lmi.norms import hamiltonian_norm
 
@@ -46,7 +46,7 @@ def test_P_shows_no_more_than_was_given(fast: float, through: float, tolerance: 
         ]
     )
 
-    assert norm < energy_gain_of(channel_of(A, B, C, D), P) < gamma
+    assert norm < energy_gain_of(disturbance_channel(A, B, C, D), P) < gamma
     assert np.linalg.eigvalsh(whole)[-1] < 0
 
 

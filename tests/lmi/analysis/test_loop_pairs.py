@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.lmi import NormBounded, Region, d_stability, robust_lyapunov
+from takagi.lmi import EigenvalueRegion, NormBounded, d_stability, robust_lyapunov
 from takagi.lmi.analysis.loop_pairs import pair_means, pairs_of
 from takagi.models import TSModel
 
@@ -34,9 +34,9 @@ def test_a_mean_that_fails_is_not_said_to_exclude_the_loop() -> None:
     small = NormBounded(D=[[1e-3]], E=[[1.0]])
 
     for answer in (
-        d_stability(model, Region.half_plane(0.0), gains=gains),
+        d_stability(model, EigenvalueRegion.half_plane(0.0), gains=gains),
         robust_lyapunov(model, small, gains=gains),
     ):
         assert not answer.found
         assert "a mean that fails excludes nothing" in answer.diagnosis
-    assert "mean" not in d_stability(model, Region.half_plane(0.0)).diagnosis
+    assert "mean" not in d_stability(model, EigenvalueRegion.half_plane(0.0)).diagnosis

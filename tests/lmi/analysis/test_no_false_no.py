@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.lmi import (
-    Region,
+    EigenvalueRegion,
     common_lyapunov,
     common_lyapunov_condition,
     d_stability,
@@ -97,7 +97,7 @@ def test_no_other_analysis_excludes_it() -> None:
     A, P = mixed(3, 1, 100_000)
 
     assert falls_exactly(A, P)
-    assert d_stability(A, Region.half_plane(0.0)).status != "infeasible"
+    assert d_stability(A, EigenvalueRegion.half_plane(0.0)).status != "infeasible"
     assert polynomial_lyapunov(A[:2]).status != "infeasible"
 
 

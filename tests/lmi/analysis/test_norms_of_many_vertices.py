@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import Answer, h2_norm, h2_norm_condition, hinf_norm, hinf_norm_condition, peak_gain
-from takagi.lmi.analysis.disturbance.channel import channel_of
+from takagi.lmi.analysis.disturbance.channel import disturbance_channel
 from takagi.lmi.analysis.disturbance.energy_gain import energy_gain_of
 from takagi.lmi.analysis.disturbance.output_variance import variance_shown
 from takagi.lmi.analysis.disturbance.peak_to_peak import peak_shown
@@ -53,7 +53,7 @@ def test_rounds_reach_the_bound_of_all_vertices_at_once(sample_time: float | Non
 def test_the_bound_holds_at_every_vertex(sample_time: float | None) -> None:
     """P is held against all six hundred, by eigenvalues; with some vertices it shows less."""
     model = scattered(600, sample_time)
-    path = channel_of(model)
+    path = disturbance_channel(model)
     energy, P = shown(hinf_norm(model))
     noise, R = shown(h2_norm(model))
     answer = peak_gain(model)

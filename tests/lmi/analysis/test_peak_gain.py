@@ -13,7 +13,7 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 from scipy.optimize import minimize_scalar
 
 from takagi.lmi import Answer, expressed, latex, peak_gain, peak_gain_condition
-from takagi.lmi.analysis.disturbance.channel import channel_of
+from takagi.lmi.analysis.disturbance.channel import disturbance_channel
 from takagi.lmi.analysis.disturbance.peak_to_peak import peak_shown
 from takagi.models import ModelError, TSModel
 from tests.lmi.norms import sampled
@@ -181,7 +181,7 @@ def test_the_gain_is_what_p_and_the_rate_show() -> None:
     model = two_vertices()
     answer = peak_gain(model)
     assert answer.P is not None and answer.decay_rate is not None
-    path = channel_of(model)
+    path = disturbance_channel(model)
 
     assert peak_shown(path, answer.P, answer.decay_rate)[0] == pytest.approx(
         gain_of(answer), rel=1e-5

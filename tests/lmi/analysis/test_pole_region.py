@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from takagi.lmi import (
     Answer,
-    Region,
+    EigenvalueRegion,
     common_lyapunov,
     d_stability,
     d_stability_condition,
@@ -55,15 +55,20 @@ def positive_definite(F: Array) -> bool:
 @pytest.mark.parametrize(
     ("inside", "outside"),
     [
-        (Region.half_plane(1.99), Region.half_plane(2.01)),
-        (Region.disc(5.01), Region.disc(4.99)),
-        (Region.sector(1e-3), Region.sector(1e-3, apex=-2.01)),
-        (Region.vertical_strip(1.9, 5.1), Region.vertical_strip(1.9, 4.9)),
-        (Region.ellipse(1.51, 0.1, centre=-3.5), Region.ellipse(1.49, 0.1, centre=-3.5)),
+        (EigenvalueRegion.half_plane(1.99), EigenvalueRegion.half_plane(2.01)),
+        (EigenvalueRegion.disc(5.01), EigenvalueRegion.disc(4.99)),
+        (EigenvalueRegion.sector(1e-3), EigenvalueRegion.sector(1e-3, apex=-2.01)),
+        (EigenvalueRegion.vertical_strip(1.9, 5.1), EigenvalueRegion.vertical_strip(1.9, 4.9)),
+        (
+            EigenvalueRegion.ellipse(1.51, 0.1, centre=-3.5),
+            EigenvalueRegion.ellipse(1.49, 0.1, centre=-3.5),
+        ),
     ],
     ids=lambda region: str(region),
 )
-def test_the_companion_matrix_from_both_sides(inside: Region, outside: Region) -> None:
+def test_the_companion_matrix_from_both_sides(
+    inside: EigenvalueRegion, outside: EigenvalueRegion
+) -> None:
     """(s+2)(s+3)(s+5): decay below 2, disc above 5, any sector; the yes holds in rationals."""
     yes, no = d_stability(companion(), inside), d_stability(companion(), outside)
 
@@ -77,12 +82,12 @@ def test_a_disc_below_the_farthest_eigenvalue_is_not_accepted_at_a_tolerance() -
     The P of radius 5.001 put into the LMI of 4.983 does not hold in rationals, and w' F w > 0 for
     w = (1, -1) (x) (1, -5, 25), of the eigenvector, is a proof that no other P does.
     """
-    yes = d_stability(companion(), Region.disc(5.001))
-    tight = d_stability_condition(companion(), Region.disc(Fraction(4983, 1000)))
+    yes = d_stability(companion(), EigenvalueRegion.disc(5.001))
+    tight = d_stability_condition(companion(), EigenvalueRegion.disc(Fraction(4983, 1000)))
     (F,) = exact_matrices(tight, tight.lmis[2], {"P": yes.P[None]})  # type: ignore[index]
     w = np.kron([1, -1], [1, -5, 25])
 
-    assert d_stability(companion(), Region.disc(4.983)).status == "infeasible"
+    assert d_stability(companion(), EigenvalueRegion.disc(4.983)).status == "infeasible"
     assert not positive_definite(F)
     assert w @ F @ w < 0  # sign F, so the LMI itself is positive along w
 
@@ -94,12 +99,12 @@ def test_one_matrix_has_a_p_exactly_when_its_eigenvalues_are_inside(seed: int, w
     A = np.random.default_rng(seed).standard_normal((3, 3)) - np.eye(3)
     z = np.linalg.eigvals(A)
     region = (
-        Region.half_plane(0.3),
-        Region.disc(2),
-        Region.sector(0.8),
-        Region.disc(2, centre=-1) & Region.half_plane(0.2),
-        Region.horizontal_strip(0.5) & Region.half_plane(0),
-        Region.parabola(1) & Region.ellipse(2, 1, centre=-1),
+        EigenvalueRegion.half_plane(0.3),
+        EigenvalueRegion.disc(2),
+        EigenvalueRegion.sector(0.8),
+        EigenvalueRegion.disc(2, centre=-1) & EigenvalueRegion.half_plane(0.2),
+        EigenvalueRegion.horizontal_strip(0.5) & EigenvalueRegion.half_plane(0),
+        EigenvalueRegion.parabola(1) & EigenvalueRegion.ellipse(2, 1, centre=-1),
     )[which]
     assume(np.abs(region.excess(z)).min() > 2e-2)
 
@@ -110,7 +115,9 @@ def test_every_frozen_blend_has_its_eigenvalues_inside() -> None:
     """One P for all vertices puts all blends in the region, and V decays as its rate says."""
     rng = np.random.default_rng(3)
     A = np.array([[-2.0, 1.5], [-1.5, -2.0]]) + 0.4 * rng.standard_normal((4, 2, 2))
-    region = Region.half_plane(0.8) & Region.sector(1.0) & Region.disc(5)
+    region = (
+        EigenvalueRegion.half_plane(0.8) & EigenvalueRegion.sector(1.0) & EigenvalueRegion.disc(5)
+    )
     answer = d_stability(A, region)
     h = rng.dirichlet(np.ones(4), 500)
 
@@ -121,7 +128,7 @@ def test_every_frozen_blend_has_its_eigenvalues_inside() -> None:
 def test_vertices_inside_need_not_have_a_common_p() -> None:
     """Each of two stable matrices alone is fine; switching between them is unstable."""
     A = np.array([[[-0.1, 1.0], [-4.0, -0.1]], [[-0.1, 4.0], [-1.0, -0.1]]])
-    answer = d_stability(A, Region.half_plane(0.01))
+    answer = d_stability(A, EigenvalueRegion.half_plane(0.01))
 
     assert answer.status == "infeasible"
     assert "no common P, though each vertex" in answer.diagnosis
@@ -132,20 +139,22 @@ def test_a_disc_about_zero_is_discrete_decay() -> None:
     rng = np.random.default_rng(5)
     A = 0.45 * rng.standard_normal((3, 3, 3))
     radii = np.linspace(0.3, 1.5, 25)
-    by_disc = [d_stability(A, Region.disc(rho), sample_time=0.1).found for rho in radii]
+    by_disc = [d_stability(A, EigenvalueRegion.disc(rho), sample_time=0.1).found for rho in radii]
     by_rate = [
         common_lyapunov(A, sample_time=0.1, decay_rate=-np.log(rho) / 0.1).found for rho in radii
     ]
 
     assert by_disc == by_rate
     assert any(by_disc) and not all(by_disc)
-    first = d_stability(A, Region.disc(1.5), sample_time=0.1)
+    first = d_stability(A, EigenvalueRegion.disc(1.5), sample_time=0.1)
     assert first.decay_rate is not None and first.decay_rate >= -np.log(1.5) / 0.1
 
 
 def test_cvxpy_agrees_on_the_margin() -> None:
     """The same condition through cvxpy has the same largest margin."""
-    region = Region.half_plane(0.5) & Region.sector(0.9) & Region.disc(6)
+    region = (
+        EigenvalueRegion.half_plane(0.5) & EigenvalueRegion.sector(0.9) & EigenvalueRegion.disc(6)
+    )
     answer = d_stability([[[-2.0, 1.0], [-1.0, -2.0]], [[-1.5, 1.0], [-1.0, -3.0]]], region)
     assert answer.condition is not None
     problem = expressed(answer.condition).problem()
@@ -156,7 +165,7 @@ def test_cvxpy_agrees_on_the_margin() -> None:
 
 def test_multipliers_of_the_no_are_semidefinite_and_rule_p_out() -> None:
     """<F(P), Z> >= 0 for every P > 0, though F(P) < 0 was asked."""
-    answer = d_stability(companion(), Region.sector(0.1) & Region.disc(4))
+    answer = d_stability(companion(), EigenvalueRegion.sector(0.1) & EigenvalueRegion.disc(4))
     ((name, Z),) = answer.multipliers.items()
     assert answer.condition is not None and name == "disc"
     lmi = next(lmi for lmi in answer.condition.lmis if lmi.name == name)
@@ -178,6 +187,6 @@ def test_what_is_no_region_is_refused() -> None:
 
 def test_a_loop_at_rest_in_one_step_is_as_fast_as_can_be() -> None:
     """x+ = 0: the rate is inf, without a warning of a logarithm."""
-    answer = d_stability(np.zeros((1, 2, 2)), Region.disc(0.5), sample_time=1.0)
+    answer = d_stability(np.zeros((1, 2, 2)), EigenvalueRegion.disc(0.5), sample_time=1.0)
 
     assert answer.decay_rate == np.inf

@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 
 from takagi.lmi import Design, expressed, hinf_norm, hinf_pdc, hinf_pdc_condition, latex
 from takagi.lmi.condition.evaluate import margin
-from takagi.lmi.gains.disturbance.coordinates import PerformanceUnits
+from takagi.lmi.gains.disturbance.coordinates import DisturbanceCoordinates
 from takagi.models import ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS, System, ac15, mfp, tg1
 from tests.lmi.norms import frequency_norm, hamiltonian_norm
@@ -376,13 +376,13 @@ def test_gains_that_do_not_survive_rounding_are_no_candidate(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Handed out with two digits the gains break the LMIs at the least gamma, and it is said."""
-    exact = PerformanceUnits.gains
+    exact = DisturbanceCoordinates.gains
 
-    def rounded(self: PerformanceUnits, Q: Floats, M: Floats, rules: int) -> Floats:
+    def rounded(self: DisturbanceCoordinates, Q: Floats, M: Floats, rules: int) -> Floats:
         K = exact(self, Q, M, rules)
         return np.array([float(f"{entry:.1e}") for entry in K.flat]).reshape(K.shape)
 
-    monkeypatch.setattr(PerformanceUnits, "gains", rounded)
+    monkeypatch.setattr(DisturbanceCoordinates, "gains", rounded)
     system = SYSTEMS["AC17"]()
     design = hinf_pdc(plant(system), performance=(system.C1, system.D12))
 

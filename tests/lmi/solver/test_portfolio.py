@@ -18,7 +18,7 @@ from takagi.lmi import (
 )
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.cone.duality import least_objective_bound
-from takagi.lmi.cone.program import ConeProgram, Raw, Row, cone_program
+from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program
 from takagi.lmi.decision import decide as stages
 from takagi.lmi.solver import sdpa_solver, solve
 from takagi.lmi.solver.elimination_order import guide
@@ -41,11 +41,11 @@ def least_program(condition: Condition) -> ConeProgram:
     return cone_program(data, data.objective, (), margin=0.0)
 
 
-def margin_program(condition: Condition, *more: Row) -> ConeProgram:
+def margin_program(condition: Condition, *more: SolverRow) -> ConeProgram:
     """Return: the largest t <= 1."""
     data = assemble(condition)
     t = np.eye(len(data.objective) + 1)[-1]
-    return cone_program(data, -t, (Row(t, 1.0), *more))
+    return cone_program(data, -t, (SolverRow(t, 1.0), *more))
 
 
 def random_vertices(count: int, n: int, seed: int = 3) -> np.ndarray:
@@ -72,10 +72,10 @@ def slack_condition() -> Condition:
     return pdc_condition(model, relaxation="tanaka-wang")
 
 
-def effort(condition: Condition) -> Row:
+def effort(condition: Condition) -> SolverRow:
     """Return nu <= 100."""
     data = assemble(condition)
-    return Row(np.eye(len(data.objective) + 1)[data.offsets["nu"]], 100.0)
+    return SolverRow(np.eye(len(data.objective) + 1)[data.offsets["nu"]], 100.0)
 
 
 # ------------------------------------------------------------------ a solver that errs
@@ -217,7 +217,7 @@ def test_sdpa_begins_again_when_it_does_not_move(monkeypatch: pytest.MonkeyPatch
     n = 2
     A = np.array([[[0.0, 1.0], [-1.0, -0.1]]])
     condition = common_lyapunov_condition(A, decay_rate=0.01)
-    bound = Row(np.concatenate([1e-6 * np.ones(n * (n + 1) // 2), [0.0]]), 1e4)
+    bound = SolverRow(np.concatenate([1e-6 * np.ones(n * (n + 1) // 2), [0.0]]), 1e4)
     program = margin_program(condition, bound)
     best = again(program, "clarabel").y[-1]
     monkeypatch.setattr(sdpa_solver, "SMALLEST_BEGINNING", 0.0)

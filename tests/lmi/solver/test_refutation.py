@@ -12,7 +12,7 @@ from scipy.linalg import solve_continuous_are
 
 from takagi.lmi import (
     Answer,
-    Region,
+    EigenvalueRegion,
     common_lyapunov,
     common_lyapunov_condition,
     d_stability_condition,
@@ -212,12 +212,12 @@ def test_a_mode_that_no_input_moves_fast_enough() -> None:
 @pytest.mark.parametrize(
     ("region", "wider"),
     [
-        (Region.half_plane(2), Region.half_plane(Fraction("1.999"))),
-        (Region.disc(5), Region.disc(Fraction("5.001"))),
-        (Region.disc(Fraction("4.983")), Region.disc(Fraction("5.001"))),
+        (EigenvalueRegion.half_plane(2), EigenvalueRegion.half_plane(Fraction("1.999"))),
+        (EigenvalueRegion.disc(5), EigenvalueRegion.disc(Fraction("5.001"))),
+        (EigenvalueRegion.disc(Fraction("4.983")), EigenvalueRegion.disc(Fraction("5.001"))),
     ],
 )
-def test_regions_that_eigenvalues_touch(region: Region, wider: Region) -> None:
+def test_regions_that_eigenvalues_touch(region: EigenvalueRegion, wider: EigenvalueRegion) -> None:
     """(s + 2)(s + 3)(s + 5): decay below 2 only, a disc about 0 of radius above 5 only.
 
     At the solver's tolerance the disc of radius 4.983 is wrongly accepted.

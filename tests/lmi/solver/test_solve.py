@@ -16,7 +16,7 @@ from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.decision import decide as stages
 from takagi.lmi.solver.cvxpy_solvers import with_cvxpy
-from takagi.lmi.solver.solve import ConeProgram, Raw, Row, Session, attempts, cone_program
+from takagi.lmi.solver.solve import ConeProgram, Raw, Session, SolverRow, attempts, cone_program
 
 
 def stable() -> Condition:
@@ -28,7 +28,7 @@ def margin_program(condition: Condition) -> ConeProgram:
     """Return: the largest t <= 1."""
     data = assemble(condition)
     t = np.eye(len(data.objective) + 1)[-1]
-    return cone_program(data, -t, (Row(t, 1.0),))
+    return cone_program(data, -t, (SolverRow(t, 1.0),))
 
 
 def test_a_lying_solver_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:

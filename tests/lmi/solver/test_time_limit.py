@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from takagi.lmi import (
-    Region,
+    EigenvalueRegion,
     common_lyapunov,
     common_lyapunov_condition,
     d_stability,
@@ -50,7 +50,7 @@ LEAST = hinf_norm_condition(PLANT)
 ASKED: dict[str, Callable[..., Any]] = {
     "common_lyapunov": lambda **k: common_lyapunov(A, **k),
     "max_decay_rate": lambda **k: max_decay_rate(A, **k),
-    "d_stability": lambda **k: d_stability(A, Region.half_plane(0.01), **k),
+    "d_stability": lambda **k: d_stability(A, EigenvalueRegion.half_plane(0.01), **k),
     "hinf_norm": lambda **k: hinf_norm(PLANT, **k),
     "h2_norm": lambda **k: h2_norm(PLANT, **k),
     "peak_gain": lambda **k: peak_gain(PLANT, **k),

@@ -12,7 +12,7 @@ from takagi.lmi.decision.decide import decide
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.structured.slack_matrix import slack_gains
 from takagi.lmi.gains.structured.structure import structure_of
-from takagi.lmi.gains.structured.sums import Gains, Objective, loop_sum
+from takagi.lmi.gains.structured.sums import Objective, StructuredGains, loop_sum
 from takagi.lmi.sums.rule_pairs import pair_lmis
 from takagi.models import TSModel
 
@@ -51,13 +51,15 @@ def test_inner_step_is_above_the_bilinear_matrix(objective: Objective, step: flo
     F0 = draw((r, m, 2)) * structure.pattern
     P, gamma = Unknown("P", n, n, symmetric=True), Unknown("gamma", 1, 1)
     rows = structure.unknowns()
-    near = Gains(known=structure.gains(F0), structure=structure, unknowns=rows, spread=0.7)
+    near = StructuredGains(
+        known=structure.gains(F0), structure=structure, unknowns=rows, spread=0.7
+    )
     for size in (0.0, 0.1, 1.0):
         dP = draw((n, n)) * size
         F = F0 + size * draw(F0.shape) * structure.pattern
         values = {"P": (np.eye(n) + dP + dP.T)[None], "gamma": np.full((1, 1, 1), 1.3)}
         values |= {row.name: part for row, part in zip(rows, structure.parts_of(F), strict=True)}
-        known = Gains(known=structure.gains(F))
+        known = StructuredGains(known=structure.gains(F))
         inner = pair_lmis(loop_sum(plant, objective, P, gamma, near))
         true = pair_lmis(loop_sum(plant, objective, P, gamma, known))
         rates = {"alpha": 0.3, "contraction": 0.7}
@@ -82,7 +84,7 @@ def test_known_gains_give_the_matrices_of_the_bounded_real_lemma() -> None:
     K = rng.standard_normal((1, 1, 2))
     plant = DisturbedPlant(A=A, B=B, E=E, C=C, D12=D12, D11=D11, sample_time=None)
     P, gamma = Unknown("P", 2, 2, symmetric=True), Unknown("gamma", 1, 1)
-    (lmi,) = pair_lmis(loop_sum(plant, "hinf", P, gamma, Gains(known=K)))
+    (lmi,) = pair_lmis(loop_sum(plant, "hinf", P, gamma, StructuredGains(known=K)))
     X = np.array([[2.0, 0.3], [0.3, 1.0]])
     G, Z = (A - B @ K)[0], (C - D12 @ K)[0]
     expected = np.block(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from takagi.lmi import LMI, Condition, Unknown
 from takagi.lmi.decision.decide import optimise
-from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 from takagi.lmi.sums.relaxations import relaxation_named
 
 Floats = NDArray[np.float64]
@@ -34,8 +34,8 @@ def known_sum(theta: Floats, **known: object) -> tuple[DoubleSum, Unknown]:
     loop = DoubleSum(
         rules=len(theta),
         blocks=(size,),
-        parts=(Part(unknown=s, left=-np.eye(size)[None]),),
-        fixed=(Fixed(value=theta),),
+        parts=(SumPart(unknown=s, left=-np.eye(size)[None]),),
+        fixed=(KnownBlock(value=theta),),
         **known,  # type: ignore[arg-type]
     )
     return loop, s

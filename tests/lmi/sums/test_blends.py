@@ -8,8 +8,8 @@ import pytest
 from takagi.lmi import pdc, pdc_condition, rigorous_no
 from takagi.lmi.condition.evaluate import lmi_value
 from takagi.lmi.gains.decay.design import decided
-from takagi.lmi.gains.decay.request import task_of
-from takagi.lmi.sums.membership_points import at_blends, blends_of, number_of_blends
+from takagi.lmi.gains.decay.request import decay_request
+from takagi.lmi.sums.membership_points import at_points, number_of_points, points_of
 from takagi.models import Premise, TSModel
 
 
@@ -22,8 +22,8 @@ def three_rules(b: float) -> TSModel:
 
 
 def status_at_blends(model: TSModel, parts: int, *, active_rules: int | None = None) -> str:
-    task = task_of(model, decay_rate=0.0, active_rules=active_rules)
-    return decided(task, 0.0, at_blends(parts)).outcome.status
+    task = decay_request(model, decay_rate=0.0, active_rules=active_rules)
+    return decided(task, 0.0, at_points(parts)).outcome.status
 
 
 @pytest.mark.parametrize(("parts", "limit"), [(6, 6.7682), (12, 6.6758)])
@@ -40,7 +40,7 @@ def test_what_no_relaxation_exceeds_from_both_sides(parts: int, limit: float) ->
 
 def test_finer_blends_rule_out_more() -> None:
     """The blends of 1/3 are among those of 1/6; at b = 7 only the latter rule gains out."""
-    coarse, fine = blends_of(3, None, 3), blends_of(3, None, 6)
+    coarse, fine = points_of(3, None, 3), points_of(3, None, 6)
     among = (np.abs(coarse[:, None] - fine[None]).max(axis=2) < 1e-12).any(axis=1)
 
     assert among.all()
@@ -58,9 +58,9 @@ def test_of_two_premises_only_products_are_asked_for() -> None:
     """The mean of opposite corners is no product: (1/2, 0, 0, 1/2) is not among the blends."""
     rng = np.random.default_rng(0)
     A, B = rng.standard_normal((4, 2, 2)), rng.standard_normal((4, 2, 1))
-    plain = pdc_condition(TSModel(A, B), relaxation=at_blends(2))
+    plain = pdc_condition(TSModel(A, B), relaxation=at_points(2))
     product = pdc_condition(
-        TSModel(A, B, premises=[Premise("z1", 0, 1), Premise("z2", 0, 1)]), relaxation=at_blends(2)
+        TSModel(A, B, premises=[Premise("z1", 0, 1), Premise("z2", 0, 1)]), relaxation=at_points(2)
     )
     counts = [
         next(lmi.count for lmi in condition.lmis if lmi.name == "blend")
@@ -73,7 +73,7 @@ def test_of_two_premises_only_products_are_asked_for() -> None:
 @pytest.mark.parametrize(("rules", "parts"), [(2, 6), (3, 4), (5, 2)])
 def test_the_number_of_blends_is_known_before_they_are_listed(rules: int, parts: int) -> None:
     """Multisets: (r + parts - 1 choose parts)."""
-    assert number_of_blends(rules, None, parts) == len(blends_of(rules, None, parts))
+    assert number_of_points(rules, None, parts) == len(points_of(rules, None, parts))
 
 
 def test_a_no_of_every_relaxation_is_proved() -> None:
@@ -86,9 +86,9 @@ def test_a_no_of_every_relaxation_is_proved() -> None:
 
 def test_blends_are_memberships_and_products_where_premises_are_known() -> None:
     """All rows sum to 1; of two premises a blend is the product of the weights' shares."""
-    free = blends_of(3, None, 4)
+    free = points_of(3, None, 4)
     corners = np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
-    product = blends_of(4, corners, 2)
+    product = points_of(4, corners, 2)
 
     assert free.shape == (15, 3) and product.shape == (9, 4)
     for h in (free, product):
@@ -103,12 +103,12 @@ def test_the_condition_at_blends_is_the_blended_one() -> None:
     Nine is the square of the three parts, eight the power of two next to it.
     """
     model, rng = three_rules(1.0), np.random.default_rng(0)
-    condition = pdc_condition(model, relaxation=at_blends(3))
+    condition = pdc_condition(model, relaxation=at_points(3))
     root = rng.standard_normal((2, 2))
     values = {"Q": (root @ root.T)[None], "M": rng.standard_normal((3, 1, 2))}
     lmi = next(lmi for lmi in condition.lmis if lmi.name == "blend")
     found = lmi_value(lmi, {**values, "nu": np.ones((1, 1, 1))}, condition.parameters)
-    h = blends_of(3, None, 3)
+    h = points_of(3, None, 3)
     A, B, M = (np.tensordot(h, part, axes=1) for part in (model.A, model.B, values["M"]))
     closed = A @ values["Q"] - B @ M
 

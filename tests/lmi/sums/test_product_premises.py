@@ -13,7 +13,7 @@ from takagi.lmi.condition.evaluate import lmi_value
 from takagi.lmi.decision.decide import decide
 from takagi.lmi.gains.requirements.closed_loop import closed_loop
 from takagi.lmi.sums.corner_rules import ProductRules, product_rules
-from takagi.lmi.sums.double_sum import DoubleSum, Part
+from takagi.lmi.sums.double_sum import DoubleSum, SumPart
 from takagi.lmi.sums.relaxation_sizes import relaxation_size
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models import ModelError, Premise, TSModel
@@ -111,13 +111,13 @@ def test_a_law_over_fewer_premises_rides_on_the_other() -> None:
     a, b = rng.standard_normal((2, 2, 1, 1))
     one = np.ones((1, 1, 1))
     parts = (
-        Part(
+        SumPart(
             unknown=torque,
             left=a,
             right=one,
             member=np.broadcast_to(gains.corners[:, 0], (2, 4)),
         ),
-        Part(unknown=pitch, left=b, right=one, member="gain"),
+        SumPart(unknown=pitch, left=b, right=one, member="gain"),
     )
     loop = DoubleSum(rules=2, blocks=(1,), parts=parts, corners=vertices, gain_corners=gains)
     (lmi,) = relaxation_named("product")(loop)[1]
@@ -288,6 +288,6 @@ def test_double_sums_that_do_not_fit() -> None:
         relaxation_named("product")(loop)
     M = Unknown("M", 1, 1, count=2)
     one = np.ones((1, 1, 1))
-    part = Part(unknown=M, left=one, right=one, member="gain")
+    part = SumPart(unknown=M, left=one, right=one, member="gain")
     with pytest.raises(ModelError, match="M has 2 members for 3 rules"):
         DoubleSum(rules=3, blocks=(1,), parts=(part,))

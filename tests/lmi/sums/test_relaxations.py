@@ -17,7 +17,7 @@ from takagi.lmi import Unknown, exact_matrices
 from takagi.lmi.condition.evaluate import lmi_value
 from takagi.lmi.condition.exact import fractions
 from takagi.lmi.gains.decay.condition import pdc_condition
-from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
+from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 from takagi.lmi.sums.multisets import count_of, multisets, numbers_of
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models import ModelError
@@ -96,7 +96,7 @@ def test_polya_ends_at_the_largest_value() -> None:
 
     assert not any(shows[:first]) and all(shows[first:])
     for degree, holds in ((first - 1, False), (first, True), (first + 7, True)):
-        loop = DoubleSum(rules=2, blocks=(1,), parts=(), fixed=(Fixed(value=theta),))
+        loop = DoubleSum(rules=2, blocks=(1,), parts=(), fixed=(KnownBlock(value=theta),))
         (lmi,) = relaxation_named(f"polya-{degree}")(loop)[1]
         assert bool((lmi.constants[0].value < 0).all()) is holds
 
@@ -105,7 +105,7 @@ def test_polya_ends_at_the_largest_value() -> None:
 def test_polya_takes_the_mean_over_orderings(rules: int, degree: int) -> None:
     """Each item is the mean of Theta_ij over the orderings (i, j, ...) of its product, scaled."""
     theta = random_theta(7, rules, 2)
-    loop = DoubleSum(rules=rules, blocks=(2,), parts=(), fixed=(Fixed(value=theta),))
+    loop = DoubleSum(rules=rules, blocks=(2,), parts=(), fixed=(KnownBlock(value=theta),))
     (lmi,) = relaxation_named(f"polya-{degree}")(loop)[1]
     value = lmi.constants[0].value
     scale = value[0] @ np.linalg.inv(theta[0, 0])
@@ -183,7 +183,7 @@ def test_one_premise_is_one_simplex() -> None:
 
     for degree in (0, 2):
         loop = DoubleSum(
-            rules=3, blocks=(2,), parts=(), fixed=(Fixed(value=theta),), corners=corners
+            rules=3, blocks=(2,), parts=(), fixed=(KnownBlock(value=theta),), corners=corners
         )
         (first,) = relaxation_named(f"polya-{degree}")(loop)[1]
         (second,) = relaxation_named(f"product-{degree}")(loop)[1]
@@ -263,7 +263,7 @@ def test_gathering_changes_nothing() -> None:
     sides = ((left, right), (left[0], rng.standard_normal((3, 3, 2))), (left[:1, 0], right))
     value = rng.standard_normal((4, 2, 3))
     for first, second in sides:
-        part = Part(unknown=X, left=first, right=second, member=table, plus_transpose=True)
+        part = SumPart(unknown=X, left=first, right=second, member=table, plus_transpose=True)
         loop = DoubleSum(rules=3, blocks=(2,), parts=(part,))
         (lmi,) = relaxation_named("polya-1")(loop)[1]
         found = lmi_value(lmi, {"X": value}, {})

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.lmi import Design, NormBounded, Region, pdc, pdc_condition, relaxation_ladder
-from takagi.lmi.gains.requirements.requirements import Demands
+from takagi.lmi import Design, EigenvalueRegion, NormBounded, pdc, pdc_condition, relaxation_ladder
+from takagi.lmi.gains.requirements.requirements import Requirements
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]
@@ -42,15 +42,17 @@ def frozen_eigenvalues(model: TSModel, design: Design) -> NDArray[np.complex128]
 @pytest.mark.parametrize(
     "region",
     [
-        Region.half_plane(3.0),
-        Region.disc(2.0, centre=-5.0),
-        Region.vertical_strip(1.0, 5.0),
-        Region.half_plane(3.0) & Region.disc(9.0),
+        EigenvalueRegion.half_plane(3.0),
+        EigenvalueRegion.disc(2.0, centre=-5.0),
+        EigenvalueRegion.vertical_strip(1.0, 5.0),
+        EigenvalueRegion.half_plane(3.0) & EigenvalueRegion.disc(9.0),
     ],
     ids=str,
 )
 @pytest.mark.parametrize("relaxation", ["wang-tanaka-griffin", "tuan"])
-def test_eigenvalues_of_all_blends_lie_in_the_region(region: Region, relaxation: str) -> None:
+def test_eigenvalues_of_all_blends_lie_in_the_region(
+    region: EigenvalueRegion, relaxation: str
+) -> None:
     """Chilali and Gahinet (1996); without the region some lie outside."""
     model = pendulum()
     free = frozen_eigenvalues(model, pdc(model, decay_rate=0.1, relaxation=relaxation))
@@ -67,7 +69,7 @@ def test_a_half_plane_is_a_decay_rate() -> None:
     rates = pdc(pendulum(), decay_rate="max", gain_bound=300.0).decay_rate
 
     for share, exists in ((0.99, True), (1.01, False)):
-        region = Region.half_plane(share * rates)
+        region = EigenvalueRegion.half_plane(share * rates)
         assert pdc(pendulum(), gain_bound=300.0, region=region).found is exists
 
 
@@ -77,7 +79,7 @@ def test_a_disc_of_discrete_time_is_a_decay_rate() -> None:
     rate = pdc(model, decay_rate="max", gain_bound=300.0).decay_rate
 
     for share, exists in ((0.99, True), (1.01, False)):
-        region = Region.disc(float(np.exp(-share * rate * 0.05)))
+        region = EigenvalueRegion.disc(float(np.exp(-share * rate * 0.05)))
         assert pdc(model, gain_bound=300.0, region=region).found is exists
 
 
@@ -139,12 +141,12 @@ def test_fewer_active_rules_buy_something() -> None:
 @pytest.mark.parametrize("relaxation", ["common-gain", "kim-lee", "polya-1"])
 def test_sizes_with_demands_are_those_of_the_posed_condition(relaxation: str) -> None:
     """Regions and uncertainty add double sums and rows; the ladder knows before posing."""
-    region = Region.half_plane(0.5) & Region.sector(1.2)
+    region = EigenvalueRegion.half_plane(0.5) & EigenvalueRegion.sector(1.2)
     block = NormBounded([[0.0], [1.0]], [[1.0, 0.0]])
     rung = relaxation_ladder(
         pendulum(), relaxations=[relaxation], region=region, uncertainty=block
     ).rungs[0]
-    demands = Demands(region=region, uncertainty=(block,))
+    demands = Requirements(region=region, uncertainty=(block,))
     condition = pdc_condition(pendulum(), relaxation=relaxation, demands=demands)
     plain = ("Q positive definite", "scale of Q", "input effort")
     lmis = [lmi for lmi in condition.lmis if lmi.name not in plain]
@@ -180,5 +182,7 @@ def test_a_part_of_a_region_without_the_loop_is_as_good_for_uncertain_plants() -
     """L < 0 alone, M = 0: every plant keeps it, and the gains are as without it."""
     block = NormBounded(np.array([[0.0], [0.1]]), np.array([[1.0, 0.0]]))
 
-    assert pdc(pendulum(), region=Region.lmi([[-1.0]], [[0.0]]), uncertainty=block).found
-    assert not pdc(pendulum(), region=Region.lmi([[1.0]], [[0.0]]), uncertainty=block).found
+    assert pdc(pendulum(), region=EigenvalueRegion.lmi([[-1.0]], [[0.0]]), uncertainty=block).found
+    assert not pdc(
+        pendulum(), region=EigenvalueRegion.lmi([[1.0]], [[0.0]]), uncertainty=block
+    ).found

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi import Ladder, Rung, lqr_pdc, pdc, pdc_condition, relaxation_ladder
+from takagi.lmi import Ladder, RelaxationResult, lqr_pdc, pdc, pdc_condition, relaxation_ladder
 from takagi.lmi.sums.relaxation_order import contains, work_of
 from takagi.lmi.sums.relaxation_sizes import relaxation_size
 from takagi.models import ModelError, Premise, TSModel
@@ -53,7 +53,7 @@ def random_model(seed: int, *, premises: bool = False) -> TSModel:
     return TSModel(A, B, premises=named)
 
 
-def rung_named(rungs: tuple[Rung, ...], name: str) -> Rung:
+def rung_named(rungs: tuple[RelaxationResult, ...], name: str) -> RelaxationResult:
     return next(rung for rung in rungs if rung.relaxation == name)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.lmi import NormBounded, Region, Unknown, robust_lyapunov
+from takagi.lmi import EigenvalueRegion, NormBounded, Unknown, robust_lyapunov
 from takagi.lmi.condition.uncertainty import Uncertainty
 from takagi.lmi.gains.requirements.closed_loop import closed_loop
 from takagi.lmi.gains.requirements.region_sums import region_sums
@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 def robust_loop(model: TSModel, uncertainty: Uncertainty, alpha: float) -> More:
     """Return V' <= -2 alpha V for the uncertain loop, as Re z < -alpha with a carrier."""
-    region = Region.half_plane(alpha)
+    region = EigenvalueRegion.half_plane(alpha)
 
     def more(Q: Unknown, M: Unknown) -> Added:
         (loop,) = region_sums(model.A, model.B, Q, M, region)
@@ -108,7 +108,9 @@ def test_uncertainty_that_cannot_be_overcome_is_a_no() -> None:
 def test_a_sector_keeps_its_uncertain_poles() -> None:
     """A carrier of rank two: frozen blends with any Delta lie in the sector and the disc."""
     model, rng = pendulum(), np.random.default_rng(3)
-    region = Region.half_plane(0.8) & Region.sector(0.9) & Region.disc(15)
+    region = (
+        EigenvalueRegion.half_plane(0.8) & EigenvalueRegion.sector(0.9) & EigenvalueRegion.disc(15)
+    )
     block = NormBounded([[0.0], [1.0]], [[1.0, 0.2]], [[0.1]])
 
     def more(Q: Unknown, M: Unknown) -> Added:

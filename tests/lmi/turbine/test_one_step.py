@@ -15,21 +15,21 @@ from takagi.lmi.condition.evaluate import lmi_value
 from takagi.lmi.condition.term import Unknown
 from takagi.lmi.turbine.one_step.condition import Around, motion_lmi, shortfall
 from takagi.lmi.turbine.one_step.design import OneStepDesign, effort_loop_reach, one_step_gains
-from takagi.lmi.turbine.one_step.loop_of_gains import LoopFamily
+from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
 from takagi.lmi.turbine.one_step.motion import motion
 from takagi.lmi.turbine.one_step.objective import Objective
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, Uncertainty
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
 
 Floats = NDArray[np.float64]
 BOX = LoopBox(Fraction("0.04"), Fraction("0.008"), Fraction("0.03"), Fraction("0.03"))
-UNCERTAINTY = Uncertainty(Interval.of("0.9", "1.1"), frozen_wake=True)
+UNCERTAINTY = LoopUncertainty(Interval.of("0.9", "1.1"), frozen_wake=True)
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def whole_schedule() -> EffortSchedule:
 
 def family_between(
     turbine: Turbine, low: float, high: float, *, error: float = 0.1, rate: float = 0.3
-) -> LoopFamily:
+) -> LoopOfGains:
     """Return the loop of the wind cells between two winds, at the two-step gains."""
     whole = whole_schedule()
     kept = (whole.wind >= low) & (whole.wind <= high)
@@ -58,9 +58,9 @@ def family_between(
     schedule = EffortSchedule(**{c: getattr(whole, c)[kept] for c in columns}, overlap=0.01)
     nodes, middle = schedule.wind, (schedule.wind[1:] + schedule.wind[:-1]) / 2
     gains = EffortGains(np.interp(nodes, WINDS, GAMMA), np.interp(middle, WINDS, NU))
-    law = CoherentLaw.of(turbine, schedule, gains)
+    law = EffortSharingLaw.of(turbine, schedule, gains)
     cells = len(schedule.wind) - 1
-    return LoopFamily(
+    return LoopOfGains(
         turbine=turbine,
         law=law,
         box=BOX,
@@ -71,7 +71,7 @@ def family_between(
 
 
 @pytest.fixture(scope="module")
-def near_rated(turbine: Turbine) -> LoopFamily:
+def near_rated(turbine: Turbine) -> LoopOfGains:
     family = family_between(turbine, 11.4, 11.7)
     given = family.law.gains
     slow = EffortGains(given.proportional, 0.7 * given.integral_rate)
@@ -79,18 +79,18 @@ def near_rated(turbine: Turbine) -> LoopFamily:
 
 
 @pytest.fixture(scope="module")
-def given(near_rated: LoopFamily) -> OneStepDesign:
+def given(near_rated: LoopOfGains) -> OneStepDesign:
     """Return the analysis of the gains as they are."""
     return one_step_gains(near_rated, steps=0)
 
 
 @pytest.fixture(scope="module")
-def design(near_rated: LoopFamily) -> OneStepDesign:
+def design(near_rated: LoopOfGains) -> OneStepDesign:
     """Return what two joint steps make of gains whose integral is too slow."""
     return one_step_gains(near_rated, steps=2)
 
 
-def theta_of(law: CoherentLaw) -> Floats:
+def theta_of(law: EffortSharingLaw) -> Floats:
     return np.concatenate([law.gains.proportional, law.gains.integral_rate])
 
 
@@ -105,7 +105,7 @@ def test_joint_steps_reach_more_than_the_gains_they_start_from(design: OneStepDe
 
 
 def test_the_set_is_invariant_at_the_emitted_gains(
-    near_rated: LoopFamily, design: OneStepDesign
+    near_rated: LoopOfGains, design: OneStepDesign
 ) -> None:
     """V' < 0 on V = 1 for every corner and both signs of d, found by eigenvalues of the S-lemma.
 
@@ -146,7 +146,7 @@ def test_gains_are_emitted_in_short_decimals(design: OneStepDesign) -> None:
 
 
 @pytest.mark.slow
-def test_decay_is_an_objective_of_its_own(near_rated: LoopFamily) -> None:
+def test_decay_is_an_objective_of_its_own(near_rated: LoopOfGains) -> None:
     """Weight on decay buys decay, and the wind class stays at or above the start's."""
     aim = Objective(wind_class=0.0, decay=1.0)
     found = one_step_gains(near_rated, objective=aim, steps=2)
@@ -169,7 +169,7 @@ def test_pitch_activity_is_an_objective(turbine: Turbine) -> None:
 
 @pytest.mark.slow
 def test_no_step_at_all_is_the_analysis_of_the_given_gains(
-    near_rated: LoopFamily, given: OneStepDesign, design: OneStepDesign
+    near_rated: LoopOfGains, given: OneStepDesign, design: OneStepDesign
 ) -> None:
     """Zero steps and the start of a design agree, and a slower integral decays more slowly."""
     reached = given.before
@@ -183,7 +183,7 @@ def test_no_step_at_all_is_the_analysis_of_the_given_gains(
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_straight_lines_hold_the_loop_near_the_gains(near_rated: LoopFamily, seed: int) -> None:
+def test_straight_lines_hold_the_loop_near_the_gains(near_rated: LoopOfGains, seed: int) -> None:
     """Every entry's range by the secants holds the enclosed one, but for second-order terms."""
     rng = np.random.default_rng(seed)
     theta, reach = theta_of(near_rated.law), 0.02
@@ -204,7 +204,7 @@ def test_straight_lines_hold_the_loop_near_the_gains(near_rated: LoopFamily, see
 
 @pytest.mark.slow
 def test_the_convex_inequality_implies_the_bilinear_one(
-    near_rated: LoopFamily, given: OneStepDesign
+    near_rated: LoopOfGains, given: OneStepDesign
 ) -> None:
     """Where the LMI holds at random P, u, a, c, the inequality it stands for holds as well.
 
@@ -333,7 +333,7 @@ def test_objectives_out_of_range_are_misuse(change: dict[str, Any]) -> None:
         Objective(**change)
 
 
-def test_misuse_is_named(near_rated: LoopFamily) -> None:
+def test_misuse_is_named(near_rated: LoopOfGains) -> None:
     """No objective, a count below 0, a row of the wrong length, a class that nothing bears."""
     with pytest.raises(ModelError, match="at least one objective"):
         Objective(wind_class=0.0)

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from takagi.lmi.turbine.region_request import Requirement, region_task
+from takagi.lmi.turbine.region_request import Requirement, region_request
 from takagi.lmi.turbine.regional import (
     FULL_LOAD,
     PARTIAL_LOAD,
@@ -201,7 +201,7 @@ def test_least_demand_agrees_with_cvxpy() -> None:
     (_, ours) = part.bounds[
         "demanded pitch rate (times the drive's time constant) within its limit"
     ]
-    task = region_task(TURBINE, part.model, part.requirement, None)
+    task = region_request(TURBINE, part.model, part.requirement, None)
     s, u = task.scales, task.unit
     A, B = part.model.A * s / s[:, None], part.model.B[0] * u / s[:, None]
     Q, mu = cp.Variable((3, 3), symmetric=True), cp.Variable((1, 1))

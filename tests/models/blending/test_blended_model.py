@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.models import ModelError, Plant, TSModel
-from takagi.models.blending import RunningBlend, blended_model
+from takagi.models.blending import RunTimeBlending, blended_model
 from takagi.models.blending.blending import blending_of
 from takagi.models.laws import PdcLaw
 from tests.models.blending.plants import ROOM, plant_of
@@ -65,7 +65,7 @@ def test_the_model_equals_the_two_actuators(
     blending = blending_of(plant)
     assert blending is not None
     state = np.array([x, effort])
-    known = RunningBlend(blending).signals(state)
+    known = RunTimeBlending(blending).signals(state)
     signals = {**known, "cooling_error": low, "heating_error": high}
     moved = {"effort": effort} if rest == 0 else {"delta_effort": effort - rest}
     point = {"x": x, **moved, "effort_rate": 0.0, **signals}
@@ -92,7 +92,7 @@ def test_the_running_plant_is_the_one_by_hand(
     blending = blending_of(plant)
     assert blending is not None
     errors = {"cooling": low, "heating": high}
-    rate = RunningBlend(blending, errors).rate()
+    rate = RunTimeBlending(blending, errors).rate()
 
     found = rate(np.array([x, effort]), np.array([7.0]))
     assert found == pytest.approx([by_hand(x, effort, (low, high)), 7.0], abs=1e-12)
@@ -117,7 +117,7 @@ def test_a_wrong_effectiveness_in_the_law_stays_in_the_model(tmp_path: Path) -> 
     assert blending is not None
     for x, effort in ((0.7, 2.0), (-0.9, 1.0), (0.3, -2.0), (0.5, 0.0)):
         state = np.array([x, effort])
-        known = RunningBlend(blending).signals(state)
+        known = RunTimeBlending(blending).signals(state)
         now = model.blend(model.premise_values(x=x, effort=effort, effort_rate=0.0, **known))
         low, high = (max(s - 0.5, 0) + min(max(s + 0.5, 0), 1) ** 2 / 2 for s in (-effort, effort))
         wanted = 0.5 * x - low + (2 + x) / 2 * high
@@ -148,4 +148,4 @@ def test_an_error_of_no_actuator_is_refused(tmp_path: Path) -> None:
     assert blending is not None
 
     with pytest.raises(ModelError, match="error of fan: the blended actuators are cooling and"):
-        RunningBlend(blending, {"fan": 0.1})
+        RunTimeBlending(blending, {"fan": 0.1})

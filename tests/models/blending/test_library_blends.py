@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.models import Plant, TSModel, load_model
-from takagi.models.blending import RunningBlend, blended_model
+from takagi.models.blending import RunTimeBlending, blended_model
 from takagi.models.blending.blending import blending_of
 
 Floats = NDArray[np.float64]
@@ -78,7 +78,7 @@ def test_model_and_running_plant_equal_the_equations(name: str, shares: list[flo
     wrong = 0.2 * np.array(shares[4:]) - 0.1
     names = [a.name for a in blending.actuators]
     errors = dict(zip(names, wrong, strict=True))
-    running = RunningBlend(blending, errors)
+    running = RunTimeBlending(blending, errors)
     wanted = FIELDS[name](x, wrong)
     size = 1e-9 * np.abs(wanted).max() + 1e-12
 

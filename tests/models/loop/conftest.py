@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
-from takagi.models.loops.effort_sharing.cells import coherent_cells
+from takagi.models.loops.effort_sharing.cells import effort_sharing_cells
 from takagi.models.loops.effort_sharing.loop_cell import LoopCell
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
@@ -24,13 +24,13 @@ def turbine() -> Turbine:
 
 
 @pytest.fixture(scope="module")
-def law(turbine: Turbine) -> CoherentLaw:
+def law(turbine: Turbine) -> EffortSharingLaw:
     """Return the law with plain gains: as much as torque in reserve allows."""
     schedule = effort_schedule(turbine)
     gamma, nu = plain_gains(turbine, schedule)
-    return CoherentLaw.of(turbine, schedule, EffortGains(gamma, nu))
+    return EffortSharingLaw.of(turbine, schedule, EffortGains(gamma, nu))
 
 
 @pytest.fixture(scope="module")
-def cells(turbine: Turbine, law: CoherentLaw) -> list[LoopCell]:
-    return list(coherent_cells(turbine, law, BOX, WIDE, rates_of(law)))
+def cells(turbine: Turbine, law: EffortSharingLaw) -> list[LoopCell]:
+    return list(effort_sharing_cells(turbine, law, BOX, WIDE, rates_of(law)))

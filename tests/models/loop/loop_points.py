@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule
 from takagi.models.laws.protocol import Command, Measurement
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, Uncertainty
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
 from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
 from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
@@ -27,7 +27,7 @@ from takagi.models.turbine.data import Turbine
 Floats = NDArray[np.float64]
 
 BOX = LoopBox(Fraction("0.045"), Fraction("0.015"), Fraction("0.04"), Fraction("0.03"))
-WIDE = Uncertainty(Interval.of("0.9", "1.1"), frozen_wake=True)
+WIDE = LoopUncertainty(Interval.of("0.9", "1.1"), frozen_wake=True)
 # The true power coefficient differs from the table's by up to 2 %.
 WRONG = 0.02
 WIDER = replace(WIDE, power_coefficient=Interval.of("0.98", "1.02"))
@@ -64,20 +64,20 @@ def plain_gains(turbine: Turbine, schedule: EffortSchedule) -> tuple[Floats, Flo
     return gamma, nu
 
 
-def rates_of(law: CoherentLaw) -> list[float]:
+def rates_of(law: EffortSharingLaw) -> list[float]:
     """Return the wind rate of each cell."""
     nodes = law.schedule.wind
     middle = (nodes[1:] + nodes[:-1]) / 2
     return [round(float(rate), 3) for rate in np.interp(middle, *RATES_OVER)]
 
 
-def column(law: CoherentLaw, name: str, wind: float) -> float:
+def column(law: EffortSharingLaw, name: str, wind: float) -> float:
     table = law.gains.proportional if name == "gamma" else getattr(law.schedule, name)
     return float(np.interp(wind, law.schedule.wind, table))
 
 
 def points(
-    law: CoherentLaw, box: LoopBox, count: int, seed: int, *, wrong: float = 0.0
+    law: EffortSharingLaw, box: LoopBox, count: int, seed: int, *, wrong: float = 0.0
 ) -> Iterator[Point]:
     """Yield points of the box, half of them on faces and corners; pitch is not below its limit.
 
@@ -109,7 +109,7 @@ def points(
         yield Point(k, e, zeta, e - y, v, rate, wind, kappa, 0.5 + 0.5 * draw(), power)
 
 
-def wake_torque(turbine: Turbine, law: CoherentLaw, p: Point, pitch: float) -> float:
+def wake_torque(turbine: Turbine, law: EffortSharingLaw, p: Point, pitch: float) -> float:
     """Return what a wake between equilibrium and frozen adds: zero at the trim, steeper in pitch.
 
     -d/dbeta of it is the share ``wake`` of what the frozen wake's effectiveness has over the
@@ -123,7 +123,7 @@ def wake_torque(turbine: Turbine, law: CoherentLaw, p: Point, pitch: float) -> f
     return float(-p.wake * np.mean(np.maximum(frozen - own, 0.0)) * (pitch - trim))
 
 
-def physical(law: CoherentLaw, p: Point) -> tuple[float, float, float]:
+def physical(law: EffortSharingLaw, p: Point) -> tuple[float, float, float]:
     """Return (omega, beta, U) of a point."""
     v = p.schedule_wind
     omega = column(law, "rotor_speed", v) + p.e
@@ -132,19 +132,19 @@ def physical(law: CoherentLaw, p: Point) -> tuple[float, float, float]:
     return omega, law.pitch_min + owed / column(law, "effectiveness", v), effort
 
 
-def lag(law: CoherentLaw, omega: float, beta: float, x: float, v: float) -> float:
+def lag(law: EffortSharingLaw, omega: float, beta: float, x: float, v: float) -> float:
     """Return zeta = b (beta_ref - beta), with the law's own command in a wind that rests."""
     command = law.command([x, v], Measurement(omega, beta, v))
     return column(law, "effectiveness", v) * (command.pitch - beta)
 
 
-def commanded(law: CoherentLaw, p: Point, omega: float, beta: float) -> Command:
+def commanded(law: EffortSharingLaw, p: Point, omega: float, beta: float) -> Command:
     """Return the law's command while its schedule wind moves."""
     seen = p.schedule_wind + law.wind_filter * p.schedule_rate
     return law.command([p.x, p.schedule_wind], Measurement(omega, beta, seen))
 
 
-def derivative(turbine: Turbine, law: CoherentLaw, p: Point) -> tuple[float, float, float]:
+def derivative(turbine: Turbine, law: EffortSharingLaw, p: Point) -> tuple[float, float, float]:
     """Return (e', zeta', x') of the nonlinear loop, e' and zeta' by differences along the field."""
     omega, beta, _ = physical(law, p)
     v = p.schedule_wind
@@ -199,7 +199,7 @@ def outside(value: float, interval: Floats) -> float:
     return float(max(interval[0] - value, value - interval[1]))
 
 
-def mean_values(turbine: Turbine, law: CoherentLaw, p: Point) -> dict[str, float]:
+def mean_values(turbine: Turbine, law: EffortSharingLaw, p: Point) -> dict[str, float]:
     """Return each coefficient of the module's decomposition at one point, as a difference."""
     omega, beta, effort = physical(law, p)
     v = p.schedule_wind
@@ -244,7 +244,7 @@ def excess(cell: LoopCell, values: dict[str, float]) -> dict[str, float]:
 
 
 def campaign(
-    turbine: Turbine, law: CoherentLaw, cells: list[LoopCell], drawn: Iterator[Point]
+    turbine: Turbine, law: EffortSharingLaw, cells: list[LoopCell], drawn: Iterator[Point]
 ) -> list[tuple[Point, float]]:
     """Return points with their distance to the family."""
     return [(p, distance(cells[p.k], p, derivative(turbine, law, p))) for p in drawn]

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from takagi.models.laws.effort_sharing.feedforward import Feedforward, known_rate_feedforward
-from takagi.models.laws.effort_sharing.law import CoherentLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Measurement
-from takagi.models.loops.effort_sharing.cells import coherent_cells
+from takagi.models.loops.effort_sharing.cells import effort_sharing_cells
 from takagi.models.loops.effort_sharing.loop_cell import LoopCell
 from takagi.models.turbine.data import Turbine
 from tests.models.loop.loop_points import (
@@ -28,7 +28,7 @@ from tests.models.loop.loop_points import (
 )
 
 
-def left_over(turbine: Turbine, law: CoherentLaw, p: Point) -> tuple[float, float]:
+def left_over(turbine: Turbine, law: EffortSharingLaw, p: Point) -> tuple[float, float]:
     """Return what the feed-forward leaves of a moving schedule: in speed, and in effort owed.
 
     From the law's own commands, with and without the rate: omega*' v_s' less what torque takes of
@@ -52,7 +52,7 @@ def left_over(turbine: Turbine, law: CoherentLaw, p: Point) -> tuple[float, floa
     return slope * rate - p.kappa * taken, bent * rate - pitched / turbine.pitch_time_constant
 
 
-def leads(turbine: Turbine, law: CoherentLaw, lead: float, inertia: float) -> CoherentLaw:
+def leads(turbine: Turbine, law: EffortSharingLaw, lead: float, inertia: float) -> EffortSharingLaw:
     """Return the law with another pitch lead [s] and share of the torque's feed-forward."""
     ahead = known_rate_feedforward(turbine, law.schedule, inertia_share=inertia)
     return replace(law, feedforward=Feedforward(ahead.inertia, ahead.effort_limit, lead))
@@ -66,11 +66,11 @@ def leads(turbine: Turbine, law: CoherentLaw, lead: float, inertia: float) -> Co
     ],
 )
 def test_what_the_feedforward_leaves_is_bounded(
-    lead: float, inertia: float, turbine: Turbine, law: CoherentLaw
+    lead: float, inertia: float, turbine: Turbine, law: EffortSharingLaw
 ) -> None:
     """Both remainders from the law's commands, inside their bounds and close to them somewhere."""
     other = leads(turbine, law, lead, inertia)
-    cells = list(coherent_cells(turbine, other, BOX, WIDE, rates_of(law)))
+    cells = list(effort_sharing_cells(turbine, other, BOX, WIDE, rates_of(law)))
     speed, owed = [], []
     for p in points(other, BOX, 3000, seed=7):
         nodes = other.schedule.wind[p.k : p.k + 2]
@@ -94,11 +94,11 @@ def test_what_the_feedforward_leaves_is_bounded(
     ],
 )
 def test_another_feedforward_has_its_own_family(
-    lead: float, inertia: float, turbine: Turbine, law: CoherentLaw, cells: list[LoopCell]
+    lead: float, inertia: float, turbine: Turbine, law: EffortSharingLaw, cells: list[LoopCell]
 ) -> None:
     """The loop lies in the family of its own law, and not in that of the law it was before."""
     other = leads(turbine, law, lead, inertia)
-    own = list(coherent_cells(turbine, other, BOX, WIDE, rates_of(law)))
+    own = list(effort_sharing_cells(turbine, other, BOX, WIDE, rates_of(law)))
     found = [(p, derivative(turbine, other, p)) for p in points(other, BOX, 1000, seed=8)]
 
     assert max(distance(own[p.k], p, rates) for p, rates in found) < ROUNDING

@@ -12,9 +12,9 @@ import pytest
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.intervals.jet import Jet
-from takagi.models.laws.effort_sharing.law import CoherentLaw
-from takagi.models.loops.effort_sharing.cells import coherent_cells
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, Uncertainty
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.loops.effort_sharing.cells import effort_sharing_cells
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
 from takagi.models.turbine.data import Turbine
 from tests.models.loop.loop_points import (
@@ -36,7 +36,7 @@ from tests.models.loop.loop_points import (
 
 
 def test_the_loop_lies_in_its_family(
-    turbine: Turbine, law: CoherentLaw, cells: list[LoopCell]
+    turbine: Turbine, law: EffortSharingLaw, cells: list[LoopCell]
 ) -> None:
     """Two thousand points of all cells, any inertia, wake and wind of the class: all inside."""
     drawn = points(law, BOX, 2000, seed=1)
@@ -46,7 +46,7 @@ def test_the_loop_lies_in_its_family(
 
 @pytest.mark.slow
 def test_every_mean_value_lies_in_its_range(
-    turbine: Turbine, law: CoherentLaw, cells: list[LoopCell]
+    turbine: Turbine, law: EffortSharingLaw, cells: list[LoopCell]
 ) -> None:
     """The decomposition of the docstring, coefficient by coefficient."""
     for p in points(law, BOX, 800, seed=2):
@@ -56,9 +56,9 @@ def test_every_mean_value_lies_in_its_range(
 
 
 @pytest.mark.slow
-def test_the_rate_limit_is_a_sector(turbine: Turbine, law: CoherentLaw) -> None:
+def test_the_rate_limit_is_a_sector(turbine: Turbine, law: EffortSharingLaw) -> None:
     """With a lag box so large that the drive saturates the loop still lies in its family."""
-    cells = list(coherent_cells(turbine, law, FAST, WIDE, rates_of(law)))
+    cells = list(effort_sharing_cells(turbine, law, FAST, WIDE, rates_of(law)))
     found = campaign(turbine, law, cells, points(law, FAST, 500, seed=3))
 
     assert max(d for _, d in found) < ROUNDING
@@ -79,7 +79,9 @@ SHRUNK = (
 
 
 @pytest.fixture(scope="module")
-def sampled(turbine: Turbine, law: CoherentLaw) -> list[tuple[Point, tuple[float, float, float]]]:
+def sampled(
+    turbine: Turbine, law: EffortSharingLaw
+) -> list[tuple[Point, tuple[float, float, float]]]:
     """Return points with their derivatives, for tests that break the family."""
     return [(p, derivative(turbine, law, p)) for p in points(law, BOX, 3000, seed=4)]
 
@@ -112,13 +114,13 @@ def test_a_family_without_one_term_is_left(
     ids=["equilibrium wake", "nominal inertia"],
 )
 def test_a_family_with_less_uncertainty_is_left(
-    smaller: Uncertainty,
+    smaller: LoopUncertainty,
     turbine: Turbine,
-    law: CoherentLaw,
+    law: EffortSharingLaw,
     sampled: list[tuple[Point, tuple[float, float, float]]],
 ) -> None:
     """A frozen wake or another inertia is not inside the family that leaves it out."""
-    narrow = list(coherent_cells(turbine, law, BOX, smaller, rates_of(law)))
+    narrow = list(effort_sharing_cells(turbine, law, BOX, smaller, rates_of(law)))
 
     assert max(distance(narrow[p.k], p, rates) for p, rates in sampled) > 100 * ROUNDING
 
@@ -153,14 +155,14 @@ def test_corners_span_the_family(cells: list[LoopCell]) -> None:
     assert np.abs(signs) == pytest.approx(float(cell.lag_disturbance))
 
 
-def test_a_schedule_that_moves_too_fast_is_misuse(turbine: Turbine, law: CoherentLaw) -> None:
+def test_a_schedule_that_moves_too_fast_is_misuse(turbine: Turbine, law: EffortSharingLaw) -> None:
     """40 m/s^2 asks for more than the pitch rate limit by itself; so many rates as cells."""
     fast = [40.0 for _ in rates_of(law)]
 
     with pytest.raises(ModelError, match="wind cell .* pitch rate .* lower the wind rate"):
-        list(coherent_cells(turbine, law, BOX, WIDE, fast))
+        list(effort_sharing_cells(turbine, law, BOX, WIDE, fast))
     with pytest.raises(ModelError, match="wind rates for"):
-        list(coherent_cells(turbine, law, BOX, WIDE, fast[1:]))
+        list(effort_sharing_cells(turbine, law, BOX, WIDE, fast[1:]))
 
 
 def test_jets_are_taylor_coefficients() -> None:
@@ -190,9 +192,9 @@ def test_jets_are_taylor_coefficients() -> None:
     ],
 )
 def test_a_box_beyond_actuators_or_tables_is_misuse(
-    box: LoopBox, words: str, turbine: Turbine, law: CoherentLaw
+    box: LoopBox, words: str, turbine: Turbine, law: EffortSharingLaw
 ) -> None:
     """The message names the wind cell and what to reduce."""
     with pytest.raises(ModelError, match="wind cell") as raised:
-        list(coherent_cells(turbine, law, box, WIDE, rates_of(law)))
+        list(effort_sharing_cells(turbine, law, box, WIDE, rates_of(law)))
     assert words in str(raised.value)

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from takagi.models.laws.effort_sharing.law import CoherentLaw
-from takagi.models.loops.effort_sharing.cells import coherent_cells
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.loops.effort_sharing.cells import effort_sharing_cells
 from takagi.models.loops.effort_sharing.loop_cell import LoopCell
 from takagi.models.turbine.aerodynamics import rotor_torque
 from takagi.models.turbine.data import Turbine
@@ -29,14 +29,14 @@ from tests.models.loop.loop_points import (
 
 
 @pytest.fixture(scope="module")
-def wider(turbine: Turbine, law: CoherentLaw) -> list[LoopCell]:
+def wider(turbine: Turbine, law: EffortSharingLaw) -> list[LoopCell]:
     """Return the family with a wrong power coefficient in it."""
-    return list(coherent_cells(turbine, law, BOX, WIDER, rates_of(law)))
+    return list(effort_sharing_cells(turbine, law, BOX, WIDER, rates_of(law)))
 
 
 @pytest.mark.slow
 def test_the_loop_with_another_power_coefficient_lies_in_its_family(
-    turbine: Turbine, law: CoherentLaw, wider: list[LoopCell]
+    turbine: Turbine, law: EffortSharingLaw, wider: list[LoopCell]
 ) -> None:
     """A true c_P of 0.98 to 1.02 times the table's, with all that is uncertain beside it."""
     drawn = points(law, BOX, 800, seed=11, wrong=WRONG)
@@ -45,7 +45,7 @@ def test_the_loop_with_another_power_coefficient_lies_in_its_family(
 
 
 def test_every_mean_value_with_another_power_coefficient_lies_in_its_range(
-    turbine: Turbine, law: CoherentLaw, wider: list[LoopCell]
+    turbine: Turbine, law: EffortSharingLaw, wider: list[LoopCell]
 ) -> None:
     """Coefficient by coefficient; what the trim's torque is wrong by counts as residual."""
     for p in points(law, BOX, 300, seed=12, wrong=WRONG):
@@ -56,7 +56,7 @@ def test_every_mean_value_with_another_power_coefficient_lies_in_its_range(
 
 @pytest.mark.parametrize(("power", "inside"), [(0.98, True), (1.02, True), (0.975, False)])
 def test_a_rotor_outside_the_stated_power_coefficients_leaves_the_family(
-    power: float, inside: bool, turbine: Turbine, law: CoherentLaw, wider: list[LoopCell]
+    power: float, inside: bool, turbine: Turbine, law: EffortSharingLaw, wider: list[LoopCell]
 ) -> None:
     """At rest in the trim all there is to see is the torque that the table has wrong."""
     trims = [
@@ -72,7 +72,7 @@ def test_a_rotor_outside_the_stated_power_coefficients_leaves_the_family(
 def test_residual_between_nodes_is_inside_its_bound(
     power: float,
     turbine: Turbine,
-    law: CoherentLaw,
+    law: EffortSharingLaw,
     cells: list[LoopCell],
     wider: list[LoopCell],
 ) -> None:
