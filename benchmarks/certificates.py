@@ -27,7 +27,7 @@ from numpy.typing import NDArray  # noqa: E402
 from takagi.certificates import DesignSettings, certify, design_turbine  # noqa: E402
 from takagi.certificates.checker import check  # noqa: E402
 from takagi.certificates.document.certificate_file import dumps  # noqa: E402
-from takagi.certificates.requests import Loop  # noqa: E402
+from takagi.certificates.requests import ClaimedLoop  # noqa: E402
 from takagi.lmi import max_decay_rate, pdc  # noqa: E402
 from takagi.models import Premise, TSModel, nrel5mw  # noqa: E402
 
@@ -110,10 +110,10 @@ def measured(case: Case) -> tuple[str, ...]:
     solve = time.perf_counter() - start
     certificate = certify(case.model, gains, decay_rate=0.05)
     claim = certificate.document["claims"][0]
-    loop = Loop.of(case.model, gains)
+    loop = ClaimedLoop.of(case.model, gains)
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "certificate.json"
-        proof = median(lambda: Loop.of(case.model, gains).replay(claim))
+        proof = median(lambda: ClaimedLoop.of(case.model, gains).replay(claim))
         file = median(lambda: certificate.save(path))
         checked = median(lambda: check(path))
         size = path.stat().st_size

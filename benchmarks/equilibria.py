@@ -17,14 +17,18 @@ from takagi.certificates.design.given.runnable_law import law_from_gains
 from takagi.certificates.design.turbine.published_law import designed_law
 from takagi.certificates.design.turbine.regions import regional_design
 from takagi.certificates.design.turbine.settings import DesignSettings
-from takagi.certificates.equilibrium import ClosedLoopRests, RestCell, closed_loop_equilibria
+from takagi.certificates.equilibrium import (
+    ClosedLoopEquilibria,
+    EquilibriumCell,
+    closed_loop_equilibria,
+)
 from takagi.lmi.turbine.effort import effort_gains
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.laws.published.law import PublishedLaw, PublishedLawName
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
-from takagi.reports.figures.equilibria import rests_figure
+from takagi.reports.figures.equilibria import equilibria_figure
 from takagi.reports.figures.writing import figure_to_svg
 from takagi.reports.output import write_folder
 
@@ -43,7 +47,7 @@ def main() -> None:
     loops |= published(turbine)
     found = {name: spans(turbine, name, law) for name, law in loops.items()}
     words = "Number of rests of each law over constant wind"
-    drawn = figure_to_svg(rests_figure(found), name="equilibria", description=words)
+    drawn = figure_to_svg(equilibria_figure(found), name="equilibria", description=words)
     write_folder(asked.out, {"equilibria.svg": drawn + "\n"})
 
 
@@ -69,10 +73,10 @@ def published(turbine: Turbine) -> dict[str, PublishedLaw]:
 
 def spans(
     turbine: Turbine, name: str, law: EffortSharingLaw | PublishedLaw
-) -> tuple[RestCell, ...]:
+) -> tuple[EquilibriumCell, ...]:
     """Return the proved cells of a loop, neighbours with one answer joined."""
     began = time.perf_counter()
-    rests: ClosedLoopRests = closed_loop_equilibria(turbine, law)
+    rests: ClosedLoopEquilibria = closed_loop_equilibria(turbine, law)
     verdict = rests.check().verdict.name
     print(f"{name}: {verdict}, {time.perf_counter() - began:.0f} s", flush=True)
     for cell in rests.spans():

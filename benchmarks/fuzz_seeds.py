@@ -15,18 +15,21 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates import certify
-from takagi.certificates.claims.turbine.effort_sharing import coherent_candidate, coherent_claim
+from takagi.certificates.claims.turbine.effort_sharing import (
+    effort_sharing_candidate,
+    effort_sharing_claim,
+)
 from takagi.certificates.claims.turbine.published import (
-    paper_candidate,
-    paper_claim,
-    paper_law_data,
+    published_candidate,
+    published_claim,
+    published_law_data,
 )
 from takagi.certificates.design.design import NoDesign
 from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document.certificate_file import (
     certificate_document,
-    coherent_law_data,
+    effort_sharing_law_data,
     turbine_data,
 )
 from takagi.certificates.requests import (
@@ -136,7 +139,10 @@ def _coherent() -> Document:
     turbine = nrel5mw()
     schedule = effort_schedule(turbine)
     law = EffortSharingLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
-    gains, claim = coherent_law_data(law), coherent_claim(coherent_candidate(turbine, law))
+    gains, claim = (
+        effort_sharing_law_data(law),
+        effort_sharing_claim(effort_sharing_candidate(turbine, law)),
+    )
     first = next(k for k, v in enumerate(gains["wind"]) if v >= FIRST_WIND)
     for name, column in gains.items():
         if isinstance(column, list):
@@ -162,11 +168,11 @@ def _paper() -> Document:
     )
     coupling = coupling_filter(turbine, placement=0.5)
     law = published_law(turbine, partial=partial, full=full, coupling=coupling, name="paper")
-    claim = dict(paper_claim(paper_candidate(law, winds=((6.0, 6.06), (13.0, 13.06)))))
+    claim = dict(published_claim(published_candidate(law, winds=((6.0, 6.06), (13.0, 13.06)))))
     claim["cells"] = [claim["cells"][0], claim["cells"][-1]]
     model = turbine_data(turbine, ())
     return certificate_document(
-        model=model, gains=paper_law_data(law), claims=[claim], provenance={}
+        model=model, gains=published_law_data(law), claims=[claim], provenance={}
     )
 
 

@@ -41,13 +41,13 @@ from takagi.certificates.checker.kernel.certificate import check_document  # noq
 from takagi.certificates.claims.turbine.effort_sharing import (  # noqa: E402
     DEFAULT_BOX,
     DEFAULT_UNCERTAINTY,
-    CoherentCandidate,
-    coherent_claim,
+    EffortSharingCandidate,
+    effort_sharing_claim,
 )
-from takagi.certificates.design.turbine.effort_sharing_gains import coherent_synthesis  # noqa: E402
+from takagi.certificates.design.turbine.effort_sharing_gains import effort_sharing_gain_design  # noqa: E402
 from takagi.certificates.document.certificate_file import (  # noqa: E402
     certificate_document,
-    coherent_law_data,
+    effort_sharing_law_data,
     turbine_data,
 )
 from takagi.certificates.sweep.wind_ranges import law_on  # noqa: E402
@@ -106,7 +106,7 @@ def two_step_law(turbine: Turbine) -> EffortSharingLaw:
 def row_of(turbine: Turbine, law: EffortSharingLaw, name: str, steps: int) -> Row:
     """Return the row of a synthesis: two-step, or one-step with a named objective."""
     began = time.process_time()
-    found = coherent_synthesis(
+    found = effort_sharing_gain_design(
         turbine,
         law,
         box=DEFAULT_BOX,
@@ -133,17 +133,20 @@ def reference_row(turbine: Turbine, law: EffortSharingLaw) -> Row:
         "synthesis": "two-step",
     }
     try:
-        return certified(turbine, own, coherent_synthesis(turbine, own, **asked).candidate)
+        return certified(turbine, own, effort_sharing_gain_design(turbine, own, **asked).candidate)
     except ModelError as error:
-        row = certified(turbine, part, coherent_synthesis(turbine, part, **asked).candidate)
+        row = certified(turbine, part, effort_sharing_gain_design(turbine, part, **asked).candidate)
         return row | {"why": str(error)}
 
 
-def certified(turbine: Turbine, law: EffortSharingLaw, candidate: CoherentCandidate) -> Row:
+def certified(turbine: Turbine, law: EffortSharingLaw, candidate: EffortSharingCandidate) -> Row:
     """Return the checker's verdict on a certificate of the candidate, and what it states."""
-    claim = coherent_claim(candidate)
+    claim = effort_sharing_claim(candidate)
     document = certificate_document(
-        model=turbine_data(turbine, []), gains=coherent_law_data(law), claims=[claim], provenance={}
+        model=turbine_data(turbine, []),
+        gains=effort_sharing_law_data(law),
+        claims=[claim],
+        provenance={},
     )
     checked = check_document(document)
     moved = motion(turbine, law)

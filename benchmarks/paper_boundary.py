@@ -20,14 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates.campaign.loop import certified_loop
-from takagi.certificates.campaign.trial_laws import coherent_trial, paper_trial
-from takagi.certificates.campaign.trial_plant import Rotor, rotor_of
-from takagi.certificates.campaign.trials import DISTURBANCES, Outcome, tried
+from takagi.certificates.campaign.trial_laws import effort_sharing_trial, published_trial
+from takagi.certificates.campaign.trial_plant import TrialRotor, rotor_of
+from takagi.certificates.campaign.trials import DISTURBANCES, TrialOutcome, tried
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.claims.turbine.published import (
-    paper_candidate,
-    paper_claim,
-    paper_law_data,
+    published_candidate,
+    published_claim,
+    published_law_data,
     with_overlaps,
 )
 from takagi.certificates.design.turbine.published_law import designed_law
@@ -63,14 +63,17 @@ def proved(law: PublishedLaw, model: dict[str, Any]) -> NDArray[np.bool_]:
     for wind in WINDS:
         # The last window ends at cut-out.
         low = min(wind, law.turbine.cut_out - WINDOW)
-        candidate = paper_candidate(
+        candidate = published_candidate(
             law, winds=[(low, round(low + WINDOW, 9))], narrowest=WINDOW / 4
         )
         if candidate.unproved or not candidate.cells:
             found.append(False)
             continue
         document = certificate_document(
-            model=model, gains=paper_law_data(law), claims=[paper_claim(candidate)], provenance={}
+            model=model,
+            gains=published_law_data(law),
+            claims=[published_claim(candidate)],
+            provenance={},
         )
         found.append(check_document(document).verdict.name == "PROVED")
     return np.array(found)
@@ -85,15 +88,15 @@ def starts(law: PublishedLaw, wind: float) -> list[float]:
     return [speed, pitch, 0.0, *rest.integrals]
 
 
-def run_laws(laws: list[PublishedLaw], rotor: Rotor) -> Outcome:
+def run_laws(laws: list[PublishedLaw], rotor: TrialRotor) -> TrialOutcome:
     """Return the outcome of every overlap, wind and disturbance, in this order."""
     cases = [(law, wind, d) for law in laws for wind in WINDS for d in DISTURBANCES]
     wind = np.array([wind for _, wind, _ in cases])
     by_place = {(id(law), w): starts(law, w) for law in laws for w in WINDS}
     rest = np.array([by_place[id(law), w] for law, w, _ in cases]).T
     ramps = [law.coupling.speed_ramp for law, _, _ in cases]
-    trial = paper_trial(
-        paper_law_data(laws[0]),
+    trial = published_trial(
+        published_law_data(laws[0]),
         rotor,
         ramp_start=np.array([ramp.start for ramp in ramps]),
         ramp_width=np.array([ramp.width for ramp in ramps]),
@@ -104,14 +107,14 @@ def run_laws(laws: list[PublishedLaw], rotor: Rotor) -> Outcome:
     )  # fmt: skip
 
 
-def run_coherent(document: dict[str, Any], rotor: Rotor) -> Outcome:
+def run_coherent(document: dict[str, Any], rotor: TrialRotor) -> TrialOutcome:
     """Return the outcome of the coherent law at every wind and disturbance."""
     loop = certified_loop(document)
     cases = [(wind, d) for wind in WINDS for d in DISTURBANCES]
     wind = np.array([wind for wind, _ in cases])
     speed, effort, b = (np.interp(wind, loop.wind, loop.tables[i]) for i in (0, 1, 2))
     rest = np.stack([speed, loop.pitch_min + effort / b, 0 * wind, 0 * wind, wind])
-    trial = coherent_trial(loop, float(document["gains"]["wind_filter"]))
+    trial = effort_sharing_trial(loop, float(document["gains"]["wind_filter"]))
     return tried(
         rotor, trial, rest, wind, [d for _, d in cases],
         rated_speed=loop.rated_speed,
@@ -119,7 +122,7 @@ def run_coherent(document: dict[str, Any], rotor: Rotor) -> Outcome:
 
 
 def boundary(
-    name: str, turbine: Turbine, models: Any, model: dict[str, Any], drives: dict[str, Rotor]
+    name: str, turbine: Turbine, models: Any, model: dict[str, Any], drives: dict[str, TrialRotor]
 ) -> Boundary:
     """Return what is proved of a law, and what every run of it came to."""
     shape = (len(OVERLAPS), len(WINDS), len(DISTURBANCES))

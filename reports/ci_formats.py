@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 from urllib.parse import quote
 from xml.sax.saxutils import escape, quoteattr
 
-__all__ = ["Checked", "CheckedClaim", "junit", "markdown", "refusal", "sarif"]
+__all__ = ["CheckedFile", "CheckedClaim", "junit", "markdown", "refusal", "sarif"]
 
 _SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 
@@ -28,7 +28,7 @@ class CheckedClaim(Protocol):
     def text(self) -> str: ...
 
 
-class Checked(Protocol):
+class CheckedFile(Protocol):
     """What the checker says about a file."""
 
     @property
@@ -58,7 +58,7 @@ class _RefusedFile(NamedTuple):
     assumes: tuple[str, ...] = ()
 
 
-def refusal(reason: str, *, needed: str = "the file is a certificate") -> Checked:
+def refusal(reason: str, *, needed: str = "the file is a certificate") -> CheckedFile:
     """Return the result for a file that the checker refuses: one claim, not met.
 
     ``needed`` is what does not hold, the name of the claim.
@@ -67,7 +67,7 @@ def refusal(reason: str, *, needed: str = "the file is a certificate") -> Checke
     return _RefusedFile(_Refusal.REFUSED, (claim,), ())
 
 
-def junit(checked: Checked, *, source: str) -> str:
+def junit(checked: CheckedFile, *, source: str) -> str:
     """Return JUnit XML: one test case a claim; what is not PROVED is a failure.
 
     ``source`` is the certificate's path.
@@ -88,7 +88,7 @@ def junit(checked: Checked, *, source: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def sarif(checked: Checked, *, source: str) -> str:
+def sarif(checked: CheckedFile, *, source: str) -> str:
     """Return SARIF 2.1.0: one rule a claim; a result for what is not PROVED: UNDECIDED warns.
 
     Readers show every result as something to be looked at, also those of kind ``pass``: what is
@@ -117,7 +117,7 @@ def sarif(checked: Checked, *, source: str) -> str:
     return json.dumps({"$schema": _SARIF_SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2)
 
 
-def markdown(checked: Checked, *, source: str) -> str:
+def markdown(checked: CheckedFile, *, source: str) -> str:
     """Return a Markdown summary: the verdict, a table of the claims, the checker's messages."""
     lines = [
         f"## {_cell(source)}: {checked.verdict.name}",
@@ -135,12 +135,12 @@ def markdown(checked: Checked, *, source: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _assumed(checked: Checked) -> list[str]:
+def _assumed(checked: CheckedFile) -> list[str]:
     """Return the line on what the verdict rests on beside the proof, where there is any."""
     return [f"assumes: {'; '.join(checked.assumes)}"] if checked.assumes else []
 
 
-def _named(checked: Checked) -> list[tuple[str, CheckedClaim]]:
+def _named(checked: CheckedFile) -> list[tuple[str, CheckedClaim]]:
     """Return the claims under names of their own: readers join what is called the same."""
     found: dict[str, CheckedClaim] = {}
     for claim in checked.claims:

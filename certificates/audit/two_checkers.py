@@ -19,13 +19,13 @@ from takagi.certificates.checker.kernel.result import Checked
 from takagi.certificates.cross_check import Opinion, Refusal, judge, judge_document
 from takagi.certificates.cross_check.opinion import NOT_REPLAYED
 
-__all__ = ["Comparison", "Row", "cross_checked", "cross_checked_document"]
+__all__ = ["VerdictComparison", "VerdictRow", "cross_checked", "cross_checked_document"]
 
 REFUSED, NOT_PROVED = "REFUSED", ("UNDECIDED", "REFUSED")
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class VerdictRow:
     """One claim, or the whole file: what the first checker says and what the second does."""
 
     name: str
@@ -49,10 +49,10 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class VerdictComparison:
     """Both verdicts on every claim; one row for the whole file where it was refused."""
 
-    rows: Sequence[Row]
+    rows: Sequence[VerdictRow]
 
     @property
     def agrees(self) -> bool:
@@ -100,17 +100,19 @@ class Comparison:
         return "\n".join([*lines, summed])
 
 
-def cross_checked(path: Path | str) -> Comparison:
+def cross_checked(path: Path | str) -> VerdictComparison:
     """Return what both checkers say of a certificate file; refusals are rows, not exceptions."""
     return _compared(lambda: check(path), lambda: judge(Path(path)))
 
 
-def cross_checked_document(document: Mapping[str, Any]) -> Comparison:
+def cross_checked_document(document: Mapping[str, Any]) -> VerdictComparison:
     """Return the same for a certificate in memory."""
     return _compared(lambda: check_document(document), lambda: judge_document(document))
 
 
-def _compared(first: Callable[[], Checked], second: Callable[[], list[Opinion]]) -> Comparison:
+def _compared(
+    first: Callable[[], Checked], second: Callable[[], list[Opinion]]
+) -> VerdictComparison:
     refusals = []
     checked: Checked | None = None
     opinions: list[Opinion] = []
@@ -123,8 +125,10 @@ def _compared(first: Callable[[], Checked], second: Callable[[], list[Opinion]])
     except Refusal as error:
         refusals.append(str(error))
     if not refusals and checked is not None and len(checked.claims) == len(opinions):
-        return Comparison([
-            Row(claim.name, claim.verdict.name, found.verdict, found.inequalities, found.reason)
+        return VerdictComparison([
+            VerdictRow(
+                claim.name, claim.verdict.name, found.verdict, found.inequalities, found.reason
+            )
             for claim, found in zip(checked.claims, opinions, strict=True)
         ])  # fmt: skip
     one = REFUSED if checked is None else checked.verdict.name
@@ -134,7 +138,9 @@ def _compared(first: Callable[[], Checked], second: Callable[[], list[Opinion]])
         # What one has refused is never hidden behind what the other leaves open.
         told = ", ".join(f"{one.kind} {one.verdict}" for one in opinions)
         refusals.append(f"claim by claim the second checker says: {told}")
-    return Comparison([Row("the file", one, two, count, "; ".join(refusals), is_claim=False)])
+    return VerdictComparison(
+        [VerdictRow("the file", one, two, count, "; ".join(refusals), is_claim=False)]
+    )
 
 
 def _worst(opinions: Sequence[Opinion]) -> str:

@@ -12,7 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.campaign.bounds import BOUNDS, DECAYS, Rest, decay_shares, rest_of, shares
+from takagi.certificates.campaign.bounds import (
+    BOUNDS,
+    DECAYS,
+    RunEquilibrium,
+    decay_shares,
+    run_equilibrium,
+    shares,
+)
 from takagi.certificates.campaign.loop import CertifiedLoop
 from takagi.certificates.campaign.motion import (
     At,
@@ -27,7 +34,7 @@ from takagi.certificates.campaign.motion import (
 )
 from takagi.certificates.campaign.outside import Beyond
 from takagi.certificates.campaign.plants import drawn_starts, inertia_factors, wake_fits
-from takagi.certificates.campaign.winds import PLAYERS, Answer, Player, Seen
+from takagi.certificates.campaign.winds import PLAYERS, DisturbanceShares, Player, Seen
 
 __all__ = ["Records", "run_batch"]
 
@@ -90,10 +97,10 @@ class _Batch:
         self.kappa = inertia_factors(self.loop.inertia, count, draw)
         self.fits = wake_fits(loop).astype(np.float64)
         self.clock, self.last = np.zeros(count), np.zeros(count)
-        self.drive = self._drive(Answer(*np.zeros((4, count))))
+        self.drive = self._drive(DisturbanceShares(*np.zeros((4, count))))
         self.lost_at = np.full(count, np.inf)
 
-    def answered(self) -> Answer:
+    def answered(self) -> DisturbanceShares:
         """Ask every player about its own runs."""
         found = np.zeros((4, len(self.clock)))
         for play, own in zip(self.players, self.slices, strict=True):
@@ -106,7 +113,7 @@ class _Batch:
                     self.drive.of(own),
                 )
                 found[:, own] = play(seen)
-        return Answer(*found)
+        return DisturbanceShares(*found)
 
     def turn(self) -> None:
         """Take the players' answers; where a node lies ahead, the cell beyond it begins."""
@@ -121,7 +128,7 @@ class _Batch:
         outward |= (self.at.wind <= loop.wind[0]) & (answer.rate < 0)
         self.drive = self._drive(answer._replace(rate=np.where(outward, 0.0, answer.rate)))
 
-    def _drive(self, answer: Answer) -> Drive:
+    def _drive(self, answer: DisturbanceShares) -> Drive:
         k, (low, high) = self.cell, self.loop.power
         return Drive(
             k,
@@ -204,7 +211,7 @@ class _Book:
         self.broken_wind = np.full((len(BOUNDS), count), np.nan)
         self.start_wind = batch.at.wind
         self.calm = batch.slices[list(PLAYERS).index("calm")]
-        self.rest: Rest | None = None
+        self.rest: RunEquilibrium | None = None
         self.start_value: Floats | None = None
 
     def enter(self, demand: Demand) -> None:
@@ -218,7 +225,7 @@ class _Book:
             drive = batch.drive.of(own)
             if self.rest is None:
                 at = batch.at.of(own)
-                self.rest = rest_of(loop, at, drive, xi[:, own])
+                self.rest = run_equilibrium(loop, at, drive, xi[:, own])
             self.now[-len(DECAYS) :, own] = decay_shares(
                 loop, self.rest, drive, xi[:, own], batch.clock[own]
             )

@@ -20,7 +20,7 @@ from takagi.certificates.campaign.loop import CertifiedLoop
 from takagi.certificates.campaign.motion import At, Demand, Drive, ramp, rates
 from takagi.certificates.campaign.plants import DIRECTIONS, quadratic
 
-__all__ = ["BOUNDS", "DECAYS", "Rest", "decay_shares", "rest_of", "shares"]
+__all__ = ["BOUNDS", "DECAYS", "RunEquilibrium", "decay_shares", "run_equilibrium", "shares"]
 
 Floats = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ BISECTIONS = 60
 NEAREST, NEARLY_THERE = 1e-12, 1e-14
 
 
-class Rest(NamedTuple):
+class RunEquilibrium(NamedTuple):
     """The equilibrium (0, 0, x*) of runs at constant wind, and V and the R-form at the start."""
 
     integral: Floats
@@ -58,7 +58,7 @@ def shares(loop: CertifiedLoop, state: Floats, xi: Floats, demand: Demand) -> Fl
     )
 
 
-def rest_of(loop: CertifiedLoop, at: At, drive: Drive, xi: Floats) -> Rest:
+def run_equilibrium(loop: CertifiedLoop, at: At, drive: Drive, xi: Floats) -> RunEquilibrium:
     """Return where runs at constant wind come to rest, by bisection over x at e = zeta = 0."""
     low = np.full(len(at.wind), -2 * loop.peaks[3])
     high = -low
@@ -71,10 +71,12 @@ def rest_of(loop: CertifiedLoop, at: At, drive: Drive, xi: Floats) -> Rest:
         high = np.where(moved[0] < 0, high, middle)
     rest = (low + high) / 2
     off = xi - np.stack([0 * rest, 0 * rest, rest])
-    return Rest(rest, quadratic(loop.P, off), quadratic(loop.R, off))
+    return RunEquilibrium(rest, quadratic(loop.P, off), quadratic(loop.R, off))
 
 
-def decay_shares(loop: CertifiedLoop, rest: Rest, drive: Drive, xi: Floats, time: Floats) -> Floats:
+def decay_shares(
+    loop: CertifiedLoop, rest: RunEquilibrium, drive: Drive, xi: Floats, time: Floats
+) -> Floats:
     """Return (2, n): certified over observed mean rate, in P and in R; 0 where nothing is left."""
     off = xi - np.stack([0 * rest.integral, 0 * rest.integral, rest.integral])
     certified = (loop.decay_rate[drive.cell], np.full(len(time), loop.common_rate))

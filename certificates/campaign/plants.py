@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from takagi.certificates.campaign.loop import CertifiedLoop
 from takagi.certificates.campaign.motion import At, Cells, at_wind, ramp
 
-__all__ = ["DIRECTIONS", "Start", "drawn_starts", "inertia_factors", "quadratic", "wake_fits"]
+__all__ = ["DIRECTIONS", "TrialStart", "drawn_starts", "inertia_factors", "quadratic", "wake_fits"]
 
 Floats = NDArray[np.float64]
 # Rows h of h xi: e, zeta, e - x, x.
@@ -27,7 +27,7 @@ INSIDE = 1e-12
 PITCHES = 40
 
 
-class Start(NamedTuple):
+class TrialStart(NamedTuple):
     """n runs at time 0: (3, n) omega, beta, x; the cell and the schedule there."""
 
     state: Floats
@@ -49,7 +49,7 @@ def inertia_factors(inertia: tuple[float, float], count: int, draw: np.random.Ge
 
 def drawn_starts(
     loop: CertifiedLoop, count: int, draw: np.random.Generator, *, level: float = 1.0
-) -> Start:
+) -> TrialStart:
     """Return starts with V <= ``level`` at winds of all cells alike.
 
     Of a state whose pitch would start below its limit the mirror image is taken: it has
@@ -62,7 +62,7 @@ def drawn_starts(
     xi = _states(loop.P, count, draw) * np.sqrt(level * (1 - INSIDE))
     xi = np.where(_pitch(loop, at, xi) < loop.pitch_min, -xi, xi)
     pitch = np.minimum(_pitch(loop, at, xi), loop.pitch_max)
-    return Start(np.stack([at.speed + xi[0], pitch, xi[2]]), cell, at)
+    return TrialStart(np.stack([at.speed + xi[0], pitch, xi[2]]), cell, at)
 
 
 def wake_fits(loop: CertifiedLoop) -> NDArray[np.bool_]:

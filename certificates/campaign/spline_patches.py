@@ -24,7 +24,7 @@ DEGREE = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Axis:
+class PatchAxis:
     """The ends of the pieces along one axis, and which piece begins in which even bucket.
 
     Buckets are no wider than the narrowest piece, so that a point's piece is its bucket's or the
@@ -36,7 +36,7 @@ class Axis:
     per_unit: float
 
     @classmethod
-    def of(cls, breaks: Floats) -> Axis:
+    def of(cls, breaks: Floats) -> PatchAxis:
         """Return the axis of increasing ends."""
         count = int(np.ceil((breaks[-1] - breaks[0]) / np.diff(breaks).min())) + 1
         starts = breaks[0] + np.arange(count) * (breaks[-1] - breaks[0]) / (count - 1)
@@ -63,8 +63,8 @@ class Patches:
     coefficients : (16, patches): row 4 p + q holds a_{3-p, 3-q}, patches row by row.
     """
 
-    x: Axis
-    y: Axis
+    x: PatchAxis
+    y: PatchAxis
     coefficients: Floats
 
     def inside(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
@@ -98,7 +98,7 @@ def spline_patches(x_knots: ArrayLike, y_knots: ArrayLike, coefficients: ArrayLi
     along_x = _pieces(x, c)  # (4, pieces in x, ny)
     both = _pieces(y, np.moveaxis(along_x, 2, 0))  # (4, pieces in y, 4, pieces in x)
     ordered = np.transpose(both, (2, 0, 3, 1))
-    axes = Axis.of(x[DEGREE:-DEGREE]), Axis.of(y[DEGREE:-DEGREE])
+    axes = PatchAxis.of(x[DEGREE:-DEGREE]), PatchAxis.of(y[DEGREE:-DEGREE])
     return Patches(*axes, np.ascontiguousarray(ordered.reshape(16, -1)))
 
 

@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 
 from takagi.certificates.campaign.loop import CertifiedLoop
 from takagi.certificates.campaign.motion import Drive, at_wind, demanded
-from takagi.certificates.campaign.trial_plant import Asked, Rotor, TrialLaw
+from takagi.certificates.campaign.trial_plant import TrialCommand, TrialLaw, TrialRotor
 from takagi.models.errors import ModelError
 
-__all__ = ["coherent_trial", "paper_trial"]
+__all__ = ["effort_sharing_trial", "published_trial"]
 
 Floats = NDArray[np.float64]
 # Below these a secant is a difference of this width around the middle [rad/s, rad].
@@ -32,7 +32,7 @@ STEPS = (1e-4, 1e-4)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Region:
+class TrialRegion:
     """One region's schedule: trim over wind, premises' ranges, gains at their corners.
 
     ``gains`` : (2, 2, 3), corner in a, corner in b; k_speed, k_pitch, k_integral.
@@ -44,7 +44,7 @@ class Region:
     ranges: tuple[tuple[float, float], ...]
     gains: Floats
 
-    def blended(self, rotor: Rotor, speed: Floats, pitch: Floats, wind: Floats) -> Floats:
+    def blended(self, rotor: TrialRotor, speed: Floats, pitch: Floats, wind: Floats) -> Floats:
         """Return (3, n): the gains at n states."""
         v = np.clip(wind, self.wind[0], self.wind[-1])
         at_speed = np.interp(v, self.wind, self.speed)
@@ -62,8 +62,8 @@ class Region:
         return np.asarray(np.einsum("in,jn,ijk->kn", a, b, self.gains))
 
 
-def paper_trial(
-    data: dict[str, Any], rotor: Rotor, *, ramp_start: Floats, ramp_width: Floats
+def published_trial(
+    data: dict[str, Any], rotor: TrialRotor, *, ramp_start: Floats, ramp_width: Floats
 ) -> TrialLaw:
     """Return the published law of a certificate's ``gains``, each run with its own speed ramp.
 
@@ -81,7 +81,7 @@ def paper_trial(
     rated, half = float(data["rated_torque"]), float(coupling["torque_overlap"]) / 2
     tau = data.get("tracking_time")
 
-    def law(speed: Floats, pitch: Floats, own: Floats, wind: Floats) -> Asked:
+    def law(speed: Floats, pitch: Floats, own: Floats, wind: Floats) -> TrialCommand:
         e = speed - _reference(data, rotor, wind)
         k, c = (r.blended(rotor, speed, pitch, wind) for r in (partial, full))
         u = -k[0] * e - k[1] * pitch + k[2] * own[0]
@@ -93,17 +93,17 @@ def paper_trial(
         wanted = s * s * (3 - 2 * s) * angle
         held = np.clip(wanted, float(data["pitch_min"]), float(data["pitch_max"]))
         if tau is None:
-            return Asked(torque, held, -e[None])
+            return TrialCommand(torque, held, -e[None])
         rate = np.stack([-e + (torque - u) / (tau * k[2]), -e + (held - angle) / (tau * c[2])])
-        return Asked(torque, held, rate)
+        return TrialCommand(torque, held, rate)
 
     return law
 
 
-def coherent_trial(loop: CertifiedLoop, wind_filter: float) -> TrialLaw:
+def effort_sharing_trial(loop: CertifiedLoop, wind_filter: float) -> TrialLaw:
     """Return the coherent law of a certificate with its own low-pass; own states x and v_s."""
 
-    def law(speed: Floats, pitch: Floats, own: Floats, wind: Floats) -> Asked:
+    def law(speed: Floats, pitch: Floats, own: Floats, wind: Floats) -> TrialCommand:
         x, scheduled = own[0], np.clip(own[1], loop.wind[0], loop.wind[-1])
         cell = np.searchsorted(loop.wind[1:-1], scheduled, side="right")
         rate = (np.clip(wind, loop.wind[0], loop.wind[-1]) - scheduled) / wind_filter
@@ -113,19 +113,19 @@ def coherent_trial(loop: CertifiedLoop, wind_filter: float) -> TrialLaw:
         turn = -loop.integral_rate[cell] * (speed - at.speed)
         held = (np.abs(x) >= loop.integral_limit) & (turn * x > 0)
         torque = np.clip(demand.torque, 0.0, loop.rated_torque)
-        return Asked(torque, demand.pitch, np.stack([np.where(held, 0.0, turn), rate]))
+        return TrialCommand(torque, demand.pitch, np.stack([np.where(held, 0.0, turn), rate]))
 
     return law
 
 
-def _reference(data: dict[str, Any], rotor: Rotor, wind: Floats) -> Floats:
+def _reference(data: dict[str, Any], rotor: TrialRotor, wind: Floats) -> Floats:
     per_ratio = np.clip(wind, data["cut_in"], data["cut_out"]) / rotor.radius
     floor = np.minimum(data["minimum_rotor_speed"], data["largest_tip_speed_ratio"] * per_ratio)
     wanted = np.maximum(data["optimal_tip_speed_ratio"] * per_ratio, floor)
     return np.asarray(np.minimum(wanted, data["speed_setpoint"]))
 
 
-def _region(data: dict[str, Any]) -> Region:
+def _region(data: dict[str, Any]) -> TrialRegion:
     premises = list(data["premises"])
     kept = [name for name in premises if name in ("a", "b")]
     places = [premises.index(name) for name in kept]
@@ -141,7 +141,7 @@ def _region(data: dict[str, Any]) -> Region:
     wind, speed, pitch = (
         np.array(data[name], dtype=np.float64) for name in ("wind", "rotor_speed", "pitch")
     )
-    return Region(wind, speed, pitch, ranges, gains)
+    return TrialRegion(wind, speed, pitch, ranges, gains)
 
 
 def _secant(

@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 
 from takagi.certificates.campaign.spline_patches import Patches, spline_patches
 
-__all__ = ["Asked", "Rotor", "TrialLaw", "advance", "rotor_of"]
+__all__ = ["TrialCommand", "TrialRotor", "TrialLaw", "advance", "rotor_of"]
 
 Floats = NDArray[np.float64]
 
 
-class Asked(NamedTuple):
+class TrialCommand(NamedTuple):
     """What a law asks for: torque [N m], pitch [rad]; and how its own states move, (m, n)."""
 
     torque: Floats
@@ -33,11 +33,11 @@ class Asked(NamedTuple):
 
 
 # (speed, pitch, own states, wind) -> Asked
-TrialLaw = Callable[[Floats, Floats, Floats, Floats], Asked]
+TrialLaw = Callable[[Floats, Floats, Floats, Floats], TrialCommand]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rotor:
+class TrialRotor:
     """The plant's numbers; ``frequency`` 0 takes the first-order drive."""
 
     torque_scale: float
@@ -57,7 +57,7 @@ class Rotor:
         return np.asarray(self.torque_scale * wind**2 * self.surface(ratio, pitch))
 
 
-def rotor_of(model: dict[str, Any], *, frequency: float = 0.0, damping: float = 0.0) -> Rotor:
+def rotor_of(model: dict[str, Any], *, frequency: float = 0.0, damping: float = 0.0) -> TrialRotor:
     """Return the rotor of a certificate's model.
 
     Parameters
@@ -67,7 +67,7 @@ def rotor_of(model: dict[str, Any], *, frequency: float = 0.0, damping: float = 
     gear = float(model["gear_ratio"])
     J = float(model["rotor_inertia"]) + gear**2 * float(model["generator_inertia"])
     table = model["torque_surface"]
-    return Rotor(
+    return TrialRotor(
         torque_scale=float(model["torque_constant"]) / J,
         gear_scale=gear / J,
         radius=float(model["rotor_radius"]),
@@ -84,8 +84,8 @@ def rotor_of(model: dict[str, Any], *, frequency: float = 0.0, damping: float = 
 
 
 def advance(
-    rotor: Rotor, law: TrialLaw, state: Floats, winds: tuple[Floats, Floats, Floats], h: float
-) -> tuple[Floats, Asked]:
+    rotor: TrialRotor, law: TrialLaw, state: Floats, winds: tuple[Floats, Floats, Floats], h: float
+) -> tuple[Floats, TrialCommand]:
     """Return the state (omega, beta, beta', own states) h [s] later, and what was asked first.
 
     Parameters
@@ -106,7 +106,9 @@ def advance(
     return after, asked
 
 
-def _rates(rotor: Rotor, law: TrialLaw, state: Floats, wind: Floats) -> tuple[Floats, Asked]:
+def _rates(
+    rotor: TrialRotor, law: TrialLaw, state: Floats, wind: Floats
+) -> tuple[Floats, TrialCommand]:
     speed, pitch, turning = state[:3]
     asked = law(speed, pitch, state[3:], wind)
     limit = rotor.rate_limit

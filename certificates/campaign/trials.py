@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.campaign.trial_plant import Rotor, TrialLaw, advance
+from takagi.certificates.campaign.trial_plant import TrialLaw, TrialRotor, advance
 
-__all__ = ["CYCLES", "DISTURBANCES", "LOST", "STAYS", "Disturbance", "Outcome", "tried"]
+__all__ = ["CYCLES", "DISTURBANCES", "LOST", "STAYS", "Disturbance", "TrialOutcome", "tried"]
 
 Floats = NDArray[np.float64]
 Codes = NDArray[np.int64]
@@ -64,7 +64,7 @@ DISTURBANCES = (
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
+class TrialOutcome:
     """What n runs came to.
 
     Attributes
@@ -80,14 +80,14 @@ class Outcome:
 
 
 def tried(
-    rotor: Rotor,
+    rotor: TrialRotor,
     law: TrialLaw,
     rest: Floats,
     wind: Floats,
     disturbances: Sequence[Disturbance],
     *,
     rated_speed: float,
-) -> Outcome:
+) -> TrialOutcome:
     """Return what each run came to.
 
     Parameters
@@ -121,7 +121,7 @@ def tried(
     lost |= np.abs(last.mean - settled) > SPEED_OFF * rated_speed
     cycles = (last.moves > PITCH_MOVES) & (last.moves > HALF * before.moves)
     code = np.where(lost, LOST, np.where(cycles, CYCLES, STAYS))
-    return Outcome(code, last.moves, fastest, slowest)
+    return TrialOutcome(code, last.moves, fastest, slowest)
 
 
 class _Swing:

@@ -21,7 +21,7 @@ from takagi.certificates.campaign.loop import CertifiedLoop
 from takagi.certificates.campaign.motion import At, Demand, Drive, demanded, error_state, rates
 from takagi.certificates.campaign.plants import DIRECTIONS
 
-__all__ = ["PLAYERS", "Answer", "Player", "Seen"]
+__all__ = ["PLAYERS", "DisturbanceShares", "Player", "Seen"]
 
 Floats = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ class Seen(NamedTuple):
     drive: Drive
 
 
-class Answer(NamedTuple):
+class DisturbanceShares(NamedTuple):
     """Shares of wind error and wind rate in [-1, 1], of wake and of the range of c_P in [0, 1]."""
 
     error: Floats
@@ -50,21 +50,21 @@ class Answer(NamedTuple):
     power: Floats
 
 
-Player = Callable[[Seen], Answer]
+Player = Callable[[Seen], DisturbanceShares]
 Maker = Callable[[CertifiedLoop, int, np.random.Generator], Player]
 
 
 def calm(loop: CertifiedLoop, count: int, draw: np.random.Generator) -> Player:
     """Constant wind, v = v_s, and a plant that does not change: what decay is claimed for."""
     none, wake, power = np.zeros(count), _fixed(count, draw), _fixed(count, draw)
-    return lambda seen: Answer(none, none, wake, power)
+    return lambda seen: DisturbanceShares(none, none, wake, power)
 
 
 def steady(loop: CertifiedLoop, count: int, draw: np.random.Generator) -> Player:
     """The largest wind error throughout, of either sign; the schedule rests."""
     error, wake, power = draw.choice([-1.0, 1.0], count), _fixed(count, draw), _fixed(count, draw)
     none = np.zeros(count)
-    return lambda seen: Answer(error, none, wake, power)
+    return lambda seen: DisturbanceShares(error, none, wake, power)
 
 
 def switches(loop: CertifiedLoop, count: int, draw: np.random.Generator) -> Player:
@@ -72,7 +72,7 @@ def switches(loop: CertifiedLoop, count: int, draw: np.random.Generator) -> Play
     mean = np.exp(draw.uniform(np.log(SHORTEST), np.log(LONGEST), (4, count)))
     signs = draw.choice([-1.0, 1.0], (4, count))
 
-    def play(seen: Seen) -> Answer:
+    def play(seen: Seen) -> DisturbanceShares:
         flipped = draw.random((4, count)) < -np.expm1(-seen.last / mean)
         signs[flipped] *= -1
         return _of(signs)
@@ -85,7 +85,7 @@ def waves(loop: CertifiedLoop, count: int, draw: np.random.Generator) -> Player:
     frequency = np.exp(draw.uniform(np.log(SLOWEST), np.log(FASTEST), (4, count)))
     phase = draw.uniform(0, 2 * np.pi, (4, count))
 
-    def play(seen: Seen) -> Answer:
+    def play(seen: Seen) -> DisturbanceShares:
         return _of(np.sin(frequency * seen.time + phase))
 
     return play
@@ -96,7 +96,7 @@ def wandering(loop: CertifiedLoop, count: int, draw: np.random.Generator) -> Pla
     mean = np.exp(draw.uniform(np.log(SHORTEST), np.log(LONGEST), (4, count)))
     noise = draw.standard_normal((4, count))
 
-    def play(seen: Seen) -> Answer:
+    def play(seen: Seen) -> DisturbanceShares:
         kept = np.exp(-seen.last / mean)
         noise[:] = kept * noise + np.sqrt(1 - kept**2) * draw.standard_normal((4, count))
         return _of(np.clip(noise, -1, 1))
@@ -126,7 +126,7 @@ def in_fits(loop: CertifiedLoop, count: int, draw: np.random.Generator) -> Playe
     mean = np.exp(draw.uniform(np.log(1.0), np.log(LONGEST), count))
     mood = draw.choice([-1.0, 0.0, 1.0], count)
 
-    def play(seen: Seen) -> Answer:
+    def play(seen: Seen) -> DisturbanceShares:
         changed = draw.random(count) < -np.expm1(-seen.last / mean)
         mood[changed] = draw.choice([-1.0, 0.0, 1.0], int(changed.sum()))
         answer = push(seen)
@@ -149,9 +149,9 @@ PLAYERS: dict[str, tuple[Maker, float]] = {
 }
 
 
-def _of(signals: Floats) -> Answer:
+def _of(signals: Floats) -> DisturbanceShares:
     """Return the answer of four signals in [-1, 1]."""
-    return Answer(signals[0].copy(), signals[1].copy(), *(1 + signals[2:]) / 2)
+    return DisturbanceShares(signals[0].copy(), signals[1].copy(), *(1 + signals[2:]) / 2)
 
 
 def _fixed(count: int, draw: np.random.Generator) -> Floats:
@@ -162,7 +162,7 @@ def _fixed(count: int, draw: np.random.Generator) -> Floats:
 def _greedy(loop: CertifiedLoop, Q: Floats) -> Player:
     full, none = np.ones(len(Q)), np.zeros(len(Q))
 
-    def play(seen: Seen) -> Answer:
+    def play(seen: Seen) -> DisturbanceShares:
         still = seen.drive._replace(rate=none)
         demand = demanded(loop, seen.state, seen.at, still)
         gradient = np.einsum("nij,jn->in", Q, error_state(loop, seen.state, seen.at, demand))
@@ -176,7 +176,7 @@ def _greedy(loop: CertifiedLoop, Q: Floats) -> Player:
             _outward(loop, seen, seen.drive._replace(rate=sign * most, wake=wake), gradient)
             for sign in (1.0, -1.0)
         )
-        return Answer(error, np.where(up >= down, 1.0, -1.0), wake, power)
+        return DisturbanceShares(error, np.where(up >= down, 1.0, -1.0), wake, power)
 
     return play
 

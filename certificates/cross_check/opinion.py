@@ -27,14 +27,14 @@ from takagi.certificates.cross_check.kernel.reading import (
     whole,
 )
 from takagi.certificates.cross_check.loop import decay, disturbed, fuzzy, limits, observing
-from takagi.certificates.cross_check.loop.loop import Loop
+from takagi.certificates.cross_check.loop.loop import VertexLoop
 from takagi.certificates.cross_check.plant.model_loop import read_loop
 
 __all__ = ["NOT_REPLAYED", "Opinion", "claims_of", "judge", "judge_document", "obligations"]
 
 NOT_REPLAYED = "NOT REPLAYED"
 FORMAT, VERSION = "takagi-certificate", 1
-LOOPS: dict[str, Callable[[Any, Loop], Obligations]] = {
+LOOPS: dict[str, Callable[[Any, VertexLoop], Obligations]] = {
     "decay": decay.decay,
     "no-common-decay": decay.no_common_decay,
     "region": decay.region,
@@ -167,7 +167,7 @@ def _abstained(reason: str) -> Obligations:
 
 
 def obligations(
-    claim: Any, kind: str, loop: Loop | None, model: Any, gains: Any
+    claim: Any, kind: str, loop: VertexLoop | None, model: Any, gains: Any
 ) -> Obligations | None:
     """Return what one claim comes down to; None for a kind that has no reading here."""
     if kind in LOOPS and loop is not None:
@@ -183,13 +183,13 @@ def obligations(
 
         return lies_in_secants(model, gains)
     if kind == "effort-blend":
-        from takagi.certificates.cross_check.plant.blend import effort_blend
+        from takagi.certificates.cross_check.plant.blend import effort_blend_obligations
 
-        return effort_blend(model, gains)
+        return effort_blend_obligations(model, gains)
     if kind == "coherent-loop":
-        from takagi.certificates.cross_check.turbine.loop_claim import coherent_loop
+        from takagi.certificates.cross_check.turbine.loop_claim import effort_sharing_loop
 
-        return coherent_loop(claim, model, gains)
+        return effort_sharing_loop(claim, model, gains)
     if kind == "equilibrium":
         from takagi.certificates.cross_check.turbine.equilibrium import equilibrium
 
@@ -202,7 +202,7 @@ def _own_matrices(claim: Any, kind: str) -> Obligations:
     A = stack(claim, "A")
     if A[0].nrows() != A[0].ncols():
         raise Refusal("A: square matrices are needed")
-    loop = Loop(A)
+    loop = VertexLoop(A)
     if kind == "no-common-quadratic":
         factors = entry(claim, "multiplier_factors")
         if not isinstance(factors, list) or len(factors) != len(A):
@@ -215,7 +215,7 @@ def _own_matrices(claim: Any, kind: str) -> Obligations:
         fits = (B[0].nrows(), B[0].ncols()) == (K[0].ncols(), K[0].nrows())
         if not fits or B[0].nrows() != loop.n or not len(A) == len(B) == len(K):
             raise Refusal("one B and one K that fit are needed for each vertex")
-        loop = Loop(A, B=B, K=K)
+        loop = VertexLoop(A, B=B, K=K)
     yield from decay.decay(claim, loop)
 
 

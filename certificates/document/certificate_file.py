@@ -16,7 +16,7 @@ from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.splines.surface import Surface
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["as_read", "certificate_document", "coherent_law_data", "content_of", "dumps"]
+__all__ = ["as_read", "certificate_document", "effort_sharing_law_data", "content_of", "dumps"]
 __all__ += ["files_sha256", "turbine_data"]
 
 STRING_OR_SEAM = re.compile(r'"(?:[^"\\]|\\.)*"|\},\{')
@@ -115,7 +115,7 @@ def _surface(surface: Surface) -> dict[str, Any]:
     }
 
 
-def coherent_law_data(law: EffortSharingLaw) -> dict[str, Any]:
+def effort_sharing_law_data(law: EffortSharingLaw) -> dict[str, Any]:
     """Return the law as plain data, the same in gain file and certificate."""
     table, gains, ahead = law.schedule, law.gains, law.feedforward
     return {

@@ -12,13 +12,26 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.certificates.equilibrium.answers import ClosedLoopRests, RestCell
+    from takagi.certificates.equilibrium.answers import (
+        ClosedLoopEquilibria,
+        ClosedLoopRests,
+        EquilibriumCell,
+        RestCell,
+    )
     from takagi.certificates.equilibrium.search import closed_loop_equilibria
 
-__all__ = ["ClosedLoopRests", "RestCell", "closed_loop_equilibria"]
+__all__ = [
+    "ClosedLoopEquilibria",
+    "ClosedLoopRests",
+    "EquilibriumCell",
+    "RestCell",
+    "closed_loop_equilibria",
+]
 
 _HOME = {
+    "ClosedLoopEquilibria": "answers",
     "ClosedLoopRests": "answers",
+    "EquilibriumCell": "answers",
     "RestCell": "answers",
     "closed_loop_equilibria": "search",
 }

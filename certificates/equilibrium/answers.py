@@ -10,11 +10,11 @@ from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Checked
 from takagi.certificates.document.certificate_file import certificate_document
 
-__all__ = ["ClosedLoopRests", "RestCell"]
+__all__ = ["ClosedLoopEquilibria", "ClosedLoopRests", "EquilibriumCell", "RestCell"]
 
 
 @dataclass(frozen=True, slots=True)
-class RestCell:
+class EquilibriumCell:
     """What the loop does at every wind of a range.
 
     Attributes
@@ -31,7 +31,7 @@ class RestCell:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ClosedLoopRests:
+class ClosedLoopEquilibria:
     """The cells in order of wind, and what they speak of.
 
     Attributes
@@ -42,17 +42,17 @@ class ClosedLoopRests:
     """
 
     law: str
-    cells: tuple[RestCell, ...]
+    cells: tuple[EquilibriumCell, ...]
     model: Mapping[str, Any]
     gains: Mapping[str, Any]
 
-    def spans(self) -> tuple[RestCell, ...]:
+    def spans(self) -> tuple[EquilibriumCell, ...]:
         """Return neighbouring cells with one answer as one."""
-        found: list[RestCell] = []
+        found: list[EquilibriumCell] = []
         for cell in self.cells:
             if found and found[-1].rests == cell.rests and found[-1].wind[1] == cell.wind[0]:
                 joined = (found[-1].wind[0], cell.wind[1])
-                found[-1] = RestCell(joined, cell.rests, found[-1].reason)
+                found[-1] = EquilibriumCell(joined, cell.rests, found[-1].reason)
             else:
                 found.append(cell)
         return tuple(found)
@@ -78,3 +78,8 @@ class ClosedLoopRests:
     def check(self) -> Checked:
         """Return the checker's verdict, replayed from the written document."""
         return check_document(self.document())
+
+
+# Names that earlier versions had.
+ClosedLoopRests = ClosedLoopEquilibria
+RestCell = EquilibriumCell

@@ -10,9 +10,9 @@ from typing import Any
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.equilibrium import RestReader, rest_reader
-from takagi.certificates.claims.turbine.published import paper_law_data
-from takagi.certificates.document.certificate_file import coherent_law_data, turbine_data
-from takagi.certificates.equilibrium.answers import ClosedLoopRests, RestCell
+from takagi.certificates.claims.turbine.published import published_law_data
+from takagi.certificates.document.certificate_file import effort_sharing_law_data, turbine_data
+from takagi.certificates.equilibrium.answers import ClosedLoopEquilibria, EquilibriumCell
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import exact
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
@@ -33,7 +33,7 @@ def closed_loop_equilibria(
     winds: tuple[float, float] | None = None,
     narrowest: float = NARROWEST,
     tell: Tell | None = None,
-) -> ClosedLoopRests:
+) -> ClosedLoopEquilibria:
     """Return how often the closed loop rests at every constant wind, estimate exact.
 
     Each answer is proved, in outward rounded arithmetic about the emitted decimals, for all winds
@@ -61,21 +61,21 @@ def closed_loop_equilibria(
         )
     if not narrowest > 0:
         raise ModelError(f"narrowest cell {narrowest!r} m/s was given; it must be positive")
-    cells: list[RestCell] = []
+    cells: list[EquilibriumCell] = []
     for first, last in pairwise(_nodes(gains, low, high)):
         if tell is not None:
             tell(f"rests at {first:.4g} to {last:.4g} m/s")
         cells += _cells(answer, first, last, narrowest)
-    return ClosedLoopRests(name, tuple(cells), model, gains)
+    return ClosedLoopEquilibria(name, tuple(cells), model, gains)
 
 
 def _emitted(
     turbine: Turbine, law: EffortSharingLaw | PublishedLaw
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     if isinstance(law, EffortSharingLaw):
-        return turbine_data(turbine, []), coherent_law_data(law)
+        return turbine_data(turbine, []), effort_sharing_law_data(law)
     if isinstance(law, PublishedLaw):
-        return turbine_data(turbine, []), paper_law_data(law)
+        return turbine_data(turbine, []), published_law_data(law)
     raise ModelError(
         f"a law of type {type(law).__name__} was given; the rests of a CoherentLaw or a PaperLaw "
         "can be counted"
@@ -89,15 +89,17 @@ def _nodes(gains: dict[str, Any], low: float, high: float) -> Sequence[float]:
     return sorted({low, high, *inner})
 
 
-def _cells(answer: RestReader, low: float, high: float, narrowest: float) -> Iterator[RestCell]:
+def _cells(
+    answer: RestReader, low: float, high: float, narrowest: float
+) -> Iterator[EquilibriumCell]:
     try:
-        yield RestCell((low, high), answer((exact(low), exact(high))))
+        yield EquilibriumCell((low, high), answer((exact(low), exact(high))))
         return
     except Refused as error:
         reason = str(error)
     middle = round((low + high) / 2, DECIMALS)
     if high - low <= narrowest or not low < middle < high:
-        yield RestCell((low, high), "unknown", reason)
+        yield EquilibriumCell((low, high), "unknown", reason)
         return
     yield from _cells(answer, low, middle, narrowest)
     yield from _cells(answer, middle, high, narrowest)

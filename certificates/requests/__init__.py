@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from takagi.certificates.requests.input_limits import InputLimits
     from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
     from takagi.certificates.requests.l2_gain import L2Gain
-    from takagi.certificates.requests.loop.loop import Loop
+    from takagi.certificates.requests.loop.loop import ClaimedLoop, Loop
     from takagi.certificates.requests.observer import ObservedFeedback, ObserverError
     from takagi.certificates.requests.peak import Peak
     from takagi.certificates.requests.pole_region import Poles
@@ -48,6 +48,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Attempt",
     "BoxEnlargement",
+    "ClaimedLoop",
     "Decay",
     "FuzzyDecay",
     "GainRounding",
@@ -68,6 +69,7 @@ __all__ = [
 _HOME = {
     "Attempt": "request",
     "BoxEnlargement": "box_enlargement",
+    "ClaimedLoop": "loop.loop",
     "Decay": "decay",
     "FuzzyDecay": "fuzzy_decay",
     "GainRounding": "gain_rounding",

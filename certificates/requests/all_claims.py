@@ -13,7 +13,7 @@ from takagi.certificates.requests.h2_norm import H2Norm
 from takagi.certificates.requests.input_limits import InputLimits
 from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
 from takagi.certificates.requests.l2_gain import L2Gain
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.valid_level import box_rows
 from takagi.certificates.requests.observer import ObservedFeedback, ObserverError
 from takagi.certificates.requests.on_pieces import attempted
@@ -26,7 +26,7 @@ __all__ = ["attempts_at_all", "requests_for"]
 
 
 def attempts_at_all(
-    loop: Loop, *, decay_rate: float | None = None, observer: ArrayLike | None = None
+    loop: ClaimedLoop, *, decay_rate: float | None = None, observer: ArrayLike | None = None
 ) -> tuple[list[Attempt], list[str]]:
     """Return (attempts, notes): decay first, proved or not; of the others those that are proved.
 
@@ -57,7 +57,7 @@ def attempts_at_all(
     return found, notes
 
 
-def requests_for(loop: Loop, *, observer: ArrayLike | None = None) -> Iterator[Request]:
+def requests_for(loop: ClaimedLoop, *, observer: ArrayLike | None = None) -> Iterator[Request]:
     """Yield the requests, beside decay, that a loop has the matrices and the box for.
 
     A box gives the set in it and, with gains, amplitudes and rates of the inputs on it; rates only

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, short
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.errors import ModelError
 
@@ -37,7 +37,7 @@ class BoxEnlargement:
                 f"decay_rate = {self.decay_rate!r} was given; a number >= 0 [1/s] is needed"
             )
 
-    def attempt(self, loop: Loop) -> Attempt:
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``box-enlargement``; theta is backed off until it proves."""
         from takagi.lmi.analysis.box_enlargement import wide_box
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, short
 from takagi.certificates.requests.loop.float_filter import cannot_decrease
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.single_matrix import equation_function, modal_function
 from takagi.certificates.requests.no_common_decay import no_common_decay
 from takagi.certificates.requests.request import Attempt, first_proved
@@ -40,7 +40,7 @@ class Decay:
         if rate is not None and not (np.isfinite(rate) and rate >= 0):
             raise ModelError(f"decay_rate = {rate!r} was given; a number >= 0 [1/s] is needed")
 
-    def attempt(self, loop: Loop) -> Attempt:
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``decay``; where no P is found, ``no-common-decay`` if it is proved."""
         answer = common_function(loop, self.decay_rate)
         solver = str(answer.solver.get("status", ""))
@@ -78,7 +78,7 @@ class Decay:
         return replace(no, tried=attempt.tried + no.tried)
 
 
-def common_function(loop: Loop, decay_rate: float | None = None) -> Answer:
+def common_function(loop: ClaimedLoop, decay_rate: float | None = None) -> Answer:
     """Return the candidate P for a rate, or for the fastest that is found."""
     from takagi.lmi import common_lyapunov
     from takagi.lmi.analysis.decay_rate import fast_decay
@@ -88,7 +88,7 @@ def common_function(loop: Loop, decay_rate: float | None = None) -> Answer:
     return common_lyapunov(loop.A, decay_rate=decay_rate, sample_time=loop.sample_time)
 
 
-def faster_function(loop: Loop, rate: float) -> Floats | None:
+def faster_function(loop: ClaimedLoop, rate: float) -> Floats | None:
     """Return the candidate P of the fastest rate [1/s] that is found, where it is beyond ``rate``.
 
     Of gains far larger than what they act on, a margin at one rate is lost in rounding: no P is
@@ -98,7 +98,7 @@ def faster_function(loop: Loop, rate: float) -> Floats | None:
     return None if answer.P is None or not (answer.decay_rate or 0.0) > rate else answer.P
 
 
-def _of_one_blend(loop: Loop, rate: float) -> list[Floats]:
+def _of_one_blend(loop: ClaimedLoop, rate: float) -> list[Floats]:
     """Return functions that show the rate of a single matrix up to its slowest eigenvalue."""
     if len(loop.A) > 1:
         return []
@@ -108,7 +108,7 @@ def _of_one_blend(loop: Loop, rate: float) -> list[Floats]:
 
 
 def _claims(
-    loop: Loop, functions: list[Floats], rates: list[float]
+    loop: ClaimedLoop, functions: list[Floats], rates: list[float]
 ) -> Iterator[tuple[str, dict[str, Any]]]:
     for rate in rates:
         for P in functions:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from takagi.certificates.requests.fuzzy_pieces import cut
 from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, rounded_up, short
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.weight_points import grid
 from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.errors import ModelError
@@ -51,7 +51,7 @@ class FuzzyDecay:
                 f"decay_rate = {self.decay_rate!r} was given; a number >= 0 [1/s] is needed"
             )
 
-    def attempt(self, loop: Loop) -> Attempt:
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``fuzzy-decay``; the rate is backed off until it proves.
 
         Where the coefficients of P(h) do not show it, pieces of the weights may.
@@ -94,7 +94,7 @@ class FuzzyDecay:
             return attempt
         return first_proved(loop, list(self._claims(loop, answer, polya)), solver)
 
-    def _on_pieces(self, loop: Loop, tried: tuple[str, ...]) -> Attempt:
+    def _on_pieces(self, loop: ClaimedLoop, tried: tuple[str, ...]) -> Attempt:
         """Return the attempt with P(h) from single blends, on pieces of the weights.
 
         Not where P may not depend on any weight: that is ``Decay``, which has pieces of its own.
@@ -132,7 +132,7 @@ class FuzzyDecay:
         return Attempt(idle, loop.replay(idle), tried, solver)
 
     def _claims(
-        self, loop: Loop, answer: Answer, polya: int
+        self, loop: ClaimedLoop, answer: Answer, polya: int
     ) -> Iterator[tuple[str, dict[str, Any]]]:
         for share in BACK_OFF if self.decay_rate else BACK_OFF[:1]:
             rate = self.decay_rate if share == 1.0 else rounded_down(share * self.decay_rate)
@@ -142,7 +142,12 @@ class FuzzyDecay:
                     yield words, self._claim(loop, answer.family, rate, digits, raised)
 
     def _claim(
-        self, loop: Loop, family: PolynomialLyapunov | None, rate: float, digits: int, polya: int
+        self,
+        loop: ClaimedLoop,
+        family: PolynomialLyapunov | None,
+        rate: float,
+        digits: int,
+        polya: int,
     ) -> dict[str, Any]:
         from takagi.lmi.varying.parameter_space import membership_rates, space_of
 

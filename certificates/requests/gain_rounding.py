@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.certificates.requests.decay import common_function
 from takagi.certificates.requests.loop.decimals import rounded_down, short
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.errors import ModelError
 
@@ -40,7 +40,7 @@ class GainRounding:
     decay_rate: float | None = None
     absolute: ArrayLike | None = None
 
-    def attempt(self, loop: Loop) -> Attempt:
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``gain-rounding``; the step is backed off until it proves.
 
         Raises
@@ -66,7 +66,7 @@ class GainRounding:
         return first_proved(loop, best.claims(), solver)
 
 
-def _shape(absolute: ArrayLike | None, loop: Loop) -> Floats | None:
+def _shape(absolute: ArrayLike | None, loop: ClaimedLoop) -> Floats | None:
     if absolute is None:
         return None
     assert loop.gains is not None
@@ -84,7 +84,7 @@ def _shape(absolute: ArrayLike | None, loop: Loop) -> Floats | None:
 class _Search:
     """The exact inequality in floating point: its least eigenvalue over a step and a common tau."""
 
-    loop: Loop
+    loop: ClaimedLoop
     P: Floats
     rate: float
     shape: Floats | None
@@ -94,7 +94,7 @@ class _Search:
     weights: Floats
 
     @classmethod
-    def of(cls, loop: Loop, P: Floats, rate: float, shape: Floats | None) -> _Search:
+    def of(cls, loop: ClaimedLoop, P: Floats, rate: float, shape: Floats | None) -> _Search:
         assert loop.gains is not None
         step = loop.sample_time
         PG = P @ loop.A

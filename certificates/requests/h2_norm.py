@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from takagi.certificates.requests.loop.decimals import rounded_up, short
 from takagi.certificates.requests.loop.disturbance_channel import (
     Output,
-    disturbed_path,
-    path_evidence,
+    channel_evidence,
+    disturbance_channel,
 )
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.errors import ModelError
 
@@ -50,10 +50,10 @@ class H2Norm:
         if self.norm is not None and not (np.isfinite(self.norm) and self.norm > 0):
             raise ModelError(f"norm = {self.norm!r} was given; a positive number is needed")
 
-    def attempt(self, loop: Loop) -> Attempt:
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``h2-norm``."""
-        evidence = path_evidence(loop, self.disturbance, self.output)
-        path = disturbed_path(loop, evidence)
+        evidence = channel_evidence(loop, self.disturbance, self.output)
+        path = disturbance_channel(loop, evidence)
         known = list(self._of_one_vertex(loop, path))
         if known:
             words = "Lyapunov equation"
@@ -63,7 +63,7 @@ class H2Norm:
         return self._by_program(loop, evidence, path)
 
     def _of_one_vertex(
-        self, loop: Loop, path: tuple[Floats, Floats, Floats, Floats]
+        self, loop: ClaimedLoop, path: tuple[Floats, Floats, Floats, Floats]
     ) -> Iterator[tuple[Floats, float]]:
         """Yield P of one vertex by its Lyapunov equation, and the norm that it shows."""
         from takagi.lmi.analysis.disturbance.gramian import gramian_with_room
@@ -81,7 +81,10 @@ class H2Norm:
                 yield P, float(np.sqrt(shown))
 
     def _by_program(
-        self, loop: Loop, evidence: dict[str, Any], path: tuple[Floats, Floats, Floats, Floats]
+        self,
+        loop: ClaimedLoop,
+        evidence: dict[str, Any],
+        path: tuple[Floats, Floats, Floats, Floats],
     ) -> Attempt:
         from takagi.lmi import h2_norm
 

@@ -12,8 +12,8 @@ from takagi.certificates.checker.kinds.input_rate import membership_corners, mot
 from takagi.certificates.requests.invariant_ellipsoid import candidate_set, claimed_sets
 from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up
 from takagi.certificates.requests.loop.exact_floats import floats
-from takagi.certificates.requests.loop.loop import Loop
-from takagi.certificates.requests.loop.valid_level import gain_reaches
+from takagi.certificates.requests.loop.loop import ClaimedLoop
+from takagi.certificates.requests.loop.valid_level import input_bounds
 from takagi.certificates.requests.request import Attempt, first_proved, or_else
 from takagi.models.errors import ModelError
 
@@ -47,7 +47,7 @@ class InputLimits:
     rates: bool = False
     membership_rates: ArrayLike | None = None
 
-    def attempt(self, loop: Loop) -> Attempt:
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``input-limits``.
 
         Raises
@@ -72,11 +72,11 @@ class InputLimits:
         return first_proved(loop, or_else(given, (why, kind | idle | none)), solver)
 
     def _limited(
-        self, loop: Loop, evidence: dict[str, Any], limits: Floats | None
+        self, loop: ClaimedLoop, evidence: dict[str, Any], limits: Floats | None
     ) -> dict[str, Any]:
         """Return the evidence with limits; its level lowered where limits were asked for."""
         P, level = np.array(evidence["P"]), float(evidence["level"])
-        reach = gain_reaches(loop, P, level)
+        reach = input_bounds(loop, P, level)
         if limits is None:
             shown = [rounded_up(float(value) * (1 + SPARE), 4) for value in reach]
         else:
@@ -88,7 +88,7 @@ class InputLimits:
         return found | self._rates(loop, found, P, level) if self.rates else found
 
     def _rates(
-        self, loop: Loop, evidence: dict[str, Any], P: Floats, level: float
+        self, loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, level: float
     ) -> dict[str, Any]:
         assert loop.gains is not None
         rows = np.array([floats(row) for row in motion_rows(loop.family, "the model")])

@@ -13,7 +13,7 @@ from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
 from takagi.certificates.requests.decay import common_function
 from takagi.certificates.requests.loop.decimals import rounded_down, short
 from takagi.certificates.requests.loop.exact_floats import stack_of
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.quadratic_motion import (
     best_multiplier,
     box_corners,
@@ -55,7 +55,7 @@ class InvariantEllipsoid:
     decay_rate: float | None = None
     disturbance_bounds: ArrayLike | None = None
 
-    def attempt(self, loop: Loop) -> Attempt:
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``invariant-ellipsoid``.
 
         Raises
@@ -78,7 +78,7 @@ class InvariantEllipsoid:
 
 
 def candidate_set(
-    loop: Loop,
+    loop: ClaimedLoop,
     given: ArrayLike | None,
     decay_rate: float | None,
     bounds: ArrayLike | None,
@@ -104,7 +104,7 @@ def candidate_set(
 
 
 def claimed_sets(
-    loop: Loop, P: Floats, bounds: ArrayLike | None
+    loop: ClaimedLoop, P: Floats, bounds: ArrayLike | None
 ) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the evidence of sets of the shape P as large as the box lets them be."""
     discrete = loop.sample_time is not None
@@ -137,7 +137,7 @@ def claimed_sets(
             yield words, evidence | disturbed
 
 
-def _bounds(loop: Loop, bounds: ArrayLike) -> tuple[Floats, tuple[float, ...]]:
+def _bounds(loop: ClaimedLoop, bounds: ArrayLike) -> tuple[Floats, tuple[float, ...]]:
     """Return (q,) bounds on |w_k|, and the shares of them that may be claimed instead."""
     names, box = loop.family.disturbances, loop.family.other_box or {}
     q = loop.E.shape[2]
@@ -158,7 +158,7 @@ def _bounds(loop: Loop, bounds: ArrayLike) -> tuple[Floats, tuple[float, ...]]:
     return w, (1.0,)
 
 
-def _largest(loop: Loop, decay_rate: float, limits: Floats | None) -> Answer:
+def _largest(loop: ClaimedLoop, decay_rate: float, limits: Floats | None) -> Answer:
     """Return P of about the largest volume in the box, and within the limits."""
     from takagi.lmi import attraction_ellipsoid
 
@@ -182,7 +182,7 @@ def _largest(loop: Loop, decay_rate: float, limits: Floats | None) -> Answer:
     )
 
 
-def _filled_least(loop: Loop) -> Answer:
+def _filled_least(loop: ClaimedLoop) -> Answer:
     """Return P of a set that the disturbance holds the state in, small against the box."""
     from takagi.lmi import peak_gain
 

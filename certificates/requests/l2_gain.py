@@ -14,10 +14,10 @@ from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up,
 from takagi.certificates.requests.loop.disturbance_channel import (
     Output,
     Path,
-    disturbed_path,
-    path_evidence,
+    channel_evidence,
+    disturbance_channel,
 )
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.valid_level import largest_level
 from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.errors import ModelError
@@ -57,10 +57,10 @@ class L2Gain:
                 if not (np.isfinite(value) and value > 0):
                     raise ModelError(f"{name} = {value!r} was given; a positive number is needed")
 
-    def attempt(self, loop: Loop) -> Attempt:
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``l2-gain``."""
-        evidence = path_evidence(loop, self.disturbance, self.output)
-        path = disturbed_path(loop, evidence)
+        evidence = channel_evidence(loop, self.disturbance, self.output)
+        path = disturbance_channel(loop, evidence)
         known = list(self._of_one_vertex(loop, path))
         if known:
             claims = (
@@ -73,7 +73,7 @@ class L2Gain:
                 return found
         return self._by_program(loop, evidence, path)
 
-    def _of_one_vertex(self, loop: Loop, path: Path) -> Iterator[tuple[Floats, float]]:
+    def _of_one_vertex(self, loop: ClaimedLoop, path: Path) -> Iterator[tuple[Floats, float]]:
         """Yield P of one vertex by its Riccati equation, and the gain that it is to show."""
         from takagi.lmi.analysis.disturbance.bounded_real import bounded_real, norm_seen
 
@@ -86,7 +86,7 @@ class L2Gain:
             if P is not None:
                 yield P, rounded_up(norm_seen(A, B, C, D) * (1 + more))
 
-    def _by_program(self, loop: Loop, evidence: dict[str, Any], path: Path) -> Attempt:
+    def _by_program(self, loop: ClaimedLoop, evidence: dict[str, Any], path: Path) -> Attempt:
         from takagi.lmi import hinf_norm
 
         A, B, C, D = path
@@ -114,7 +114,7 @@ class L2Gain:
         return [self.gain] if self.gain else [rounded_up(least * (1 + s)) for s in BACK_OFF]
 
     def _claims(
-        self, loop: Loop, evidence: dict[str, Any], P: Floats, gains: list[float]
+        self, loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, gains: list[float]
     ) -> Iterator[tuple[str, dict[str, Any]]]:
         for gain in gains:
             for digits in DIGITS:
@@ -123,7 +123,9 @@ class L2Gain:
                 bound = self._energy(loop, evidence, P, gain)
                 yield words, claim if bound is None else claim | {"energy_bound": bound}
 
-    def _energy(self, loop: Loop, evidence: dict[str, Any], P: Floats, gain: float) -> float | None:
+    def _energy(
+        self, loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, gain: float
+    ) -> float | None:
         if self.energy_bound != "largest":
             return self.energy_bound
         if evidence["disturbance"] == "inputs" and bounded_inputs(loop.family):

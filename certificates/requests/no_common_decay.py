@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.requests.loop.decimals import short
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.single_matrix import equation_function
 from takagi.certificates.requests.loop.weight_points import Point, points_of, weights_at
 from takagi.certificates.requests.request import Attempt
@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 LARGEST = 1e38
 
 
-def no_common_decay(loop: Loop, rate: float, answer: Answer) -> Attempt:
+def no_common_decay(loop: ClaimedLoop, rate: float, answer: Answer) -> Attempt:
     """Return DISPROVED with evidence that no common P exists at this rate, else UNDECIDED."""
     solver = str(answer.solver.get("status", ""))
     tried = [answer.diagnosis or "no candidate P"]
@@ -52,7 +52,7 @@ def no_common_decay(loop: Loop, rate: float, answer: Answer) -> Attempt:
 
 
 def _evidence(
-    loop: Loop, rate: float, coordinates: Floats | None
+    loop: ClaimedLoop, rate: float, coordinates: Floats | None
 ) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the evidence of the blends that the loop takes by itself: its points, or its rules.
 
@@ -86,7 +86,7 @@ def _evidence(
             yield f"multipliers of {len(used)} blends, {digits} digits", {"multipliers": listed}
 
 
-def _named(loop: Loop, point: Point) -> int | list[list[int]]:
+def _named(loop: ClaimedLoop, point: Point) -> int | list[list[int]]:
     """Return a blend as the claim has it: the number of a rule alone, or shares."""
     h = weights_at(loop.family, point)
     return h.index(Fraction(1)) if 1 in h else [list(row) for row in point]

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from takagi.certificates.checker.kinds.observer import error_loops, joint_loops, secant_loops
 from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, short
 from takagi.certificates.requests.loop.exact_floats import as_read, stack_of
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.errors import ModelError
 
@@ -37,7 +37,7 @@ class ObserverError:
     decay_rate: float | None = None
     secants: ArrayLike | None = None
 
-    def attempt(self, loop: Loop) -> Attempt:
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``observer``.
 
         Raises
@@ -67,7 +67,7 @@ class ObservedFeedback:
     L: ArrayLike
     decay_rate: float | None = None
 
-    def attempt(self, loop: Loop) -> Attempt:
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``observed-feedback``.
 
         Raises
@@ -83,7 +83,7 @@ class ObservedFeedback:
         return _attempt(loop, A, named, self.decay_rate)
 
 
-def _evidence(loop: Loop, given: ArrayLike) -> dict[str, Any]:
+def _evidence(loop: ClaimedLoop, given: ArrayLike) -> dict[str, Any]:
     L = np.asarray(given, dtype=np.float64)
     L = L[None] if L.ndim == 2 else L
     r, n = loop.model.A.shape[:2]
@@ -95,7 +95,7 @@ def _evidence(loop: Loop, given: ArrayLike) -> dict[str, Any]:
     return {"L": (L[:1] if (L == L[0]).all() else L).tolist()}
 
 
-def _attempt(loop: Loop, A: Floats, named: dict[str, Any], rate: float | None) -> Attempt:
+def _attempt(loop: ClaimedLoop, A: Floats, named: dict[str, Any], rate: float | None) -> Attempt:
     from takagi.lmi import common_lyapunov
     from takagi.lmi.analysis.decay_rate import fast_decay
 

@@ -24,7 +24,7 @@ from takagi.certificates.requests.h2_norm import H2Norm
 from takagi.certificates.requests.input_limits import InputLimits
 from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
 from takagi.certificates.requests.l2_gain import L2Gain
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.weight_points import grid
 from takagi.certificates.requests.observer import ObservedFeedback, ObserverError
 from takagi.certificates.requests.peak import Peak
@@ -40,7 +40,7 @@ WHOLE = "rules and means of pairs as vertices; a mean that fails excludes nothin
 PARTS, MOST_POINTS, ROUNDS = (2, 4, 8), 260, 10
 
 
-def attempted(request: Request, loop: Loop) -> Attempt:
+def attempted(request: Request, loop: ClaimedLoop) -> Attempt:
     """Return the best attempt: on the whole, or else on pieces of the weights.
 
     Raises
@@ -84,7 +84,7 @@ def attempted(request: Request, loop: Loop) -> Attempt:
     return replace(found or request.attempt(loop), tried=tried)
 
 
-def _may_fall(loop: Loop) -> bool:
+def _may_fall(loop: ClaimedLoop) -> bool:
     """Return whether some V falls along all blends: without, no other claim is worth a solver."""
     if common_function(loop, 0.0).status != "infeasible":
         return True

@@ -17,12 +17,12 @@ from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up,
 from takagi.certificates.requests.loop.disturbance_channel import (
     Output,
     Path,
-    disturbed_path,
-    path_evidence,
+    channel_evidence,
+    disturbance_channel,
 )
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.quadratic_motion import best_multiplier
-from takagi.certificates.requests.loop.valid_level import gain_reaches, largest_level
+from takagi.certificates.requests.loop.valid_level import input_bounds, largest_level
 from takagi.certificates.requests.request import Attempt, first_proved, or_else
 from takagi.models.errors import ModelError
 
@@ -62,17 +62,19 @@ class Peak:
             if value is not None and not (np.isfinite(value) and value > 0):
                 raise ModelError(f"{name} = {value!r} was given; a positive number is needed")
 
-    def attempt(self, loop: Loop) -> Attempt:
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``peak``."""
-        evidence = path_evidence(loop, self.disturbance, self.output)
-        path = disturbed_path(loop, evidence)
+        evidence = channel_evidence(loop, self.disturbance, self.output)
+        path = disturbance_channel(loop, evidence)
         if len(path[0]) == 1:
             found = self._by_equation(loop, evidence, path)
             if found is not None and found.proved:
                 return found
         return self._by_program(loop, evidence, path)
 
-    def _by_equation(self, loop: Loop, evidence: dict[str, Any], path: Path) -> Attempt | None:
+    def _by_equation(
+        self, loop: ClaimedLoop, evidence: dict[str, Any], path: Path
+    ) -> Attempt | None:
         """Return what P of one vertex by its Lyapunov equation shows; None where there is none."""
         from takagi.lmi.analysis.disturbance.reachable_set import OneVertex
 
@@ -90,7 +92,7 @@ class Peak:
         first = next(claims, None)
         return first and first_proved(loop, chain([first], claims), "Lyapunov equation")
 
-    def _by_program(self, loop: Loop, evidence: dict[str, Any], path: Path) -> Attempt:
+    def _by_program(self, loop: ClaimedLoop, evidence: dict[str, Any], path: Path) -> Attempt:
         from takagi.lmi import peak_gain
 
         answer = peak_gain(*path, sample_time=loop.sample_time, decay_rate=self.decay_rate)
@@ -106,7 +108,7 @@ class Peak:
 
     def _claims(
         self,
-        loop: Loop,
+        loop: ClaimedLoop,
         evidence: dict[str, Any],
         path: Path,
         P: Floats,
@@ -159,7 +161,7 @@ def least_peak(C: Floats, D: Floats, ellipsoid: Floats) -> tuple[float, float]:
     return float(np.sqrt(gamma(share))), share
 
 
-def _fitting(loop: Loop, evidence: dict[str, Any], P: Floats, held: float) -> float:
+def _fitting(loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, held: float) -> float:
     """Return the largest b, at most 1, whose set lies in the model's box; held is c at b = 1."""
     family, added = loop.family, evidence["disturbance"] == "inputs"
     limits = [1.0]
@@ -173,7 +175,7 @@ def _fitting(loop: Loop, evidence: dict[str, Any], P: Floats, held: float) -> fl
     sides = bounded_inputs(family) if added and loop.gains is not None else {}
     for k, side in sides.items():
         # |K x|_k <= b reach, and b is added to it.
-        reach = gain_reaches(loop, P, held)[k]
+        reach = input_bounds(loop, P, held)[k]
         limits.append(0.999 * float(min(-side[0], side[1])) / (reach + 1))
     level = largest_level(loop, P)
     if np.isfinite(level):

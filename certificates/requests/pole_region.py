@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.certificates.requests.loop.decimals import DIGITS, short
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.single_matrix import modal_function
 from takagi.certificates.requests.request import Attempt, first_proved
 
@@ -28,7 +28,7 @@ class Poles:
 
     region: EigenvalueRegion
 
-    def attempt(self, loop: Loop) -> Attempt:
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``region``; without a candidate it is one that the checker leaves open.
 
         Raises

@@ -8,7 +8,7 @@ from itertools import chain
 from typing import Any, Protocol
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 
 __all__ = ["Attempt", "Request", "first_proved", "or_else"]
 
@@ -38,7 +38,7 @@ class Attempt:
 class Request(Protocol):
     """A claim that is wanted of a loop; a frozen dataclass with what is asked as its fields."""
 
-    def attempt(self, loop: Loop) -> Attempt:
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the best attempt: proved if it can be, else the last one that failed.
 
         Raises
@@ -49,7 +49,7 @@ class Request(Protocol):
 
 
 def first_proved(
-    loop: Loop,
+    loop: ClaimedLoop,
     claims: Iterable[tuple[str, Mapping[str, Any]]],
     solver: str = "",
     *,

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.certificates.requests.decay import common_function
 from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up, short
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.valid_level import state_halves
 from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.errors import ModelError
@@ -50,7 +50,7 @@ class Transient:
         ):
             raise ModelError(f"decay_rate is {self.decay_rate!r}; a positive number is needed")
 
-    def attempt(self, loop: Loop) -> Attempt:
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``transient``."""
         scales = self._scales(loop)
         if self.decay_rate is None:
@@ -76,7 +76,7 @@ class Transient:
         return first_proved(loop, [(words, claim) for _, words, claim in best])
 
     def _claims(
-        self, loop: Loop, P: Floats, rate: float, scales: Floats
+        self, loop: ClaimedLoop, P: Floats, rate: float, scales: Floats
     ) -> Iterator[tuple[float, str, dict[str, Any]]]:
         for digits in DIGITS:
             rounded = short(P, digits)
@@ -93,7 +93,7 @@ class Transient:
             words = f"overshoot {kappa:.4g}, settled after {settled:.4g} s, P to {digits} digits"
             yield claim["settling_time"], words, claim
 
-    def _scales(self, loop: Loop) -> Floats:
+    def _scales(self, loop: ClaimedLoop) -> Floats:
         n = loop.family.order
         if self.scales is None:
             halves = state_halves(loop)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.claims.turbine.effort_sharing import coherent_candidate
+from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_candidate
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.document.provenance import plain, provenance
 from takagi.certificates.sweep.axis import Axis
@@ -56,7 +56,7 @@ def point(task: Task) -> dict[str, Any]:
     """
     turbine: Turbine = task.shared
     loop = loop_at(turbine, default_settings(turbine), task.at)
-    found = coherent_candidate(
+    found = effort_sharing_candidate(
         loop.turbine,
         loop.law,
         box=loop.box,

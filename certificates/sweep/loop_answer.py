@@ -9,11 +9,14 @@ import numpy as np
 
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.claims.turbine.effort_sharing import CoherentCandidate, coherent_claim
+from takagi.certificates.claims.turbine.effort_sharing import (
+    EffortSharingCandidate,
+    effort_sharing_claim,
+)
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
 from takagi.certificates.document.certificate_file import (
     certificate_document,
-    coherent_law_data,
+    effort_sharing_law_data,
     turbine_data,
 )
 from takagi.certificates.sweep.grid import UNDECIDED
@@ -32,7 +35,7 @@ REMEDY = (
 DIGITS = 6
 
 
-def checked(turbine: Turbine, law: EffortSharingLaw, candidate: CoherentCandidate) -> Claim:
+def checked(turbine: Turbine, law: EffortSharingLaw, candidate: EffortSharingCandidate) -> Claim:
     """Return the independent checker's verdict on the candidate's claim, as it would be written.
 
     Raises
@@ -41,8 +44,8 @@ def checked(turbine: Turbine, law: EffortSharingLaw, candidate: CoherentCandidat
     """
     document = certificate_document(
         model=turbine_data(turbine, []),
-        gains=coherent_law_data(law),
-        claims=[coherent_claim(candidate)],
+        gains=effort_sharing_law_data(law),
+        claims=[effort_sharing_claim(candidate)],
         provenance={},
     )
     return check_document(document).claims[0]
@@ -51,7 +54,7 @@ def checked(turbine: Turbine, law: EffortSharingLaw, candidate: CoherentCandidat
 def answer(
     turbine: Turbine,
     law: EffortSharingLaw,
-    candidate: CoherentCandidate,
+    candidate: EffortSharingCandidate,
     ranges: Sequence[WindRange],
 ) -> dict[str, Any]:
     """Return a point's result: verdict, reason, and what is then guaranteed; units in the keys.
@@ -100,7 +103,7 @@ def energy_cost(turbine: Turbine, law: EffortSharingLaw) -> float:
     return _short(100 * (1 - turbine.gear_ratio * torque * speed / available))
 
 
-def range_class(candidate: CoherentCandidate, winds: WindRange) -> dict[str, Any]:
+def range_class(candidate: EffortSharingCandidate, winds: WindRange) -> dict[str, Any]:
     """Return the least wind class and decay over the cells that touch a range of winds."""
     low = np.array([float(cell.wind.lower) for cell in candidate.cells])
     high = np.array([float(cell.wind.upper) for cell in candidate.cells])
@@ -120,10 +123,10 @@ def range_class(candidate: CoherentCandidate, winds: WindRange) -> dict[str, Any
 
 
 def _guaranteed(
-    turbine: Turbine, law: EffortSharingLaw, candidate: CoherentCandidate
+    turbine: Turbine, law: EffortSharingLaw, candidate: EffortSharingCandidate
 ) -> dict[str, Any]:
     """Return overspeed, common decay and pitch rate; the claim's decimals, rounded outward."""
-    peaks = coherent_claim(candidate)["peaks"]
+    peaks = effort_sharing_claim(candidate)["peaks"]
     most = float(law.schedule.rotor_speed.max()) + peaks["speed_error"]
     asked = max(float(cell.pitch_rate) for cell in candidate.cells)
     least = min(float(cell.lag_rate.lower) for cell in candidate.cells)
@@ -136,7 +139,7 @@ def _guaranteed(
     }
 
 
-def _cells(candidate: CoherentCandidate) -> dict[str, Any]:
+def _cells(candidate: EffortSharingCandidate) -> dict[str, Any]:
     edges = [float(cell.wind.lower) for cell in candidate.cells]
     edges.append(float(candidate.cells[-1].wind.upper))
     return {

@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.claims.turbine.published import paper_law_data
+from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.design.turbine.published_law import designed_law
 from takagi.certificates.design.turbine.regions import regional_design
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.document.provenance import provenance
 from takagi.certificates.sweep.axis import Axis, AxisKind
-from takagi.certificates.sweep.effort_sharing_row import coherent_row
+from takagi.certificates.sweep.effort_sharing_row import effort_sharing_row
 from takagi.certificates.sweep.grid import SweepMap, Task
 from takagi.certificates.sweep.loop_settings import model_numbers
 from takagi.certificates.sweep.published_point import LADDER, overlap_point
@@ -74,11 +74,11 @@ def build(
     settings = {
         "sets [rad/s]": list(LADDER),
         "model": model_numbers(turbine),
-        "law": paper_law_data(base),
+        "law": published_law_data(base),
         "windows": [list(span) for span in winds],
         "versions": provenance({}, {})["versions"],
     }
-    beside = (coherent_row(turbine, winds),)
+    beside = (effort_sharing_row(turbine, winds),)
     return SweepMap(law, overlaps, settings, point, turbine, prepare, beside)
 
 
@@ -158,7 +158,7 @@ def prepare(settings: Mapping[str, Any], turbine: Turbine) -> Prepared:
     ModelError : the gains are not those of the settings.
     """
     law = _law(settings["law"]["name"], turbine)
-    if paper_law_data(law) != settings["law"]:
+    if published_law_data(law) != settings["law"]:
         raise ModelError(
             "the regional gains of two processes differ; give --workers 1, or other solver settings"
         )

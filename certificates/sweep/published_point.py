@@ -9,11 +9,11 @@ from typing import Any
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.claims.turbine.published import (
-    PaperCandidate,
+    PublishedCandidate,
     claiming_what_holds,
-    paper_candidate,
-    paper_claim,
-    paper_law_data,
+    published_candidate,
+    published_claim,
+    published_law_data,
     with_overlaps,
 )
 from takagi.certificates.claims.turbine.published_search import FoundCell
@@ -100,21 +100,21 @@ def certified_windows(law: PublishedLaw, winds: Sequence[Span]) -> list[WindowRe
     window is proved where the checker says so, or not at all.
     """
     narrowest = min(high - low for low, high in winds)
-    candidate = paper_candidate(law, winds=winds, narrowest=narrowest, ladder=LADDER)
+    candidate = published_candidate(law, winds=winds, narrowest=narrowest, ladder=LADDER)
     believed = claiming_what_holds(candidate)
     proved = _proved(believed) if _covered(candidate) else set()
     return [_window(candidate, span, span in proved) for span in candidate.winds]
 
 
-def _covered(candidate: PaperCandidate) -> list[Span]:
+def _covered(candidate: PublishedCandidate) -> list[Span]:
     return [span for span in candidate.winds if _holds(candidate, span)]
 
 
-def _holds(candidate: PaperCandidate, span: Span) -> bool:
+def _holds(candidate: PublishedCandidate, span: Span) -> bool:
     return any(low <= span[0] and span[1] <= high for low, high in candidate.covered)
 
 
-def _proved(believed: PaperCandidate) -> set[Span]:
+def _proved(believed: PublishedCandidate) -> set[Span]:
     """Return the windows that the checker proves."""
     if _checked(believed, [believed.winds]) == [Verdict.PROVED]:
         return set(believed.winds)
@@ -127,11 +127,11 @@ def _proved(believed: PaperCandidate) -> set[Span]:
     }
 
 
-def _checked(believed: PaperCandidate, parts: Sequence[Sequence[Span]]) -> list[Verdict]:
+def _checked(believed: PublishedCandidate, parts: Sequence[Sequence[Span]]) -> list[Verdict]:
     """Return the checker's verdicts on claims about some of the windows each."""
     law = believed.law
     claims = [
-        paper_claim(
+        published_claim(
             replace(
                 believed,
                 winds=tuple(spans),
@@ -142,14 +142,14 @@ def _checked(believed: PaperCandidate, parts: Sequence[Sequence[Span]]) -> list[
     ]
     document = certificate_document(
         model=turbine_data(law.turbine, ()),
-        gains=paper_law_data(law),
+        gains=published_law_data(law),
         claims=claims,
         provenance={"solver": {}},
     )
     return [claim.verdict for claim in check_document(document).claims]
 
 
-def _inside(candidate: PaperCandidate, span: Span) -> list[FoundCell]:
+def _inside(candidate: PublishedCandidate, span: Span) -> list[FoundCell]:
     return [
         found
         for found in candidate.cells
@@ -157,7 +157,7 @@ def _inside(candidate: PaperCandidate, span: Span) -> list[FoundCell]:
     ]
 
 
-def _window(candidate: PaperCandidate, span: Span, proved: bool) -> WindowResult:
+def _window(candidate: PublishedCandidate, span: Span, proved: bool) -> WindowResult:
     rest = candidate.rests[span[0]]
     cells = _inside(candidate, span) if proved else []
     rate = min((found.decay_rate for found in cells), default=None)
@@ -167,7 +167,7 @@ def _window(candidate: PaperCandidate, span: Span, proved: bool) -> WindowResult
     return WindowResult(span, proved, rate, width, rest.kind, ratio, reason)
 
 
-def _reason(candidate: PaperCandidate, span: Span) -> str:
+def _reason(candidate: PublishedCandidate, span: Span) -> str:
     for gap in sorted(candidate.unproved, key=lambda gap: gap.wind):
         if span[0] <= gap.wind[0] and gap.wind[1] <= span[1]:
             return gap.reason

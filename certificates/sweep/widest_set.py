@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
 from takagi.certificates.claims.turbine.largest_wind_error import (
-    AskedLoops,
-    CoherentCandidate,
-    borne_with,
+    EffortSharingCandidate,
+    RequestedLoops,
+    largest_wind_errors,
 )
 from takagi.certificates.claims.turbine.wind_class import asked_rates, calmer
 from takagi.certificates.sweep.loop_settings import LoopSettings
@@ -41,7 +41,7 @@ ATTEMPTS, CALMER, IMPROVEMENTS = 6, 0.5, 8
 SETTLED = 3e-3
 
 
-def widest_candidate(loop: LoopSettings) -> CoherentCandidate:
+def widest_candidate(loop: LoopSettings) -> EffortSharingCandidate:
     """Return the candidate whose function bears the largest wind errors over the law's winds.
 
     Raises
@@ -57,11 +57,13 @@ def widest_candidate(loop: LoopSettings) -> CoherentCandidate:
         cells = [each.enclosed(rate) for each, rate in zip(loops, rates, strict=True)]
         found = widest_functions(cells, error, on)
         if found is not None:
-            asked = AskedLoops(on, loop.uncertainty, loops, rates, error)
-            return borne_with(found.P, asked)
+            asked = RequestedLoops(on, loop.uncertainty, loops, rates, error)
+            return largest_wind_errors(found.P, asked)
         last = attempt >= ATTEMPTS - 2
         rates = [Fraction(0) if last else calmer(rate, CALMER) for rate in rates]
-    return CoherentCandidate.without(on, loop.uncertainty, cells, diagnosis=failing_winds(cells))
+    return EffortSharingCandidate.without(
+        on, loop.uncertainty, cells, diagnosis=failing_winds(cells)
+    )
 
 
 def widest_functions(

@@ -10,9 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
-    from takagi.reports.baseline import Comparison
+    from takagi.reports.baseline import CertificateComparison
 
-__all__ = ["TOLERANCE", "TOLERANCE_HELP", "Baseline", "compared", "read_baseline", "tolerance_of"]
+__all__ = [
+    "TOLERANCE",
+    "TOLERANCE_HELP",
+    "EarlierCertificate",
+    "compared",
+    "read_baseline",
+    "tolerance_of",
+]
 
 TOLERANCE = "5%"
 TOLERANCE_HELP = "By how much of its old value a figure may get worse, e.g. 5% or 0.05."
@@ -20,7 +27,7 @@ _LONGEST = 20
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Baseline:
+class EarlierCertificate:
     """A certificate as its file says, and what the checker says about it."""
 
     source: Path
@@ -28,7 +35,7 @@ class Baseline:
     checked: Checked
 
 
-def read_baseline(path: Path) -> Baseline:
+def read_baseline(path: Path) -> EarlierCertificate:
     """Return a certificate, replayed: an old file is not believed either.
 
     Raises
@@ -39,12 +46,12 @@ def read_baseline(path: Path) -> Baseline:
     from takagi.certificates.checker.kernel.reader import read_json
 
     checked = check(path)
-    return Baseline(path, read_json(path), checked)
+    return EarlierCertificate(path, read_json(path), checked)
 
 
 def compared(
-    old: Baseline, document: Mapping[str, Any], checked: Checked, tolerance: Fraction
-) -> Comparison:
+    old: EarlierCertificate, document: Mapping[str, Any], checked: Checked, tolerance: Fraction
+) -> CertificateComparison:
     """Return what became of the old certificate in one that was just made."""
     from takagi.certificates.checker.kernel.reader import read_text
     from takagi.certificates.document.certificate_file import dumps

@@ -51,12 +51,12 @@ class TurbineMaker:
         """Return the certificate of a gain file's law, as it stands."""
         from takagi.certificates.design.given.turbine_law import (
             certify_law,
-            coherent_law_from_data,
+            effort_sharing_law_from_data,
             read_law,
         )
 
         turbine = self.source.model
-        law = coherent_law_from_data(read_law(gains), source=str(gains))
+        law = effort_sharing_law_from_data(read_law(gains), source=str(gains))
         uncertainty = uncertainty_asked(**{name: self.asked[name] for name in OF_UNCERTAINTY})
         files = self.source.files
 

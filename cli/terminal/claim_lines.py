@@ -6,12 +6,12 @@ import json
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.reports.ci_formats import Checked
+    from takagi.reports.ci_formats import CheckedFile
 
 __all__ = ["claim_lines"]
 
 
-def claim_lines(checked: Checked) -> list[str]:
+def claim_lines(checked: CheckedFile) -> list[str]:
     """Return a line for each claim: the verdict, the name in quotes, what was found.
 
     The name is free text of the file: without quotes it would read as the checker's own words.

@@ -72,7 +72,7 @@ def _table(rows: Sequence[dict[str, object]], *, wide: bool) -> Table:
     from rich import box
     from rich.table import Table
 
-    from takagi.reports.simulation.tables import COLUMNS, shown
+    from takagi.reports.simulation.tables import COLUMNS, rounded_text
 
     gap = (0, 2, 0, 0) if wide else (0, 1, 0, 0)
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=gap)
@@ -84,5 +84,5 @@ def _table(rows: Sequence[dict[str, object]], *, wide: bool) -> Table:
         if row["wind"] != wind:
             wind = row["wind"]
             table.add_row(f"[bold]{str(wind).split(',')[0]}[/bold]")
-        table.add_row(f"  {row['law']}", *(shown(row, name) for name in COLUMNS))
+        table.add_row(f"  {row['law']}", *(rounded_text(row, name) for name in COLUMNS))
     return table

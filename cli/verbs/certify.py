@@ -19,7 +19,7 @@ from takagi.cli.progress import progress
 from takagi.cli.runs.earlier_certificate import (
     TOLERANCE,
     TOLERANCE_HELP,
-    Baseline,
+    EarlierCertificate,
     compared,
     read_baseline,
     tolerance_of,
@@ -30,7 +30,7 @@ from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
-    from takagi.reports.baseline import Comparison
+    from takagi.reports.baseline import CertificateComparison
 
 __all__ = ["certify", "run"]
 
@@ -138,7 +138,7 @@ def _bound(
     return found
 
 
-def _read(baseline: Path, out: Path) -> Baseline:
+def _read(baseline: Path, out: Path) -> EarlierCertificate:
     if out.exists() and baseline.exists() and out.samefile(baseline):
         raise ModelError(
             f"{out}: --out is the --baseline, which would be gone; give it a new place"
@@ -150,8 +150,8 @@ def _print(
     out: Path,
     checked: Checked,
     gains: Path | None,
-    old: Baseline | None,
-    difference: Comparison | None,
+    old: EarlierCertificate | None,
+    difference: CertificateComparison | None,
     warned: str,
     *,
     alone: bool,

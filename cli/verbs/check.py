@@ -18,8 +18,8 @@ from takagi.cli.terminal.claim_lines import claim_lines
 
 if TYPE_CHECKING:
     from takagi.certificates.audit.trusted_lines import Trusted
-    from takagi.certificates.audit.two_checkers import Comparison
-    from takagi.reports.ci_formats import Checked
+    from takagi.certificates.audit.two_checkers import VerdictComparison
+    from takagi.reports.ci_formats import CheckedFile
 
 __all__ = ["run"]
 
@@ -106,7 +106,7 @@ def _needed(error: Exception, options: argparse.Namespace) -> tuple[str, bool]:
     return "the file is a certificate", False
 
 
-def _verdict(options: argparse.Namespace) -> tuple[Checked, Trusted | None]:
+def _verdict(options: argparse.Namespace) -> tuple[CheckedFile, Trusted | None]:
     """Return the verdict, and what it ran through where that is asked."""
     given = {"gains": options.gains, "model": _file_of(options.model)}
     if not options.trusted:
@@ -129,14 +129,14 @@ def _file_of(model: Path | None) -> Path | None:
     return built_in if built_in.is_file() else model
 
 
-def _compared(options: argparse.Namespace) -> Comparison:
+def _compared(options: argparse.Namespace) -> VerdictComparison:
     # Imported here: the second checker needs FLINT, the first one nothing.
     from takagi.certificates.audit.two_checkers import cross_checked
 
     return cross_checked(options.certificate)
 
 
-def _write_reports(options: argparse.Namespace, checked: Checked) -> None:
+def _write_reports(options: argparse.Namespace, checked: CheckedFile) -> None:
     if not (options.junit or options.sarif or options.summary):
         return
     # Imported here: most checks write no report.
@@ -152,13 +152,13 @@ def _write_reports(options: argparse.Namespace, checked: Checked) -> None:
         write_file(options.summary, ci_formats.markdown(checked, source=source))
 
 
-def _refused(reason: str, needed: str) -> Checked:
+def _refused(reason: str, needed: str) -> CheckedFile:
     from takagi.reports.ci_formats import refusal
 
     return refusal(reason, needed=needed)
 
 
-def _as_text(options: argparse.Namespace, checked: Checked, trusted: Trusted | None) -> str:
+def _as_text(options: argparse.Namespace, checked: CheckedFile, trusted: Trusted | None) -> str:
     lines = [f"{options.certificate}: {checked.verdict.name}", *claim_lines(checked)]
     if checked.assumes:
         lines.append(f"  assumes: {'; '.join(checked.assumes)}")
@@ -173,9 +173,9 @@ def _as_text(options: argparse.Namespace, checked: Checked, trusted: Trusted | N
 
 def _as_json(
     options: argparse.Namespace,
-    checked: Checked,
+    checked: CheckedFile,
     trusted: Trusted | None,
-    compared: Comparison | None,
+    compared: VerdictComparison | None,
 ) -> str:
     claims = [
         {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}

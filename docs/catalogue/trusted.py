@@ -76,7 +76,7 @@ def decay() -> Mapping[str, Any]:
 
 def _turbine() -> Mapping[str, Any]:
     """Return a certificate of the default turbine: gains found first, which takes seconds."""
-    from takagi.certificates.claims.turbine.effort_sharing import coherent_candidate
+    from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_candidate
     from takagi.certificates.claims.turbine.loop_claims import loop_document
     from takagi.lmi.turbine.effort import effort_gains
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw
@@ -86,4 +86,4 @@ def _turbine() -> Mapping[str, Any]:
     turbine = nrel5mw()
     schedule = effort_schedule(turbine)
     law = EffortSharingLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
-    return loop_document(turbine, law, coherent_candidate(turbine, law), "documentation")
+    return loop_document(turbine, law, effort_sharing_candidate(turbine, law), "documentation")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.laws.published.law import PublishedLaw
-from takagi.reports.appendix.tex import Tex, fixed, matrix, scientific
+from takagi.reports.appendix.tex import Tex, matrix, scientific, with_decimals
 from takagi.reports.sections.turbine.blending import filter_of
 
 __all__ = ["blending_context"]
@@ -22,14 +22,14 @@ def blending_context(design: TurbineDesign) -> dict[str, object]:
         "paper_law": law is not None,
         "law_name": design.law.name,
         "tracking_time": None if law is None or law.tracking_time is None
-        else fixed(law.tracking_time, 1),
+        else with_decimals(law.tracking_time, 1),
         "variant": coupling.variant,
         "shape": ramp.shape,
         "corners": [matrix(corner, digits=6) for corner in coupling.corners],
         "f2_low": scientific(low, 6),
         "f2_high": scientific(high, 6),
-        "ramp_start": fixed(ramp.start, 5),
-        "ramp_end": fixed(ramp.end, 5),
+        "ramp_start": with_decimals(ramp.start, 5),
+        "ramp_end": with_decimals(ramp.end, 5),
         "speed_overlap": scientific(ramp.width),
         "torque_overlap": scientific(coupling.torque_overlap, 6),
         "minimum_torque": scientific(coupling.minimum_torque, 8),

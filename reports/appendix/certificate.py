@@ -7,7 +7,7 @@ from typing import Any
 
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.reports.appendix.assembly import checked_context
-from takagi.reports.appendix.tex import Tex, decimal, escape, interval, matrix, span
+from takagi.reports.appendix.tex import Tex, decimal, escape, interval, matrix, range_text
 from takagi.reports.page.rounded_bounds import at_most_to
 
 __all__ = ["certificate_context"]
@@ -69,11 +69,11 @@ def _loop(claim: Mapping[str, Any], design: TurbineDesign) -> dict[str, Any]:
         "box": {name: decimal(value) for name, value in claim["box"].items()},
         "peaks": [Tex(f"{_PEAKS[name]} {decimal(v)}") for name, v in
                   claim["peaks"].items()],
-        "inertia_gain": span((cell["inertia_gain"] for cell in cells), 7),
+        "inertia_gain": range_text((cell["inertia_gain"] for cell in cells), 7),
         "decay": decimal(min(cell["decay_rate"] for cell in cells)),
-        "decay_range": span((cell["decay_rate"] for cell in cells), 5),
-        "error_range": span((cell["wind_error"] for cell in cells), 5),
-        "rate_range": span((cell["wind_rate"] for cell in cells), 5),
+        "decay_range": range_text((cell["decay_rate"] for cell in cells), 5),
+        "error_range": range_text((cell["wind_error"] for cell in cells), 5),
+        "rate_range": range_text((cell["wind_rate"] for cell in cells), 5),
         "overspeed": Tex(
             at_most_to(100 * ((top + peak) / turbine.rated_rotor_speed - 1), 2)
         ),

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from takagi.certificates.claims.turbine.effort_sharing import CoherentCandidate
+from takagi.certificates.claims.turbine.effort_sharing import EffortSharingCandidate
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.typeset import latex
@@ -108,7 +108,7 @@ def _effort(design: TurbineDesign) -> Condition:
     return guaranteed_cost_condition(np.array(A), np.array(B))
 
 
-def _invariance(candidate: CoherentCandidate) -> Condition:
+def _invariance(candidate: EffortSharingCandidate) -> Condition:
     """Return the invariance condition over all corners, at the stated class and multipliers."""
     from takagi.lmi.analysis.invariant_ellipsoid import invariant_ellipsoid_condition
     from takagi.models.loops.effort_sharing.vertices import loop_vertices

@@ -10,7 +10,15 @@ from functools import lru_cache
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
-from takagi.reports.appendix.tex import Tex, decimal, escape, fixed, interval, scientific, unit
+from takagi.reports.appendix.tex import (
+    Tex,
+    decimal,
+    escape,
+    interval,
+    scientific,
+    unit,
+    with_decimals,
+)
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -45,7 +53,12 @@ def _environment() -> Environment:
         loader=FunctionLoader(_source),
     )
     environment.filters.update(
-        decimal=decimal, fixed=fixed, interval=interval, row=_row, scientific=scientific, unit=unit
+        decimal=decimal,
+        fixed=with_decimals,
+        interval=interval,
+        row=_row,
+        scientific=scientific,
+        unit=unit,
     )
     return environment
 

@@ -8,8 +8,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.reports.appendix.assembly import checked_context
-from takagi.reports.appendix.tex import NONE, Tex, decimal, escape, fixed, matrix, scientific, unit
-from takagi.reports.loops.plant_local import LocalLoop
+from takagi.reports.appendix.tex import (
+    NONE,
+    Tex,
+    decimal,
+    escape,
+    matrix,
+    scientific,
+    unit,
+    with_decimals,
+)
+from takagi.reports.loops.plant_local import PlantLocalLoop
 from takagi.reports.loops.proved_kinds import embedded
 from takagi.reports.page.labels import name_of
 from takagi.reports.page.readable_latex import readable, shortens
@@ -32,7 +41,7 @@ MOST_ROWS = MOST_MARGINS = 40
 
 
 def latex_context(
-    design: PlantDesign, loop: PlantLoop, loops: Sequence[LocalLoop]
+    design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLocalLoop]
 ) -> dict[str, Any]:
     """Return what all templates show."""
     name = design.plant.name or "Plant"
@@ -126,7 +135,7 @@ def _certificate(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
     }
 
 
-def _margin_row(one: LocalLoop) -> list[Tex]:
+def _margin_row(one: PlantLocalLoop) -> list[Tex]:
     m = one.margins
     head = [escape(one.place), escape(name_of(one.input))]
     if not m.stable:
@@ -135,11 +144,11 @@ def _margin_row(one: LocalLoop) -> list[Tex]:
     return [
         *head,
         crossover,
-        fixed(20 * np.log10(m.gain_increase), 1),
-        fixed(float(np.degrees(m.phase)), 1),
-        scientific(m.delay, 3) if np.isfinite(m.delay) else fixed(m.delay, 0),
-        fixed(m.disk.alpha, 2),
-        fixed(m.sensitivity_peak, 2),
+        with_decimals(20 * np.log10(m.gain_increase), 1),
+        with_decimals(float(np.degrees(m.phase)), 1),
+        scientific(m.delay, 3) if np.isfinite(m.delay) else with_decimals(m.delay, 0),
+        with_decimals(m.disk.alpha, 2),
+        with_decimals(m.sensitivity_peak, 2),
     ]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from takagi.reports.loops.plant_local import LocalLoop, local_loops
+from takagi.reports.loops.plant_local import PlantLocalLoop, local_loops
 from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def plant_appendix(design: PlantDesign, *, tell: Tell | None = None) -> dict[str
     return assembled("plant_body.tex.jinja", latex_context(design, loop, loops), figures)
 
 
-def _figures(loop: PlantLoop, loops: Sequence[LocalLoop]) -> dict[str, Figure]:
+def _figures(loop: PlantLoop, loops: Sequence[PlantLocalLoop]) -> dict[str, Figure]:
     from takagi.reports.figures.plant.captioned import AROUND, bode_drawings
     from takagi.reports.figures.plant.phase_plane import phase_figure, planes
     from takagi.reports.figures.plant.poles import vertex_poles_figure

@@ -9,7 +9,15 @@ import numpy as np
 
 from takagi.lmi.turbine.regional import RegionGains
 from takagi.models.ts.model import TSModel
-from takagi.reports.appendix.tex import Tex, decimal, escape, fixed, matrix, scientific, unit
+from takagi.reports.appendix.tex import (
+    Tex,
+    decimal,
+    escape,
+    matrix,
+    scientific,
+    unit,
+    with_decimals,
+)
 
 __all__ = ["region_context", "rule_rows", "vertex_lines"]
 
@@ -46,8 +54,8 @@ def region_context(model: TSModel, gains: RegionGains, letter: str) -> dict[str,
         "gains": _gains(model, gains),
         "found": gains.found,
         "diagnosis": gains.diagnosis,
-        "decay_asked": fixed(gains.requirement.decay_rate, 3),
-        "decay_found": fixed(gains.decay_rate or 0.0, 5),
+        "decay_asked": with_decimals(gains.requirement.decay_rate, 3),
+        "decay_found": with_decimals(gains.decay_rate or 0.0, 5),
         "speed_error": scientific(gains.requirement.speed_error),
         "pitch_error": scientific(gains.requirement.pitch_error),
         "with_pitch": len(model.states) == 3,

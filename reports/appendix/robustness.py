@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from takagi.certificates.design.turbine.result import TurbineDesign
-from takagi.reports.appendix.tex import NONE, Tex, escape, fixed
+from takagi.reports.appendix.tex import NONE, Tex, escape, with_decimals
 from takagi.reports.appendix.turbine import DEGREES, table_winds
 from takagi.reports.loops.turbine_local import LoopPoint, loop_points
 from takagi.reports.margins import Loops, Margins, disk_margin, loop_margins, loops_at_trim
@@ -63,14 +63,14 @@ def margins_context(loops: Sequence[TrimLoops], none: Sequence[float]) -> dict[s
 def _row(item: TrimLoops) -> list[Tex]:
     torque = loop_margins(item.loops.torque) if item.at.torque_acts else None
     pitch = loop_margins(item.loops.pitch) if item.at.pitch_acts else None
-    frozen = NONE if item.frozen is None else fixed(disk_margin(item.frozen.pitch).alpha, 2)
+    frozen = NONE if item.frozen is None else with_decimals(disk_margin(item.frozen.pitch).alpha, 2)
     return [
-        fixed(item.wind, 1),
+        with_decimals(item.wind, 1),
         escape(item.at.point.region),
         *_cells(torque),
         *_cells(pitch),
         frozen,
-        fixed(item.loops.decay_rate, 4),
+        with_decimals(item.loops.decay_rate, 4),
     ]
 
 
@@ -80,12 +80,12 @@ def _cells(margins: Margins | None) -> list[Tex]:
         return [NONE] * 5
     return [
         _decibels(margins.gain_increase),
-        fixed(margins.phase * DEGREES, 1),
-        fixed(margins.delay, 2),
-        fixed(margins.disk.alpha, 2),
-        fixed(margins.sensitivity_peak, 2),
+        with_decimals(margins.phase * DEGREES, 1),
+        with_decimals(margins.delay, 2),
+        with_decimals(margins.disk.alpha, 2),
+        with_decimals(margins.sensitivity_peak, 2),
     ]
 
 
 def _decibels(factor: float) -> Tex:
-    return fixed(20 * math.log10(factor) if 0 < factor < math.inf else factor, 1)
+    return with_decimals(20 * math.log10(factor) if 0 < factor < math.inf else factor, 1)

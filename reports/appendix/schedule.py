@@ -6,7 +6,7 @@ from typing import Any
 
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.reports.appendix.tex import NONE, Tex, decimal, escape, fixed, scientific
+from takagi.reports.appendix.tex import NONE, Tex, decimal, escape, scientific, with_decimals
 from takagi.reports.appendix.turbine import DEGREES
 
 __all__ = ["law_context"]
@@ -21,7 +21,7 @@ def law_context(design: TurbineDesign) -> dict[str, Any]:
         "coherent": True,
         "overlap": scientific(law.schedule.overlap),
         "wind_filter": decimal(law.wind_filter),
-        "pitch_lead": fixed(law.feedforward.pitch_lead, 3),
+        "pitch_lead": with_decimals(law.feedforward.pitch_lead, 3),
         "integral_limit": scientific(law.integral_limit),
         "effort_torque": scientific(law.effort_torque, 8),
         "rated_torque": scientific(law.rated_torque, 8),
@@ -38,16 +38,16 @@ def _row(design: TurbineDesign, law: EffortSharingLaw, k: int) -> list[Tex]:
     limited = design.effort is not None and bool(design.effort.torque_limited[k])
     return [
         escape(k + 1),
-        fixed(wind, 4),
-        fixed(table.rotor_speed[k], 4),
-        fixed(table.trim_effort[k], 5),
-        fixed(table.pitch(wind, turbine) * DEGREES, 2),
-        fixed(table.torque(wind, turbine) / 1e3, 2),
-        fixed(law.pitch_share(wind), 3),
-        fixed(table.effectiveness[k], 4),
-        fixed(table.effectiveness_limit[k], 4),
-        Tex(fixed(gains.proportional[k], 5) + (r"\rlap{$^\dagger$}" if limited else "")),
-        NONE if last else fixed(gains.integral_rate[k], 6),
-        NONE if last else fixed(law.feedforward.inertia[k], 4),
-        NONE if last else fixed(law.feedforward.effort_limit[k], 4),
+        with_decimals(wind, 4),
+        with_decimals(table.rotor_speed[k], 4),
+        with_decimals(table.trim_effort[k], 5),
+        with_decimals(table.pitch(wind, turbine) * DEGREES, 2),
+        with_decimals(table.torque(wind, turbine) / 1e3, 2),
+        with_decimals(law.pitch_share(wind), 3),
+        with_decimals(table.effectiveness[k], 4),
+        with_decimals(table.effectiveness_limit[k], 4),
+        Tex(with_decimals(gains.proportional[k], 5) + (r"\rlap{$^\dagger$}" if limited else "")),
+        NONE if last else with_decimals(gains.integral_rate[k], 6),
+        NONE if last else with_decimals(law.feedforward.inertia[k], 4),
+        NONE if last else with_decimals(law.feedforward.effort_limit[k], 4),
     ]

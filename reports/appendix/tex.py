@@ -22,11 +22,11 @@ __all__ = [
     "Tex",
     "decimal",
     "escape",
-    "fixed",
+    "with_decimals",
     "interval",
     "matrix",
     "scientific",
-    "span",
+    "range_text",
     "stacked",
     "unit",
 ]
@@ -108,7 +108,7 @@ def decimal(value: float | int | str | Fraction) -> Tex:
     return _in_maths(text.rstrip("0").rstrip(".") if "." in text else text)
 
 
-def fixed(value: float, places: int) -> Tex:
+def with_decimals(value: float, places: int) -> Tex:
     """Return a number with this many decimals; infinity and NaN as a dash."""
     number = float(value)
     if not math.isfinite(number):
@@ -121,7 +121,7 @@ def scientific(value: float, digits: int = 4) -> Tex:
     """Return a number with this many significant digits, with a power of ten far from 1."""
     number = float(value)
     if number == 0 or not math.isfinite(number):
-        return fixed(number, 0)
+        return with_decimals(number, 0)
     mantissa, power = f"{number:.{digits - 1}e}".split("e")
     if not -4 <= int(power) < 6:
         return _in_maths(rf"{mantissa} \times 10^{{{int(power)}}}")
@@ -135,10 +135,10 @@ def interval(ends: Sequence[float | Fraction]) -> Tex:
     return _in_maths(rf"[{low},\ {high}]")
 
 
-def span(ends: Iterable[float], places: int) -> Tex:
+def range_text(ends: Iterable[float], places: int) -> Tex:
     """Return ``low -- high`` of some numbers, or one number where they agree."""
     values = [float(v) for v in ends]
-    low, high = fixed(min(values), places), fixed(max(values), places)
+    low, high = with_decimals(min(values), places), with_decimals(max(values), places)
     return low if low == high else Tex(f"{low} to {high}")
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.turbine.data import Figure, Turbine
 from takagi.models.turbine.trim import TrimPoint, optimal_tip_speed_ratio, rated_wind, trim
-from takagi.reports.appendix.tex import Tex, escape, fixed, matrix, scientific, unit
+from takagi.reports.appendix.tex import Tex, escape, matrix, scientific, unit, with_decimals
 
 __all__ = ["plant_context", "table_winds", "trim_points"]
 
@@ -48,10 +48,10 @@ def plant_context(design: TurbineDesign) -> dict[str, object]:
                             rf"{surface.coefficients.shape[1]}$"),
         "ratio_range": Tex(rf"$[{surface.x_range[0]:g},\ {surface.x_range[1]:g}]$"),
         "pitch_range": Tex(rf"$[{low:.4g}^\circ,\ {high:.4g}^\circ]$"),
-        "setpoint": fixed(setpoint or turbine.rated_rotor_speed, 5),
+        "setpoint": with_decimals(setpoint or turbine.rated_rotor_speed, 5),
         "derated": setpoint is not None,
-        "rated_wind": fixed(rated_wind(turbine, speed_setpoint=setpoint), 3),
-        "optimal_ratio": fixed(optimal_tip_speed_ratio(turbine), 3),
+        "rated_wind": with_decimals(rated_wind(turbine, speed_setpoint=setpoint), 3),
+        "optimal_ratio": with_decimals(optimal_tip_speed_ratio(turbine), 3),
         "trims": [_trim_row(point) for point in trim_points(design)],
         "observer": _observer(design),
         "frozen_wake_source": turbine.frozen_wake.source,
@@ -92,12 +92,12 @@ def _parameter(path: str, words: str, figure: Figure) -> list[Tex]:
 
 def _trim_row(point: TrimPoint) -> list[Tex]:
     return [
-        fixed(point.wind, 1),
+        with_decimals(point.wind, 1),
         escape(point.region),
-        fixed(point.rotor_speed, 4),
-        fixed(point.rotor_speed * RPM, 2),
-        fixed(point.pitch * DEGREES, 2),
-        fixed(point.torque / 1e3, 3),
+        with_decimals(point.rotor_speed, 4),
+        with_decimals(point.rotor_speed * RPM, 2),
+        with_decimals(point.pitch * DEGREES, 2),
+        with_decimals(point.torque / 1e3, 3),
     ]
 
 
@@ -105,9 +105,9 @@ def _observer(design: TurbineDesign) -> dict[str, object]:
     observer = design.observer
     premise = observer.model.premises[0]
     return {
-        "l1": fixed(observer.gains[0], 4),
-        "l2": fixed(observer.gains[1], 4),
-        "decay": fixed(observer.decay_rate, 3),
+        "l1": with_decimals(observer.gains[0], 4),
+        "l2": with_decimals(observer.gains[1], 4),
+        "decay": with_decimals(observer.decay_rate, 3),
         "low": scientific(float(premise.lower), 6),
         "high": scientific(float(premise.upper), 6),
         "gain": matrix([[observer.gains[0]], [observer.gains[1]]]),

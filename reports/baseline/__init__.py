@@ -14,12 +14,24 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.reports.baseline.comparison import Comparison, compare_certificates
+    from takagi.reports.baseline.comparison import (
+        CertificateComparison,
+        Comparison,
+        compare_certificates,
+    )
     from takagi.reports.baseline.formats import as_data, as_markdown, as_text
 
-__all__ = ["Comparison", "as_data", "as_markdown", "as_text", "compare_certificates"]
+__all__ = [
+    "CertificateComparison",
+    "Comparison",
+    "as_data",
+    "as_markdown",
+    "as_text",
+    "compare_certificates",
+]
 
 _HOME = {
+    "CertificateComparison": "comparison",
     "Comparison": "comparison",
     "as_data": "formats",
     "as_markdown": "formats",

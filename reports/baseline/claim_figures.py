@@ -26,11 +26,11 @@ from takagi.certificates.checker.words.ellipsoid_size import (
     volume_below,
 )
 
-__all__ = ["Figure", "Found", "Profile", "box_figures", "claim_figures", "question"]
+__all__ = ["ClaimFigure", "Found", "Profile", "box_figures", "claim_figures", "question"]
 
 
 @dataclass(frozen=True, slots=True)
-class Figure:
+class ClaimFigure:
     """One number that is better when it is larger, or smaller.
 
     ``span``: what a change is a share of; None for the number itself.
@@ -52,7 +52,7 @@ class Profile:
     spans: tuple[tuple[Fraction, Fraction, Fraction], ...]
 
 
-Found = Figure | Profile
+Found = ClaimFigure | Profile
 Data = Mapping[str, Any]
 Reading = Callable[[Data, Data], Iterator[Found]]
 
@@ -75,7 +75,7 @@ def question(claim: Data) -> str:
     return canonical({"asked": asked, "bounded": sorted(k for k in _BOUNDS if k in claim)})
 
 
-def box_figures(model: Data) -> Iterator[Figure]:
+def box_figures(model: Data) -> Iterator[ClaimFigure]:
     """Yield the ends of the box of a model or plant: the wider, the more is claimed of it."""
     if model.get("kind") == "plant":
         groups = (model.get(key, []) for key in ("states", "inputs", "disturbances"))
@@ -84,12 +84,12 @@ def box_figures(model: Data) -> Iterator[Figure]:
         sides = {name: (side, "") for name, side in model.get("box", {}).items()}
     for name, (side, unit) in sides.items():
         if side is None:
-            yield Figure(f"{name}, lower end", unit, -inf, larger=False)
-            yield Figure(f"{name}, upper end", unit, inf)
+            yield ClaimFigure(f"{name}, lower end", unit, -inf, larger=False)
+            yield ClaimFigure(f"{name}, upper end", unit, inf)
             continue
         low, high = (_end(end, name) for end in side)
-        yield Figure(f"{name}, lower end", unit, low, larger=False, span=high - low)
-        yield Figure(f"{name}, upper end", unit, high, span=high - low)
+        yield ClaimFigure(f"{name}, lower end", unit, low, larger=False, span=high - low)
+        yield ClaimFigure(f"{name}, upper end", unit, high, span=high - low)
 
 
 def _end(end: Any, name: str) -> Fraction:
@@ -97,16 +97,16 @@ def _end(end: Any, name: str) -> Fraction:
     return Fraction(end) if isinstance(end, str) else number({"range": end}, "range", name)
 
 
-def _of(claim: Data, key: str, unit: str, *, larger: bool, name: str = "") -> Iterator[Figure]:
+def _of(claim: Data, key: str, unit: str, *, larger: bool, name: str = "") -> Iterator[ClaimFigure]:
     """Yield one member of the claim, or each entry of a row."""
     if claim.get(key) is None:
         return
     words = name or key.replace("_", " ")
     if isinstance(claim[key], list):
         for k, value in enumerate(numbers(claim, key, key)):
-            yield Figure(f"{words} {k + 1}", unit, value, larger)
+            yield ClaimFigure(f"{words} {k + 1}", unit, value, larger)
     else:
-        yield Figure(words, unit, number(claim, key, key), larger)
+        yield ClaimFigure(words, unit, number(claim, key, key), larger)
 
 
 def _decay(claim: Data, document: Data) -> Iterator[Found]:
@@ -118,9 +118,9 @@ def _fuzzy(claim: Data, document: Data) -> Iterator[Found]:
     for k, row in enumerate(claim["rates"]):
         name = f"rates of weights {k + 1}"
         if row is None:
-            yield Figure(name, "1/s", inf)
+            yield ClaimFigure(name, "1/s", inf)
         else:
-            yield Figure(name, "1/s", min(numbers({"row": row}, "row", name)))
+            yield ClaimFigure(name, "1/s", min(numbers({"row": row}, "row", name)))
 
 
 def _transient(claim: Data, document: Data) -> Iterator[Found]:
@@ -133,7 +133,7 @@ def _rounding(claim: Data, document: Data) -> Iterator[Found]:
     yield from _decay(claim, document)
     yield from _of(claim, "relative", "-", larger=True, name="relative rounding of gains")
     least = min(min(row) for row in matrix(claim, "absolute", "absolute"))
-    yield Figure("absolute rounding of gains, least", "", least)
+    yield ClaimFigure("absolute rounding of gains, least", "", least)
 
 
 def _enlargement(claim: Data, document: Data) -> Iterator[Found]:
@@ -155,9 +155,9 @@ def _ellipsoid(claim: Data, document: Data) -> Iterator[Found]:
     if not is_positive_definite(P) or level <= 0:
         return
     if len(P) <= LARGEST:
-        yield Figure("volume of the set", "", volume_below(Matrix.of(P), level))
+        yield ClaimFigure("volume of the set", "", volume_below(Matrix.of(P), level))
     for k, (name, unit) in enumerate(_states(document, len(P))):
-        yield Figure(f"reach along {name} alone", unit, square_root_below(level / P[k][k]))
+        yield ClaimFigure(f"reach along {name} alone", unit, square_root_below(level / P[k][k]))
     yield from _of(claim, "disturbance_bounds", "", larger=True, name="bound on disturbance")
     yield from _of(claim, "disturbance_norm", "", larger=True, name="bound on disturbance")
 
@@ -190,12 +190,12 @@ def _coherent(claim: Data, document: Data) -> Iterator[Found]:
     fastest = max(numbers(gains, "rotor_speed", "gains"))
     peak = number(claim["peaks"], "speed_error", "peaks")
     rated = number(document["model"], "rated_rotor_speed", "model")
-    yield Figure("overspeed", "-", (fastest + peak) / rated - 1, larger=False)
+    yield ClaimFigure("overspeed", "-", (fastest + peak) / rated - 1, larger=False)
     low, high = numbers(claim["uncertainty"], "inertia", "uncertainty", 2)
-    yield Figure("inertia, lower end", "of nominal", low, larger=False)
-    yield Figure("inertia, upper end", "of nominal", high)
+    yield ClaimFigure("inertia, lower end", "of nominal", low, larger=False)
+    yield ClaimFigure("inertia, upper end", "of nominal", high)
     frozen = bool(claim["uncertainty"]["frozen_wake"])
-    yield Figure("frozen wake included", "", Fraction(frozen))
+    yield ClaimFigure("frozen wake included", "", Fraction(frozen))
 
 
 def _wind_rate(claim: Data, document: Data) -> Iterator[Found]:
@@ -211,7 +211,7 @@ def _actuator_rates(claim: Data, document: Data) -> Iterator[Found]:
     yield from _of(claim, "torque_step", "N m", larger=False)
     for name, unit in (("pitch_rate", "rad/s"), ("torque_rate", "N m/s")):
         largest = max(number(cell, name, name) for cell in claim["cells"])
-        yield Figure(f"largest {name.replace('_', ' ')}", unit, largest, larger=False)
+        yield ClaimFigure(f"largest {name.replace('_', ' ')}", unit, largest, larger=False)
 
 
 def _paper(claim: Data, document: Data) -> Iterator[Found]:

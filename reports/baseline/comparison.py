@@ -18,7 +18,7 @@ from typing import Any
 from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.reports.baseline.changes import Change, changes
 from takagi.reports.baseline.claim_figures import (
-    Figure,
+    ClaimFigure,
     Found,
     Profile,
     box_figures,
@@ -26,7 +26,7 @@ from takagi.reports.baseline.claim_figures import (
     question,
 )
 
-__all__ = ["Comparison", "Moved", "compare_certificates"]
+__all__ = ["CertificateComparison", "Comparison", "Moved", "compare_certificates"]
 
 Data = Mapping[str, Any]
 Number = Fraction | float
@@ -52,7 +52,7 @@ class Moved:
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class CertificateComparison:
     """What became of an old certificate.
 
     Attributes
@@ -83,7 +83,7 @@ def compare_certificates(
     checked_old: Checked,
     checked_new: Checked,
     tolerance: Fraction = Fraction(1, 20),
-) -> Comparison:
+) -> CertificateComparison:
     """Return what became of the old certificate's claims in the new one.
 
     Parameters
@@ -106,7 +106,7 @@ def compare_certificates(
         for figure in claim_figures(claim, old):
             moved.append(_moved(_name(label), figure, theirs.get(figure.name), tolerance))
     added = tuple(_name(label) for label in after if label not in pairs.values())
-    return Comparison(tolerance, tuple(moved), lost, added, tuple(changes(old, new)))
+    return CertificateComparison(tolerance, tuple(moved), lost, added, tuple(changes(old, new)))
 
 
 Label = tuple[str, str, int]
@@ -161,9 +161,9 @@ def _box_moved(old: Data, new: Data, tolerance: Fraction) -> Iterator[Moved]:
         yield _moved(BOX, ours, theirs, tolerance)
 
 
-def _unbounded(figure: Figure | None) -> Figure:
+def _unbounded(figure: ClaimFigure | None) -> ClaimFigure:
     assert figure is not None
-    return Figure(figure.name, figure.unit, inf if figure.larger else -inf, figure.larger)
+    return ClaimFigure(figure.name, figure.unit, inf if figure.larger else -inf, figure.larger)
 
 
 def _moved(claim: str, old: Found, new: Found | None, tolerance: Fraction) -> Moved:
@@ -178,7 +178,7 @@ def _moved(claim: str, old: Found, new: Found | None, tolerance: Fraction) -> Mo
         worse = change < -tolerance
         return Moved(claim, old.name, old.unit, value, theirs, change, worse, place)
     worst = -inf if old.larger else inf
-    theirs = new.value if isinstance(new, Figure) else worst
+    theirs = new.value if isinstance(new, ClaimFigure) else worst
     change = _change(old.value, theirs, old.span, larger=old.larger)
     return Moved(claim, old.name, old.unit, old.value, theirs, change, change < -tolerance)
 
@@ -209,3 +209,7 @@ def _change(old: Number, new: Number, span: Fraction | None, *, larger: bool = T
     if size == 0:
         return inf if gain > 0 else -inf
     return gain / size
+
+
+# Names that earlier versions had.
+Comparison = CertificateComparison

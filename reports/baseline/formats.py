@@ -12,7 +12,7 @@ from typing import Any
 
 from takagi.certificates.checker.words.shown import at_least, at_most
 from takagi.reports.baseline.changes import listed_changes
-from takagi.reports.baseline.comparison import Comparison, Moved
+from takagi.reports.baseline.comparison import CertificateComparison, Moved
 
 __all__ = ["as_data", "as_markdown", "as_text"]
 
@@ -21,7 +21,7 @@ _LARGEST = 10**300
 _DIGITS = (6, 9, 12, 17, 34)
 
 
-def as_text(found: Comparison, *, source: str) -> str:
+def as_text(found: CertificateComparison, *, source: str) -> str:
     """Return the comparison in lines; figures that are the same are counted alone."""
     rows = [
         (word, claim, figure, f"{went} from {old} to {new}", f"({share})")
@@ -43,7 +43,7 @@ def as_text(found: Comparison, *, source: str) -> str:
     return "\n".join(lines)
 
 
-def as_markdown(found: Comparison, *, source: str) -> str:
+def as_markdown(found: CertificateComparison, *, source: str) -> str:
     """Return the comparison for a pull request: every figure that moved, and what changed."""
     lines = [f"### {_escaped(_head(found, source))}", ""]
     rows = list(_rows(found))
@@ -57,7 +57,7 @@ def as_markdown(found: Comparison, *, source: str) -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
-def as_data(found: Comparison) -> dict[str, Any]:
+def as_data(found: CertificateComparison) -> dict[str, Any]:
     """Return the comparison as plain data; what is not finite is None."""
     return {
         "passes": found.passes,
@@ -83,7 +83,7 @@ def as_data(found: Comparison) -> dict[str, Any]:
     }
 
 
-def _head(found: Comparison, source: str) -> str:
+def _head(found: CertificateComparison, source: str) -> str:
     allowed = f"by more than {float(100 * found.tolerance):g} %"
     if found.passes:
         return f"Against {source}: nothing got worse {allowed}"
@@ -97,7 +97,7 @@ def _counted(count: int, what: str) -> str:
     return f"{count} {what}{'s' if count > 1 else ''}"
 
 
-def _rows(found: Comparison) -> Iterator[tuple[str, ...]]:
+def _rows(found: CertificateComparison) -> Iterator[tuple[str, ...]]:
     """Yield word, claim, figure, which way it went, old and new value, and by how much."""
     for moved in found.moved:
         if not moved.change:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from takagi.reports.figures.bode import BodeLine, bode_figure, bode_line
     from takagi.reports.figures.cells import cells_figure
-    from takagi.reports.figures.equilibria import rests_figure
+    from takagi.reports.figures.equilibria import equilibria_figure, rests_figure
     from takagi.reports.figures.memberships import membership_figure
     from takagi.reports.figures.operation import power_surface_figure, trim_figure
     from takagi.reports.figures.overlaps import OverlapRow, overlaps_figure
@@ -39,6 +39,7 @@ __all__ = [
     "bode_line",
     "cells_figure",
     "decimate",
+    "equilibria_figure",
     "figure_to_pdf",
     "figure_to_png",
     "figure_to_svg",
@@ -61,6 +62,7 @@ _HOME = {
     "bode_line": "bode",
     "cells_figure": "cells",
     "decimate": "style",
+    "equilibria_figure": "equilibria",
     "figure_to_pdf": "writing",
     "figure_to_png": "writing",
     "figure_to_svg": "writing",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from takagi.certificates.equilibrium.answers import RestCell
+from takagi.certificates.equilibrium.answers import EquilibriumCell
 from takagi.models.errors import ModelError
 from takagi.reports.figures.style import COLOURS, house_style, new_figure, wind_axis
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.figure import Figure
 
-__all__ = ["rests_figure"]
+__all__ = ["equilibria_figure", "rests_figure"]
 
 # Answer -> (colour, hatch), in the order of the legend; what is not known stays white.
 LOOKS = {
@@ -26,7 +26,7 @@ LOOKS = {
 }
 
 
-def rests_figure(found: Mapping[str, Sequence[RestCell]]) -> Figure:
+def equilibria_figure(found: Mapping[str, Sequence[EquilibriumCell]]) -> Figure:
     """Return the answers of each law over constant wind [m/s].
 
     Parameters
@@ -61,3 +61,7 @@ def rests_figure(found: Mapping[str, Sequence[RestCell]]) -> Figure:
         order = [name for name in LOOKS if name in handles]
         figure.legend([handles[n] for n in order], order, loc="outside lower center", ncols=3)
     return figure
+
+
+# Names that earlier versions had.
+rests_figure = equilibria_figure

@@ -19,7 +19,7 @@ from takagi.reports.margins import LoopResponse, Margins, loop_margins, loop_res
 if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = ["LocalLoop", "common_frequencies", "local_loops", "pair_poles"]
+__all__ = ["PlantLocalLoop", "common_frequencies", "local_loops", "pair_poles"]
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -31,7 +31,7 @@ LISTED, PAIRED = 32, 64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LocalLoop:
+class PlantLocalLoop:
     """One loop: where, broken at which input, its response and margins, and the closed poles."""
 
     place: str
@@ -41,7 +41,7 @@ class LocalLoop:
     poles: Complex
 
 
-def local_loops(loop: PlantLoop) -> tuple[LocalLoop, ...]:
+def local_loops(loop: PlantLoop) -> tuple[PlantLocalLoop, ...]:
     """Return the loops at rest, then at each vertex with its own gain; none for an analysis.
 
     Vertices are corners of the premises' ranges: the plant need not reach them.
@@ -80,7 +80,7 @@ def pair_poles(loop: PlantLoop) -> tuple[Complex, Complex]:
     return own, np.linalg.eigvals((G[i, j] + G[j, i]) / 2).astype(np.complex128).ravel()
 
 
-def _broken(loop: PlantLoop, place: str, A: Floats, B: Floats, K: Floats, k: int) -> LocalLoop:
+def _broken(loop: PlantLoop, place: str, A: Floats, B: Floats, K: Floats, k: int) -> PlantLocalLoop:
     others = [j for j in range(B.shape[1]) if j != k]
     inner = A - B[:, others] @ K[others]
     closed = A - B @ K
@@ -92,7 +92,7 @@ def _broken(loop: PlantLoop, place: str, A: Floats, B: Floats, K: Floats, k: int
     else:
         response = _sampled(inner, B[:, [k]], K[[k]], loop.model.sample_time, closed)
     poles = np.linalg.eigvals(closed).astype(np.complex128)
-    return LocalLoop(place, loop.model.inputs[k], response, loop_margins(response), poles)
+    return PlantLocalLoop(place, loop.model.inputs[k], response, loop_margins(response), poles)
 
 
 def _beside_poles(evaluate: Callable[[Floats], Complex]) -> Callable[[Floats], Complex]:
@@ -125,7 +125,7 @@ def _sampled(A: Floats, B: Floats, K: Floats, step: float, closed: Floats) -> Lo
     )
 
 
-def common_frequencies(loops: Sequence[LocalLoop]) -> Floats:
+def common_frequencies(loops: Sequence[PlantLocalLoop]) -> Floats:
     """Return one grid for all loops, from a hundredth of the lowest crossover to 30 highest."""
     found = [w for one in loops for w in one.margins.crossovers]
     ends = [one.response.frequencies for one in loops]

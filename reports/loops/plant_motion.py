@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = ["Motion", "around", "horizon", "motions", "plant_rate", "settling_time",
+__all__ = ["PlantMotion", "around", "horizon", "motions", "plant_rate", "settling_time",
            "starts"]  # fmt: skip
 
 Floats = NDArray[np.float64]
@@ -30,7 +30,7 @@ FAR = 20.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class PlantMotion:
     """One motion of the loop.
 
     Attributes
@@ -125,7 +125,7 @@ def motions(
     *,
     duration: float | None = None,
     errors: Mapping[str, float] | None = None,
-) -> tuple[Motion, ...]:
+) -> tuple[PlantMotion, ...]:
     """Return the motions from the given deviations, all over the same time [s].
 
     Parameters
@@ -166,7 +166,7 @@ def horizon(loop: PlantLoop, *, longest: float = LONGEST) -> float:
     return min(settled, longest if step is None else STEPS * step)
 
 
-def settling_time(motion: Motion, share: float = 0.01) -> float:
+def settling_time(motion: PlantMotion, share: float = 0.01) -> float:
     """Return when every state stays within a share of the largest deviation it has had [s].
 
     nan if it does not.
@@ -180,7 +180,7 @@ def settling_time(motion: Motion, share: float = 0.01) -> float:
 
 def _integrated(
     loop: PlantLoop, rate: Callable[[Floats, Floats], Floats], name: str, x0: Floats, end: float
-) -> Motion:
+) -> PlantMotion:
     from scipy.integrate import solve_ivp
 
     far = _far(loop, x0)
@@ -201,7 +201,7 @@ def _integrated(
 
 def _iterated(
     loop: PlantLoop, rate: Callable[[Floats, Floats], Floats], name: str, x0: Floats, end: float
-) -> Motion:
+) -> PlantMotion:
     step = loop.model.sample_time or 1.0
     far = _far(loop, x0)
     states = [x0]
@@ -213,12 +213,12 @@ def _iterated(
     return _run(loop, name, states, whole=True)
 
 
-def _run(loop: PlantLoop, name: str, states: list[Floats], *, whole: bool) -> Motion:
+def _run(loop: PlantLoop, name: str, states: list[Floats], *, whole: bool) -> PlantMotion:
     time = (loop.model.sample_time or 1.0) * np.arange(len(states), dtype=np.float64)
     return _motion(loop, name, time, np.array(states), whole=whole)
 
 
-def _motion(loop: PlantLoop, name: str, time: Floats, state: Floats, *, whole: bool) -> Motion:
+def _motion(loop: PlantLoop, name: str, time: Floats, state: Floats, *, whole: bool) -> PlantMotion:
     commands = np.array([loop.command(x) for x in state]).reshape(len(state), -1)
     value = np.zeros(0)
     if loop.bounded:
@@ -227,7 +227,7 @@ def _motion(loop: PlantLoop, name: str, time: Floats, state: Floats, *, whole: b
     acting = np.zeros((0, 2))
     if loop.blend is not None:
         acting = np.array([loop.blend.commands(loop.state + x) for x in state])
-    return Motion(name, time, state, commands, value, whole, acting)
+    return PlantMotion(name, time, state, commands, value, whole, acting)
 
 
 def _box(loop: PlantLoop) -> Floats:

@@ -15,18 +15,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = [
-    "Plate",
+    "CaptionedFigure",
     "Section",
     "Table",
     "at_least",
     "at_most",
     "complex_words",
     "decimal",
-    "fixed",
-    "plate",
+    "with_decimals",
+    "captioned_figure",
     "powers",
     "significant",
-    "span",
+    "range_text",
 ]
 
 LONG_CELL = 24
@@ -35,7 +35,7 @@ MINUS, DASH, INFINITY = "\u2212", "\u2013", "\u221e"
 
 
 @dataclass(frozen=True, slots=True)
-class Plate:
+class CaptionedFigure:
     """A figure: name (its file and anchor), caption (HTML), text for those who cannot see it."""
 
     name: str
@@ -83,22 +83,24 @@ class Section:
     content: Mapping[str, Any] = field(default_factory=dict)
 
     @property
-    def plates(self) -> tuple[Plate, ...]:
+    def plates(self) -> tuple[CaptionedFigure, ...]:
         """The figures of the section, in the order of its content."""
-        found: list[Plate] = []
+        found: list[CaptionedFigure] = []
         for value in self.content.values():
             items = value if isinstance(value, (list, tuple)) else (value,)
-            found += [item for item in items if isinstance(item, Plate)]
+            found += [item for item in items if isinstance(item, CaptionedFigure)]
         return tuple(found)
 
 
-def plate(figure: Figure, name: str, *, caption: str, alternative: str) -> Plate:
+def captioned_figure(
+    figure: Figure, name: str, *, caption: str, alternative: str
+) -> CaptionedFigure:
     """Return a drawn figure as a plate; its SVG stands in the page and in a file of its own."""
     svg = figure_to_svg(figure, name=name, description=alternative)
-    return Plate(name, svg, caption, alternative)
+    return CaptionedFigure(name, svg, caption, alternative)
 
 
-def fixed(value: float, digits: int) -> str:
+def with_decimals(value: float, digits: int) -> str:
     """Return a number with so many decimals; a dash for nan, a true minus sign."""
     if math.isnan(value):
         return DASH
@@ -113,12 +115,12 @@ def fixed(value: float, digits: int) -> str:
 def significant(value: float, digits: int = 3) -> str:
     """Return a number to so many significant digits, without an exponent where that reads well."""
     if math.isnan(value) or math.isinf(value):
-        return fixed(value, 0)
+        return with_decimals(value, 0)
     if value == 0:
         return "0"
     size = math.floor(math.log10(abs(value)))
     if -4 <= size < 7:
-        return fixed(value, max(digits - 1 - size, 0))
+        return with_decimals(value, max(digits - 1 - size, 0))
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     return f"{mantissa.replace('-', MINUS)}·10{str(int(exponent)).translate(RAISED)}"
 
@@ -126,8 +128,8 @@ def significant(value: float, digits: int = 3) -> str:
 def at_most(value: float, digits: int) -> str:
     """Return an upper bound with so many decimals, rounded up to stay one."""
     if not math.isfinite(value):
-        return fixed(value, digits)
-    return fixed(float(bounds.at_most_to(value, digits)), digits)
+        return with_decimals(value, digits)
+    return with_decimals(float(bounds.at_most_to(value, digits)), digits)
 
 
 def at_least(value: float, digits: int = 3) -> str:
@@ -158,7 +160,7 @@ def powers(words: str) -> str:
     return re.sub(r"\^(-?\d+)", lambda match: match[1].translate(RAISED), words)
 
 
-def span(values: Sequence[float], digits: int = 3) -> str:
+def range_text(values: Sequence[float], digits: int = 3) -> str:
     """Return "low to high" of lower bounds, or the one number where both read the same."""
     low, high = at_least(min(values), digits), at_least(max(values), digits)
     return low if low == high else f"{low} to {high}"

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from takagi.reports.margins import Margins
-from takagi.reports.page.text import Table, fixed, significant
+from takagi.reports.page.text import Table, significant, with_decimals
 
 __all__ = ["margin_table"]
 
@@ -52,11 +52,11 @@ def _cells(m: Margins, down: bool, count: int) -> tuple[str, ...]:
     least = 20 * np.log10(m.gain_decrease) if m.gain_decrease > 0 else -np.inf
     return (
         significant(m.crossover),
-        fixed(20 * np.log10(m.gain_increase), 1),
-        *([fixed(least, 1)] if down else []),
-        fixed(float(np.degrees(m.phase)), 0),
+        with_decimals(20 * np.log10(m.gain_increase), 1),
+        *([with_decimals(least, 1)] if down else []),
+        with_decimals(float(np.degrees(m.phase)), 0),
         significant(m.delay),
-        fixed(20 * np.log10(m.disk.gain_increase), 1),
-        fixed(float(np.degrees(m.disk.phase)), 0),
-        fixed(m.sensitivity_peak, 2),
+        with_decimals(20 * np.log10(m.disk.gain_increase), 1),
+        with_decimals(float(np.degrees(m.disk.phase)), 0),
+        with_decimals(m.sensitivity_peak, 2),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from takagi.reports.page.text import Section, Table, fixed
+from takagi.reports.page.text import Section, Table, with_decimals
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -33,7 +33,7 @@ def provenance_section(design: TurbineDesign | PlantDesign, *, timings: bool) ->
     hashes = [(f"certificate: {name}", value) for name, value in recorded["sha256"].items()]
     hashes += [(f"file: {name}", value) for name, value in files.items()]
     versions = tuple((name, str(value)) for name, value in recorded["versions"].items())
-    seconds = tuple((step, fixed(value, 2)) for step, value in design.seconds.items())
+    seconds = tuple((step, with_decimals(value, 2)) for step, value in design.seconds.items())
     return Section(
         "provenance",
         "Provenance",

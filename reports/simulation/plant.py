@@ -16,7 +16,7 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.reports.loops.plant_loop import PlantLoop
-    from takagi.reports.loops.plant_motion import Motion
+    from takagi.reports.loops.plant_motion import PlantMotion
 
 __all__ = ["PlantSimulation", "corner_starts", "simulate_plant", "simulation_data"]
 __all__ += ["simulation_files"]
@@ -38,7 +38,7 @@ class PlantSimulation:
     """
 
     loop: PlantLoop
-    motions: tuple[Motion, ...]
+    motions: tuple[PlantMotion, ...]
     scale: float = 1.0
 
     @property
@@ -113,9 +113,9 @@ def corner_starts(loop: PlantLoop) -> tuple[list[Start], float]:
 
 def simulation_files(found: PlantSimulation) -> dict[str, bytes | str]:
     """Return relative name -> content: ``responses.csv``, ``simulation.json``, ``figures/``."""
-    from takagi.reports.figures.plant.captioned import motion_plates
+    from takagi.reports.figures.plant.captioned import captioned_motion_figures
 
-    drawn = motion_plates(found.loop, found.motions)
+    drawn = captioned_motion_figures(found.loop, found.motions)
     files: dict[str, bytes | str] = {
         "responses.csv": drawn.data["responses.csv"],
         "simulation.json": json.dumps(simulation_data(found), indent=2) + "\n",
@@ -152,7 +152,7 @@ def simulation_data(found: PlantSimulation) -> dict[str, Any]:
     }
 
 
-def _actuators(loop: PlantLoop, motion: Motion) -> dict[str, dict[str, list[float]]]:
+def _actuators(loop: PlantLoop, motion: PlantMotion) -> dict[str, dict[str, list[float]]]:
     """Return the least and largest command of each blended actuator; nothing without a blend."""
     if loop.blend is None:
         return {}
@@ -181,7 +181,7 @@ def _number(value: float) -> float | None:
     return None if np.isnan(value) else value
 
 
-def _left(loop: PlantLoop, motion: Motion) -> bool:
+def _left(loop: PlantLoop, motion: PlantMotion) -> bool:
     for k, label in enumerate(loop.model.states):
         side = loop.model.box.get(label)
         if side is not None:

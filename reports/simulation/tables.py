@@ -84,7 +84,7 @@ def as_markdown(simulation: Simulation, *, figures: Sequence[str] = ()) -> str:
         "|---|---|" + "---:|" * len(titles),
     ]
     for row in table_rows(simulation):
-        cells = [shown(row, name) for name in COLUMNS]
+        cells = [rounded_text(row, name) for name in COLUMNS]
         lines.append(f"| {row['wind']} | {row['law']} | " + " | ".join(cells) + " |")
     lines += ["", EXPLANATION.replace("\n", " "), ""]
     lines += [f"- {note}" for note in notes(simulation)]
@@ -98,7 +98,7 @@ def _late(simulation: Simulation) -> str:
     return f" and send {late:g} ms later" if late else ""
 
 
-def shown(row: dict[str, Any], name: str) -> str:
+def rounded_text(row: dict[str, Any], name: str) -> str:
     """Return one metric of a row as the table shows it; a dash where the loop diverged."""
     value = row[name]
     return "–" if value is None else f"{value:.{COLUMNS[name][2]}f}"

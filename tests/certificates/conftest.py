@@ -11,13 +11,13 @@ import pytest
 
 from takagi.certificates.checker.kernel.reader import digest, read_text
 from takagi.certificates.claims.turbine.effort_sharing import (
-    CoherentCandidate,
-    coherent_candidate,
-    coherent_claim,
+    EffortSharingCandidate,
+    effort_sharing_candidate,
+    effort_sharing_claim,
 )
 from takagi.certificates.document.certificate_file import (
     certificate_document,
-    coherent_law_data,
+    effort_sharing_law_data,
     turbine_data,
 )
 from takagi.lmi.turbine.effort import effort_gains
@@ -37,7 +37,7 @@ class Built:
 
     turbine: Turbine
     law: EffortSharingLaw
-    candidate: CoherentCandidate
+    candidate: EffortSharingCandidate
     document: dict[str, Any]
 
 
@@ -47,11 +47,11 @@ def built() -> Built:
     turbine = nrel5mw()
     schedule = effort_schedule(turbine)
     law = EffortSharingLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
-    candidate = coherent_candidate(turbine, law)
+    candidate = effort_sharing_candidate(turbine, law)
     document = certificate_document(
         model=turbine_data(turbine, []),
-        gains=coherent_law_data(law),
-        claims=[coherent_claim(candidate)],
+        gains=effort_sharing_law_data(law),
+        claims=[effort_sharing_claim(candidate)],
         provenance={},
     )
     return Built(turbine, law, candidate, document)

@@ -18,8 +18,8 @@ from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES
 from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_UNCERTAINTY,
-    coherent_candidate,
-    coherent_claim,
+    effort_sharing_candidate,
+    effort_sharing_claim,
 )
 from takagi.certificates.document.certificate_file import certificate_document, dumps
 from takagi.models.intervals.interval import Interval
@@ -107,11 +107,11 @@ def test_two_per_cent_of_power_are_proved_and_five_are_not(built: Any) -> None:
     for wrong, expected in ((2, Verdict.PROVED), (5, Verdict.UNDECIDED)):
         around = Interval.of(f"0.{100 - wrong}", f"1.{wrong:02d}")
         uncertainty = replace(DEFAULT_UNCERTAINTY, power_coefficient=around)
-        candidate = coherent_candidate(built.turbine, built.law, uncertainty=uncertainty)
+        candidate = effort_sharing_candidate(built.turbine, built.law, uncertainty=uncertainty)
         sealed = certificate_document(
             model=built.document["model"],
             gains=built.document["gains"],
-            claims=[coherent_claim(candidate)],
+            claims=[effort_sharing_claim(candidate)],
             provenance={},
         )
         claim = check_document(sealed).claims[0]

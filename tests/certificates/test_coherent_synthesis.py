@@ -13,19 +13,19 @@ from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_BOX,
     DEFAULT_UNCERTAINTY,
-    coherent_candidate,
-    coherent_claim,
+    effort_sharing_candidate,
+    effort_sharing_claim,
 )
 from takagi.certificates.design.turbine.design import design_turbine
 from takagi.certificates.design.turbine.effort_sharing_gains import (
-    CoherentSynthesis,
+    EffortSharingGainDesign,
     Synthesis,
-    coherent_synthesis,
+    effort_sharing_gain_design,
 )
 from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.document.certificate_file import (
     certificate_document,
-    coherent_law_data,
+    effort_sharing_law_data,
     turbine_data,
 )
 from takagi.lmi.turbine.one_step import iteration as one_step_climb
@@ -65,8 +65,8 @@ def near_rated(built: Built) -> EffortSharingLaw:
 
 def synthesised(
     built: Built, law: EffortSharingLaw, synthesis: Synthesis, steps: int = 3
-) -> CoherentSynthesis:
-    return coherent_synthesis(
+) -> EffortSharingGainDesign:
+    return effort_sharing_gain_design(
         built.turbine,
         law,
         box=DEFAULT_BOX,
@@ -76,18 +76,18 @@ def synthesised(
     )
 
 
-def verdict(built: Built, found: CoherentSynthesis, **change: object) -> Verdict:
+def verdict(built: Built, found: EffortSharingGainDesign, **change: object) -> Verdict:
     """Return what the independent checker says of the claim, or of one that is changed."""
     document = certificate_document(
         model=turbine_data(built.turbine, []),
-        gains=coherent_law_data(found.law),
-        claims=[coherent_claim(found.candidate) | change],
+        gains=effort_sharing_law_data(found.law),
+        claims=[effort_sharing_claim(found.candidate) | change],
         provenance={},
     )
     return check_document(document).verdict
 
 
-def mean_error(found: CoherentSynthesis) -> float:
+def mean_error(found: EffortSharingGainDesign) -> float:
     return float(np.exp(np.log(found.candidate.wind_error).mean()))
 
 
@@ -102,9 +102,9 @@ def test_one_step_proves_more_wind_and_no_cell_bears_less(
     assert two.joint is None and two.kept == ""
     assert one.joint is not None and one.kept == "" and len(one.joint.history) > 1
     assert mean_error(one) > 1.03 * mean_error(two)
-    weakest = coherent_candidate(built.turbine, near_rated).wind_error.min()
+    weakest = effort_sharing_candidate(built.turbine, near_rated).wind_error.min()
     assert one.candidate.wind_error.min() >= 0.98 * weakest
-    claim = coherent_claim(one.candidate)
+    claim = effort_sharing_claim(one.candidate)
     cells = [dict(cell) for cell in claim["cells"]]
     cells[0]["wind_error"] *= 1.05
     assert verdict(built, one, cells=cells) is not Verdict.PROVED
@@ -115,14 +115,14 @@ def test_a_given_function_is_taken_where_it_holds_and_replaced_where_not(
     built: Built, near_rated: EffortSharingLaw
 ) -> None:
     """P of the two-step analysis stays P; one that no cell bears, or outside the box, does not."""
-    first = coherent_candidate(built.turbine, near_rated)
+    first = effort_sharing_candidate(built.turbine, near_rated)
     assert first.P is not None
     rates = [Fraction(cell.wind_rate) for cell in first.cells]
-    again = coherent_candidate(built.turbine, near_rated, P=first.P, rates=rates)
+    again = effort_sharing_candidate(built.turbine, near_rated, P=first.P, rates=rates)
     assert again.P == pytest.approx(first.P, rel=1e-4)
     assert again.wind_error == pytest.approx(first.wind_error, rel=2e-3)
-    wide = coherent_candidate(built.turbine, near_rated, P=0.5 * first.P)
-    turned = coherent_candidate(built.turbine, near_rated, P=np.diag([3e3, 2e4, 9e9]))
+    wide = effort_sharing_candidate(built.turbine, near_rated, P=0.5 * first.P)
+    turned = effort_sharing_candidate(built.turbine, near_rated, P=np.diag([3e3, 2e4, 9e9]))
     for other in (wide, turned):
         assert other.P == pytest.approx(first.P, rel=1e-6)
 
@@ -142,7 +142,7 @@ def test_where_no_step_gains_the_two_step_gains_are_kept_and_it_is_said(
 def test_no_function_at_the_start_is_told_with_its_wind(built: Built) -> None:
     """A third to five times the inertia is beyond any function: the message names the wind."""
     with pytest.raises(ModelError, match=r"no common quadratic function.*wind 11\."):
-        coherent_synthesis(
+        effort_sharing_gain_design(
             built.turbine,
             part_of(built.law, 11.3, 11.6),
             box=DEFAULT_BOX,

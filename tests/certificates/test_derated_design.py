@@ -11,10 +11,13 @@ import pytest
 from takagi.certificates.checker.kernel.certificate import check
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.claims.turbine.effort_sharing import coherent_candidate, coherent_claim
+from takagi.certificates.claims.turbine.effort_sharing import (
+    effort_sharing_candidate,
+    effort_sharing_claim,
+)
 from takagi.certificates.document.certificate_file import (
     certificate_document,
-    coherent_law_data,
+    effort_sharing_law_data,
     turbine_data,
 )
 from takagi.certificates.document.provenance import provenance
@@ -40,11 +43,11 @@ def document() -> dict[str, Any]:
     lower = derated(turbine, SHARE * turbine.rated_torque)
     schedule = effort_schedule(lower)
     law = EffortSharingLaw.of(lower, schedule, effort_gains(lower, schedule).gains)
-    candidate = coherent_candidate(lower, law)
+    candidate = effort_sharing_candidate(lower, law)
     return certificate_document(
         model=turbine_data(lower, FILES),
-        gains=coherent_law_data(law),
-        claims=[coherent_claim(candidate)],
+        gains=effort_sharing_law_data(law),
+        claims=[effort_sharing_claim(candidate)],
         provenance=provenance({}, {}),
     )
 

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, law_from_gains
-from takagi.certificates.claims.turbine.published import paper_law_data
+from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.design.turbine.published_law import designed_law
 from takagi.certificates.design.turbine.result import TurbineDesign
-from takagi.certificates.document.certificate_file import coherent_law_data
+from takagi.certificates.document.certificate_file import effort_sharing_law_data
 from takagi.models.errors import ModelError
 from takagi.models.laws import EffortGains, EffortSharingLaw, Law, Measurement, effort_schedule
 from takagi.models.laws.effort_sharing.feedforward import no_feedforward
@@ -91,17 +91,17 @@ OPTIONS: dict[str, Callable[[], EffortSharingLaw]] = {
 def test_every_option_comes_back(option: str, tmp_path: Path) -> None:
     """Each of them changes the law, and is in the file."""
     law = OPTIONS[option]()
-    read = law_from_gains(stored(coherent_law_data(law), tmp_path))
+    read = law_from_gains(stored(effort_sharing_law_data(law), tmp_path))
 
     require_same(law, read)
     assert isinstance(read, EffortSharingLaw)
-    assert coherent_law_data(read) != coherent_law_data(default_law())
+    assert effort_sharing_law_data(read) != effort_sharing_law_data(default_law())
 
 
 def test_a_file_of_version_1_feeds_nothing_forward(tmp_path: Path) -> None:
     """Such files lack the feed-forward: the law that ran then is the law that is read."""
     law = default_law()
-    data = coherent_law_data(law)
+    data = effort_sharing_law_data(law)
     for name in ("inertia_feedforward", "feedforward_limit", "pitch_lead"):
         del data[name]
 
@@ -127,7 +127,7 @@ def test_laws_of_the_paper_come_back_with_their_turbine(
     )
     models = (turbine_design.partial_load, turbine_design.full_load, turbine_design.regional)
     law = designed_law(TURBINE, asked, models)
-    path = stored(paper_law_data(law), tmp_path)
+    path = stored(published_law_data(law), tmp_path)
 
     read = law_from_gains(path, TURBINE)
 
@@ -136,7 +136,7 @@ def test_laws_of_the_paper_come_back_with_their_turbine(
     assert law.coupling.speed_ramp.at(TURBINE.rated_rotor_speed) == pytest.approx(0.75)
     with pytest.raises(ModelError, match="give the turbine too"):
         law_from_gains(path)
-    data = paper_law_data(law)
+    data = published_law_data(law)
     data["partial"]["pitch"][3] += 1e-9
     # The models are made once: they are what is compared, not how they are made.
     made = [law.partial, law.full]

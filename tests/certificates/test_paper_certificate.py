@@ -16,12 +16,12 @@ from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.claims.turbine.published import (
-    PaperCandidate,
+    PublishedCandidate,
     merged,
     overlap_candidates,
-    paper_candidate,
-    paper_claim,
-    paper_law_data,
+    published_candidate,
+    published_claim,
+    published_law_data,
     with_overlaps,
 )
 from takagi.certificates.document.certificate_file import certificate_document, turbine_data
@@ -67,16 +67,16 @@ def make_law(name: PublishedLawName, placement: float = 0.5) -> PublishedLaw:
 
 
 @cache
-def candidate(name: PublishedLawName) -> PaperCandidate:
+def candidate(name: PublishedLawName) -> PublishedCandidate:
     """Return what is found in three short windows of partial and full load."""
-    return paper_candidate(make_law(name), winds=WINDOWS)
+    return published_candidate(make_law(name), winds=WINDOWS)
 
 
 def document(law: PublishedLaw, claim: dict[str, Any]) -> dict[str, Any]:
     """Return a certificate of one claim."""
     return certificate_document(
         model=turbine_data(TURBINE, ()),
-        gains=paper_law_data(law),
+        gains=published_law_data(law),
         claims=[claim],
         provenance={"solver": {}},
     )
@@ -86,7 +86,7 @@ def document(law: PublishedLaw, claim: dict[str, Any]) -> dict[str, Any]:
 def proved(name: PublishedLawName) -> Claim:
     """Return the checker's answer to the candidate."""
     found = candidate(name)
-    return check_document(document(found.law, paper_claim(found))).claims[0]
+    return check_document(document(found.law, published_claim(found))).claims[0]
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -146,10 +146,10 @@ def test_no_equilibrium_no_proof() -> None:
     Source: docs/ledger.md, "One integrator, no placement", placement 1.
     """
     law = make_law("paper", placement=1.0)
-    found = paper_candidate(law, winds=[(15.0, 15.1)])
+    found = published_candidate(law, winds=[(15.0, 15.1)])
     assert not found.cells
     assert all("no equilibrium" in gap.reason for gap in found.unproved)
-    claim = check_document(document(law, paper_claim(found))).claims[0]
+    claim = check_document(document(law, published_claim(found))).claims[0]
     assert claim.verdict is Verdict.UNDECIDED
     assert "proved at no wind" in claim.text
 
@@ -157,7 +157,7 @@ def test_no_equilibrium_no_proof() -> None:
 def test_cells_of_another_placement_prove_nothing() -> None:
     """Cells of a law with equilibria, claimed of the one without, are not proved."""
     good, law = candidate("paper"), make_law("paper", placement=1.0)
-    claim = paper_claim(replace(good, law=law, winds=WINDOWS[2:]))
+    claim = published_claim(replace(good, law=law, winds=WINDOWS[2:]))
     claim["cells"] = [cell for cell in claim["cells"] if cell["wind"][0] >= 20]
     found = check_document(document(law, claim)).claims[0]
     assert found.verdict is Verdict.UNDECIDED
@@ -273,7 +273,7 @@ def _last_window(name: PublishedLawName) -> dict[str, Any]:
     """Return the certificate about full load alone: quick to replay."""
     found = candidate(name)
     cells = tuple(c for c in found.cells if c.cell.wind[0] >= 20)
-    whole = document(found.law, paper_claim(replace(found, winds=WINDOWS[2:], cells=cells)))
+    whole = document(found.law, published_claim(replace(found, winds=WINDOWS[2:], cells=cells)))
     assert check_document(whole).verdict is Verdict.PROVED
     return whole
 
@@ -286,7 +286,7 @@ def test_overlaps_move_the_ramp_with_its_placement() -> None:
     assert moved.coupling.speed_ramp.at(law.speed_setpoint) == pytest.approx(0.5)
     assert moved.coupling.torque_overlap == 1000.0
     first = next(overlap_candidates(law))
-    claim = check_document(document(law, paper_claim(first))).claims[0]
+    claim = check_document(document(law, published_claim(first))).claims[0]
     assert "speed overlap 0.05 rad/s, torque overlap 1000 N m" in claim.text
     assert "with these overlaps in place of its own" in claim.text
     assert claim.verdict is Verdict.PROVED
@@ -308,7 +308,7 @@ def test_the_report_reads_every_number_of_the_checkers_words(name: PublishedLawN
     from takagi.reports.loops.overlap_claims import overlap_claims
 
     found = candidate(name)
-    whole = document(found.law, paper_claim(found))
+    whole = document(found.law, published_claim(found))
     design = SimpleNamespace(document=whole, checked=check_document(whole))
 
     (read,) = overlap_claims(cast(TurbineDesign, design))

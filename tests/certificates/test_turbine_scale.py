@@ -10,8 +10,8 @@ import pytest
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_BOX,
-    coherent_candidate,
-    coherent_claim,
+    effort_sharing_candidate,
+    effort_sharing_claim,
 )
 from takagi.certificates.design.turbine.scale import (
     default_settings,
@@ -21,7 +21,7 @@ from takagi.certificates.design.turbine.scale import (
 from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.document.certificate_file import (
     certificate_document,
-    coherent_law_data,
+    effort_sharing_law_data,
     turbine_data,
 )
 from takagi.certificates.document.provenance import provenance
@@ -97,11 +97,11 @@ def test_fifteen_megawatt_is_proved_in_its_own_scale_and_not_in_another() -> Non
     schedule = effort_schedule(turbine, overlap=asked.overlap)
     gains = effort_gains(turbine, schedule, asked.effort).gains
     law = EffortSharingLaw.of(turbine, schedule, gains)
-    candidate = coherent_candidate(turbine, law, box=asked.box)
+    candidate = effort_sharing_candidate(turbine, law, box=asked.box)
     document = certificate_document(
         model=turbine_data(turbine, model_files("iea15mw")),
-        gains=coherent_law_data(law),
-        claims=[coherent_claim(candidate)],
+        gains=effort_sharing_law_data(law),
+        claims=[effort_sharing_claim(candidate)],
         provenance=provenance(asked, {"joint analysis": candidate.words}),
     )
     checked = check_document(document)
@@ -109,4 +109,4 @@ def test_fifteen_megawatt_is_proved_in_its_own_scale_and_not_in_another() -> Non
     assert checked.verdict.name == "PROVED"
     assert min(candidate.wind_error) > 0.01  # m/s; 0.003 with the bandwidth of 5 MW
     with pytest.raises(ModelError, match=r"wind cell .3, 3.25. m/s: c_Q: tip-speed ratio"):
-        coherent_candidate(turbine, law, box=DEFAULT_BOX)
+        effort_sharing_candidate(turbine, law, box=DEFAULT_BOX)

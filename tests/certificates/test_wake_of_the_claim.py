@@ -16,7 +16,10 @@ from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_UNCERTAINTY, coherent_claim
+from takagi.certificates.claims.turbine.effort_sharing import (
+    DEFAULT_UNCERTAINTY,
+    effort_sharing_claim,
+)
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.cross_check.kernel.reading import Refusal
 from takagi.certificates.design.given.turbine_law import certify_law
@@ -113,7 +116,7 @@ def test_the_files_name_of_a_claim_is_the_verdicts(built: Any) -> None:
     assert stated[0].startswith("coherent loop, 3 to 25 m/s, pitch effectiveness up to ")
     assert stated == [claim.name for claim in check_document(built.document).claims]
     calm = replace(built.candidate, uncertainty=replace(DEFAULT_UNCERTAINTY, frozen_wake=False))
-    assert coherent_claim(calm)["name"] == "coherent loop, 3 to 25 m/s, equilibrium wake"
+    assert effort_sharing_claim(calm)["name"] == "coherent loop, 3 to 25 m/s, equilibrium wake"
 
 
 def test_a_file_with_the_name_of_before_is_read(short: dict[str, Any]) -> None:

@@ -19,8 +19,8 @@ from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import (
     certificate_document,
-    coherent_law_data,
     dumps,
+    effort_sharing_law_data,
     turbine_data,
 )
 from takagi.cli.main import main
@@ -76,7 +76,7 @@ def turbine() -> tuple[dict[str, Any], dict[str, Any]]:
     gains = EffortGains([0.5] * len(schedule.wind), [0.2] * (len(schedule.wind) - 1))  # type: ignore[arg-type]
     law = EffortSharingLaw.of(found, schedule, gains)
     document = certificate_document(
-        model=turbine_data(found, ()), gains=coherent_law_data(law), claims=[], provenance={}
+        model=turbine_data(found, ()), gains=effort_sharing_law_data(law), claims=[], provenance={}
     )
     own = {
         "name": "NREL 5-MW, coherent law",

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from takagi.certificates.checker import Verdict, check
-from takagi.certificates.design.given.turbine_law import coherent_law_from_data, read_law
-from takagi.certificates.document.certificate_file import coherent_law_data, dumps
+from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data, read_law
+from takagi.certificates.document.certificate_file import dumps, effort_sharing_law_data
 from takagi.cli.main import main
 
 if TYPE_CHECKING:
@@ -38,9 +38,9 @@ def changed(gains: Path, **entries: Any) -> Path:
 
 def test_a_law_survives_its_file(finished: TurbineDesign, gains: Path) -> None:
     """What is read back writes the same numbers: the certificate is about what was emitted."""
-    law = coherent_law_from_data(read_law(gains))
+    law = effort_sharing_law_from_data(read_law(gains))
 
-    assert coherent_law_data(law) == finished.document["gains"]
+    assert effort_sharing_law_data(law) == finished.document["gains"]
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.document.certificate_file import coherent_law_data
+from takagi.certificates.document.certificate_file import effort_sharing_law_data
 from takagi.cli.main import main
 from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
 from takagi.models.turbine import Turbine, nrel5mw
@@ -23,7 +23,7 @@ def gain_file(turbine: Turbine, folder: Path) -> Path:
     schedule = effort_schedule(turbine)
     count = len(schedule.wind)
     gains = EffortGains([0.6] * count, [0.15] * (count - 1))  # type: ignore[arg-type]
-    law = coherent_law_data(EffortSharingLaw.of(turbine, schedule, gains))
+    law = effort_sharing_law_data(EffortSharingLaw.of(turbine, schedule, gains))
     observer = {"l1": 1.8, "l2": 49.0}
     content = {"format": "takagi-gains", "version": 2, "law": law, "observer": observer}
     path = folder / "gains.json"

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from takagi.certificates.checker.kernel.certificate import concluded
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.reports.appendix import appendix_files
-from takagi.reports.appendix.tex import Tex, decimal, escape, fixed, scientific, unit
+from takagi.reports.appendix.tex import Tex, decimal, escape, scientific, unit, with_decimals
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
@@ -239,8 +239,8 @@ def test_numbers_keep_their_meaning() -> None:
     """Exact decimals stay exact, rounding never shows a negative zero, powers are powers."""
     assert decimal(0.1 + 0.2) == r"\ensuremath{0.30000000000000004}"
     assert decimal(1e-7) == r"\ensuremath{0.0000001}"
-    assert fixed(-0.0001, 2) == r"\ensuremath{0.00}"
-    assert fixed(float("nan"), 2) == "--"
+    assert with_decimals(-0.0001, 2) == r"\ensuremath{0.00}"
+    assert with_decimals(float("nan"), 2) == "--"
     assert scientific(43784725.444, 8) == r"\ensuremath{4.3784725 \times 10^{7}}"
     assert scientific(9.99999e7, 3) == r"\ensuremath{1.00 \times 10^{8}}"
     assert unit("N m s^2/rad^2") == r"\ensuremath{\mathrm{N\,m\,s^{2}/rad^{2}}}"

@@ -16,7 +16,7 @@ from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.reports.baseline import (
-    Comparison,
+    CertificateComparison,
     as_data,
     as_markdown,
     as_text,
@@ -48,7 +48,7 @@ def ellipsoid(level: float, **more: Any) -> Data:
     return {**own, "level": level, "multiplier": 0.5, **more}
 
 
-def against(old: Data, new: Data, tolerance: str = "0.05") -> Comparison:
+def against(old: Data, new: Data, tolerance: str = "0.05") -> CertificateComparison:
     """Compare two documents that the checker has replayed."""
     first, second = (read_text(json.dumps(one), "test") for one in (old, new))
     return compare_certificates(

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from takagi.certificates.equilibrium import RestCell
+from takagi.certificates.equilibrium import EquilibriumCell
 from takagi.models.errors import ModelError
 from takagi.reports.figures import (
     BodeLine,
@@ -27,6 +27,7 @@ from takagi.reports.figures import (
     bode_figure,
     cells_figure,
     decimate,
+    equilibria_figure,
     figure_to_pdf,
     figure_to_png,
     figure_to_svg,
@@ -35,7 +36,6 @@ from takagi.reports.figures import (
     poles_figure,
     power_surface_figure,
     response_figure,
-    rests_figure,
     scenario_figure,
     trim_figure,
 )
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MAKERS: dict[str, Callable[[], Figure]] = {}
-UNKNOWN = RestCell((3.0, 25.0), "unknown", "too close to call")
+UNKNOWN = EquilibriumCell((3.0, 25.0), "unknown", "too close to call")
 
 
 def maker(make: Callable[[], Figure]) -> Callable[[], Figure]:
@@ -135,9 +135,9 @@ def overlaps() -> Figure:
 def rests() -> Figure:
     """Every answer, beside a gap and a range that is not known."""
     found = ("one at the trim", "one", "one off the trim", "none", "several", "continuum")
-    cells = [RestCell((3.0 + 3 * k, 6.0 + 3 * k), words) for k, words in enumerate(found)]
-    gap = [RestCell((3.0, 11.0), "one"), RestCell((11.1, 20.0), "none")]
-    return rests_figure({"coherent": cells, "paper, placement 1": gap, "other": [UNKNOWN]})
+    cells = [EquilibriumCell((3.0 + 3 * k, 6.0 + 3 * k), words) for k, words in enumerate(found)]
+    gap = [EquilibriumCell((3.0, 11.0), "one"), EquilibriumCell((11.1, 20.0), "none")]
+    return equilibria_figure({"coherent": cells, "paper, placement 1": gap, "other": [UNKNOWN]})
 
 
 @maker
@@ -360,7 +360,7 @@ def misuse(case: str) -> None:
             [1, 2], [True, True], decay_rate=[1], wind_rate=[1], overspeed=[1]
         ),
         "c_P": lambda: power_surface_figure([1, 2], [1, 2, 3], np.zeros((2, 3))),
-        "no loop": lambda: rests_figure({"paper": []}),
+        "no loop": lambda: equilibria_figure({"paper": []}),
         "points": lambda: decimate([1.0], [1.0], points=2),
         "both must be": lambda: decimate([1.0, 2.0], [1.0]),
     }

@@ -14,12 +14,15 @@ import numpy as np
 import pytest
 
 from takagi.certificates.checker.kernel.certificate import concluded
-from takagi.certificates.claims.turbine.published import paper_law_data
+from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.controller.content import bound, gain_file_of
 from takagi.certificates.controller.plant_members import plant_members
 from takagi.certificates.design.turbine.published_law import designed_law
 from takagi.certificates.design.turbine.result import TurbineDesign
-from takagi.certificates.document.certificate_file import certificate_document, coherent_law_data
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    effort_sharing_law_data,
+)
 from takagi.certificates.document.model_data import pdc_law_data
 from takagi.certificates.document.plant_blend import unknown_premises
 from takagi.certificates.document.plant_embedding import law_members, plant_data
@@ -161,7 +164,7 @@ def test_the_effort_of_a_blend_is_added_up(tmp_path: Path) -> None:
 def turbine_file(design: TurbineDesign, law: Law, folder: Path) -> Path:
     """Write the gain file of a law, with the observer of a design and a start of no meaning."""
     coherent = isinstance(law, EffortSharingLaw)
-    gains = coherent_law_data(law) if coherent else paper_law_data(law)  # type: ignore[arg-type]
+    gains = effort_sharing_law_data(law) if coherent else published_law_data(law)  # type: ignore[arg-type]
     document = certificate_document(
         model=design.document["model"], gains=gains, claims=[], provenance={}
     )

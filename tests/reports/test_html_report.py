@@ -31,7 +31,7 @@ from takagi.reports.loops.overlap_claims import gap_words, overlap_claims, wind_
 from takagi.reports.loops.turbine_local import loop_points
 from takagi.reports.margins import LocalGains, closed_loop_poles
 from takagi.reports.page.assembly import render
-from takagi.reports.page.text import Section, at_least, at_most, fixed, powers, significant
+from takagi.reports.page.text import Section, at_least, at_most, powers, significant, with_decimals
 from takagi.reports.sections.turbine.cells import cells_section
 from takagi.reports.sections.turbine.gains import gains_section
 from takagi.reports.sections.turbine.loops import poles_section
@@ -457,8 +457,8 @@ def test_terminal_tells_the_chosen_overlaps_and_lists_the_others() -> None:
 
 def test_numbers_read_well() -> None:
     """True minus signs, no exponents where they hinder, bounds rounded to the safe side."""
-    assert fixed(-0.0001, 2) == "0.00"
-    assert fixed(float("inf"), 1) == "∞"
+    assert with_decimals(-0.0001, 2) == "0.00"
+    assert with_decimals(float("inf"), 1) == "∞"
     assert significant(-2.2154e-6, 3) == "−2.22·10⁻⁶"
     assert significant(43093.55, 3) == "43094"
     assert at_most(3.5512, 2) == "3.56"

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from takagi.certificates.design.turbine.effort_sharing_gains import CoherentSynthesis
+from takagi.certificates.design.turbine.effort_sharing_gains import EffortSharingGainDesign
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.lmi.turbine.one_step.design import OneStepDesign
 from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions
@@ -34,7 +34,7 @@ def joint(turbine_design: TurbineDesign) -> TurbineDesign:
         (before, middle, after),
         0,
     )
-    return replace(turbine_design, synthesis=CoherentSynthesis(law, candidate, found, ""))
+    return replace(turbine_design, synthesis=EffortSharingGainDesign(law, candidate, found, ""))
 
 
 def test_the_summary_tells_both(joint: TurbineDesign) -> None:

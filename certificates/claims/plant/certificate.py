@@ -19,7 +19,7 @@ from takagi.certificates.document.provenance import provenance
 from takagi.certificates.requests.all_claims import requests_for
 from takagi.certificates.requests.decay import Decay
 from takagi.certificates.requests.input_limits import InputLimits
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.on_pieces import attempted
 from takagi.certificates.requests.pole_region import Poles
 from takagi.certificates.requests.request import Attempt, Request
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from takagi.lmi import EigenvalueRegion
     from takagi.models.ts.model import TSModel
 
-__all__ = ["Demands", "plant_certificate"]
+__all__ = ["ClaimRequirements", "plant_certificate"]
 
 Floats = NDArray[np.float64]
 # Claims beside decay ask for a few solutions each; of more blends they take minutes.
@@ -38,7 +38,7 @@ MOST_BLENDS = 2500
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Demands:
+class ClaimRequirements:
     """What was asked of the gains, and has to be proved of them too.
 
     Attributes
@@ -57,7 +57,7 @@ def plant_certificate(
     model: TSModel,
     gains: Floats | None,
     settings: PlantSettings,
-    demands: Demands,
+    demands: ClaimRequirements,
     *,
     files: Sequence[Path] = (),
     law: Mapping[str, Any] | None = None,
@@ -81,7 +81,7 @@ def plant_certificate(
     model_data, before, notes = plant_and_claim(model)
     if model_data is not None and files:
         model_data |= content_of(files)
-    loop = Loop.of(model, gains, model_data=model_data, law=law)
+    loop = ClaimedLoop.of(model, gains, model_data=model_data, law=law)
     attempts, tried = _attempts(loop, demands)
     document = certificate_document(
         model=loop.model_data,
@@ -96,7 +96,7 @@ def plant_certificate(
     return Certificate(document, check_document(document), words)
 
 
-def _attempts(loop: Loop, demands: Demands) -> tuple[list[Attempt], list[str]]:
+def _attempts(loop: ClaimedLoop, demands: ClaimRequirements) -> tuple[list[Attempt], list[str]]:
     decay = attempted(Decay(), loop)
     wanted = demands.decay_rate
     if wanted is not None and not (decay.proved and decay.claim["decay_rate"] >= wanted):
@@ -124,7 +124,7 @@ def _attempts(loop: Loop, demands: Demands) -> tuple[list[Attempt], list[str]]:
     return [*asked, *found], notes
 
 
-def _demanded(loop: Loop, demands: Demands) -> Iterator[Request]:
+def _demanded(loop: ClaimedLoop, demands: ClaimRequirements) -> Iterator[Request]:
     if loop.gains is None:
         return
     if demands.region is not None:

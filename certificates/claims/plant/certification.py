@@ -19,7 +19,7 @@ from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.document.provenance import provenance
 from takagi.certificates.requests.all_claims import attempts_at_all
 from takagi.certificates.requests.decay import Decay
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.on_pieces import attempted
 from takagi.models.errors import ModelError
 
@@ -119,7 +119,7 @@ def certify(
     if not asked and claims != "all":
         raise ModelError("no claims were asked for; give at least one request, such as Decay()")
     model_data, claims_before, notes = plant_and_claim(model)
-    loop = Loop.of(model, gains, model_data=model_data, law=law)
+    loop = ClaimedLoop.of(model, gains, model_data=model_data, law=law)
     unproved: Sequence[str] = ()
     if claims == "all":
         attempts, unproved = attempts_at_all(loop, decay_rate=decay_rate)

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from takagi.certificates.checker.words.shown import at_least, at_most
 from takagi.certificates.claims.turbine.largest_wind_error import (
     SHRINK,
-    AskedLoops,
-    CoherentCandidate,
-    borne_with,
+    EffortSharingCandidate,
+    RequestedLoops,
+    largest_wind_errors,
 )
 from takagi.certificates.claims.turbine.wind_class import WindClass, asked_rates, calmer
 from takagi.lmi.analysis.invariant_ellipsoid import Ellipsoid, invariant_ellipsoid
@@ -33,11 +33,11 @@ from takagi.models.turbine.data import Turbine
 __all__ = [
     "DEFAULT_BOX",
     "DEFAULT_UNCERTAINTY",
+    "EffortSharingCandidate",
     "SHRINK",
-    "CoherentCandidate",
     "WindClass",
-    "coherent_candidate",
-    "coherent_claim",
+    "effort_sharing_candidate",
+    "effort_sharing_claim",
 ]
 
 Floats = NDArray[np.float64]
@@ -54,7 +54,7 @@ DEFAULT_UNCERTAINTY = LoopUncertainty(Interval.of("0.9", "1.1"), frozen_wake=Tru
 CALMER, ATTEMPTS = 0.5, 6
 
 
-def coherent_candidate(
+def effort_sharing_candidate(
     turbine: Turbine,
     law: EffortSharingLaw,
     *,
@@ -64,7 +64,7 @@ def coherent_candidate(
     P: Floats | None = None,
     rates: Sequence[Fraction] | None = None,
     tell: Tell | None = None,
-) -> CoherentCandidate:
+) -> EffortSharingCandidate:
     """Return the candidate certificate of the coherent loop: one P for all winds and corners.
 
     Parameters
@@ -89,7 +89,9 @@ def coherent_candidate(
     middle = np.array([float(loop.law.wind.centre) for loop in loops])
     error = np.interp(middle, shape.wind, shape.error)
     if P is not None and _inside(P, box):
-        given = borne_with(P, AskedLoops(box, uncertainty, loops, asked, error), tell=say)
+        given = largest_wind_errors(
+            P, RequestedLoops(box, uncertainty, loops, asked, error), tell=say
+        )
         if given.wind_error.min() > 0:
             return given
     say("one quadratic function for all winds")
@@ -101,9 +103,9 @@ def coherent_candidate(
         last = attempt >= ATTEMPTS - 2
         asked = [Fraction(0) if last else calmer(rate, CALMER) for rate in asked]
     if found.P is not None:
-        loops_asked = AskedLoops(box, uncertainty, loops, asked, error)
-        return borne_with(found.P, loops_asked, words=found.words, tell=say)
-    return CoherentCandidate.without(
+        loops_asked = RequestedLoops(box, uncertainty, loops, asked, error)
+        return largest_wind_errors(found.P, loops_asked, words=found.words, tell=say)
+    return EffortSharingCandidate.without(
         box, uncertainty, cells, diagnosis=found.diagnosis, words=found.words
     )
 
@@ -132,7 +134,7 @@ def _inside(P: Floats, box: LoopBox) -> bool:
     )
 
 
-def coherent_claim(candidate: CoherentCandidate) -> dict[str, Any]:
+def effort_sharing_claim(candidate: EffortSharingCandidate) -> dict[str, Any]:
     """Return the claim as plain data; numbers are decimals, written as they are proved.
 
     Raises
@@ -168,7 +170,7 @@ def coherent_claim(candidate: CoherentCandidate) -> dict[str, Any]:
     }
 
 
-def _name(candidate: CoherentCandidate) -> str:
+def _name(candidate: EffortSharingCandidate) -> str:
     """Return what the checker will call the claim: what holds, rounded to the side of less."""
     cells = candidate.cells
     low, high = _stated(cells[0].wind.lower), _stated(cells[-1].wind.upper)
@@ -201,7 +203,7 @@ def _peaks(P: Floats) -> dict[str, float]:
     }
 
 
-def _cell(candidate: CoherentCandidate, k: int) -> dict[str, Any]:
+def _cell(candidate: EffortSharingCandidate, k: int) -> dict[str, Any]:
     cell = candidate.cells[k]
     nodes = ("wind", "effectiveness_limit")
     ranges = (*nodes, "stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")

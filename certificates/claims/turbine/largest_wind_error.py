@@ -20,7 +20,7 @@ from takagi.models.loops.effort_sharing.cells import CellLoop
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
 from takagi.models.loops.effort_sharing.vertices import LoopVertices, loop_vertices
 
-__all__ = ["SHRINK", "AskedLoops", "CoherentCandidate", "borne_with"]
+__all__ = ["SHRINK", "RequestedLoops", "EffortSharingCandidate", "largest_wind_errors"]
 
 Floats = NDArray[np.float64]
 Tell = Callable[[str], None]
@@ -30,7 +30,7 @@ SHRINK = 1 + 1e-5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CoherentCandidate:
+class EffortSharingCandidate:
     """Everything a claim states, in floating point but for the enclosures.
 
     Attributes
@@ -67,7 +67,7 @@ class CoherentCandidate:
         *,
         diagnosis: str,
         words: str = "",
-    ) -> CoherentCandidate:
+    ) -> EffortSharingCandidate:
         """Return a candidate without a P: nothing is claimed of any cell."""
         none = np.zeros(len(cells))
         return cls(
@@ -87,7 +87,7 @@ class CoherentCandidate:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class AskedLoops:
+class RequestedLoops:
     """The enclosures of all cells, and what is asked of each.
 
     Attributes
@@ -103,9 +103,9 @@ class AskedLoops:
     error: Floats
 
 
-def borne_with(
-    P: Floats, loops: AskedLoops, *, words: str = "", tell: Tell | None = None
-) -> CoherentCandidate:
+def largest_wind_errors(
+    P: Floats, loops: RequestedLoops, *, words: str = "", tell: Tell | None = None
+) -> EffortSharingCandidate:
     """Return what every cell bears with P: the largest wind errors, and decay at rest.
 
     Parameters
@@ -124,7 +124,7 @@ def borne_with(
         tell("the largest common decay rate")
     settling, common = _settling(stated, corners)
     decay = [max(float(decay_rates(stated, v.at_rest).min()), 0.0) for v in corners]
-    return CoherentCandidate(
+    return EffortSharingCandidate(
         box=loops.box,
         uncertainty=loops.uncertainty,
         cells=tuple(each.cell for each in borne),

@@ -18,11 +18,14 @@ from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.claims.turbine.actuator_rates import actuator_rates_claim
-from takagi.certificates.claims.turbine.effort_sharing import CoherentCandidate, coherent_claim
+from takagi.certificates.claims.turbine.effort_sharing import (
+    EffortSharingCandidate,
+    effort_sharing_claim,
+)
 from takagi.certificates.claims.turbine.wind_rate_claim import wind_rate_claim
 from takagi.certificates.document.certificate_file import (
     certificate_document,
-    coherent_law_data,
+    effort_sharing_law_data,
     turbine_data,
 )
 from takagi.certificates.document.provenance import provenance
@@ -37,7 +40,7 @@ Made = Callable[[], "dict[str, Any] | None"]
 def loop_document(
     turbine: Turbine,
     law: EffortSharingLaw,
-    candidate: CoherentCandidate,
+    candidate: EffortSharingCandidate,
     asked: object,
     *,
     files: Sequence[Path] = (),
@@ -53,8 +56,8 @@ def loop_document(
     ------
     ModelError : the candidate has no P.
     """
-    model, gains = turbine_data(turbine, files), coherent_law_data(law)
-    claims, left_out = loop_claims(model, gains, coherent_claim(candidate))
+    model, gains = turbine_data(turbine, files), effort_sharing_law_data(law)
+    claims, left_out = loop_claims(model, gains, effort_sharing_claim(candidate))
     return certificate_document(
         model=model,
         gains=gains,

@@ -14,7 +14,7 @@ import numpy as np
 from takagi.certificates.claims.turbine.published_search import (
     NARROWEST,
     FoundCell,
-    PaperSearch,
+    PublishedSearch,
     Unproved,
     search_cells,
 )
@@ -28,13 +28,13 @@ from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
 
 __all__ = [
     "WINDOW",
-    "PaperCandidate",
+    "PublishedCandidate",
     "claiming_what_holds",
     "merged",
     "overlap_candidates",
-    "paper_candidate",
-    "paper_claim",
-    "paper_law_data",
+    "published_candidate",
+    "published_claim",
+    "published_law_data",
     "with_overlaps",
 ]
 
@@ -47,7 +47,7 @@ WINDOW = 0.03
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PaperCandidate:
+class PublishedCandidate:
     """What is believed of a law over some winds.
 
     Attributes
@@ -80,13 +80,13 @@ def merged(spans: Sequence[Span]) -> list[Span]:
     return found
 
 
-def paper_candidate(
+def published_candidate(
     law: PublishedLaw,
     *,
     winds: Sequence[Span] | None = None,
     narrowest: float | None = None,
     ladder: tuple[float, ...] = (),
-) -> PaperCandidate:
+) -> PublishedCandidate:
     """Return cells in which the loop with a law of the paper contracts, at constant winds.
 
     Parameters
@@ -101,10 +101,10 @@ def paper_candidate(
     ModelError : a law that no claim covers (another filter, gains that depend on the premise d).
     """
     width = NARROWEST if narrowest is None else narrowest
-    search = PaperSearch.of(law, narrowest=width, ladder=ladder)
+    search = PublishedSearch.of(law, narrowest=width, ladder=ladder)
     asked = tuple(winds) if winds else ((law.turbine.cut_in, law.turbine.cut_out),)
     found = [cell for span in asked for cell in search_cells(search, span)]
-    return PaperCandidate(
+    return PublishedCandidate(
         law,
         asked,
         tuple(cell for cell in found if isinstance(cell, FoundCell)),
@@ -113,7 +113,7 @@ def paper_candidate(
     )
 
 
-def overlap_candidates(law: PublishedLaw) -> Iterator[PaperCandidate]:
+def overlap_candidates(law: PublishedLaw) -> Iterator[PublishedCandidate]:
     """Yield candidates for other overlaps, half to twice the law's, at narrow windows of wind.
 
     One window of ``WINDOW`` m/s per m/s is looked at, from half a metre per second above cut-in
@@ -131,10 +131,12 @@ def overlap_candidates(law: PublishedLaw) -> Iterator[PaperCandidate]:
                 speed_overlap=_short(coupling.speed_ramp.width * speed),
                 torque_overlap=_short(coupling.torque_overlap * torque),
             )
-            yield claiming_what_holds(paper_candidate(moved, winds=windows, narrowest=WINDOW / 8))
+            yield claiming_what_holds(
+                published_candidate(moved, winds=windows, narrowest=WINDOW / 8)
+            )
 
 
-def claiming_what_holds(candidate: PaperCandidate) -> PaperCandidate:
+def claiming_what_holds(candidate: PublishedCandidate) -> PublishedCandidate:
     """Return the candidate about the windows that are covered whole; unchanged without any."""
     covered = candidate.covered
     holding = [
@@ -162,7 +164,7 @@ def with_overlaps(
     return replace(law, coupling=coupling)
 
 
-def paper_claim(candidate: PaperCandidate) -> dict[str, Any]:
+def published_claim(candidate: PublishedCandidate) -> dict[str, Any]:
     """Return the claim as plain data; numbers are decimals, written as they are proved."""
     coupling = candidate.law.coupling
     n = 3 if candidate.law.tracking_time is None else 4
@@ -211,7 +213,7 @@ def _joined(gaps: Sequence[Unproved]) -> list[Unproved]:
     return found
 
 
-def paper_law_data(law: PublishedLaw) -> dict[str, Any]:
+def published_law_data(law: PublishedLaw) -> dict[str, Any]:
     """Return the law as plain data, the same in gain file and certificate.
 
     ``partial`` and ``full`` hold the trim table that the premises refer to, the premises' bounds,

@@ -24,7 +24,7 @@ from takagi.models.loops.published.cells import (
 )
 from takagi.models.loops.published.tables import LoopFigures, loop_figures
 
-__all__ = ["NARROWEST", "FoundCell", "PaperSearch", "Unproved", "search_cells"]
+__all__ = ["NARROWEST", "FoundCell", "PublishedSearch", "Unproved", "search_cells"]
 
 Floats = NDArray[np.float64]
 
@@ -69,7 +69,7 @@ class Unproved:
 
 
 @dataclass(slots=True, eq=False)
-class PaperSearch:
+class PublishedSearch:
     """The law, its figures, and the rest points found so far.
 
     ``ladder``: half widths in speed [rad/s] to try from the largest down, until one contracts at
@@ -86,7 +86,7 @@ class PaperSearch:
     @classmethod
     def of(
         cls, law: PublishedLaw, *, narrowest: float = NARROWEST, ladder: tuple[float, ...] = ()
-    ) -> PaperSearch:
+    ) -> PublishedSearch:
         return cls(law, loop_figures(law), narrowest, ladder)
 
     def rest(self, wind: float) -> Equilibrium:
@@ -208,7 +208,9 @@ class PaperSearch:
         return (cell, scaled, float(rate), float(alpha)) if rate > 0 else None
 
 
-def search_cells(search: PaperSearch, winds: tuple[float, float]) -> Iterator[FoundCell | Unproved]:
+def search_cells(
+    search: PublishedSearch, winds: tuple[float, float]
+) -> Iterator[FoundCell | Unproved]:
     """Yield cells over a range of winds, halved where they fail, down to the narrowest."""
     breaks = wind_breaks(search.figures, *winds)
     for low, high in zip(breaks, breaks[1:], strict=False):
@@ -218,7 +220,7 @@ def search_cells(search: PaperSearch, winds: tuple[float, float]) -> Iterator[Fo
             yield from _halved(search, wind)
 
 
-def _halved(search: PaperSearch, wind: tuple[float, float]) -> Iterator[FoundCell | Unproved]:
+def _halved(search: PublishedSearch, wind: tuple[float, float]) -> Iterator[FoundCell | Unproved]:
     found = search.cell(wind)
     low, high = wind
     narrowest = search.narrowest

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from takagi.certificates.claims.turbine.effort_sharing import coherent_candidate
+from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_candidate
 from takagi.models.intervals.interval import Interval
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.loops.effort_sharing.cells import LoopBox, LoopUncertainty
@@ -30,14 +30,14 @@ def smaller_uncertainty(
     for share in SHARES if span.width else ():
         narrow = _narrowed(span, share)
         smaller = LoopUncertainty(narrow, uncertainty.frozen_wake, uncertainty.power_coefficient)
-        if coherent_candidate(turbine, law, box=box, uncertainty=smaller).P is not None:
+        if effort_sharing_candidate(turbine, law, box=box, uncertainty=smaller).P is not None:
             low, high = float(narrow.lower), float(narrow.upper)
             return f"with these gains inertia {low:g} to {high:g} of nominal would do"
     if uncertainty.frozen_wake:
         smaller = LoopUncertainty(
             span, frozen_wake=False, power_coefficient=uncertainty.power_coefficient
         )
-        if coherent_candidate(turbine, law, box=box, uncertainty=smaller).P is not None:
+        if effort_sharing_candidate(turbine, law, box=box, uncertainty=smaller).P is not None:
             return "without the frozen wake it would do: lower the file's sensitivity or factor"
     return ""
 

@@ -37,7 +37,7 @@ from takagi.certificates.cross_check.kernel.reading import (
     table,
     whole,
 )
-from takagi.certificates.cross_check.loop.loop import Loop, Stack, pick
+from takagi.certificates.cross_check.loop.loop import Stack, VertexLoop, pick
 from takagi.certificates.cross_check.loop.pieces import combined, mixtures
 
 __all__ = ["box_enlargement", "decay", "decrease", "gain_rounding", "no_common_decay", "rate_of"]
@@ -61,14 +61,14 @@ def exponential(x: fmpq, *, up: bool) -> fmpq:
     return fmpq(p << q) if q >= 0 else fmpq(p, 1 << -q)
 
 
-def rate_of(loop: Loop, a: fmpq, *, up: bool = False) -> fmpq:
+def rate_of(loop: VertexLoop, a: fmpq, *, up: bool = False) -> fmpq:
     """Return 2 a, or r in discrete time; rounded to the side that a claim needs."""
     if loop.step is None:
         return 2 * a
     return fmpq(1) if a == 0 else exponential(2 * a * loop.step, up=up)
 
 
-def decrease(loop: Loop, P: fmpq_mat, G: fmpq_mat, rate: fmpq) -> fmpq_mat:
+def decrease(loop: VertexLoop, P: fmpq_mat, G: fmpq_mat, rate: fmpq) -> fmpq_mat:
     """Return the module's matrix."""
     if loop.step is not None:
         return scaled(rate, P) - transposed(G) * P * G
@@ -76,13 +76,13 @@ def decrease(loop: Loop, P: fmpq_mat, G: fmpq_mat, rate: fmpq) -> fmpq_mat:
     return negative(half + transposed(half)) - scaled(rate, P)
 
 
-def _falls(claim: Any, loop: Loop, P: fmpq_mat, a: fmpq) -> Obligations:
+def _falls(claim: Any, loop: VertexLoop, P: fmpq_mat, a: fmpq) -> Obligations:
     rate = rate_of(loop, a)
     for mixture in mixtures(claim, loop):
         yield Definite(f"decrease at {mixture.label}", decrease(loop, P, mixture.A, rate))
 
 
-def decay(claim: Any, loop: Loop) -> Obligations:
+def decay(claim: Any, loop: VertexLoop) -> Obligations:
     """P > 0 and the decrease along every mixture."""
     a, P = rational(claim, "decay_rate"), table(claim, "P", (loop.n, loop.n))
     yield Fact("the rate is not negative", a >= 0)
@@ -90,7 +90,7 @@ def decay(claim: Any, loop: Loop) -> Obligations:
     yield from _falls(claim, loop, P, a)
 
 
-def no_common_decay(claim: Any, loop: Loop) -> Obligations:
+def no_common_decay(claim: Any, loop: VertexLoop) -> Obligations:
     """No P > 0 decreases along every blend: by multipliers, or by one blend alone.
 
     Z_k >= 0, not all 0, with sum_k (G_k Z_k + Z_k G_k' + 2 a Z_k) >= 0 (G Z G' - r Z in discrete
@@ -131,7 +131,7 @@ def no_common_decay(claim: Any, loop: Loop) -> Obligations:
     yield Definite("the sum with multipliers", total, strict=False)
 
 
-def _blended(owner: Any, loop: Loop) -> fmpq_mat:
+def _blended(owner: Any, loop: VertexLoop) -> fmpq_mat:
     """Return A(h) - B(h) K(h) for the weights that ``blend`` names: a rule, or shares."""
     given, r = entry(owner, "blend"), loop.rules
     if not isinstance(given, list):
@@ -158,7 +158,7 @@ def _blended(owner: Any, loop: Loop) -> fmpq_mat:
     return G - B * K
 
 
-def region(claim: Any, loop: Loop) -> Obligations:
+def region(claim: Any, loop: VertexLoop) -> Obligations:
     """-(L (x) P + M (x) P G + M' (x) G'P) > 0 for each part (L, M) and mixture; P > 0."""
     P = table(claim, "P", (loop.n, loop.n))
     listed = entry(claim, "parts")
@@ -181,7 +181,7 @@ def region(claim: Any, loop: Loop) -> Obligations:
             yield Definite(f"part {k + 1} at {mixture.label}", negative(left))
 
 
-def transient(claim: Any, loop: Loop) -> Obligations:
+def transient(claim: Any, loop: VertexLoop) -> Obligations:
     """|S^-1 x| at most k e^(-a t) times its start, and at most a share e after t_s.
 
     p S^-2 <= P <= k^2 p S^-2, S = diag(scales), with the decrease of ``decay`` and
@@ -203,7 +203,7 @@ def transient(claim: Any, loop: Loop) -> Obligations:
     yield Fact("settled by then", k * exponential(a * time, up=True) <= share)
 
 
-def gain_rounding(claim: Any, loop: Loop) -> Obligations:
+def gain_rounding(claim: Any, loop: VertexLoop) -> Obligations:
     """Decay with every entry of every gain K_j off by up to absolute + relative |K_j|.
 
     Young: 2 |b_k'y d_k'x| <= t_k (b_k'y)^2 + (d_k'x)^2 / t_k with b_k the columns of P B_i (y = x,
@@ -243,7 +243,7 @@ def _spread(absolute: fmpq_mat, relative: fmpq, K: fmpq_mat, tau: list[fmpq]) ->
     return diagonal(found)
 
 
-def box_enlargement(claim: Any, loop: Loop) -> Obligations:
+def box_enlargement(claim: Any, loop: VertexLoop) -> Obligations:
     """``decay`` with the premises' ranges theta times as wide about their middles.
 
     The model is affine in each premise, so its value at a moved corner is (1 + theta)/2 times that
@@ -252,7 +252,7 @@ def box_enlargement(claim: Any, loop: Loop) -> Obligations:
     """
     theta = rational(claim, "enlargement")
     yield Fact("the enlargement is not negative", theta >= 0)
-    wider = Loop(
+    wider = VertexLoop(
         A=_moved(loop.A, loop, theta),
         B=_moved(loop.B, loop, theta),
         K=loop.K,
@@ -262,7 +262,7 @@ def box_enlargement(claim: Any, loop: Loop) -> Obligations:
     yield from decay(claim, wider)
 
 
-def _moved(matrices: Stack, loop: Loop, theta: fmpq) -> Stack:
+def _moved(matrices: Stack, loop: VertexLoop, theta: fmpq) -> Stack:
     if len(matrices) <= 1:
         return matrices
     if loop.corners is None:

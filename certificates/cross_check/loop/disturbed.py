@@ -38,16 +38,16 @@ from takagi.certificates.cross_check.kernel.reading import (
     stack,
     table,
 )
-from takagi.certificates.cross_check.loop.loop import Loop, Mixture, Stack
+from takagi.certificates.cross_check.loop.loop import Mixture, Stack, VertexLoop
 from takagi.certificates.cross_check.loop.pieces import mixtures
 
 __all__ = ["Kept", "change", "h2_norm", "invariant_ellipsoid", "kept_set", "l2_gain", "peak"]
-__all__ += ["reach", "stays", "within_box"]
+__all__ += ["largest_extent", "stays", "within_box"]
 
 MOST_SIGNS = 1 << 10
 
 
-def change(loop: Loop, P: fmpq_mat, A: fmpq_mat, E: fmpq_mat) -> fmpq_mat:
+def change(loop: VertexLoop, P: fmpq_mat, A: fmpq_mat, E: fmpq_mat) -> fmpq_mat:
     """Return N of the module."""
     if loop.step is None:
         return blocks([[P * A + transposed(A) * P, P * E],
@@ -59,7 +59,7 @@ def change(loop: Loop, P: fmpq_mat, A: fmpq_mat, E: fmpq_mat) -> fmpq_mat:
 
 
 @dataclass(frozen=True)
-class Way:
+class DisturbanceChannel:
     """One mixture from w to y."""
 
     mixture: Mixture
@@ -69,7 +69,7 @@ class Way:
     D: fmpq_mat
 
 
-def _entering(claim: Any, loop: Loop) -> tuple[str, Stack]:
+def _entering(claim: Any, loop: VertexLoop) -> tuple[str, Stack]:
     way = entry(claim, "disturbance")
     found: Stack = ()
     if isinstance(way, str):
@@ -79,7 +79,7 @@ def _entering(claim: Any, loop: Loop) -> tuple[str, Stack]:
     return str(way), found
 
 
-def _ways(claim: Any, loop: Loop) -> Iterator[Way]:
+def _ways(claim: Any, loop: VertexLoop) -> Iterator[DisturbanceChannel]:
     """Yield the way from w to y along each mixture; y of the claim, or else of the model."""
     way, E = _entering(claim, loop)
     F: Stack = ()
@@ -106,10 +106,10 @@ def _ways(claim: Any, loop: Loop) -> Iterator[Way]:
         through = zeros(loop.C[0].nrows(), E[0].ncols())
         for one in rest:
             through = through + one
-        yield Way(mixture, mixture.A, entering, mixture.C, through)
+        yield DisturbanceChannel(mixture, mixture.A, entering, mixture.C, through)
 
 
-def l2_gain(claim: Any, loop: Loop) -> Obligations:
+def l2_gain(claim: Any, loop: VertexLoop) -> Obligations:
     """|y|_2 <= g |w|_2 from rest: -N + [[0, 0], [0, g I]] - [C D]'[C D] / g > 0."""
     P, g = table(claim, "P", (loop.n, loop.n)), rational(claim, "gain")
     if g <= 0:
@@ -135,7 +135,7 @@ def _lower_block(n: int, corner: fmpq_mat) -> fmpq_mat:
     return blocks([[zeros(n, n), zeros(n, m)], [zeros(m, n), corner]])
 
 
-def h2_norm(claim: Any, loop: Loop) -> Obligations:
+def h2_norm(claim: Any, loop: VertexLoop) -> Obligations:
     """The mean of E|y|^2 is at most norm^2: -N_11 - C'C > 0, tr(E'PE + D'D) <= norm^2.
 
     Weights that depend on the noise of the same instant would be correlated with it.
@@ -177,7 +177,7 @@ class Kept:
         return self.b * self.E[0].ncols() if self.ball else self.b
 
 
-def kept_set(claim: Any, loop: Loop) -> Kept:
+def kept_set(claim: Any, loop: VertexLoop) -> Kept:
     """Return the set that a claim says is never left.
 
     Raises
@@ -201,7 +201,7 @@ def kept_set(claim: Any, loop: Loop) -> Kept:
     return Kept(P, c, s, way, E, b, ball, claim)
 
 
-def stays(kept: Kept, loop: Loop) -> Obligations:
+def stays(kept: Kept, loop: VertexLoop) -> Obligations:
     """V' <= s (c - V) while w keeps its bounds, along every mixture; and the set is in the box.
 
     -N - s [[P, 0], [0, 0]] + s c (1 or w'w / b^2) >= 0, for w as large as it may be.
@@ -238,7 +238,7 @@ def _loads(kept: Kept) -> Iterator[fmpq_mat]:
             yield fmpq_mat([[first], *([s * b] for s, b in zip(signs, rest, strict=True))])
 
 
-def _pushes(loop: Loop, name: str) -> bool:
+def _pushes(loop: VertexLoop, name: str) -> bool:
     if name not in loop.pushes:
         return False
     k = loop.pushes.index(name)
@@ -249,21 +249,21 @@ def _reach_of(side: tuple[fmpq, fmpq]) -> fmpq:
     return min(-side[0], side[1])
 
 
-def reach(P: fmpq_mat, level: fmpq, row: fmpq_mat, limit: fmpq, label: str) -> Obligations:
+def largest_extent(P: fmpq_mat, level: fmpq, row: fmpq_mat, limit: fmpq, label: str) -> Obligations:
     """|row x| <= limit on {x'Px <= level}: limit^2 P - level row'row >= 0."""
     yield Fact(f"{label}: there is room", limit >= 0)
     yield Definite(label, scaled(limit**2, P) - scaled(level, transposed(row) * row), strict=False)
 
 
 def within_box(
-    loop: Loop, P: fmpq_mat, level: fmpq, added: list[fmpq] | None = None
+    loop: VertexLoop, P: fmpq_mat, level: fmpq, added: list[fmpq] | None = None
 ) -> Obligations:
     """{x'Px <= level} keeps states, and inputs by each gain, in the ranges of the box."""
     one = identity(loop.n)
     for k, side in enumerate(loop.sides):
         if side is not None:
             row = fmpq_mat([entries(one)[k]])
-            yield from reach(P, level, row, _reach_of(side), f"state {k + 1} in the box")
+            yield from largest_extent(P, level, row, _reach_of(side), f"state {k + 1} in the box")
     for name, side in loop.other_sides.items():
         if name not in loop.inputs:
             continue
@@ -272,15 +272,17 @@ def within_box(
         yield Fact(f"input {k + 1}: there is room", room >= 0)
         for j, K in enumerate(loop.K):
             row = fmpq_mat([entries(K)[k]])
-            yield from reach(P, level, row, room, f"input {k + 1} by gain {j + 1} in the box")
+            yield from largest_extent(
+                P, level, row, room, f"input {k + 1} by gain {j + 1} in the box"
+            )
 
 
-def invariant_ellipsoid(claim: Any, loop: Loop) -> Obligations:
+def invariant_ellipsoid(claim: Any, loop: VertexLoop) -> Obligations:
     """The set is not left, and lies in the box."""
     yield from stays(kept_set(claim, loop), loop)
 
 
-def peak(claim: Any, loop: Loop) -> Obligations:
+def peak(claim: Any, loop: VertexLoop) -> Obligations:
     """|y| <= g b on the set, for |w|_2 <= b:
 
     g^2 b^2 [[(1 - t) P / c, 0], [0, t I / b^2]] - [C D]'[C D] >= 0 with a share t.

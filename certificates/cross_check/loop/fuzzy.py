@@ -33,7 +33,7 @@ from takagi.certificates.cross_check.kernel.reading import (
     whole,
 )
 from takagi.certificates.cross_check.loop.decay import rate_of
-from takagi.certificates.cross_check.loop.loop import Loop, Stack
+from takagi.certificates.cross_check.loop.loop import Stack, VertexLoop
 from takagi.certificates.cross_check.loop.pieces import Ends, leaves
 
 __all__ = ["fuzzy_decay"]
@@ -46,7 +46,7 @@ MOST_TERMS, HIGHEST, MOST_CORNERS = 20_000, 8, 4096
 class Simplexes:
     """Where the weights live: so many corners in each simplex."""
 
-    def __init__(self, loop: Loop) -> None:
+    def __init__(self, loop: VertexLoop) -> None:
         if loop.corners is None:
             self.sizes = [loop.rules]
             rows: list[tuple[int, ...]] = [(i,) for i in range(loop.rules)]
@@ -159,7 +159,7 @@ def _each(terms: Terms, factor: fmpq | int) -> Terms:
     return {a: scaled(factor, X) for a, X in terms.items()}
 
 
-def fuzzy_decay(claim: Any, loop: Loop) -> Obligations:
+def fuzzy_decay(claim: Any, loop: VertexLoop) -> Obligations:
     """See the module."""
     where = Simplexes(loop)
     a, polya = rational(claim, "decay_rate"), whole(claim, "polya")
@@ -196,7 +196,7 @@ def fuzzy_decay(claim: Any, loop: Loop) -> Obligations:
         yield from positive(left, f"corner {k + 1}", loop.n)
 
 
-def _pieces(claim: Any, loop: Loop, where: Simplexes) -> list[Ends | None]:
+def _pieces(claim: Any, loop: VertexLoop, where: Simplexes) -> list[Ends | None]:
     """Return the corners of each piece; None for the whole."""
     if "halvings" not in claim:
         return [None]
@@ -209,7 +209,7 @@ def _more(where: Simplexes, terms: Terms, polya: int) -> Terms:
     return where.raised(terms, [d + polya for d in where.degrees(terms)])
 
 
-def _function(claim: Any, loop: Loop, where: Simplexes) -> tuple[Terms, list[fmpq_mat]]:
+def _function(claim: Any, loop: VertexLoop, where: Simplexes) -> tuple[Terms, list[fmpq_mat]]:
     """Return P(w), and the P_b."""
     given = rationals(claim, "degrees", len(where.sizes))
     if any(d.q != 1 or not 0 <= d <= HIGHEST for d in given):

@@ -21,8 +21,8 @@ from flint import fmpq, fmpq_mat
 from takagi.certificates.cross_check.kernel.exact import entries, identity, mean, scaled
 from takagi.certificates.cross_check.kernel.obligation import Fact, Obligations
 from takagi.certificates.cross_check.kernel.reading import Refusal, entry, rationals
-from takagi.certificates.cross_check.loop.disturbed import Kept, kept_set, reach, stays
-from takagi.certificates.cross_check.loop.loop import Loop, pick
+from takagi.certificates.cross_check.loop.disturbed import Kept, kept_set, largest_extent, stays
+from takagi.certificates.cross_check.loop.loop import VertexLoop, pick
 from takagi.certificates.cross_check.loop.pieces import pieces
 
 __all__ = ["input_limits"]
@@ -30,7 +30,7 @@ __all__ = ["input_limits"]
 MOST_RULES, MOST_MOVING = 24, 10
 
 
-def input_limits(claim: Any, loop: Loop) -> Obligations:
+def input_limits(claim: Any, loop: VertexLoop) -> Obligations:
     """The set is kept, the inputs are within ``input_limits``, their rates in ``rate_limits``."""
     if not loop.K:
         raise Refusal("limits of inputs need gains")
@@ -45,10 +45,10 @@ def input_limits(claim: Any, loop: Loop) -> Obligations:
 
 def _rows(kept: Kept, matrix: fmpq_mat, limits: list[fmpq], label: str) -> Obligations:
     for k, (row, limit) in enumerate(zip(entries(matrix), limits, strict=True)):
-        yield from reach(kept.P, kept.c, fmpq_mat([row]), limit, f"{label}, input {k + 1}")
+        yield from largest_extent(kept.P, kept.c, fmpq_mat([row]), limit, f"{label}, input {k + 1}")
 
 
-def _rates(claim: Any, loop: Loop, kept: Kept, limits: list[fmpq]) -> Obligations:
+def _rates(claim: Any, loop: VertexLoop, kept: Kept, limits: list[fmpq]) -> Obligations:
     m, shares = len(limits), entry(claim, "rate_shares")
     motion = rationals(shares, "motion", m)
     for piece in pieces(claim, loop):
@@ -73,7 +73,7 @@ def _rates(claim: Any, loop: Loop, kept: Kept, limits: list[fmpq]) -> Obligation
         yield Fact(f"rate of input {k + 1}", total[k] + pushed[k] <= limits[k])
 
 
-def _motions(loop: Loop, next_gains: Sequence[fmpq_mat]) -> Iterator[fmpq_mat]:
+def _motions(loop: VertexLoop, next_gains: Sequence[fmpq_mat]) -> Iterator[fmpq_mat]:
     """Yield what u' or u(x+) - u(x) blends; weights at x+ may lie in any piece, not this one."""
     if len(loop.K) == 1:
         still = identity(loop.n) if loop.step is not None else scaled(0, identity(loop.n))

@@ -26,7 +26,7 @@ from takagi.certificates.cross_check.kernel.reading import (
 )
 from takagi.certificates.cross_check.kernel.reading import stack as read_stack
 
-__all__ = ["Loop", "Mixture", "close", "pick", "same_weights", "single", "vertices"]
+__all__ = ["VertexLoop", "Mixture", "close", "pick", "same_weights", "single", "vertices"]
 
 Stack = Sequence[fmpq_mat]
 Side = tuple[fmpq, fmpq]
@@ -35,7 +35,7 @@ AXES = {"A": "nn", "B": "nm", "C": "pn", "D": "pm", "E": "nq"}
 
 
 @dataclass(frozen=True, slots=True)
-class Loop:
+class VertexLoop:
     """Matrices by rule; a stack of one stands for all rules, an empty one for none.
 
     ``sides`` : range of each state, None where it has none; ``other_sides`` : of everything else
@@ -108,7 +108,7 @@ class Loop:
 class Mixture:
     """The mean of A_i - B_i K_j, and of what goes with it, over some pairs (i, j)."""
 
-    loop: Loop
+    loop: VertexLoop
     pairs: tuple[tuple[int, int], ...]
 
     @property
@@ -153,7 +153,7 @@ def single(matrices: Stack) -> Stack:
     return [first] if all(one == first for one in matrices) else list(matrices)
 
 
-def vertices(model: Any) -> Loop:
+def vertices(model: Any) -> VertexLoop:
     """Return the loop of a model of kind ``takagi-sugeno``, without gains."""
     stacks: dict[str, Stack] = {x: read_stack(model, x) for x in AXES if x == "A" or x in model}
     size: dict[str, int] = {}
@@ -173,7 +173,7 @@ def vertices(model: Any) -> Loop:
     if corners is not None:
         _sum_to_one(stated, corners)
     found: dict[str, Any] = {x: single(M) if x in "BD" else M for x, M in stacks.items()}
-    return Loop(
+    return VertexLoop(
         **found,
         step=_step(model),
         states=states,
@@ -271,7 +271,7 @@ def _sum_to_one(premises: list[Any] | None, corners: tuple[tuple[int, ...], ...]
         raise Refusal(f"rules: the corners of {len(sides)} premises, each once")
 
 
-def close(loop: Loop, gains: Any) -> Loop:
+def close(loop: VertexLoop, gains: Any) -> VertexLoop:
     """Return the loop with u = -sum_j g_j K_j x.
 
     Raises

@@ -21,13 +21,13 @@ from takagi.certificates.cross_check.kernel.exact import blocks, entries, mean, 
 from takagi.certificates.cross_check.kernel.obligation import Definite, Fact, Obligations
 from takagi.certificates.cross_check.kernel.reading import Refusal, rational, stack, table
 from takagi.certificates.cross_check.loop.decay import decrease, rate_of
-from takagi.certificates.cross_check.loop.loop import Loop, Stack, pick, single
+from takagi.certificates.cross_check.loop.loop import Stack, VertexLoop, pick, single
 from takagi.certificates.cross_check.loop.pieces import pieces
 
 __all__ = ["observed_feedback", "observer"]
 
 
-def observer(claim: Any, loop: Loop) -> Obligations:
+def observer(claim: Any, loop: VertexLoop) -> Obligations:
     """The error decays along every combination."""
     L = _gains(claim, loop)
     if "secants" in claim:
@@ -49,7 +49,7 @@ def observer(claim: Any, loop: Loop) -> Obligations:
     yield from _falling(claim, loop, loop.n, found)
 
 
-def observed_feedback(claim: Any, loop: Loop) -> Obligations:
+def observed_feedback(claim: Any, loop: VertexLoop) -> Obligations:
     """State and error decay together."""
     L = _gains(claim, loop)
     if not loop.K or not loop.together:
@@ -69,7 +69,7 @@ def observed_feedback(claim: Any, loop: Loop) -> Obligations:
     yield from _falling(claim, loop, 2 * loop.n, joint())
 
 
-def _gains(claim: Any, loop: Loop) -> Stack:
+def _gains(claim: Any, loop: VertexLoop) -> Stack:
     if loop.averages and any(len(M) > 1 for M in (loop.A, loop.B, loop.C, loop.D)):
         raise Refusal("an observer cannot know weights that are averages over a segment")
     if not loop.C:
@@ -82,13 +82,13 @@ def _gains(claim: Any, loop: Loop) -> Stack:
     return L
 
 
-def _pairs(loop: Loop, plain: bool) -> list[tuple[tuple[int, int], ...]]:
+def _pairs(loop: VertexLoop, plain: bool) -> list[tuple[tuple[int, int], ...]]:
     if plain:
         return [((i, i),) for i in range(loop.rules)]
     return replace(loop, together=True).pairs(loop.rules)
 
 
-def _falling(claim: Any, loop: Loop, order: int, found: Iterator[fmpq_mat]) -> Obligations:
+def _falling(claim: Any, loop: VertexLoop, order: int, found: Iterator[fmpq_mat]) -> Obligations:
     a, P = rational(claim, "decay_rate"), table(claim, "P", (order, order))
     yield Fact("the rate is not negative", a >= 0)
     yield Fact("premises are measured", all(_is_seen(loop, name) for name in loop.seen_by))
@@ -98,7 +98,7 @@ def _falling(claim: Any, loop: Loop, order: int, found: Iterator[fmpq_mat]) -> O
         yield Definite(f"decrease along matrix {k + 1}", decrease(loop, P, G, rate))
 
 
-def _is_seen(loop: Loop, name: str) -> bool:
+def _is_seen(loop: VertexLoop, name: str) -> bool:
     if name in loop.inputs:
         return True
     if name not in loop.states or len(loop.C) != 1:

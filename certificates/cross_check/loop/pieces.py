@@ -20,7 +20,7 @@ from flint import fmpq
 
 from takagi.certificates.cross_check.kernel.exact import scaled
 from takagi.certificates.cross_check.kernel.reading import Refusal, rational_row
-from takagi.certificates.cross_check.loop.loop import Loop, Mixture, Stack
+from takagi.certificates.cross_check.loop.loop import Mixture, Stack, VertexLoop
 
 __all__ = ["Ends", "combined", "corner_weights", "leaves", "mixtures", "pieces"]
 
@@ -29,13 +29,13 @@ Ends: TypeAlias = tuple[tuple[tuple[fmpq, ...], ...], ...]
 MOST_LEAVES = 20_000
 
 
-def mixtures(claim: Any, loop: Loop) -> Iterator[Mixture]:
+def mixtures(claim: Any, loop: VertexLoop) -> Iterator[Mixture]:
     """Yield the mixtures of the loop on every piece."""
     for piece in pieces(claim, loop):
         yield from piece.mixtures()
 
 
-def pieces(claim: Any, loop: Loop) -> Iterator[Loop]:
+def pieces(claim: Any, loop: VertexLoop) -> Iterator[VertexLoop]:
     """Yield the loop on every piece; as it is where the claim has none."""
     if "halvings" not in claim:
         yield loop
@@ -59,7 +59,7 @@ def pieces(claim: Any, loop: Loop) -> Iterator[Loop]:
         )
 
 
-def corner_weights(loop: Loop, ends: Ends) -> list[list[fmpq]]:
+def corner_weights(loop: VertexLoop, ends: Ends) -> list[list[fmpq]]:
     """Return h at the corners of a piece, (rules, rules)."""
     rows = [(i,) for i in range(loop.rules)] if loop.corners is None else loop.corners
     return [

@@ -41,10 +41,10 @@ from takagi.certificates.cross_check.plant.expression import (
 )
 from takagi.certificates.cross_check.plant.interval import Interval
 from takagi.certificates.cross_check.plant.model_loop import read_loop
-from takagi.certificates.cross_check.plant.plant import Plant, Variable, read_plant
+from takagi.certificates.cross_check.plant.plant import TreePlant, Variable, read_plant
 from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_secant
 
-__all__ = ["effort_blend"]
+__all__ = ["effort_blend_obligations"]
 
 
 class _Side(NamedTuple):
@@ -59,7 +59,7 @@ class _Side(NamedTuple):
     error: Variable | None
 
 
-def effort_blend(model: Any, gains: Any) -> Obligations:
+def effort_blend_obligations(model: Any, gains: Any) -> Obligations:
     """Yield the facts of the module, in its order."""
     if entry(model, "kind") != "plant":
         raise Refusal("a claim about a plant, and the model is none")
@@ -131,7 +131,7 @@ def _within_limits(search: Search, one: _Side, most: fmpq) -> Obligations:
     yield Fact("the actuator stays in its limits", search.holds(one.b, _above(most / room)))
 
 
-def _meaning(model: Any, plant: Plant) -> dict[str, Tree]:
+def _meaning(model: Any, plant: TreePlant) -> dict[str, Tree]:
     found = {name: number(_rational(value)) for name, value in model.get("parameters", {}).items()}
     return found | {v.name: plus(v.rest, ("name", v.symbol)) for v in plant.variables}
 
@@ -143,7 +143,7 @@ def _written(row: Any, meaning: dict[str, Tree]) -> Tree:
     return put(tree, meaning)
 
 
-def _schedule(plant: Plant, signals: list[Variable]) -> bool:
+def _schedule(plant: TreePlant, signals: list[Variable]) -> bool:
     columns = [plant.pushes.index(v) for v in signals]
     rows = plant.entries.get("E", [])
     return all(value_of(row[k]) == 0 for row in rows for k in columns)
@@ -156,7 +156,7 @@ def _one(variables: list[Variable], name: str) -> Variable:
     raise Refusal(f"{name[:40]!a} is no variable of the model")
 
 
-def _side(given: Any, plant: Plant, meaning: dict[str, Tree], way: int) -> _Side:
+def _side(given: Any, plant: TreePlant, meaning: dict[str, Tree], way: int) -> _Side:
     name, direction, ends = line(given, "input"), whole(given, "direction"), entry(given, "range")
     if (
         not name.isidentifier()
@@ -176,7 +176,9 @@ def _side(given: Any, plant: Plant, meaning: dict[str, Tree], way: int) -> _Side
     return _Side(name, way, direction, b, _rational(entry(given, "idle")), limits, wrong)
 
 
-def _law(one: _Side, plant: Plant, effort: Variable, share: Variable, rest: fmpq, e: fmpq) -> Tree:
+def _law(
+    one: _Side, plant: TreePlant, effort: Variable, share: Variable, rest: fmpq, e: fmpq
+) -> Tree:
     """Return where the actuator is, over deviations from rest."""
     part = plus(share.rest, ("name", share.symbol))
     if one.way < 0:
@@ -206,7 +208,7 @@ def _above(least: fmpq) -> Any:
     return good
 
 
-def _alone(plant: Plant, own: int) -> bool:
+def _alone(plant: TreePlant, own: int) -> bool:
     return all(
         value_of(one) == int(i == j)
         for i, row in enumerate(plant.mass or [])
@@ -215,7 +217,7 @@ def _alone(plant: Plant, own: int) -> bool:
     )
 
 
-def _known(plant: Plant, sides: list[_Side], gains: Any) -> bool:
+def _known(plant: TreePlant, sides: list[_Side], gains: Any) -> bool:
     K = stack(gains, "K")
     if len(K) == 1:
         return True

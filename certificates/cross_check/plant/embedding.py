@@ -29,7 +29,7 @@ from takagi.certificates.cross_check.plant.expression import (
     times,
 )
 from takagi.certificates.cross_check.plant.interval import Box, Interval, Undefined, range_of
-from takagi.certificates.cross_check.plant.plant import Plant, Variable, plant_loop, read_plant
+from takagi.certificates.cross_check.plant.plant import TreePlant, Variable, plant_loop, read_plant
 
 __all__ = ["Search", "embedded", "identical", "trim_fits", "within"]
 
@@ -68,7 +68,7 @@ def embedded(model: Any, gains: Any) -> Obligations:
     yield from within(plant, search)
 
 
-def within(plant: Plant, search: Search) -> Obligations:
+def within(plant: TreePlant, search: Search) -> Obligations:
     """Yield that every premise keeps its bounds."""
     for k, p in enumerate(plant.premises):
         kept = search.holds(p.tree, _between(p.lower, p.upper))
@@ -105,7 +105,7 @@ def _is_not_zero(tree: Tree, box: Box, share: fmpq) -> bool:
     return _not_zero(found)
 
 
-def trim_fits(plant: Plant, gains: Any) -> Obligations:
+def trim_fits(plant: TreePlant, gains: Any) -> Obligations:
     """Yield that the law rests where the plant does."""
     trim = entry(gains, "trim")
     for key, variables in (("state", plant.states), ("input", plant.inputs)):
@@ -117,7 +117,7 @@ def trim_fits(plant: Plant, gains: Any) -> Obligations:
                 yield Fact("the law's trim is the plant's", near)
 
 
-def _parts(plant: Plant) -> list[tuple[str, Tree]]:
+def _parts(plant: TreePlant) -> list[tuple[str, Tree]]:
     found = [(f"equation {k + 1}", tree) for k, tree in enumerate(plant.f)]
     found += [(f"output {k + 1}", tree) for k, tree in enumerate(plant.outputs)]
     return found + [("the mass matrix", tree) for row in plant.mass or [] for tree in row]
@@ -141,7 +141,7 @@ def _is_tree(part: Any) -> bool:
     return isinstance(part, tuple) and bool(part) and isinstance(part[0], str)
 
 
-def _differences(plant: Plant) -> list[tuple[str, Tree]]:
+def _differences(plant: TreePlant) -> list[tuple[str, Tree]]:
     """Return what must be 0: the rows of step 2."""
     z = {p.name: p.tree for p in plant.premises}
     variables: dict[str, list[Variable]] = dict.fromkeys("AC", plant.states)

@@ -22,7 +22,7 @@ from takagi.certificates.cross_check.kernel.reading import (
     line,
     rational,
 )
-from takagi.certificates.cross_check.loop.loop import Loop, Side, same_weights
+from takagi.certificates.cross_check.loop.loop import Side, VertexLoop, same_weights
 from takagi.certificates.cross_check.plant.algebra import power_of, product_of
 from takagi.certificates.cross_check.plant.expression import (
     Tree,
@@ -34,7 +34,7 @@ from takagi.certificates.cross_check.plant.expression import (
     value_of,
 )
 
-__all__ = ["Plant", "Premise", "Variable", "plant_loop", "read_plant"]
+__all__ = ["TreePlant", "Premise", "Variable", "plant_loop", "read_plant"]
 
 MOST_VARIABLES, MOST_PREMISES, MOST_ENTRIES = 64, 12, 1 << 20
 LETTERS = {
@@ -75,7 +75,7 @@ class Premise:
 
 
 @dataclass(frozen=True, slots=True)
-class Plant:
+class TreePlant:
     """Trees in the symbols of variables, parameters put in; entries in premise names."""
 
     states: list[Variable]
@@ -95,7 +95,7 @@ class Plant:
         return [*self.states, *self.inputs, *self.pushes]
 
 
-def read_plant(model: Any) -> Plant:
+def read_plant(model: Any) -> TreePlant:
     """Return the plant of a model of kind ``plant``.
 
     Raises
@@ -158,7 +158,7 @@ def read_plant(model: Any) -> Plant:
     form = line(embedding, "form") if "form" in embedding else "sector"
     if form not in ("sector", "secant"):
         raise Refusal(f"embedding.form: {form[:40]!a} is not 'sector' or 'secant'")
-    return Plant(
+    return TreePlant(
         states, inputs, pushes, step, f, mass, outputs, premises, entries, tuple(tables), form
     )
 
@@ -222,7 +222,7 @@ def _variable(given: Any, taken: set[str], meaning: dict[str, Tree]) -> Variable
     return Variable(name, symbol, line(given, "unit"), rest, side)
 
 
-def plant_loop(model: Any) -> Loop:
+def plant_loop(model: Any) -> VertexLoop:
     """Return the vertices, at the corners of the premises' bounds, the last changing first.
 
     Raises
@@ -247,7 +247,7 @@ def plant_loop(model: Any) -> Loop:
     moving = [p for p in plant.premises if p.lower < p.upper]
     used = {name for p in moving for name in names_in(p.tree)}
     others = [*plant.inputs, *plant.pushes]
-    return Loop(
+    return VertexLoop(
         **stacks,
         step=plant.step,
         states=tuple(v.label for v in plant.states),

@@ -26,7 +26,7 @@ from takagi.certificates.cross_check.kernel.reading import Refusal, entry
 from takagi.certificates.cross_check.plant.algebra import Algebra
 from takagi.certificates.cross_check.plant.embedding import Search, identical, trim_fits, within
 from takagi.certificates.cross_check.plant.expression import Tree, minus, number, plus, put
-from takagi.certificates.cross_check.plant.plant import Plant, Variable, plant_loop, read_plant
+from takagi.certificates.cross_check.plant.plant import TreePlant, Variable, plant_loop, read_plant
 from takagi.certificates.cross_check.plant.slope import has_kink, slope_of
 
 __all__ = ["lies_in_secants"]
@@ -61,7 +61,7 @@ def lies_in_secants(model: Any, gains: Any) -> Obligations:
     yield from within(plant, Search(algebra, box))
 
 
-def _at_rest(plant: Plant) -> Iterator[tuple[str, Tree]]:
+def _at_rest(plant: TreePlant) -> Iterator[tuple[str, Tree]]:
     """Yield (label, what must be 0) for the point of rest."""
     zero = {v.symbol: number(0) for v in plant.variables}
     for state, tree in zip(plant.states, plant.f, strict=True):
@@ -69,7 +69,7 @@ def _at_rest(plant: Plant) -> Iterator[tuple[str, Tree]]:
         yield f"{state.name} is at rest", plus(put(tree, zero), minus(target))
 
 
-def _slopes(plant: Plant) -> Iterator[tuple[str, Tree, Tree]]:
+def _slopes(plant: TreePlant) -> Iterator[tuple[str, Tree, Tree]]:
     """Yield (label, slope, what the embedding says it is)."""
     meaning = {p.name: p.tree for p in plant.premises}
     groups: list[tuple[str, list[Tree], list[Variable]]] = [

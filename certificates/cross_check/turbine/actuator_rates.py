@@ -27,7 +27,7 @@ from takagi.certificates.cross_check.kernel.reading import (
 )
 from takagi.certificates.cross_check.turbine.effort_ramp import ramp_slope
 from takagi.certificates.cross_check.turbine.moving_schedule import asked_slope
-from takagi.certificates.cross_check.turbine.numbers import Cell, Turbine
+from takagi.certificates.cross_check.turbine.numbers import TurbineNumbers, WindCell
 from takagi.certificates.cross_check.turbine.wind_rate import loop_rested_on, rested_on, turns
 
 __all__ = ["actuator_rates"]
@@ -38,7 +38,7 @@ ZERO = fmpq(0)
 def actuator_rates(claim: Any, document: Any) -> Obligations:
     """Yield the inequalities of the module, cell by cell."""
     loop, _ = loop_rested_on(claim, document)
-    turbine = Turbine(loop, entry(document, "model"), entry(document, "gains"))
+    turbine = TurbineNumbers(loop, entry(document, "model"), entry(document, "gains"))
     P, peaks = table(loop, "P", (3, 3)), entry(loop, "peaks")
     stated, cells = entry(claim, "cells"), entry(loop, "cells")
     if not isinstance(stated, list) or not len(stated) == len(cells) == len(turbine.wind) - 1:
@@ -59,7 +59,7 @@ def actuator_rates(claim: Any, document: Any) -> Obligations:
     ))  # fmt: skip
 
 
-def _cell(rates: Any, cell: Any, at: Cell, P: fmpq_mat, peaks: Any, label: str) -> Obligations:
+def _cell(rates: Any, cell: Any, at: WindCell, P: fmpq_mat, peaks: Any, label: str) -> Obligations:
     turbine, rho = at.turbine, rational(cell, "wind_rate")
     owed, signal = rational(peaks, "effort_lag"), rational(peaks, "speed_signal")
     B, bend = rational(rates, "signal_rate"), rational(rates, "schedule_bend")
@@ -85,7 +85,7 @@ def _cell(rates: Any, cell: Any, at: Cell, P: fmpq_mat, peaks: Any, label: str) 
     yield Fact(f"{label}: torque", turbine.per_effort * torque <= rational(rates, "torque_rate"))
 
 
-def _step(turbine: Turbine, cells: Any) -> fmpq:
+def _step(turbine: TurbineNumbers, cells: Any) -> fmpq:
     """Return the largest difference of two neighbours' feed-forwards at one rate [rad/s^2]."""
     sides = [
         (f, g, rational(cell, "wind_rate"))

@@ -36,10 +36,10 @@ from takagi.certificates.cross_check.kernel.reading import (
     rationals,
 )
 from takagi.certificates.cross_check.turbine.numbers import Rotor
-from takagi.certificates.cross_check.turbine.surface import Outside, Span
+from takagi.certificates.cross_check.turbine.surface import NumberRange, Outside
 from takagi.certificates.cross_check.turbine.torque_balance import (
     Balance,
-    Look,
+    BalanceSign,
     Looks,
     middle,
     settled,
@@ -82,17 +82,19 @@ def equilibrium(claim: Any, model: Any, gains: Any) -> Obligations:
         ]
         yield Fact(f"cell {number}: winds between two nodes", bool(places))
         for k in places[:1]:
-            for found in _found(rotor, k, Span(low, high), looks, HALVED_WINDS):
+            for found in _found(rotor, k, NumberRange(low, high), looks, HALVED_WINDS):
                 if found in OPEN.get(said, ()):
                     raise NotReplayed(f"cell {number} is not decided by so many halvings")
                 yield Fact(f"cell {number}: rests as stated", found == said)
 
 
-Curve: TypeAlias = Callable[[Span], Look]
-Parts: TypeAlias = list[tuple[Span, Look]]
+Curve: TypeAlias = Callable[[NumberRange], BalanceSign]
+Parts: TypeAlias = list[tuple[NumberRange, BalanceSign]]
 
 
-def _found(rotor: Rotor, k: int, winds: Span, looks: Looks, depth: int) -> Iterator[str | None]:
+def _found(
+    rotor: Rotor, k: int, winds: NumberRange, looks: Looks, depth: int
+) -> Iterator[str | None]:
     """Yield how often the loop rests at parts of the winds; None where that is not decided."""
     try:
         found = _rests(Balance(rotor, k, winds, looks))
@@ -102,49 +104,52 @@ def _found(rotor: Rotor, k: int, winds: Span, looks: Looks, depth: int) -> Itera
         yield found
         return
     centre = (winds.low + winds.high) / 2
-    for half in (Span(winds.low, centre), Span(centre, winds.high)):
+    for half in (NumberRange(winds.low, centre), NumberRange(centre, winds.high)):
         yield from _found(rotor, k, half, looks, depth - 1)
 
 
 def _rests(at: Balance) -> str | None:
     limit = at.rotor.integral_limit
-    halves = [*_parts(at.inside, Span(-limit, ZERO), _kept_below)]
-    halves += _parts(at.inside, Span(ZERO, limit), _kept_above)
+    halves = [*_parts(at.inside, NumberRange(-limit, ZERO), _kept_below)]
+    halves += _parts(at.inside, NumberRange(ZERO, limit), _kept_above)
     zeros, kept = _rising_zeros(at.inside, halves)
     table = at.rotor.surface.x.breaks
     if kept:
-        upper = _parts(at.upper, Span(table[0], at.trim_ratio.high), _signed)
-        lower = _parts(at.lower, Span(at.trim_ratio.low, table[-1]), _signed)
+        upper = _parts(at.upper, NumberRange(table[0], at.trim_ratio.high), _signed)
+        lower = _parts(at.lower, NumberRange(at.trim_ratio.low, table[-1]), _signed)
         alone = all(_no_zero(look, 1) for _, look in upper)
         if alone and all(_no_zero(look, -1) for _, look in lower):
             return "one" if zeros == 1 else "none" if zeros == 0 else NOT_ONE
-    changes = _changes(at.inside, Span(-limit, limit), 2)
-    changes += _changes(at.upper, Span(table[0], at.trim_ratio.low))
-    changes += _changes(at.lower, Span(at.trim_ratio.high, table[-1]))
+    changes = _changes(at.inside, NumberRange(-limit, limit), 2)
+    changes += _changes(at.upper, NumberRange(table[0], at.trim_ratio.low))
+    changes += _changes(at.lower, NumberRange(at.trim_ratio.high, table[-1]))
     if changes > 1:
         return "several"
     return None if zeros in (None, 1) else NOT_ONE
 
 
-def _signed(look: Look) -> bool:
+def _signed(look: BalanceSign) -> bool:
     return look.sign != 0 or look.empty
 
 
-def _kept_below(look: Look) -> bool:
+def _kept_below(look: BalanceSign) -> bool:
     """Whether a part with x <= 0 is decided for every wake."""
     return look.sign < 0 or look.rises or look.empty
 
 
-def _kept_above(look: Look) -> bool:
+def _kept_above(look: BalanceSign) -> bool:
     return look.sign > 0 or look.rises or look.empty
 
 
-def _no_zero(look: Look, sign: int) -> bool:
+def _no_zero(look: BalanceSign, sign: int) -> bool:
     return look.empty or look.sign == sign
 
 
 def _parts(
-    curve: Curve, span: Span, decided: Callable[[Look], bool], halved: int = HALVED_CURVE
+    curve: Curve,
+    span: NumberRange,
+    decided: Callable[[BalanceSign], bool],
+    halved: int = HALVED_CURVE,
 ) -> Parts:
     """Return the curve cut into parts, each halved until it is decided or short."""
     found: Parts = []
@@ -156,7 +161,10 @@ def _parts(
             found.append((part, look))
             continue
         centre = (part.low + part.high) / 2
-        waiting += [(Span(centre, part.high), left - 1), (Span(part.low, centre), left - 1)]
+        waiting += [
+            (NumberRange(centre, part.high), left - 1),
+            (NumberRange(part.low, centre), left - 1),
+        ]
     return found
 
 
@@ -178,7 +186,7 @@ def _rising_zeros(curve: Curve, parts: Parts) -> tuple[int | None, bool]:
         if k == first:
             return None, False
         start, end = parts[first][0].low, parts[k - 1][0].high
-        left, right = curve(Span(start, start)).sign, curve(Span(end, end)).sign
+        left, right = curve(NumberRange(start, start)).sign, curve(NumberRange(end, end)).sign
         if left == 0 or right == 0:
             return None, False
         # It rises, so that it has at most one; a wake may change a sign on the other side of 0.
@@ -187,14 +195,14 @@ def _rising_zeros(curve: Curve, parts: Parts) -> tuple[int | None, bool]:
     return zeros, kept
 
 
-def _changes(curve: Curve, span: Span, halved: int = HALVED_CURVE) -> int:
+def _changes(curve: Curve, span: NumberRange, halved: int = HALVED_CURVE) -> int:
     """Return how often the sign changes along a curve, where the table has all between."""
     changes, last = 0, 0
     for part, look in _parts(curve, span, _signed, halved):
         if not look.whole:
             last = 0
             continue
-        points = (Span(part.low, part.low), middle(part), Span(part.high, part.high))
+        points = (NumberRange(part.low, part.low), middle(part), NumberRange(part.high, part.high))
         for sign in [look.sign] if look.sign else [curve(point).sign for point in points]:
             changes += sign != 0 and last == -sign
             last = sign or last

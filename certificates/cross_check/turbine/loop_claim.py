@@ -31,10 +31,10 @@ from takagi.certificates.cross_check.kernel.reading import (
     rationals,
     table,
 )
-from takagi.certificates.cross_check.turbine.numbers import Turbine
+from takagi.certificates.cross_check.turbine.numbers import TurbineNumbers
 from takagi.certificates.cross_check.turbine.ranges import enclosed
 
-__all__ = ["coherent_loop"]
+__all__ = ["effort_sharing_loop"]
 
 RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
 SIZES = ("residual", "wind_gain", "inertia_gain", "effectiveness_slope", "reference_slope")
@@ -47,9 +47,9 @@ WIDTHS = {
 }
 
 
-def coherent_loop(claim: Any, model: Any, gains: Any) -> Obligations:
+def effort_sharing_loop(claim: Any, model: Any, gains: Any) -> Obligations:
     """Yield the inequalities of the module, then what encloses the turbine."""
-    turbine = Turbine(claim, model, gains)
+    turbine = TurbineNumbers(claim, model, gains)
     P = table(claim, "P", (3, 3))
     settling = entry(claim, "settling")
     R, common = table(settling, "P", (3, 3)), rational(settling, "decay_rate")

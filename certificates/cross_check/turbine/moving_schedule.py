@@ -19,15 +19,15 @@ from flint import fmpq
 from takagi.certificates.cross_check.kernel.obligation import Fact, Obligations
 from takagi.certificates.cross_check.kernel.reading import rational, rationals
 from takagi.certificates.cross_check.turbine.effort_ramp import ramp
-from takagi.certificates.cross_check.turbine.numbers import Cell
-from takagi.certificates.cross_check.turbine.surface import Span
+from takagi.certificates.cross_check.turbine.numbers import WindCell
+from takagi.certificates.cross_check.turbine.surface import NumberRange
 
 __all__ = ["asked_slope", "schedule"]
 
 ZERO, FULL = fmpq(0), fmpq(1)
 
 
-def schedule(at: Cell, cell: Any, label: str) -> Obligations:
+def schedule(at: WindCell, cell: Any, label: str) -> Obligations:
     """Yield that the stated numbers hold what a moving schedule wind does."""
     turbine, rho = at.turbine, rational(cell, "wind_rate")
     yield Fact(f"{label}: wind rate", rho >= 0)
@@ -57,28 +57,28 @@ def schedule(at: Cell, cell: Any, label: str) -> Obligations:
     yield Fact(f"{label}: pitch asked for below its limit", pitch <= turbine.pitch_max)
 
 
-def asked_slope(at: Cell) -> Span:
+def asked_slope(at: WindCell) -> NumberRange:
     """Return the range of N."""
     turbine = at.turbine
-    s = Span(-turbine.speed_signal, turbine.speed_signal)
+    s = NumberRange(-turbine.speed_signal, turbine.speed_signal)
     q1, b1 = at.slope(turbine.effort), at.slope(turbine.effectiveness)
-    moved = s.times(at.slope(turbine.proportional)) + Span(q1, q1)
-    return at.share * moved - at.shed * (Span(b1, b1) / at.b)
+    moved = s.times(at.slope(turbine.proportional)) + NumberRange(q1, q1)
+    return at.share * moved - at.shed * (NumberRange(b1, b1) / at.b)
 
 
-def _left_of_reference(at: Cell, rho: fmpq) -> fmpq:
+def _left_of_reference(at: WindCell, rho: fmpq) -> fmpq:
     """Return the largest |omega*' - kappa m mu f|, at an end of kappa mu."""
     turbine = at.turbine
     f, mu = turbine.ahead[at.k], FULL
     if f != 0 and rho > 0:
         spare = ramp(-at.efforts.high, turbine.overlap)
         mu = min(FULL, turbine.ahead_limit[at.k] / abs(f * rho), spare / abs(f * rho))
-    through = Span(at.kappa.low * mu, at.kappa.high)
+    through = NumberRange(at.kappa.low * mu, at.kappa.high)
     w1 = at.slope(turbine.speed)
-    return (Span(w1, w1) - through.times(turbine.m * f)).size
+    return (NumberRange(w1, w1) - through.times(turbine.m * f)).size
 
 
-def _cut(at: Cell, rho: fmpq, turning: fmpq) -> fmpq:
+def _cut(at: WindCell, rho: fmpq, turning: fmpq) -> fmpq:
     """Return sup over U of A F - c psi, c = 1/tau - rho |b'/b|: what the lower pitch limit cuts.
 
     psi = eps F^2 on the ramp; beyond it F = 1 and psi = U.

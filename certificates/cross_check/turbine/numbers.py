@@ -8,9 +8,9 @@ from flint import fmpq
 
 from takagi.certificates.cross_check.kernel.reading import Refusal, entry, rational, rationals
 from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_slope
-from takagi.certificates.cross_check.turbine.surface import Span, Surface
+from takagi.certificates.cross_check.turbine.surface import CoefficientSurface, NumberRange
 
-__all__ = ["Cell", "Rotor", "Turbine"]
+__all__ = ["WindCell", "Rotor", "TurbineNumbers"]
 
 CONSTANTS = (
     "torque_constant",
@@ -50,7 +50,7 @@ class Rotor:
         self.c, self.n_over_J = values["torque_constant"] / J, n / J
         self.radius, self.drive = values["rotor_radius"], values["pitch_time_constant"]
         self.rate_limit = values["pitch_rate_limit"]
-        self.surface = Surface(entry(model, "torque_surface"))
+        self.surface = CoefficientSurface(entry(model, "torque_surface"))
 
     def _read_law(self, gains: Any) -> None:
         self.wind = rationals(gains, "wind")
@@ -82,7 +82,7 @@ class Rotor:
         self.m, self.rated = self.n_over_J * self.per_effort, self.n_over_J * self.torque
 
 
-class Turbine(Rotor):
+class TurbineNumbers(Rotor):
     """Plant and law, with the box and the uncertainty of a claim about the loop."""
 
     def __init__(self, claim: Any, model: Any, gains: Any) -> None:
@@ -97,7 +97,7 @@ class Turbine(Rotor):
         light, heavy = rationals(uncertainty, "inertia", 2)
         if light <= 0 or heavy < light:
             raise Refusal("inertia: 0 < low <= high is needed")
-        self.kappa = Span(1 / heavy, 1 / light)
+        self.kappa = NumberRange(1 / heavy, 1 / light)
         self.frozen = entry(uncertainty, "frozen_wake")
         if type(self.frozen) is not bool:
             raise Refusal("frozen_wake: true or false is needed")
@@ -105,38 +105,40 @@ class Turbine(Rotor):
         worst, best = rationals(uncertainty, "power_coefficient", 2) if said else (FULL, FULL)
         if worst <= 0 or worst > 1 or best < 1:
             raise Refusal("power_coefficient: 0 < low <= 1 <= high is needed")
-        self.power = Span(worst, best)
+        self.power = NumberRange(worst, best)
 
-    def cell(self, k: int) -> Cell:
+    def cell(self, k: int) -> WindCell:
         """Return what holds between winds k and k + 1."""
-        return Cell(self, k)
+        return WindCell(self, k)
 
 
-class Cell:
+class WindCell:
     """Schedule winds from node k to node k + 1, and what the law's tables are over them."""
 
-    def __init__(self, turbine: Turbine, k: int) -> None:
+    def __init__(self, turbine: TurbineNumbers, k: int) -> None:
         self.turbine, self.k = turbine, k
-        self.wind = Span(turbine.wind[k], turbine.wind[k + 1])
+        self.wind = NumberRange(turbine.wind[k], turbine.wind[k + 1])
         self.b, self.frozen = self._over(turbine.effectiveness), self._over(turbine.limit)
         self.gamma, self.effort = self._over(turbine.proportional), self._over(turbine.effort)
         self.kappa, eps = turbine.kappa, turbine.overlap
-        signal = Span(-turbine.speed_signal, turbine.speed_signal)
+        signal = NumberRange(-turbine.speed_signal, turbine.speed_signal)
         self.efforts = self.effort + self.gamma * signal
-        self.shed = Span(ramp(self.efforts.low, eps), ramp(self.efforts.high, eps))
-        self.share = Span(ramp_slope(self.efforts.low, eps), ramp_slope(self.efforts.high, eps))
+        self.shed = NumberRange(ramp(self.efforts.low, eps), ramp(self.efforts.high, eps))
+        self.share = NumberRange(
+            ramp_slope(self.efforts.low, eps), ramp_slope(self.efforts.high, eps)
+        )
         zeta = turbine.effort_lag
-        self.owed = Span(max(self.shed.low - zeta, ZERO), self.shed.high + zeta)
-        self.band = self.owed / self.b + Span(turbine.pitch_min, turbine.pitch_min)
+        self.owed = NumberRange(max(self.shed.low - zeta, ZERO), self.shed.high + zeta)
+        self.band = self.owed / self.b + NumberRange(turbine.pitch_min, turbine.pitch_min)
 
-    def _over(self, column: list[fmpq]) -> Span:
-        return Span.of(column[self.k], column[self.k + 1])
+    def _over(self, column: list[fmpq]) -> NumberRange:
+        return NumberRange.of(column[self.k], column[self.k + 1])
 
     def slope(self, column: list[fmpq]) -> fmpq:
         """Return the slope of a table over wind, one number in the cell."""
         return (column[self.k + 1] - column[self.k]) / (self.wind.high - self.wind.low)
 
-    def ratio(self, error: fmpq, away: fmpq) -> Span:
+    def ratio(self, error: fmpq, away: fmpq) -> NumberRange:
         """Return R (omega* + e) / (v_s + d), |e| <= error, |d| <= away.
 
         It is a quotient of lines in v_s, hence monotone in each of v_s, e, d: ends at the corners.
@@ -147,4 +149,4 @@ class Cell:
                 for d in (-away, away):
                     wind = self.turbine.wind[i] + d
                     ends.append(self.turbine.radius * (self.turbine.speed[i] + e) / wind)
-        return Span.of(*ends)
+        return NumberRange.of(*ends)

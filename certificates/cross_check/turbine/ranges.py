@@ -30,8 +30,8 @@ from takagi.certificates.cross_check.kernel.obligation import Fact, Obligations
 from takagi.certificates.cross_check.kernel.reading import rational, rationals
 from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_slope
 from takagi.certificates.cross_check.turbine.moving_schedule import schedule
-from takagi.certificates.cross_check.turbine.numbers import Cell, Turbine
-from takagi.certificates.cross_check.turbine.surface import Outside, Span
+from takagi.certificates.cross_check.turbine.numbers import TurbineNumbers, WindCell
+from takagi.certificates.cross_check.turbine.surface import NumberRange, Outside
 
 __all__ = ["enclosed"]
 
@@ -39,7 +39,7 @@ PARTS = 8  # of the ramp, along which share and slope go together
 ZERO = fmpq(0)
 
 
-def enclosed(turbine: Turbine, cell: Any, k: int) -> Obligations:
+def enclosed(turbine: TurbineNumbers, cell: Any, k: int) -> Obligations:
     """Yield that every stated range and size of one cell holds what the plant can show."""
     label = f"cell {k + 1}"
     at = turbine.cell(k)
@@ -56,7 +56,7 @@ def enclosed(turbine: Turbine, cell: Any, k: int) -> Obligations:
         yield Fact(f"{label}: enclosure ({reason})", False)
 
 
-def _ranges(at: Cell) -> list[tuple[str, Span]]:
+def _ranges(at: WindCell) -> list[tuple[str, NumberRange]]:
     turbine = at.turbine
     ratio = at.ratio(turbine.speed_error, ZERO)
     steep = turbine.surface.over(ratio, at.band, 1, 0) * at.wind
@@ -64,24 +64,24 @@ def _ranges(at: Cell) -> list[tuple[str, Span]]:
         ("stiffness", at.kappa * turbine.power * steep.times(turbine.c * turbine.radius)),
         ("loop_gain", at.kappa * at.gamma * _held(at)),
         ("lag_gain", at.kappa * _pitch_gain(at, at.band)),
-        ("share_gain", Span(at.share.low * at.gamma.low, at.share.high * at.gamma.high)),
+        ("share_gain", NumberRange(at.share.low * at.gamma.low, at.share.high * at.gamma.high)),
     ]
 
 
-def _pitch_gain(at: Cell, pitch: Span) -> Span:
+def _pitch_gain(at: WindCell, pitch: NumberRange) -> NumberRange:
     """Return the range of s = -dT/dbeta / (J b) over a pitch range at the reference speed."""
     turbine = at.turbine
     slope = turbine.surface.over(at.ratio(ZERO, ZERO), pitch, 0, 1)
     found = -(at.wind.squared() * slope * turbine.power).times(turbine.c) / at.b
     if not turbine.frozen:
         return found
-    return Span(found.low, max(found.high, (at.frozen / at.b).high))
+    return NumberRange(found.low, max(found.high, (at.frozen / at.b).high))
 
 
-def _held(at: Cell) -> Span:
+def _held(at: WindCell) -> NumberRange:
     """Return the range of m - F (m - s): in each part F and s belong to one and the same U."""
     turbine, eps = at.turbine, at.turbine.overlap
-    m = Span(turbine.m, turbine.m)
+    m = NumberRange(turbine.m, turbine.m)
     start, stop = max(at.efforts.low, -eps), min(at.efforts.high, eps)
     ends = {at.efforts.low, at.efforts.high}
     if start < stop:
@@ -89,12 +89,12 @@ def _held(at: Cell) -> Span:
     cuts = sorted(ends)
     found = []
     for low, high in zip(cuts[:-1] or cuts, cuts[1:] or cuts, strict=True):
-        share = Span(ramp_slope(low, eps), ramp_slope(high, eps))
+        share = NumberRange(ramp_slope(low, eps), ramp_slope(high, eps))
         if share.high == 0:
             found.append(m)
             continue
-        curve = Span(ramp(low, eps), ramp(high, eps)) / at.b
-        pitch = curve + Span(turbine.pitch_min, turbine.pitch_min)
+        curve = NumberRange(ramp(low, eps), ramp(high, eps)) / at.b
+        pitch = curve + NumberRange(turbine.pitch_min, turbine.pitch_min)
         found.append(m - share * (m - _pitch_gain(at, pitch)))
     total = found[0]
     for one in found[1:]:
@@ -102,13 +102,13 @@ def _held(at: Cell) -> Span:
     return total
 
 
-def _sizes(at: Cell) -> list[tuple[str, fmpq]]:
+def _sizes(at: WindCell) -> list[tuple[str, fmpq]]:
     turbine = at.turbine
     away = turbine.wind_share * turbine.wind[at.k]
     ratio = at.ratio(turbine.speed_error, away)
     value = turbine.surface.over(ratio, at.band)
     inner = value.times(fmpq(2)) - ratio * turbine.surface.over(ratio, at.band, 1, 0)
-    wind = at.wind + Span(-away, away)
+    wind = at.wind + NumberRange(-away, away)
     return [
         ("inertia_gain", at.kappa.high),
         ("wind_gain", (inner * wind * turbine.power).times(turbine.c).size),
@@ -116,7 +116,7 @@ def _sizes(at: Cell) -> list[tuple[str, fmpq]]:
     ]
 
 
-def _residual(at: Cell) -> fmpq:
+def _residual(at: WindCell) -> fmpq:
     turbine, width = at.turbine, at.wind.high - at.wind.low
     r = max(_at_node(at, 0), _at_node(at, 1)) + width**2 / 8 * _bend(at).size
     # (s - 1) c v^2 c_Q at the trim, where c v^2 c_Q = r + rated - m psi(-q*), psi monotone.
@@ -128,33 +128,33 @@ def _residual(at: Cell) -> fmpq:
     return r + off * (r + max(abs(each) for each in asked))
 
 
-def _at_node(at: Cell, side: int) -> fmpq:
+def _at_node(at: WindCell, side: int) -> fmpq:
     """Return |r| at one end of the cell."""
     turbine, i = at.turbine, at.k + side
     eps, q, v = turbine.overlap, turbine.effort[i], turbine.wind[i]
     x = turbine.radius * turbine.speed[i] / v
     y = turbine.pitch_min + ramp(q, eps) / turbine.effectiveness[i]
-    torque = turbine.surface.over(Span(x, x), Span(y, y)).times(turbine.c * v**2)
+    torque = turbine.surface.over(NumberRange(x, x), NumberRange(y, y)).times(turbine.c * v**2)
     left = turbine.m * ramp(-q, eps) - turbine.rated
-    return (torque + Span(left, left)).size
+    return (torque + NumberRange(left, left)).size
 
 
-def _bend(at: Cell) -> Span:
+def _bend(at: WindCell) -> NumberRange:
     """Return the range of r'' = c (v^2 C)'' + m psi''(-q*) q*'^2, C(v) = c_Q(lambda, beta)."""
     turbine, eps, v = at.turbine, at.turbine.overlap, at.wind
     # omega* = w_0 + w_1 v, so lambda = R (w_0 / v + w_1).
     w0 = turbine.radius * (turbine.speed[at.k] - at.slope(turbine.speed) * turbine.wind[at.k])
-    cube = Span(v.low**3, v.high**3)
+    cube = NumberRange(v.low**3, v.high**3)
     x = at.ratio(ZERO, ZERO)
-    x1 = Span(-w0, -w0) / v.squared()
-    x2 = Span(2 * w0, 2 * w0) / cube
+    x1 = NumberRange(-w0, -w0) / v.squared()
+    x2 = NumberRange(2 * w0, 2 * w0) / cube
     # p = psi(q*) / b:  p b = psi,  p' b + p b' = psi',  p'' b + 2 p' b' = psi''.
     q, q1, b1 = at.effort, at.slope(turbine.effort), at.slope(turbine.effectiveness)
-    p = Span(ramp(q.low, eps), ramp(q.high, eps)) / at.b
-    gained = Span(ramp_slope(q.low, eps), ramp_slope(q.high, eps)).times(q1)
+    p = NumberRange(ramp(q.low, eps), ramp(q.high, eps)) / at.b
+    gained = NumberRange(ramp_slope(q.low, eps), ramp_slope(q.high, eps)).times(q1)
     p1 = (gained - p.times(b1)) / at.b
     p2 = (_kink(q, eps).times(q1**2) - p1.times(2 * b1)) / at.b
-    y = p + Span(turbine.pitch_min, turbine.pitch_min)
+    y = p + NumberRange(turbine.pitch_min, turbine.pitch_min)
 
     over = turbine.surface.over
     cx, cy = over(x, y, 1, 0), over(x, y, 0, 1)
@@ -166,7 +166,7 @@ def _bend(at: Cell) -> Span:
     return torque.times(turbine.c) + reserve
 
 
-def _kink(s: Span, eps: fmpq) -> Span:
+def _kink(s: NumberRange, eps: fmpq) -> NumberRange:
     """Return the range of psi'' over a span of efforts."""
     inside = s.high > -eps and s.low < eps
-    return Span(ZERO, 1 / (2 * eps) if inside else ZERO)
+    return NumberRange(ZERO, 1 / (2 * eps) if inside else ZERO)

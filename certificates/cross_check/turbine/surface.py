@@ -27,7 +27,7 @@ from flint import fmpq, fmpq_mat, fmpq_poly
 
 from takagi.certificates.cross_check.kernel.reading import NotReplayed, Refusal, rationals, table
 
-__all__ = ["Outside", "Span", "Surface"]
+__all__ = ["Outside", "NumberRange", "CoefficientSurface"]
 
 DEGREE, BITS, MOST_PATCHES = 3, 80, 400
 MOST_FUNCTIONS = 128  # of one direction
@@ -40,53 +40,55 @@ class Outside(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Span:
+class NumberRange:
     """The numbers from ``low`` to ``high``; sums, products and quotients of these hold all."""
 
     low: fmpq
     high: fmpq
 
     @classmethod
-    def of(cls, *values: fmpq) -> Span:
+    def of(cls, *values: fmpq) -> NumberRange:
         """Return the least span that holds some numbers."""
         return cls(min(values), max(values))
 
-    def hull(self, other: Span) -> Span:
-        return Span(min(self.low, other.low), max(self.high, other.high))
+    def hull(self, other: NumberRange) -> NumberRange:
+        return NumberRange(min(self.low, other.low), max(self.high, other.high))
 
-    def __add__(self, other: Span) -> Span:
-        return Span(self.low + other.low, self.high + other.high)
+    def __add__(self, other: NumberRange) -> NumberRange:
+        return NumberRange(self.low + other.low, self.high + other.high)
 
-    def __neg__(self) -> Span:
-        return Span(-self.high, -self.low)
+    def __neg__(self) -> NumberRange:
+        return NumberRange(-self.high, -self.low)
 
-    def __sub__(self, other: Span) -> Span:
+    def __sub__(self, other: NumberRange) -> NumberRange:
         return self + (-other)
 
-    def __mul__(self, other: Span) -> Span:
+    def __mul__(self, other: NumberRange) -> NumberRange:
         if other.low == other.high:
             return self.times(other.low)
-        return Span.of(*(a * b for a in (self.low, self.high) for b in (other.low, other.high)))
+        return NumberRange.of(
+            *(a * b for a in (self.low, self.high) for b in (other.low, other.high))
+        )
 
-    def times(self, factor: fmpq) -> Span:
+    def times(self, factor: fmpq) -> NumberRange:
         ends = self.low * factor, self.high * factor
-        return Span(*ends) if factor >= 0 else Span(*ends[::-1])
+        return NumberRange(*ends) if factor >= 0 else NumberRange(*ends[::-1])
 
-    def __truediv__(self, other: Span) -> Span:
+    def __truediv__(self, other: NumberRange) -> NumberRange:
         if other.low <= 0 <= other.high:
             raise Outside("a denominator that may be zero")
-        return self * Span(1 / other.high, 1 / other.low)
+        return self * NumberRange(1 / other.high, 1 / other.low)
 
-    def squared(self) -> Span:
-        ends = Span.of(self.low**2, self.high**2)
-        return Span(fmpq(0), ends.high) if self.low < 0 < self.high else ends
+    def squared(self) -> NumberRange:
+        ends = NumberRange.of(self.low**2, self.high**2)
+        return NumberRange(fmpq(0), ends.high) if self.low < 0 < self.high else ends
 
-    def rounded(self) -> Span:
+    def rounded(self) -> NumberRange:
         """Return the span with ends that are multiples of 2^-80, rounded outward."""
         one = 1 << BITS
         down = (int(self.low.p) * one) // int(self.low.q)
         up = -((-int(self.high.p) * one) // int(self.high.q))
-        return Span(fmpq(down, one), fmpq(up, one))
+        return NumberRange(fmpq(down, one), fmpq(up, one))
 
     @property
     def size(self) -> fmpq:
@@ -111,7 +113,7 @@ class _Side:
             raise NotReplayed(f"{key}: a surface with more than {MOST_FUNCTIONS} functions a side")
         self._bases: dict[int, fmpq_mat] = {}
 
-    def patches(self, over: Span) -> list[tuple[int, fmpq, fmpq]]:
+    def patches(self, over: NumberRange) -> list[tuple[int, fmpq, fmpq]]:
         """Return (patch, u_0, h) of every patch that a span meets, u = u_0 + h t."""
         if over.low < self.breaks[0] or over.high > self.breaks[-1]:
             raise Outside("a range that leaves the coefficient table")
@@ -183,7 +185,7 @@ def _to_bernstein(order: int, start: fmpq, width: fmpq) -> fmpq_mat:
     )
 
 
-class Surface:
+class CoefficientSurface:
     """The bicubic spline c_Q(lambda, beta) of a turbine's certificate."""
 
     def __init__(self, owner: Any) -> None:
@@ -193,7 +195,7 @@ class Surface:
             raise Refusal(f"coefficients: one beyond {LARGEST} in size")
         self._patches: dict[tuple[int, int], fmpq_mat] = {}
 
-    def over(self, x: Span, y: Span, dx: int = 0, dy: int = 0) -> Span:
+    def over(self, x: NumberRange, y: NumberRange, dx: int = 0, dy: int = 0) -> NumberRange:
         """Return a span that holds d^(dx+dy) s / dx^dx dy^dy over a rectangle.
 
         Raises
@@ -210,7 +212,7 @@ class Surface:
             for j, right in across:
                 found = (along * self._patch(i, j) * right).entries()
                 ends += [min(found), max(found)]
-        return Span.of(*ends).rounded()
+        return NumberRange.of(*ends).rounded()
 
     def _patch(self, i: int, j: int) -> fmpq_mat:
         """Return the coefficients of the patch's polynomial by powers of u (rows) and of v."""

@@ -29,9 +29,9 @@ from flint import fmpq
 from takagi.certificates.cross_check.kernel.reading import NotReplayed
 from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_slope
 from takagi.certificates.cross_check.turbine.numbers import Rotor
-from takagi.certificates.cross_check.turbine.surface import Span
+from takagi.certificates.cross_check.turbine.surface import NumberRange
 
-__all__ = ["Balance", "Look", "Looks", "middle", "settled"]
+__all__ = ["Balance", "BalanceSign", "Looks", "middle", "settled"]
 
 MOST_LOOKS = 60_000
 ZERO, FULL = fmpq(0), fmpq(1)
@@ -50,7 +50,7 @@ class Looks:
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class BalanceSign:
     """f over a rectangle of winds and curve: its sign, or 0; whether it rises along the curve.
 
     ``whole`` where all of the rectangle lies in the coefficient table, ``empty`` where none does.
@@ -62,7 +62,7 @@ class Look:
     empty: bool = False
 
 
-def settled(x: Span, sign: int) -> bool:
+def settled(x: NumberRange, sign: int) -> bool:
     """Whether the sign of f on a part of [-X, X] is one that no wake changes."""
     return (sign < 0 and x.high <= 0) or (sign > 0 and x.low >= 0)
 
@@ -70,47 +70,49 @@ def settled(x: Span, sign: int) -> bool:
 class Balance:
     """f for winds between two nodes of the law's tables."""
 
-    def __init__(self, rotor: Rotor, k: int, winds: Span, looks: Looks) -> None:
+    def __init__(self, rotor: Rotor, k: int, winds: NumberRange, looks: Looks) -> None:
         self.rotor, self.k, self.winds, self.looks = rotor, k, winds, looks
         # A quotient of lines in v, hence monotone.
         ends = [rotor.radius * self._at(rotor.speed, v) / v for v in (winds.low, winds.high)]
-        self.trim_ratio = Span.of(*ends)
+        self.trim_ratio = NumberRange.of(*ends)
 
-    def inside(self, x: Span) -> Look:
+    def inside(self, x: NumberRange) -> BalanceSign:
         efforts = [
             self._at(self.rotor.effort, v) - self._at(self.rotor.proportional, v) * integral
             for v in (self.winds.low, self.winds.high)
             for integral in (x.low, x.high)
         ]
-        at = self._state(self.winds, self.trim_ratio, Span.of(*efforts))
+        at = self._state(self.winds, self.trim_ratio, NumberRange.of(*efforts))
         if at is None:
-            return Look(whole=False, empty=True)
+            return BalanceSign(whole=False, empty=True)
         rises = at.whole and not settled(x, _sign(at.f)) and at.demand().low > 0
-        return Look(_sign(at.f), rises, at.whole)
+        return BalanceSign(_sign(at.f), rises, at.whole)
 
-    def upper(self, ratio: Span) -> Look:
+    def upper(self, ratio: NumberRange) -> BalanceSign:
         return self._at_limit(ratio, self.rotor.integral_limit)
 
-    def lower(self, ratio: Span) -> Look:
+    def lower(self, ratio: NumberRange) -> BalanceSign:
         return self._at_limit(ratio, -self.rotor.integral_limit)
 
-    def _at_limit(self, ratio: Span, x: fmpq) -> Look:
+    def _at_limit(self, ratio: NumberRange, x: fmpq) -> BalanceSign:
         winds = self.winds
         signal, efforts = self._limited(winds, ratio, x)
         at = self._state(winds, ratio, efforts)
         if at is None:
-            return Look(whole=False, empty=True)
+            return BalanceSign(whole=False, empty=True)
         sign = _sign(at.f)
         if sign or not at.whole:
-            return Look(sign, whole=at.whole)
+            return BalanceSign(sign, whole=at.whole)
         v, tip = middle(winds), middle(ratio)
         central = self._state(v, tip, self._limited(v, tip, x)[1])
         if central is None or not central.whole:
-            return Look()
+            return BalanceSign()
         by_wind, by_ratio = self.slopes(at, winds, signal)
-        return Look(_sign(central.f + by_ratio * (ratio - tip) + by_wind * (winds - v)))
+        return BalanceSign(_sign(central.f + by_ratio * (ratio - tip) + by_wind * (winds - v)))
 
-    def slopes(self, at: _State, winds: Span, signal: Span) -> tuple[Span, Span]:
+    def slopes(
+        self, at: _State, winds: NumberRange, signal: NumberRange
+    ) -> tuple[NumberRange, NumberRange]:
         """Return df/dv and df/dlambda at a limit; ``signal`` is e - x."""
         rotor, ratio = self.rotor, at.ratio
         demand, gamma = at.demand(), self._over(rotor.proportional, winds)
@@ -121,30 +123,32 @@ class Balance:
         by_wind += at.pitching * at.shed * self._slope(rotor.effectiveness) / at.b
         return by_wind, by_ratio
 
-    def _limited(self, winds: Span, ratio: Span, x: fmpq) -> tuple[Span, Span]:
+    def _limited(
+        self, winds: NumberRange, ratio: NumberRange, x: fmpq
+    ) -> tuple[NumberRange, NumberRange]:
         """Return e - x and U; e = lambda v / R - omega* is a line in v and in lambda."""
         errors = [
             tip * v / self.rotor.radius - self._at(self.rotor.speed, v)
             for v in (winds.low, winds.high)
             for tip in (ratio.low, ratio.high)
         ]
-        signal = Span(min(errors) - x, max(errors) - x)
+        signal = NumberRange(min(errors) - x, max(errors) - x)
         gamma = self._over(self.rotor.proportional, winds)
         return signal, self._over(self.rotor.effort, winds) + gamma * signal
 
-    def _state(self, winds: Span, ratio: Span, efforts: Span) -> _State | None:
+    def _state(self, winds: NumberRange, ratio: NumberRange, efforts: NumberRange) -> _State | None:
         """Return what the rotor does; None where its pitch leaves the table all over."""
         self.looks.count()
         b = self._over(self.rotor.effectiveness, winds)
         return _State.of(self.rotor, winds, ratio, efforts, b)
 
-    def _over(self, column: list[fmpq], winds: Span) -> Span:
-        return Span.of(*(self._at(column, v) for v in (winds.low, winds.high)))
+    def _over(self, column: list[fmpq], winds: NumberRange) -> NumberRange:
+        return NumberRange.of(*(self._at(column, v) for v in (winds.low, winds.high)))
 
-    def _slope(self, column: list[fmpq]) -> Span:
+    def _slope(self, column: list[fmpq]) -> NumberRange:
         nodes, k = self.rotor.wind, self.k
         slope = (column[k + 1] - column[k]) / (nodes[k + 1] - nodes[k])
-        return Span(slope, slope)
+        return NumberRange(slope, slope)
 
     def _at(self, column: list[fmpq], wind: fmpq) -> fmpq:
         return column[self.k] + self._slope(column).low * (wind - self.rotor.wind[self.k])
@@ -159,43 +163,50 @@ class _State:
     """
 
     rotor: Rotor
-    ratio: Span
-    efforts: Span
-    pitch: Span
-    b: Span
-    shed: Span
-    push: Span
-    quotient: Span
-    f: Span
+    ratio: NumberRange
+    efforts: NumberRange
+    pitch: NumberRange
+    b: NumberRange
+    shed: NumberRange
+    push: NumberRange
+    quotient: NumberRange
+    f: NumberRange
     whole: bool
 
     @classmethod
-    def of(cls, rotor: Rotor, winds: Span, ratio: Span, efforts: Span, b: Span) -> _State | None:
+    def of(
+        cls,
+        rotor: Rotor,
+        winds: NumberRange,
+        ratio: NumberRange,
+        efforts: NumberRange,
+        b: NumberRange,
+    ) -> _State | None:
         eps, table = rotor.overlap, rotor.surface.y.breaks
-        shed = Span(ramp(efforts.low, eps), ramp(efforts.high, eps))
-        asked = shed / b + Span(rotor.pitch_min, rotor.pitch_min)
-        pitch = Span(min(asked.low, rotor.pitch_max), min(asked.high, rotor.pitch_max))
+        shed = NumberRange(ramp(efforts.low, eps), ramp(efforts.high, eps))
+        asked = shed / b + NumberRange(rotor.pitch_min, rotor.pitch_min)
+        pitch = NumberRange(min(asked.low, rotor.pitch_max), min(asked.high, rotor.pitch_max))
         if pitch.low > table[-1]:
             return None
-        kept = Span(pitch.low, min(pitch.high, table[-1]))
+        kept = NumberRange(pitch.low, min(pitch.high, table[-1]))
         push, quotient = winds.squared().times(rotor.c), rotor.surface.over(ratio, kept)
         left = [rotor.rated - rotor.m * ramp(-u, eps) for u in (efforts.low, efforts.high)]
-        f = push * quotient - Span(max(left[0], ZERO), max(left[1], ZERO))
+        f = push * quotient - NumberRange(max(left[0], ZERO), max(left[1], ZERO))
         whole = pitch.high <= table[-1]
         return cls(rotor, ratio, efforts, kept, b, shed, push, quotient, f, whole)
 
-    def slope(self, dx: int, dy: int) -> Span:
+    def slope(self, dx: int, dy: int) -> NumberRange:
         """Return the range of a derivative of c_Q."""
         return self.rotor.surface.over(self.ratio, self.pitch, dx, dy)
 
     @property
-    def pitching(self) -> Span:
+    def pitching(self) -> NumberRange:
         """s, with 0 where pitch may be held at its largest."""
         s = -(self.push * self.slope(0, 1)) / self.b
         free = self.rotor.pitch_min + (self.shed / self.b).high <= self.rotor.pitch_max
-        return s if free else s.hull(Span(ZERO, ZERO))
+        return s if free else s.hull(NumberRange(ZERO, ZERO))
 
-    def demand(self) -> Span:
+    def demand(self) -> NumberRange:
         """Return the range of D."""
         rotor, eps, s = self.rotor, self.rotor.overlap, self.pitching
         free = rotor.m * ramp(-self.efforts.low, eps) <= rotor.rated
@@ -205,12 +216,12 @@ class _State:
             for F in (ramp_slope(self.efforts.low, eps), ramp_slope(self.efforts.high, eps))
             for pitching in (s.low, s.high)
         ]
-        return Span.of(*corners)
+        return NumberRange.of(*corners)
 
 
-def _sign(f: Span) -> int:
+def _sign(f: NumberRange) -> int:
     return 1 if f.low > 0 else -1 if f.high < 0 else 0
 
 
-def middle(span: Span) -> Span:
-    return Span((span.low + span.high) / 2, (span.low + span.high) / 2)
+def middle(span: NumberRange) -> NumberRange:
+    return NumberRange((span.low + span.high) / 2, (span.low + span.high) / 2)

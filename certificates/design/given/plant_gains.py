@@ -15,7 +15,7 @@ from takagi.certificates.checker.kernel.matrices import read_stack
 from takagi.certificates.checker.kernel.reader import Number, member, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.document.plant_embedding import plant_and_claim
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def read_gains(path: Path, model: TSModel) -> Floats:
         )
     K = np.array(np.broadcast_to(K, (r, m, n)))
     try:
-        wanted = Loop.of(model, K, model_data=plant_and_claim(model)[0]).gains_data
+        wanted = ClaimedLoop.of(model, K, model_data=plant_and_claim(model)[0]).gains_data
     except ModelError as error:
         raise CertificateError(f"{source}: law.K: {error}") from error
     _compare(law, wanted or {}, source)

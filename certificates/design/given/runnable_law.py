@@ -18,8 +18,8 @@ from takagi.certificates.checker.kernel.reader import (
     text,
 )
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.claims.turbine.published import paper_law_data
-from takagi.certificates.design.given.turbine_law import coherent_law_from_data
+from takagi.certificates.claims.turbine.published import published_law_data
+from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.published.coupling_filter import CouplingFilter
@@ -64,7 +64,7 @@ def law_from_gains(path: Path, turbine: Turbine | None = None) -> EffortSharingL
             "turbine's design"
         )
     if name not in PAPER:
-        return coherent_law_from_data(_completed(data, document), source=f"{path}: law")
+        return effort_sharing_law_from_data(_completed(data, document), source=f"{path}: law")
     if turbine is None:
         raise ModelError(
             f"{path}: law {name!r} computes its premises from a turbine's coefficient table; give "
@@ -112,7 +112,7 @@ def _paper_law(turbine: Turbine, name: str, data: Any, path: Path) -> PublishedL
         tracking,
         setpoint,
     )
-    _require_same(paper_law_data(law), data, path)
+    _require_same(published_law_data(law), data, path)
     return law
 
 

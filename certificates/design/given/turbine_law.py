@@ -15,7 +15,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked
 from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_UNCERTAINTY,
-    coherent_candidate,
+    effort_sharing_candidate,
 )
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
 from takagi.certificates.claims.turbine.loop_claims import loop_document
@@ -29,7 +29,7 @@ from takagi.models.laws.effort_sharing.schedule import EffortSchedule, frozen_wa
 from takagi.models.loops.effort_sharing.cells import LoopBox, LoopUncertainty
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["certify_law", "coherent_law_from_data", "read_law"]
+__all__ = ["certify_law", "effort_sharing_law_from_data", "read_law"]
 
 
 def read_law(path: Path) -> Mapping[str, Any]:
@@ -45,7 +45,9 @@ def read_law(path: Path) -> Mapping[str, Any]:
     return law
 
 
-def coherent_law_from_data(data: Mapping[str, Any], *, source: str = "gains") -> EffortSharingLaw:
+def effort_sharing_law_from_data(
+    data: Mapping[str, Any], *, source: str = "gains"
+) -> EffortSharingLaw:
     """Return the law that ``coherent_law_data`` wrote.
 
     Parameters
@@ -153,7 +155,7 @@ def certify_law(
         _require_the_turbines_wake(turbine, law.schedule)
     if box is None:
         box = scaled_box(turbine)
-    candidate = coherent_candidate(turbine, law, box=box, uncertainty=uncertainty, tell=tell)
+    candidate = effort_sharing_candidate(turbine, law, box=box, uncertainty=uncertainty, tell=tell)
     if candidate.P is None:
         raise ModelError(
             f"no common quadratic function; {failing_winds(candidate.cells)}. Reduce the "

@@ -14,11 +14,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.certificates.claims.plant.certificate import Demands, plant_certificate
+from takagi.certificates.claims.plant.certificate import ClaimRequirements, plant_certificate
 from takagi.certificates.controller.content import bound
 from takagi.certificates.controller.plant_members import plant_members
 from takagi.certificates.design.design import NoDesign
-from takagi.certificates.design.plant.gains import Found, demands_of, find_gains, regional_gains
+from takagi.certificates.design.plant.gains import (
+    FoundGains,
+    find_gains,
+    regional_gains,
+    requirements_of,
+)
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.step_clock import StepClock, Tell
 from takagi.models.plant.design_settings import PlantSettings
@@ -62,7 +67,7 @@ def design_plant(
     asked = settings or PlantSettings()
     clock = StepClock(tell)
     model = _model(plant, asked, clock)
-    work = _Work(plant, asked, model, demands_of(plant, model, asked), tuple(files), clock)
+    work = _Work(plant, asked, model, requirements_of(plant, model, asked), tuple(files), clock)
     if not plant.inputs:
         return work.certified(None, None, ("no inputs: an analysis",))
     with clock("gains"):
@@ -103,7 +108,7 @@ def certify_plant(
     clock = StepClock(tell)
     model = _model(plant, asked, clock)
     K = gains(model) if callable(gains) else np.asarray(gains, dtype=np.float64)
-    work = _Work(plant, asked, model, demands_of(plant, model, asked), tuple(files), clock)
+    work = _Work(plant, asked, model, requirements_of(plant, model, asked), tuple(files), clock)
     return work.certified(K, None, ("gains were given",))
 
 
@@ -130,12 +135,12 @@ def certify_filed(
     asked = settings or PlantSettings()
     clock = StepClock(tell)
     given = law_for(plant, _model(plant, asked, clock), path, asked, files=files)
-    demands = demands_of(plant, given.model, asked)
+    demands = requirements_of(plant, given.model, asked)
     work = _Work(plant, asked, given.model, demands, tuple(files), clock)
     return work.certified(given.gains, None, given.notes, law=given.law)
 
 
-def _rounded(work: _Work, found: Found) -> PlantDesign:
+def _rounded(work: _Work, found: FoundGains) -> PlantDesign:
     """Return the design with gains of as few digits as can be proved."""
     last: PlantDesign | None = None
     for digits in DIGITS:
@@ -189,7 +194,7 @@ class _Work:
     plant: Plant
     asked: PlantSettings
     model: TSModel
-    demands: Demands
+    demands: ClaimRequirements
     files: tuple[Path, ...]
     clock: StepClock
 
@@ -223,7 +228,7 @@ class _Work:
         return PlantDesign(*parts, notes, seconds)
 
 
-def _reason(found: Found, model: TSModel) -> str:
+def _reason(found: FoundGains, model: TSModel) -> str:
     """Return why there are no gains, and what would help where that can be asked."""
     from takagi.lmi import explain
 

@@ -22,13 +22,13 @@ from takagi.certificates.document.plant_blend import unknown_premises
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
-    from takagi.certificates.claims.plant.certificate import Demands
+    from takagi.certificates.claims.plant.certificate import ClaimRequirements
     from takagi.lmi import Design, EigenvalueRegion
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel
 
-__all__ = ["Found", "demands_of", "find_gains", "input_limits", "regional_gains"]
+__all__ = ["FoundGains", "requirements_of", "find_gains", "input_limits", "regional_gains"]
 
 Floats = NDArray[np.float64]
 EFFORT = 2.0
@@ -40,7 +40,7 @@ ALL_PAIRS = "wang-tanaka-griffin"
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class FoundGains:
     """The design, or the last attempt at one; ``notes`` says what was chosen and why.
 
     ``options`` are those of ``pdc``, so that it can be asked again; ``explainable`` says whether
@@ -53,7 +53,7 @@ class Found:
     explainable: bool = True
 
 
-def find_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> Found:
+def find_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains:
     """Return gains for the model as ``asked``; where there are none, the answer that says so.
 
     Raises
@@ -69,7 +69,7 @@ def find_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> Found:
     return _moderate(ask, model)
 
 
-def regional_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> Found | None:
+def regional_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains | None:
     """Return gains that go with the share of a blend, sought without the actuators' errors.
 
     None where nothing is unknown to the law, where a relaxation was asked for, where both
@@ -89,17 +89,17 @@ def regional_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> Found 
     return replace(design, design=expanded(design.design, rules), notes=(*design.notes, note))
 
 
-def demands_of(plant: Plant, model: TSModel, asked: PlantSettings) -> Demands:
+def requirements_of(plant: Plant, model: TSModel, asked: PlantSettings) -> ClaimRequirements:
     """Return what is asked of the gains, to be proved of them.
 
     Raises
     ------
     ModelError : what is asked makes no sense for this plant.
     """
-    from takagi.certificates.claims.plant.certificate import Demands
+    from takagi.certificates.claims.plant.certificate import ClaimRequirements
 
     limits = input_limits(plant, asked)
-    return Demands(
+    return ClaimRequirements(
         decay_rate=asked.decay_rate if isinstance(asked.decay_rate, float | int) else None,
         input_limits=np.array([limits[v.name] for v in plant.inputs]) if limits else None,
         region=_region(model, asked),
@@ -153,8 +153,8 @@ class _Question:
                 break
         return design
 
-    def found(self, design: Design, *notes: str) -> Found:
-        return Found(design, (*self.notes, *notes), self.options, explainable=not self.limited)
+    def found(self, design: Design, *notes: str) -> FoundGains:
+        return FoundGains(design, (*self.notes, *notes), self.options, explainable=not self.limited)
 
 
 def _question(plant: Plant, model: TSModel, asked: PlantSettings) -> _Question:
@@ -220,7 +220,7 @@ def _state_box(model: TSModel) -> Floats:
     )
 
 
-def _near_largest(ask: _Question) -> Found:
+def _near_largest(ask: _Question) -> FoundGains:
     if ask.limited:
         raise ModelError(
             'decay_rate is "max" with limited inputs, but nothing says from where; give initial = '
@@ -236,7 +236,7 @@ def _near_largest(ask: _Question) -> Found:
     return ask.found(found if found.found else top, note)
 
 
-def _moderate(ask: _Question, model: TSModel) -> Found:
+def _moderate(ask: _Question, model: TSModel) -> FoundGains:
     best = slowest = ask(0.0)
     if not slowest.found:
         return ask.found(slowest)

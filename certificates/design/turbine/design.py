@@ -17,8 +17,8 @@ from takagi.certificates.claims.turbine.loop_claims import loop_document
 from takagi.certificates.controller.content import bound
 from takagi.certificates.design.step_clock import StepClock, Tell
 from takagi.certificates.design.turbine.effort_sharing_gains import (
-    CoherentSynthesis,
-    coherent_synthesis,
+    EffortSharingGainDesign,
+    effort_sharing_gain_design,
 )
 from takagi.certificates.design.turbine.gain_file_members import turbine_members
 from takagi.certificates.design.turbine.regions import regional_design
@@ -109,7 +109,7 @@ def _observer(turbine: Turbine, asked: DesignSettings) -> ObserverDesign:
 
 def _coherent(
     turbine: Turbine, asked: DesignSettings, clock: StepClock
-) -> tuple[EffortDesign, CoherentSynthesis]:
+) -> tuple[EffortDesign, EffortSharingGainDesign]:
     from takagi.lmi.turbine.effort import effort_gains
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw
     from takagi.models.laws.effort_sharing.schedule import effort_schedule
@@ -124,7 +124,7 @@ def _coherent(
         effort = effort_gains(turbine, schedule, asked.effort)
         law = EffortSharingLaw.of(turbine, schedule, effort.gains, wind_filter=asked.wind_filter)
     with clock("joint analysis of the blended loop"):
-        return effort, coherent_synthesis(
+        return effort, effort_sharing_gain_design(
             turbine,
             law,
             box=asked.box,

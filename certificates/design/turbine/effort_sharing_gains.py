@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates.claims.turbine.effort_sharing import (
-    CoherentCandidate,
+    EffortSharingCandidate,
     WindClass,
-    coherent_candidate,
+    effort_sharing_candidate,
 )
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
 from takagi.certificates.claims.turbine.smaller_uncertainty import smaller_uncertainty
@@ -32,10 +32,10 @@ from takagi.models.turbine.data import Turbine
 
 __all__ = [
     "SYNTHESES",
-    "CoherentSynthesis",
+    "EffortSharingGainDesign",
     "Synthesis",
-    "coherent_synthesis",
-    "loop_family",
+    "effort_sharing_gain_design",
+    "loop_of_gains",
     "widened",
 ]
 
@@ -45,7 +45,7 @@ SYNTHESES: tuple[Synthesis, ...] = ("one-step", "two-step")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CoherentSynthesis:
+class EffortSharingGainDesign:
     """Law, candidate, and what finding them together gained.
 
     Attributes
@@ -57,12 +57,12 @@ class CoherentSynthesis:
     """
 
     law: EffortSharingLaw
-    candidate: CoherentCandidate
+    candidate: EffortSharingCandidate
     joint: OneStepDesign | None
     kept: str
 
 
-def coherent_synthesis(
+def effort_sharing_gain_design(
     turbine: Turbine,
     law: EffortSharingLaw,
     *,
@@ -72,7 +72,7 @@ def coherent_synthesis(
     objective: Objective | None = None,
     steps: int = STEPS,
     tell: Tell | None = None,
-) -> CoherentSynthesis:
+) -> EffortSharingGainDesign:
     """Return gains and candidate of the coherent loop, from the gains of ``law`` on.
 
     Parameters
@@ -89,7 +89,7 @@ def coherent_synthesis(
         wind.
     """
     say = StepClock(tell).told
-    first = coherent_candidate(turbine, law, box=box, uncertainty=uncertainty, tell=say)
+    first = effort_sharing_candidate(turbine, law, box=box, uncertainty=uncertainty, tell=say)
     if first.P is None:
         say("joint analysis of smaller uncertainties")
         remedy = smaller_uncertainty(turbine, law, box, uncertainty)
@@ -99,7 +99,7 @@ def coherent_synthesis(
             "bandwidth" + (f"; {remedy}" if remedy else "")
         )
     if synthesis == "two-step":
-        return CoherentSynthesis(law, widened(turbine, law, first, tell=say), None, "")
+        return EffortSharingGainDesign(law, widened(turbine, law, first, tell=say), None, "")
     family = _family(turbine, law, first)
     try:
         found = one_step_gains(family, objective=objective, steps=steps, tell=say)
@@ -109,14 +109,18 @@ def coherent_synthesis(
     if found is not None and len(found.history) > 1:
         better = _stated(family, found, say)
         if better is not None:
-            return CoherentSynthesis(found.law, better, found, "")
+            return EffortSharingGainDesign(found.law, better, found, "")
         kept = "the gains found together do not hold on the exactly enclosed loop"
-    return CoherentSynthesis(law, widened(turbine, law, first, tell=say), None, kept)
+    return EffortSharingGainDesign(law, widened(turbine, law, first, tell=say), None, kept)
 
 
 def widened(
-    turbine: Turbine, law: EffortSharingLaw, first: CoherentCandidate, *, tell: Tell | None = None
-) -> CoherentCandidate:
+    turbine: Turbine,
+    law: EffortSharingLaw,
+    first: EffortSharingCandidate,
+    *,
+    tell: Tell | None = None,
+) -> EffortSharingCandidate:
     """Return a candidate at the same gains whose function bears more wind, if one is found.
 
     Parameters
@@ -134,12 +138,12 @@ def widened(
     return wider if wider is not None and _mean(law, wider) > _mean(law, first) else first
 
 
-def _family(turbine: Turbine, law: EffortSharingLaw, first: CoherentCandidate) -> LoopOfGains:
+def _family(turbine: Turbine, law: EffortSharingLaw, first: EffortSharingCandidate) -> LoopOfGains:
     rates = [cell.wind_rate for cell in first.cells]
-    return loop_family(turbine, law, box=first.box, uncertainty=first.uncertainty, rates=rates)
+    return loop_of_gains(turbine, law, box=first.box, uncertainty=first.uncertainty, rates=rates)
 
 
-def loop_family(
+def loop_of_gains(
     turbine: Turbine,
     law: EffortSharingLaw,
     *,
@@ -159,12 +163,12 @@ def loop_family(
     )
 
 
-def _stated(family: LoopOfGains, found: OneStepDesign, say: Tell) -> CoherentCandidate | None:
+def _stated(family: LoopOfGains, found: OneStepDesign, say: Tell) -> EffortSharingCandidate | None:
     """Return the candidate at the found gains and function; None where it does not hold."""
     rates = [Fraction(rate) for rate in family.rate]
     given = np.asarray(found.functions.P)
     try:
-        candidate = coherent_candidate(
+        candidate = effort_sharing_candidate(
             family.turbine,
             found.law,
             box=family.box,
@@ -179,7 +183,7 @@ def _stated(family: LoopOfGains, found: OneStepDesign, say: Tell) -> CoherentCan
     return candidate if candidate.P is not None and candidate.wind_error.min() > 0 else None
 
 
-def _mean(law: EffortSharingLaw, candidate: CoherentCandidate) -> float:
+def _mean(law: EffortSharingLaw, candidate: EffortSharingCandidate) -> float:
     """Return the mean over wind of the logarithm of the wind errors borne."""
     widths = np.diff(law.schedule.wind)
     return float(widths @ np.log(np.maximum(candidate.wind_error, 1e-9)) / widths.sum())

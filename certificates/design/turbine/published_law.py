@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from takagi.certificates.claims.turbine.published import (
     overlap_candidates,
-    paper_candidate,
-    paper_claim,
-    paper_law_data,
+    published_candidate,
+    published_claim,
+    published_law_data,
 )
 from takagi.certificates.design.step_clock import StepClock
 from takagi.certificates.document.certificate_file import certificate_document, turbine_data
@@ -52,15 +52,15 @@ def claimed_law(
     with clock("law of the paper"):
         law = designed_law(turbine, asked, models)
     with clock("joint analysis, wind by wind"):
-        candidate = paper_candidate(law)
+        candidate = published_candidate(law)
     with clock("joint analysis for other overlaps"):
         candidates = [candidate, *overlap_candidates(law)]
 
     def stated() -> dict[str, Any]:
         return certificate_document(
             model=turbine_data(turbine, files),
-            gains=paper_law_data(law),
-            claims=[paper_claim(one) for one in candidates],
+            gains=published_law_data(law),
+            claims=[published_claim(one) for one in candidates],
             provenance=provenance(asked, {"joint analysis": "Lyapunov equations, no solver"}),
             files=files,
         )

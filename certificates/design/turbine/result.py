@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
-    from takagi.certificates.claims.turbine.effort_sharing import CoherentCandidate
-    from takagi.certificates.design.turbine.effort_sharing_gains import CoherentSynthesis
+    from takagi.certificates.claims.turbine.effort_sharing import EffortSharingCandidate
+    from takagi.certificates.design.turbine.effort_sharing_gains import EffortSharingGainDesign
     from takagi.certificates.design.turbine.settings import DesignSettings
     from takagi.lmi.turbine.effort import EffortDesign
     from takagi.lmi.turbine.regional import RegionalGains
@@ -66,11 +66,11 @@ class TurbineDesign:
     regional: RegionalGains
     effort: EffortDesign | None
     observer: ObserverDesign
-    candidate: CoherentCandidate | None
+    candidate: EffortSharingCandidate | None
     document: Mapping[str, Any]
     checked: Checked
     seconds: Mapping[str, float] = field(default_factory=dict)
-    synthesis: CoherentSynthesis | None = None
+    synthesis: EffortSharingGainDesign | None = None
 
     kind: ClassVar[Literal["turbine"]] = "turbine"
     is_about_plant: ClassVar[bool] = True

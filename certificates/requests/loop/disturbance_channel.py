@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.certificates.checker.kinds.disturbed_path import paths
 from takagi.certificates.requests.loop.exact_floats import as_read, floats
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models.errors import ModelError
 
-__all__ = ["Output", "Path", "WAYS", "disturbed_path", "path_evidence"]
+__all__ = ["Output", "Path", "WAYS", "disturbance_channel", "channel_evidence"]
 
 Floats = NDArray[np.float64]
 Path: TypeAlias = tuple[Floats, Floats, Floats, Floats]
@@ -22,7 +22,9 @@ Output: TypeAlias = Sequence[ArrayLike | None]
 WAYS = ("disturbances", "inputs")
 
 
-def path_evidence(loop: Loop, disturbance: str | None, output: Output | None) -> dict[str, Any]:
+def channel_evidence(
+    loop: ClaimedLoop, disturbance: str | None, output: Output | None
+) -> dict[str, Any]:
     """Return what the claim says of the path.
 
     Parameters
@@ -63,7 +65,7 @@ def path_evidence(loop: Loop, disturbance: str | None, output: Output | None) ->
     return evidence
 
 
-def disturbed_path(loop: Loop, evidence: dict[str, Any]) -> Path:
+def disturbance_channel(loop: ClaimedLoop, evidence: dict[str, Any]) -> Path:
     """Return A, B, C, D of the blends, (N, ., .) each, in the checker's order."""
     found = list(paths(as_read(evidence), loop.seen, "claim"))
     return (

@@ -28,14 +28,14 @@ from takagi.models.ts.vertex_arrays import finite_array
 if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
 
-__all__ = ["Loop"]
+__all__ = ["ClaimedLoop", "Loop"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Loop:
+class ClaimedLoop:
     """A model, closed by gains or as it is.
 
     Attributes
@@ -71,7 +71,7 @@ class Loop:
         *,
         model_data: Mapping[str, Any] | None = None,
         law: Mapping[str, Any] | None = None,
-    ) -> Loop:
+    ) -> ClaimedLoop:
         """Return the loop.
 
         Parameters
@@ -103,7 +103,7 @@ class Loop:
         """Whether blends of pairs stand beside the rules, and the law has the model's weights."""
         return self.family.shared_weights and len(self.sizes) > self.family.rules
 
-    def at(self, points: Sequence[Point]) -> Loop:
+    def at(self, points: Sequence[Point]) -> ClaimedLoop:
         """Return the loop whose blends are those of these weights, A(h) - B(h) K(h), alone.
 
         It is what the loop can be at one instant, where ``A`` of the loop itself is a hull of it.
@@ -219,3 +219,7 @@ def _gains(model: TSModel, gains: ArrayLike, *, own_rules: bool) -> Floats:
             f"({r}, {m}, {n}), or ({m}, {n}) for one gain in all rules"
         )
     return K
+
+
+# Names that earlier versions had.
+Loop = ClaimedLoop

@@ -6,22 +6,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
-from takagi.certificates.requests.loop.loop import Loop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 
-__all__ = ["box_rows", "gain_reaches", "largest_level", "state_halves"]
+__all__ = ["box_rows", "input_bounds", "largest_level", "state_halves"]
 
 Floats = NDArray[np.float64]
 # The checker decides with numbers as they are written; this much is left for their rounding.
 SPARE = 1e-9
 
 
-def state_halves(loop: Loop) -> Floats:
+def state_halves(loop: ClaimedLoop) -> Floats:
     """Return (n,) half-widths of the box about 0, inf where it says nothing of a state."""
     sides = loop.family.box or (None,) * loop.family.order
     return np.array([np.inf if s is None else float(min(-s[0], s[1])) for s in sides])
 
 
-def box_rows(loop: Loop, added: Floats | None = None) -> Floats:
+def box_rows(loop: ClaimedLoop, added: Floats | None = None) -> Floats:
     """Return rows a, (T, n), with |a x| <= 1 in the box: states, and inputs by u = -K_j x.
 
     Parameters
@@ -38,7 +38,7 @@ def box_rows(loop: Loop, added: Floats | None = None) -> Floats:
     return np.concatenate(rows)
 
 
-def largest_level(loop: Loop, P: Floats, added: Floats | None = None) -> float:
+def largest_level(loop: ClaimedLoop, P: Floats, added: Floats | None = None) -> float:
     """Return about the largest c with {x'Px <= c} in the box, inf where nothing bounds it."""
     rows = box_rows(loop, added)
     if not len(rows):
@@ -47,7 +47,7 @@ def largest_level(loop: Loop, P: Floats, added: Floats | None = None) -> float:
     return float((1 - SPARE) / reach.max()) if reach.max() > 0 else np.inf
 
 
-def gain_reaches(loop: Loop, P: Floats, level: float) -> Floats:
+def input_bounds(loop: ClaimedLoop, P: Floats, level: float) -> Floats:
     """Return (m,): the largest |K_j x|_k where x'Px <= level, over all gains."""
     assert loop.gains is not None
     squares = np.einsum("rmi,ij,rmj->rm", loop.gains, np.linalg.inv(P), loop.gains)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from takagi.models.blending.blending import Actuator
     from takagi.models.blending.run_time import RunTimeBlending
-    from takagi.reports.loops.plant_motion import Motion
+    from takagi.reports.loops.plant_motion import PlantMotion
 
 __all__ = ["BlendCurve", "actuators_figure", "blend_curve", "hand_over_figure"]
 
@@ -95,7 +95,7 @@ def actuators_figure(blend: RunTimeBlending, curve: BlendCurve) -> Figure:
 
 
 def hand_over_figure(
-    blend: RunTimeBlending, motions: Sequence[Motion], effort_rest: float
+    blend: RunTimeBlending, motions: Sequence[PlantMotion], effort_rest: float
 ) -> Figure:
     """Return the effort and both actuators over time, a line for each motion.
 

@@ -14,18 +14,25 @@ from takagi.reports.figures.plant.phase_plane import phase_figure, planes
 from takagi.reports.figures.plant.poles import vertex_poles_figure
 from takagi.reports.figures.plant.responses import responses_figure
 from takagi.reports.figures.plant.weights import PremiseCurve, premise_curves, weights_figure
-from takagi.reports.loops.plant_local import LocalLoop, common_frequencies
-from takagi.reports.loops.plant_motion import Motion, around, motions
+from takagi.reports.loops.plant_local import PlantLocalLoop, common_frequencies
+from takagi.reports.loops.plant_motion import PlantMotion, around, motions
 from takagi.reports.page.labels import name_of
-from takagi.reports.page.text import Plate, plate
+from takagi.reports.page.text import CaptionedFigure, captioned_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = ["Drawn", "bode_drawings", "bode_plates", "motion_plates", "numbers_csv",
-           "poles_plate", "weights_plate"]  # fmt: skip
+__all__ = [
+    "Drawn",
+    "bode_drawings",
+    "captioned_bode_figures",
+    "captioned_motion_figures",
+    "captioned_poles_figure",
+    "captioned_weights_figure",
+    "numbers_csv",
+]
 
 AROUND = 12
 MOST_LINES = 6
@@ -35,11 +42,11 @@ MOST_LINES = 6
 class Drawn:
     """Plates, and file name -> CSV of the numbers that they show."""
 
-    plates: tuple[Plate, ...]
+    plates: tuple[CaptionedFigure, ...]
     data: Mapping[str, str] = field(default_factory=dict)
 
 
-def weights_plate(loop: PlantLoop) -> Drawn:
+def captioned_weights_figure(loop: PlantLoop) -> Drawn:
     """Return how the premises' weights vary over the box; nothing if none varies."""
     curves = premise_curves(loop.model)
     if not curves:
@@ -51,7 +58,7 @@ def weights_plate(loop: PlantLoop) -> Drawn:
         + (f" At rest: {', '.join(held)}." if held else "")
     )
     names = ", ".join(curve.premise.name for curve in curves)
-    found = plate(
+    found = captioned_figure(
         weights_figure(curves),
         "memberships",
         caption=caption,
@@ -60,11 +67,11 @@ def weights_plate(loop: PlantLoop) -> Drawn:
     return Drawn((found,), {f"memberships-{c.premise.name}.csv": _curve_csv(c) for c in curves})
 
 
-def poles_plate(loop: PlantLoop) -> Plate:
+def captioned_poles_figure(loop: PlantLoop) -> CaptionedFigure:
     """Return the poles of vertices, of pairs of rules, and at rest."""
     rate = "" if loop.decay_rate is None else " Dashed: the decay rate that is proved."
     own = "Poles of the vertices" if loop.gains is None else "Closed-loop poles of the vertices"
-    return plate(
+    return captioned_figure(
         vertex_poles_figure(loop),
         "poles",
         caption=f"{own}, and of the plant linearised where it rests. Poles of vertices alone say "
@@ -73,7 +80,7 @@ def poles_plate(loop: PlantLoop) -> Plate:
     )
 
 
-def bode_drawings(loops: Sequence[LocalLoop]) -> list[tuple[str, Figure]]:
+def bode_drawings(loops: Sequence[PlantLocalLoop]) -> list[tuple[str, Figure]]:
     """Return (input, figure): at rest, and the vertices with the least disk margins."""
     if not loops:
         return []
@@ -91,10 +98,10 @@ def bode_drawings(loops: Sequence[LocalLoop]) -> list[tuple[str, Figure]]:
     return found
 
 
-def bode_plates(loops: Sequence[LocalLoop]) -> tuple[Plate, ...]:
+def captioned_bode_figures(loops: Sequence[PlantLocalLoop]) -> tuple[CaptionedFigure, ...]:
     """Return one Bode plot per input."""
     return tuple(
-        plate(
+        captioned_figure(
             figure,
             f"bode-{k}" if k > 1 else "bode",
             caption=f"The loop broken at {name_of(name)}, all other loops closed: at rest, "
@@ -106,7 +113,7 @@ def bode_plates(loops: Sequence[LocalLoop]) -> tuple[Plate, ...]:
     )
 
 
-def motion_plates(loop: PlantLoop, shown: Sequence[Motion]) -> Drawn:
+def captioned_motion_figures(loop: PlantLoop, shown: Sequence[PlantMotion]) -> Drawn:
     """Return responses over time and, for two states or more, planes of states."""
     where = (
         "Starts lie just inside the ellipsoid V = level, each where one state is largest."
@@ -114,7 +121,7 @@ def motion_plates(loop: PlantLoop, shown: Sequence[Motion]) -> Drawn:
         else "No proved ellipsoid: starts at a share of the box, one state at a time."
     )
     found = [
-        plate(
+        captioned_figure(
             responses_figure(loop, shown),
             "responses",
             caption=f"The nonlinear plant under its law. {where} States as deviations from rest.",
@@ -128,7 +135,7 @@ def motion_plates(loop: PlantLoop, shown: Sequence[Motion]) -> Drawn:
         words = "" if two else " Of the ellipsoid the shadow is drawn, its projection."
         what = "the proved ellipsoid" if loop.level_proved else "the largest ellipsoid of V in it"
         found.append(
-            plate(
+            captioned_figure(
                 phase_figure(loop, drawn),
                 "phase",
                 caption="Motions of the nonlinear plant in the plane of two states, with the box "
@@ -150,7 +157,7 @@ def _curve_csv(curve: PremiseCurve) -> str:
     )
 
 
-def _motions_csv(loop: PlantLoop, shown: Sequence[Motion]) -> str:
+def _motions_csv(loop: PlantLoop, shown: Sequence[PlantMotion]) -> str:
     inputs = [f"{v.name} [{v.unit}]" for v in loop.plant.inputs] if shown[0].input.size else []
     valued = bool(shown[0].value.size)
     blend = loop.blend

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from takagi.reports.loops.plant_loop import PlantLoop
-    from takagi.reports.loops.plant_motion import Motion
+    from takagi.reports.loops.plant_motion import PlantMotion
 
 __all__ = ["ellipse", "phase_figure", "planes"]
 
@@ -47,7 +47,7 @@ def ellipse(P: Floats, level: float, pair: tuple[int, int], *, points: int = POI
     return np.asarray(np.sqrt(level) * np.linalg.cholesky(block) @ circle, dtype=np.float64)
 
 
-def phase_figure(loop: PlantLoop, motions: Sequence[Motion]) -> Figure:
+def phase_figure(loop: PlantLoop, motions: Sequence[PlantMotion]) -> Figure:
     """Return the motions in each plane; dots where they start, deviations from rest in SI."""
     pairs = planes(loop)
     across = min(len(pairs), 2)
@@ -63,7 +63,9 @@ def phase_figure(loop: PlantLoop, motions: Sequence[Motion]) -> Figure:
     return figure
 
 
-def _plane(axes: Axes, loop: PlantLoop, motions: Sequence[Motion], pair: tuple[int, int]) -> None:
+def _plane(
+    axes: Axes, loop: PlantLoop, motions: Sequence[PlantMotion], pair: tuple[int, int]
+) -> None:
     i, j = pair
     for k, motion in enumerate(motions):
         x, y = motion.state[:, i], motion.state[:, j]

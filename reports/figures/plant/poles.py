@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = ["rest_poles", "vertex_poles_figure"]
+__all__ = ["equilibrium_poles", "vertex_poles_figure"]
 
 Complex = NDArray[np.complex128]
 # Beyond this ratio of the fastest to the slowest pole both axes become logarithmic.
 SPREAD = 30.0
 
 
-def rest_poles(loop: PlantLoop) -> tuple[Complex, Complex]:
+def equilibrium_poles(loop: PlantLoop) -> tuple[Complex, Complex]:
     """Return the poles where the plant rests: without the law, and with it (empty if none)."""
     matrices, K = loop.at_rest()
     alone = np.linalg.eigvals(matrices.A).astype(np.complex128)
@@ -35,7 +35,7 @@ def rest_poles(loop: PlantLoop) -> tuple[Complex, Complex]:
 def vertex_poles_figure(loop: PlantLoop) -> Figure:
     """Return the poles of G_ii, of (G_ij + G_ji) / 2, and at rest, in the complex plane."""
     own, pairs = pair_poles(loop)
-    alone, closed = rest_poles(loop)
+    alone, closed = equilibrium_poles(loop)
     with house_style():
         figure, (axes,) = new_figure(height=4.2)
         if pairs.size:

@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from takagi.reports.loops.plant_loop import PlantLoop
-    from takagi.reports.loops.plant_motion import Motion
+    from takagi.reports.loops.plant_motion import PlantMotion
 
 __all__ = ["finish_over_time", "responses_figure"]
 
 MOST_PANELS = 10
 
 
-def responses_figure(loop: PlantLoop, motions: Sequence[Motion]) -> Figure:
+def responses_figure(loop: PlantLoop, motions: Sequence[PlantMotion]) -> Figure:
     """Return one panel per state (deviation), per input, and one for V over its level.
 
     Raises
@@ -68,7 +68,9 @@ def responses_figure(loop: PlantLoop, motions: Sequence[Motion]) -> Figure:
     return figure
 
 
-def finish_over_time(figure: Figure, panels: Sequence[Axes], motions: Sequence[Motion]) -> None:
+def finish_over_time(
+    figure: Figure, panels: Sequence[Axes], motions: Sequence[PlantMotion]
+) -> None:
     """Give panels of motions one axis of time and one legend."""
     panels[-1].set_xlim(0.0, max(float(motion.time[-1]) for motion in motions))
     panels[-1].set_xlabel("time [s]")

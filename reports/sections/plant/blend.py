@@ -11,14 +11,14 @@ from takagi.reports.figures.plant.blend import actuators_figure, blend_curve, ha
 from takagi.reports.loops.plant_motion import horizon, motions, starts
 from takagi.reports.page.mathml import mathml
 from takagi.reports.page.readable_latex import readable
-from takagi.reports.page.text import DASH, Section, Table, decimal, plate, significant
+from takagi.reports.page.text import DASH, Section, Table, captioned_figure, decimal, significant
 from takagi.reports.sections.plant.plant import equations_latex
 
 if TYPE_CHECKING:
     from takagi.models.blending.blending import Actuator, Blending
     from takagi.models.blending.run_time import RunTimeBlending
     from takagi.reports.loops.plant_loop import PlantLoop
-    from takagi.reports.loops.plant_motion import Motion
+    from takagi.reports.loops.plant_motion import PlantMotion
 
 __all__ = ["actuators_csv", "blend_section", "hand_overs"]
 
@@ -49,7 +49,7 @@ def blend_section(loop: PlantLoop, blend: RunTimeBlending) -> Section:
         "high": given.high.name,
         "errors": [a.name for a in given.actuators if a.error],
         "table": _table(given, shown),
-        "curves": plate(
+        "curves": captioned_figure(
             actuators_figure(blend, curve),
             "actuators",
             caption=f"{given.low.name} and {given.high.name} over the effort, the other states at "
@@ -58,7 +58,7 @@ def blend_section(loop: PlantLoop, blend: RunTimeBlending) -> Section:
             alternative=f"Delivered effort, shares and commands of {given.low.name} and "
             f"{given.high.name} over the effort",
         ),
-        "motions": plate(
+        "motions": captioned_figure(
             hand_over_figure(blend, shown, float(loop.state[-1])),
             "hand-over",
             caption="Effort and both actuators in the motions of the nonlinear plant. Shaded: the "
@@ -69,7 +69,7 @@ def blend_section(loop: PlantLoop, blend: RunTimeBlending) -> Section:
     return Section("blend", "Two actuators, one effort", content)
 
 
-def hand_overs(loop: PlantLoop) -> tuple[Motion, ...]:
+def hand_overs(loop: PlantLoop) -> tuple[PlantMotion, ...]:
     """Return motions from both sides: the first state and the effort largest, and least."""
     found = starts(loop)
     picked = [found[0], found[-1]]
@@ -121,12 +121,14 @@ def _name(name: str) -> str:
     return name.replace("_", r"\_")
 
 
-def _table(given: Blending, shown: Sequence[Motion]) -> Table:
+def _table(given: Blending, shown: Sequence[PlantMotion]) -> Table:
     rows = tuple(_row(given, a, k, shown) for k, a in enumerate(given.actuators))
     return Table("The two actuators", COLUMNS, rows)
 
 
-def _row(given: Blending, actuator: Actuator, k: int, shown: Sequence[Motion]) -> tuple[str, ...]:
+def _row(
+    given: Blending, actuator: Actuator, k: int, shown: Sequence[PlantMotion]
+) -> tuple[str, ...]:
     variable, e = actuator.variable, significant(float(given.overlap))
     side = variable.range
     limits = DASH

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from takagi.reports.figures.plant.captioned import bode_plates, poles_plate
-from takagi.reports.figures.plant.poles import rest_poles
-from takagi.reports.loops.plant_local import LISTED, LocalLoop
+from takagi.reports.figures.plant.captioned import captioned_bode_figures, captioned_poles_figure
+from takagi.reports.figures.plant.poles import equilibrium_poles
+from takagi.reports.loops.plant_local import LISTED, PlantLocalLoop
 from takagi.reports.page.labels import name_of
 from takagi.reports.page.text import Section, complex_words
 from takagi.reports.sections.margin_table import margin_table
@@ -22,12 +22,12 @@ FOLDED = 8
 
 def poles_section(loop: PlantLoop) -> Section:
     """Return the section with the poles of vertices and of the plant at rest."""
-    alone, closed = rest_poles(loop)
+    alone, closed = equilibrium_poles(loop)
     return Section(
         "poles",
         "Poles",
         {
-            "figure": poles_plate(loop),
+            "figure": captioned_poles_figure(loop),
             "alone": ", ".join(complex_words(alone)),
             "closed": ", ".join(complex_words(closed)),
             "discrete": loop.discrete,
@@ -35,13 +35,13 @@ def poles_section(loop: PlantLoop) -> Section:
     )
 
 
-def loops_section(loop: PlantLoop, loops: Sequence[LocalLoop]) -> Section:
+def loops_section(loop: PlantLoop, loops: Sequence[PlantLocalLoop]) -> Section:
     """Return the section with Bode plots and margins; only for a plant with a law."""
     return Section(
         "loops",
         "Bode plots and margins",
         {
-            "figures": list(bode_plates(loops)),
+            "figures": list(captioned_bode_figures(loops)),
             "table": margin_table(
                 "Margins of the linear loops",
                 (("place", ""), ("loop", "")),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.reports.figures.plant.captioned import Drawn
-from takagi.reports.loops.plant_motion import Motion, settling_time
+from takagi.reports.loops.plant_motion import PlantMotion, settling_time
 from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.text import DASH, Section, Table, significant
 
@@ -21,7 +21,7 @@ __all__ = ["motion_section"]
 SLACK = 1e-5
 
 
-def motion_section(loop: PlantLoop, shown: Sequence[Motion], drawn: Drawn) -> Section:
+def motion_section(loop: PlantLoop, shown: Sequence[PlantMotion], drawn: Drawn) -> Section:
     """Return the section with responses, planes of states and a table of figures."""
     return Section(
         "responses",
@@ -37,14 +37,14 @@ def motion_section(loop: PlantLoop, shown: Sequence[Motion], drawn: Drawn) -> Se
     )
 
 
-def _rises(motion: Motion) -> bool:
+def _rises(motion: PlantMotion) -> bool:
     """Return whether V grows by more than the integration's tolerance explains."""
     if motion.value.size < 2:
         return False
     return bool(np.any(np.diff(motion.value) > SLACK * motion.value[0]))
 
 
-def _table(loop: PlantLoop, shown: Sequence[Motion]) -> Table:
+def _table(loop: PlantLoop, shown: Sequence[PlantMotion]) -> Table:
     inputs = [v.label for v in loop.plant.inputs] if loop.gains is not None else []
     columns = [
         ("start", ""),

@@ -72,7 +72,10 @@ def plant_report_files(
 def _sections(
     design: PlantDesign, say: Tell, *, timings: bool
 ) -> tuple[list[Section], dict[str, str]]:
-    from takagi.reports.figures.plant.captioned import motion_plates, weights_plate
+    from takagi.reports.figures.plant.captioned import (
+        captioned_motion_figures,
+        captioned_weights_figure,
+    )
     from takagi.reports.loops.plant_local import local_loops
     from takagi.reports.loops.plant_loop import plant_loop
     from takagi.reports.loops.plant_motion import motions, starts
@@ -91,9 +94,9 @@ def _sections(
     loops = local_loops(loop)
     say("report: motions")
     shown = motions(loop, starts(loop))
-    moved = motion_plates(loop, shown)
+    moved = captioned_motion_figures(loop, shown)
     say("report: derivation")
-    weights = weights_plate(loop)
+    weights = captioned_weights_figure(loop)
     found = [
         verdict_section(design, loop, loops),
         plant_section(design),

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.reports.loops.plant_local import LocalLoop
+from takagi.reports.loops.plant_local import PlantLocalLoop
 from takagi.reports.loops.proved_kinds import embedded, proved_kinds
 from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.text import Section, at_least, decimal, significant
@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 __all__ = ["verdict_section"]
 
 
-def verdict_section(design: PlantDesign, loop: PlantLoop, loops: Sequence[LocalLoop]) -> Section:
+def verdict_section(
+    design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLocalLoop]
+) -> Section:
     """Return the verdict box of a plant's design."""
     return verdict_box(
         design.checked,
@@ -43,7 +45,7 @@ def verdict_section(design: PlantDesign, loop: PlantLoop, loops: Sequence[LocalL
 
 
 def _facts(
-    loop: PlantLoop, loops: Sequence[LocalLoop], *, limits: bool
+    loop: PlantLoop, loops: Sequence[PlantLocalLoop], *, limits: bool
 ) -> list[tuple[str, str, str]]:
     """Return (what, figure, remark); ``limits``: a claim proves how large the inputs get."""
     model = loop.model

@@ -9,7 +9,13 @@ import numpy as np
 from takagi.models.laws.published.coupling_filter import CouplingFilter, coupling_filter
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.reports.figures import membership_figure
-from takagi.reports.page.text import Plate, Section, fixed, plate, significant
+from takagi.reports.page.text import (
+    CaptionedFigure,
+    Section,
+    captioned_figure,
+    significant,
+    with_decimals,
+)
 from takagi.reports.sections.turbine.drawings import effort_figure
 from takagi.reports.sections.turbine.operation import trim_curve
 
@@ -28,14 +34,14 @@ def blending_section(design: TurbineDesign) -> Section:
         "coherent": design.coherent is not None,
         "coupling": coupling,
         "speed_overlap": significant(coupling.speed_ramp.width),
-        "torque_overlap": fixed(coupling.torque_overlap / 1e3, 2),
-        "corners": [(fixed(a, 3), fixed(b, 0)) for a, b in _corners(coupling)],
+        "torque_overlap": with_decimals(coupling.torque_overlap / 1e3, 2),
+        "corners": [(with_decimals(a, 3), with_decimals(b, 0)) for a, b in _corners(coupling)],
         "memberships": _memberships(design, coupling),
     }
     if design.coherent is not None:
         overlap = float(design.coherent.schedule.overlap)
         content["overlap"] = significant(overlap)
-        content["effort"] = plate(
+        content["effort"] = captioned_figure(
             effort_figure(overlap),
             "effort-ramp",
             caption="The effort ramp and its slope, the share of pitch in a change of effort. "
@@ -63,7 +69,7 @@ def _corners(coupling: CouplingFilter) -> list[tuple[float, float]]:
     return [(float(matrix[0, 0]), float(matrix[1, 1])) for matrix in coupling.corners]
 
 
-def _memberships(design: TurbineDesign, coupling: CouplingFilter) -> Plate:
+def _memberships(design: TurbineDesign, coupling: CouplingFilter) -> CaptionedFigure:
     ramp, turbine = coupling.speed_ramp, design.turbine
     margin = max(0.15, 1.5 * ramp.width)
     speed = np.linspace(ramp.start - margin, ramp.end + margin, GRID[0])
@@ -83,7 +89,7 @@ def _memberships(design: TurbineDesign, coupling: CouplingFilter) -> Plate:
         titles=titles,
         path=path if inside else None,
     )
-    return plate(
+    return captioned_figure(
         figure,
         "memberships",
         caption="Memberships h<sup>a</sup><sub>m</sub>(ω, T<sub>g</sub>) of the coupling "

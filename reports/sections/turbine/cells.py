@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.design.claim_summary import ClaimSummary, claim_summary
 from takagi.reports.figures import cells_figure
-from takagi.reports.page.text import Section, Table, at_least, at_most, fixed, plate
+from takagi.reports.page.text import (
+    Section,
+    Table,
+    at_least,
+    at_most,
+    captioned_figure,
+    with_decimals,
+)
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
@@ -41,7 +48,7 @@ def _details(design: TurbineDesign, summary: ClaimSummary) -> dict[str, Any]:
         overspeed=[max(value, 0.0) for value in over],
     )
     return {
-        "figure": plate(
+        "figure": captioned_figure(
             figure,
             "cells",
             caption="Per wind cell: proved decay rate at constant wind, largest rate of the "
@@ -49,7 +56,7 @@ def _details(design: TurbineDesign, summary: ClaimSummary) -> dict[str, Any]:
             f"below rated speed).{summary.hatched}",
             alternative="Decay rate, wind class and overspeed bound per wind cell",
         ),
-        "P": [[fixed(value, 4) for value in row] for row in summary.P],
+        "P": [[with_decimals(value, 4) for value in row] for row in summary.P],
         "peaks": [(name.replace("_", " "), at_most(v, 4)) for name, v in summary.peaks.items()],
         "table": _table(design, summary, over),
     }
@@ -98,9 +105,9 @@ def _ranges(design: TurbineDesign, count: int) -> list[tuple[str, str, str]]:
         pitch = [math.degrees(float(end)) for end in (cell.pitch.lower, cell.pitch.upper)]
         found.append(
             (
-                f"{fixed(torque[0], 2)} – {fixed(torque[1], 2)}",
-                f"{fixed(pitch[0], 2)} – {fixed(pitch[1], 2)}",
-                fixed(math.degrees(float(cell.pitch_rate)), 2),
+                f"{with_decimals(torque[0], 2)} – {with_decimals(torque[1], 2)}",
+                f"{with_decimals(pitch[0], 2)} – {with_decimals(pitch[1], 2)}",
+                with_decimals(math.degrees(float(cell.pitch_rate)), 2),
             )
         )
     return found

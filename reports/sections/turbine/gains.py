@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.reports.loops.synthesis_summary import synthesis_words
-from takagi.reports.page.text import Section, Table, fixed, plate, significant
+from takagi.reports.page.text import Section, Table, captioned_figure, significant, with_decimals
 from takagi.reports.sections.turbine.drawings import gains_figure
 from takagi.reports.sections.turbine.operation import region_starts
 from takagi.reports.sections.turbine.synthesis_table import synthesis_table
@@ -35,7 +35,7 @@ def _coherent(design: TurbineDesign, law: EffortSharingLaw) -> dict[str, Any]:
     limited = design.effort.torque_limited if design.effort is not None else np.zeros(0)
     winds = law.schedule.wind[limited.astype(bool)] if limited.size else limited
     return {
-        "figure": plate(
+        "figure": captioned_figure(
             gains_figure(law, region_starts(design)),
             "gains",
             caption="Gains of the law over the schedule wind, the assumed pitch effectiveness, "
@@ -89,7 +89,7 @@ def _table(law: EffortSharingLaw) -> Table:
         ),
         tuple(
             tuple(
-                fixed(float(value), digits)
+                with_decimals(float(value), digits)
                 for value, digits in zip(row, (4, 6, 6, 6, 5, 6, 4, 4), strict=True)
             )
             for row in zip(*columns, strict=True)

@@ -20,7 +20,13 @@ from takagi.reports.margins import (
     loop_response,
     loops_at_trim,
 )
-from takagi.reports.page.text import Plate, Section, fixed, plate, significant
+from takagi.reports.page.text import (
+    CaptionedFigure,
+    Section,
+    captioned_figure,
+    significant,
+    with_decimals,
+)
 from takagi.reports.sections.margin_table import margin_table
 
 if TYPE_CHECKING:
@@ -65,7 +71,7 @@ def poles_section(design: TurbineDesign) -> Section:
         "poles",
         "Closed-loop poles over wind",
         {
-            "figure": plate(
+            "figure": captioned_figure(
                 figure,
                 "poles",
                 caption="Poles of the design model with the law linearised at its trims, "
@@ -73,7 +79,7 @@ def poles_section(design: TurbineDesign) -> Section:
                 alternative="Closed-loop poles in the complex plane coloured by wind, and the "
                 "decay of the slowest pole over wind",
             ),
-            "slowest": fixed(-float(slowest[1].real.max()), 4),
+            "slowest": with_decimals(-float(slowest[1].real.max()), 4),
             "slowest_wind": f"{slowest[0].wind:g}",
             "stable": all(p.real.max() < 0 for p in poles),
             "none": ", ".join(f"{v:g}" for v in none),
@@ -138,7 +144,9 @@ def _acting(point: LoopPoint) -> list[Actuator]:
     return found
 
 
-def _bode(design: TurbineDesign, rows: Sequence[_Row], actuator: Actuator, wake: str) -> Plate:
+def _bode(
+    design: TurbineDesign, rows: Sequence[_Row], actuator: Actuator, wake: str
+) -> CaptionedFigure:
     turbine = design.turbine
     lines = []
     for row in rows:
@@ -152,7 +160,7 @@ def _bode(design: TurbineDesign, rows: Sequence[_Row], actuator: Actuator, wake:
     speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
     marks = {f"tower {tower / 2 / np.pi:.2f} Hz": tower, "3P": 3 * speed}
     words = "torque command" if actuator == "torque" else "pitch reference"
-    return plate(
+    return captioned_figure(
         bode_figure(FREQUENCY, lines, marks=marks),
         f"bode-{actuator}" + ("-frozen" if wake == "frozen" else ""),
         caption=f"The loop broken at the {words}, where it acts, the other actuator closed; {wake} "
@@ -163,7 +171,7 @@ def _bode(design: TurbineDesign, rows: Sequence[_Row], actuator: Actuator, wake:
 
 
 def _which(row: _Row) -> tuple[str, str, str]:
-    wake = row.wake if row.wake == "equilibrium" else f"{row.wake} × {fixed(row.factor, 2)}"
+    wake = row.wake if row.wake == "equilibrium" else f"{row.wake} × {with_decimals(row.factor, 2)}"
     return f"{row.loop.wind:g}", row.actuator, wake
 
 
@@ -174,7 +182,8 @@ def _least(rows: Sequence[_Row]) -> dict[str, str]:
 
     def worst(name: str, value: list[float], digits: int) -> str:
         k = int(np.argmin(value))
-        return f"{fixed(value[k], digits)}{name} at {rows[k].loop.wind:g} m/s ({rows[k].actuator})"
+        least = f"{with_decimals(value[k], digits)}{name}"
+        return f"{least} at {rows[k].loop.wind:g} m/s ({rows[k].actuator})"
 
     gains = [20 * np.log10(max(row.margins.gain_increase, 1e-9)) for row in rows]
     return {

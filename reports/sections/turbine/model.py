@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.turbine.trim import TrimPoint
-from takagi.reports.page.text import Plate, Section, Table, fixed, plate
+from takagi.reports.page.text import (
+    CaptionedFigure,
+    Section,
+    Table,
+    captioned_figure,
+    with_decimals,
+)
 from takagi.reports.sections.turbine.operation import (
     power_surface,
     region_starts,
@@ -36,7 +42,7 @@ def model_section(design: TurbineDesign) -> Section:
             "turbine": turbine,
             "inertia": f"{turbine.inertia:,.0f}".replace(",", "\u202f"),
             "frequency": float(np.sqrt(turbine.tower_stiffness / turbine.tower_mass) / 2 / np.pi),
-            "starts": {k: fixed(v, 2) for k, v in region_starts(design).items()},
+            "starts": {k: with_decimals(v, 2) for k, v in region_starts(design).items()},
             "trim_table": _trim_table(points),
             "figures_table": _figures(design),
             "surface": _surface(design, points),
@@ -70,11 +76,11 @@ def _trim_table(points: tuple[TrimPoint, ...]) -> Table:
         ),
         tuple(
             (
-                fixed(p.wind, 0),
+                with_decimals(p.wind, 0),
                 p.region,
-                fixed(p.rotor_speed * RPM, 3),
-                fixed(p.pitch * DEGREES, 3),
-                fixed(p.torque / 1e3, 3),
+                with_decimals(p.rotor_speed * RPM, 3),
+                with_decimals(p.pitch * DEGREES, 3),
+                with_decimals(p.torque / 1e3, 3),
             )
             for p in shown
         ),
@@ -82,14 +88,14 @@ def _trim_table(points: tuple[TrimPoint, ...]) -> Table:
     )
 
 
-def _surface(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> Plate:
+def _surface(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> CaptionedFigure:
     turbine = design.turbine
     low, high = turbine.power.x_range
     most = min(turbine.power.y_range[1], LARGEST_SHOWN_PITCH)
     ratio = np.linspace(low, high, GRID[0])
     pitch = np.linspace(max(turbine.power.y_range[0], turbine.pitch_min), most, GRID[1])
     band = float(dict(design.full_load.box).get("pitch deviation [rad]", (0, 0))[1])
-    return plate(
+    return captioned_figure(
         power_surface(design, points, ratio=ratio, pitch=pitch, band=band or None),
         "power-coefficient",
         caption="Power coefficient of the table's spline, with the trim from cut-in to cut-out "
@@ -99,8 +105,8 @@ def _surface(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> Plate:
     )
 
 
-def _curves(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> Plate:
-    return plate(
+def _curves(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> CaptionedFigure:
+    return captioned_figure(
         trim_drawing(design, points, region_starts(design)),
         "trim",
         caption="Trim over wind; dotted lines: where regions begin. Dots: the trim pitch "

@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.reports.page.text import Section, Table, complex_words, decimal, fixed, significant
+from takagi.reports.page.text import (
+    Section,
+    Table,
+    complex_words,
+    decimal,
+    significant,
+    with_decimals,
+)
 from takagi.reports.sections.premise_table import premise_table
 from takagi.reports.sections.turbine.regions import EVIDENCE
 
@@ -27,7 +34,7 @@ def observer_section(design: TurbineDesign) -> Section:
             "l1": f"{found.gains[0]:g}",
             "l2": f"{found.gains[1]:g}",
             "decay": significant(found.decay_rate),
-            "limits": f"{fixed(low, 1)} to {fixed(high, 1)}",
+            "limits": f"{with_decimals(low, 1)} to {with_decimals(high, 1)}",
             "premises": premise_table(found.model, "Premises, estimation error", EVIDENCE),
             "poles": _poles(design),
             "box": [

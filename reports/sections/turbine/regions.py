@@ -8,7 +8,15 @@ import numpy as np
 
 from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.turbine.trim import trim
-from takagi.reports.page.text import Plate, Section, Table, decimal, fixed, plate, significant
+from takagi.reports.page.text import (
+    CaptionedFigure,
+    Section,
+    Table,
+    captioned_figure,
+    decimal,
+    significant,
+    with_decimals,
+)
 from takagi.reports.sections.premise_table import premise_table
 from takagi.reports.sections.turbine.drawings import regional_gains_figure
 from takagi.reports.sections.turbine.operation import region_starts
@@ -101,7 +109,7 @@ def _gains(part: RegionGains) -> Table | None:
     )
 
 
-def _over_wind(design: TurbineDesign, part: RegionGains) -> Plate | None:
+def _over_wind(design: TurbineDesign, part: RegionGains) -> CaptionedFigure | None:
     if part.k_x is None or part.k_I is None:
         return None
     setpoint = design.settings.speed_setpoint
@@ -117,10 +125,10 @@ def _over_wind(design: TurbineDesign, part: RegionGains) -> Plate | None:
     if part.region == "full load":
         columns.insert(1, ("on pitch\n[-]", rows[:, 1]))
     starts = {k: v for k, v in region_starts(design).items() if low < v < high}
-    return plate(
+    return captioned_figure(
         regional_gains_figure(winds, columns, starts),
         f"gains-{part.region.replace(' ', '-')}",
         caption=f"{part.region.capitalize()}: the rules' gains blended along the trim, "
-        f"{fixed(low, 2)} to {fixed(high, 2)} m/s.",
+        f"{with_decimals(low, 2)} to {with_decimals(high, 2)} m/s.",
         alternative=f"Blended regional gains over wind, {part.region}",
     )

@@ -22,7 +22,15 @@ from takagi.models.simulation import (
 )
 from takagi.models.turbine.trim import rated_wind
 from takagi.reports.figures import ResponseLine, response_figure
-from takagi.reports.page.text import Plate, Section, Table, fixed, plate, powers, significant
+from takagi.reports.page.text import (
+    CaptionedFigure,
+    Section,
+    Table,
+    captioned_figure,
+    powers,
+    significant,
+    with_decimals,
+)
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
@@ -52,8 +60,8 @@ def responses_section(design: TurbineDesign) -> Section:
             ],
             "table": _table(design, results),
             "law": design.law.name,
-            "torque_rate": fixed(plant.torque_rate_limit / 1e3, 0),
-            "pitch_rate": fixed(float(np.degrees(plant.pitch_rate_limit)), 0),
+            "torque_rate": with_decimals(plant.torque_rate_limit / 1e3, 0),
+            "pitch_rate": with_decimals(float(np.degrees(plant.pitch_rate_limit)), 0),
             "class_known": claim_summary(design) is not None,
         },
     )
@@ -72,13 +80,13 @@ def _winds(design: TurbineDesign) -> tuple[WindSeries, ...]:
     )
 
 
-def _figure(design: TurbineDesign, name: str, results: Sequence[Result]) -> Plate:
+def _figure(design: TurbineDesign, name: str, results: Sequence[Result]) -> CaptionedFigure:
     turbine = design.turbine
     lines = [ResponseLine.of(result.label, result.history) for result in results]
     speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
     rated = {"rotor_speed": speed, "torque": turbine.rated_torque}
     wind = powers(results[0].wind_name).capitalize()
-    return plate(
+    return captioned_figure(
         response_figure(results[0].history.time, lines, rated=rated),
         f"response-{name}",
         caption=f"{wind}: {' and '.join(line.label for line in lines)} law on the validation "
@@ -106,11 +114,11 @@ def _table(design: TurbineDesign, results: Sequence[Result]) -> Table:
             (
                 result.wind_name,
                 result.label,
-                fixed(result.metrics.energy, 2),
-                fixed(result.metrics.overspeed, 2),
-                fixed(result.metrics.pitch_travel, 1),
-                fixed(result.metrics.both_active, 1),
-                fixed(result.metrics.tower_del, 2),
+                with_decimals(result.metrics.energy, 2),
+                with_decimals(result.metrics.overspeed, 2),
+                with_decimals(result.metrics.pitch_travel, 1),
+                with_decimals(result.metrics.both_active, 1),
+                with_decimals(result.metrics.tower_del, 2),
                 *_class_use(design, result),
             )
             for result in results
@@ -133,4 +141,8 @@ def _class_use(design: TurbineDesign, result: Result) -> tuple[str, str, str]:
     fine = np.array(summary.proved)[cell]
     inside = fine & (error <= np.array(summary.wind_error)[cell])
     inside &= rate <= np.array(summary.wind_rate)[cell]
-    return significant(error.max()), significant(rate.max()), fixed(100 * float(inside.mean()), 0)
+    return (
+        significant(error.max()),
+        significant(rate.max()),
+        with_decimals(100 * float(inside.mean()), 0),
+    )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.reports.loops.synthesis_summary import synthesis_summary
-from takagi.reports.page.text import Table, fixed
+from takagi.reports.page.text import Table, with_decimals
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
@@ -34,10 +34,10 @@ def synthesis_table(design: TurbineDesign) -> Table | None:
         rows.append(
             (
                 name,
-                fixed(reached.wind_error, 4),
-                fixed(reached.decay_rate, 4),
-                fixed(math.degrees(pitch), 3),
-                fixed(1e3 * tower, 2),
+                with_decimals(reached.wind_error, 4),
+                with_decimals(reached.decay_rate, 4),
+                with_decimals(math.degrees(pitch), 3),
+                with_decimals(1e3 * tower, 2),
             )
         )
     return Table(

@@ -18,15 +18,15 @@ from takagi.reports.loops.overlap_claims import (
 from takagi.reports.loops.proved_kinds import proved_claims
 from takagi.reports.page.text import (
     DASH,
-    Plate,
+    CaptionedFigure,
     Section,
     Table,
     at_least,
     at_most,
+    captioned_figure,
     decimal,
-    fixed,
-    plate,
-    span,
+    range_text,
+    with_decimals,
 )
 from takagi.reports.sections.turbine.drawings import wind_class_figure
 from takagi.reports.sections.verdict import verdict_box
@@ -74,7 +74,7 @@ def verdict_section(design: TurbineDesign) -> Section:
                 for (low, high), fine in zip(summary.winds, summary.proved, strict=True)
                 if not fine
             ],
-            "figure": plate(
+            "figure": captioned_figure(
                 wind_class_figure(summary),
                 "wind-class",
                 caption="The certified wind class over the schedule wind v<sub>s</sub> that the "
@@ -91,13 +91,13 @@ def _open(claim: OverlapClaim) -> bool:
     return claim.verdict is not Verdict.PROVED or (claim.chosen and bool(claim.left))
 
 
-def _overlap_figure(design: TurbineDesign, claims: tuple[OverlapClaim, ...]) -> Plate:
+def _overlap_figure(design: TurbineDesign, claims: tuple[OverlapClaim, ...]) -> CaptionedFigure:
     turbine = design.turbine
     rows = [
         OverlapRow(f"{c.label}{' (chosen)' if c.chosen else ''}", c.proved, c.left) for c in claims
     ]
     told = "; ".join(f"{claim.label}: {wind_words(claim)}" for claim in claims)
-    return plate(
+    return captioned_figure(
         overlaps_figure(rows, wind=(turbine.cut_in, turbine.cut_out)),
         "overlaps",
         caption="Winds for which each claim is proved, by overlap in speed and in torque. "
@@ -151,9 +151,9 @@ def _facts(design: TurbineDesign, summary: ClaimSummary) -> list[tuple[str, str,
         ),
         (
             "Wind class",
-            f"|v \u2212 v<sub>s</sub>| up to {span(summary.wind_error)} m/s",
-            f"and |v<sub>s</sub>'| up to {span(summary.wind_rate)} m/s², depending on the wind "
-            "(figure)",
+            f"|v \u2212 v<sub>s</sub>| up to {range_text(summary.wind_error)} m/s",
+            f"and |v<sub>s</sub>'| up to {range_text(summary.wind_rate)} m/s², depending on the "
+            "wind (figure)",
         ),
         *_wind_rate(design),
         (
@@ -187,7 +187,8 @@ def _wind_rate(design: TurbineDesign) -> list[tuple[str, str, str]]:
     return [
         (
             "Wind's own rate",
-            f"|v'| up to {span([float(r) for r in stated['ranges'][0]['estimate_rate']])} m/s²",
+            "|v'| up to "
+            f"{range_text([float(r) for r in stated['ranges'][0]['estimate_rate']])} m/s²",
             f"of a wind that is known, through the law's filter of {filter_:g} s, "
             "depending on the wind",
         )
@@ -218,17 +219,18 @@ def _actuators(design: TurbineDesign) -> list[tuple[str, str, str]]:
             "Torque",
             f"{at_least(least / 1e3, 2)} kN m to rated",
             f"commanded on the enclosed set: never negative, never above "
-            f"{fixed(turbine.rated_torque / 1e3, 2)} kN m",
+            f"{with_decimals(turbine.rated_torque / 1e3, 2)} kN m",
         ),
         (
             "Pitch",
-            f"{fixed(math.degrees(turbine.pitch_min), 1)} to {at_most(max(pitch), 1)}°",
-            f"inside its limits, {fixed(math.degrees(turbine.pitch_min), 0)} to "
-            f"{fixed(math.degrees(turbine.pitch_max), 0)}°",
+            f"{with_decimals(math.degrees(turbine.pitch_min), 1)} to {at_most(max(pitch), 1)}°",
+            f"inside its limits, {with_decimals(math.degrees(turbine.pitch_min), 0)} to "
+            f"{with_decimals(math.degrees(turbine.pitch_max), 0)}°",
         ),
         (
             "Pitch rate",
             f"\u2264 {at_most(min(rate, limit), 1)} °/s",
-            f"up to {at_most(rate, 1)} °/s is demanded; limit {fixed(limit, 1)} °/s: {part}",
+            f"up to {at_most(rate, 1)} °/s is demanded; limit "
+            f"{with_decimals(limit, 1)} °/s: {part}",
         ),
     ]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import NdBSpline
 
-from takagi.certificates.campaign.spline_patches import Axis, spline_patches
+from takagi.certificates.campaign.spline_patches import PatchAxis, spline_patches
 from takagi.models.errors import ModelError
 
 
@@ -48,7 +48,7 @@ def test_pieces_of_uneven_axes_are_found() -> None:
     """Against a search, with pieces from 1 to 30 wide; and a point on each end."""
     breaks = np.array([0.0, 1.0, 1.5, 4.0, 34.0, 35.0])
     points = np.concatenate([np.random.default_rng(2).uniform(0, 35, 2000), breaks])
-    piece, beyond = Axis.of(breaks).placed(points)
+    piece, beyond = PatchAxis.of(breaks).placed(points)
 
     wanted = np.clip(np.searchsorted(breaks, points, side="right") - 1, 0, 4)
     assert np.array_equal(piece, wanted)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from takagi.certificates.campaign.loop import certified_loop
-from takagi.certificates.campaign.trial_laws import coherent_trial, paper_trial
-from takagi.certificates.campaign.trial_plant import Asked, Rotor, advance, rotor_of
+from takagi.certificates.campaign.trial_laws import effort_sharing_trial, published_trial
+from takagi.certificates.campaign.trial_plant import TrialCommand, TrialRotor, advance, rotor_of
 from takagi.certificates.campaign.trials import CYCLES, LOST, STAYS, Disturbance, tried
-from takagi.certificates.claims.turbine.published import paper_law_data
+from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.document.certificate_file import turbine_data
 from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.coupling_filter import coupling_filter
@@ -54,10 +54,10 @@ def law_of(schedules: tuple[Turbine, Any, Any], name: Any) -> PublishedLaw:
 def test_published_laws_are_those_that_run(schedules: Any, name: str) -> None:
     """Torque, pitch and integrals at random states over all winds, saturated ones among them."""
     law, draw, n = law_of(schedules, name), np.random.default_rng(7), 60
-    data = paper_law_data(law)
+    data = published_law_data(law)
     rotor = rotor_of(turbine_data(law.turbine, []))
     ramp = law.coupling.speed_ramp
-    trial = paper_trial(
+    trial = published_trial(
         data, rotor, ramp_start=np.full(n, ramp.start), ramp_width=np.full(n, ramp.width)
     )
     wind = draw.uniform(4, 25, n)
@@ -78,7 +78,7 @@ def test_published_laws_are_those_that_run(schedules: Any, name: str) -> None:
 def test_coherent_law_is_the_one_that_runs(built: Any) -> None:
     """With its own filter: both states move as the law says."""
     loop, law, draw, n = certified_loop(built.document), built.law, np.random.default_rng(8), 40
-    trial = coherent_trial(loop, law.wind_filter)
+    trial = effort_sharing_trial(loop, law.wind_filter)
     own = np.stack([draw.uniform(-0.02, 0.02, n), draw.uniform(3.1, 24.9, n)])
     wind, pitch = draw.uniform(3, 25, n), draw.uniform(0, 0.4, n)
     speed = np.interp(own[1], loop.wind, loop.tables[0]) + draw.uniform(-0.03, 0.03, n)
@@ -98,9 +98,9 @@ def test_second_order_drive_rings_as_its_damping_says(built: Any) -> None:
     state = np.array([[1.267], [0.2], [0.0]])
     one = np.ones(1)
 
-    def still(speed: Any, pitch: Any, own: Any, wind: Any) -> Asked:
+    def still(speed: Any, pitch: Any, own: Any, wind: Any) -> TrialCommand:
         torque = rotor.acceleration(speed, pitch, wind) / rotor.gear_scale
-        return Asked(torque, 0.21 * one, np.zeros((0, 1)))
+        return TrialCommand(torque, 0.21 * one, np.zeros((0, 1)))
 
     highest = 0.0
     for _ in range(200):
@@ -122,11 +122,11 @@ def test_outcomes_are_told_apart(built: Any, monkeypatch: pytest.MonkeyPatch) ->
     wind, speed = np.full(3, 18.0), np.full(3, 1.267)
     rest = np.stack([speed, np.full(3, 0.25), 0 * wind, 0 * wind])
 
-    def law(omega: Any, pitch: Any, own: Any, v: Any) -> Asked:
+    def law(omega: Any, pitch: Any, own: Any, v: Any) -> TrialCommand:
         hold = rotor.acceleration(omega, pitch, v) + 0.5 * (omega - 1.267)
         torque = np.where([True, True, False], hold / rotor.gear_scale, 0.0)
         asked = 0.25 + np.array([0.0, 0.01, 0.0]) * np.sin(own[0])
-        return Asked(torque, asked, np.ones((1, 3)))
+        return TrialCommand(torque, asked, np.ones((1, 3)))
 
     found = tried(
         rotor,
@@ -148,5 +148,5 @@ def test_a_gust_comes_and_goes() -> None:
 
 def test_rotor_is_a_value(built: Any) -> None:
     """The first-order drive is the design model's own unless another is asked for."""
-    assert isinstance(rotor := rotor_of(built.document["model"]), Rotor)
+    assert isinstance(rotor := rotor_of(built.document["model"]), TrialRotor)
     assert (rotor.frequency, rotor.lag) == (0.0, 0.2)

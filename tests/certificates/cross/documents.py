@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates import certify
-from takagi.certificates.requests import FuzzyDecay, Loop, attempts_at_all
+from takagi.certificates.requests import ClaimedLoop, FuzzyDecay, attempts_at_all
 from takagi.lmi import observer, pdc
 from takagi.models import TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
@@ -49,7 +49,7 @@ def observed_certificate() -> Data:
     model = sector_model(load_plant("duffing"))
     gains = np.round(pdc(model, decay_rate=0.5).require()[0], 3)
     L = np.round(observer(model, decay_rate=1.0).require()[0], 3)
-    loop = Loop.of(model, gains)
+    loop = ClaimedLoop.of(model, gains)
     found, _ = attempts_at_all(loop, observer=L)
     whole = dict(certify(model, gains).document)
     whole["claims"] = [whole["claims"][0], *(attempt.claim for attempt in found)]

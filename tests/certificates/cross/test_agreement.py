@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from takagi.certificates.audit.two_checkers import (
-    Comparison,
-    Row,
+    VerdictComparison,
+    VerdictRow,
     cross_checked,
     cross_checked_document,
 )
@@ -156,7 +156,7 @@ def test_changed_file_is_refused_by_both(whole: dict[str, Data], tmp_path: Path)
     ],
 )
 def test_what_counts_as_agreement(first: str, second: str, agree: bool) -> None:
-    assert Comparison([Row("any", first, second, 1, "")]).agrees is agree
+    assert VerdictComparison([VerdictRow("any", first, second, 1, "")]).agrees is agree
 
 
 @pytest.mark.parametrize("claims", [None, [], {}, 1, "coherent-loop"])

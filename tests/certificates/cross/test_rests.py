@@ -14,18 +14,18 @@ from flint import fmpq
 from scipy.interpolate import BSpline
 
 from takagi.certificates.audit.two_checkers import cross_checked_document
-from takagi.certificates.claims.turbine.published import paper_law_data
+from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.cross_check.kernel.reading import loads
 from takagi.certificates.cross_check.turbine import equilibrium as rests
 from takagi.certificates.cross_check.turbine import torque_balance as rest_balance
 from takagi.certificates.cross_check.turbine.numbers import Rotor
-from takagi.certificates.cross_check.turbine.surface import Span
-from takagi.certificates.cross_check.turbine.torque_balance import Balance, Look, Looks
+from takagi.certificates.cross_check.turbine.surface import NumberRange
+from takagi.certificates.cross_check.turbine.torque_balance import Balance, BalanceSign, Looks
 from takagi.certificates.document.certificate_file import (
     certificate_document,
-    coherent_law_data,
     dumps,
+    effort_sharing_law_data,
     turbine_data,
 )
 from tests.certificates.conftest import Built, resealed
@@ -51,7 +51,7 @@ def claimed(model: Data, gains: Data, cells: list[Data]) -> Data:
 @pytest.fixture
 def document(built: Built) -> Data:
     """A claim about four cells of wind, true, of the two-step law."""
-    return claimed(turbine_data(TURBINE, []), coherent_law_data(built.law), CELLS)
+    return claimed(turbine_data(TURBINE, []), effort_sharing_law_data(built.law), CELLS)
 
 
 def of_interval(document: Data, wind: float) -> int:
@@ -141,7 +141,7 @@ def test_rests_of_a_law_of_the_paper_are_left_open() -> None:
     """Its gains go with averages of slopes, of which the second checker has no reading."""
     cells = [{"wind": [8.0, 8.02], "rests": "one at the trim"}]
     (one,) = judge_document(
-        claimed(turbine_data(TURBINE, []), paper_law_data(make_law("paper")), cells)
+        claimed(turbine_data(TURBINE, []), published_law_data(make_law("paper")), cells)
     )
 
     assert (one.verdict, one.reason) == ("NOT REPLAYED", "rests of a law of the paper")
@@ -201,12 +201,12 @@ def test_enclosures_hold_the_balance_of_the_law(wind: float, document: Data) -> 
     read = loads(dumps(document))
     rotor, gains, model = Rotor(read["model"], read["gains"]), document["gains"], document["model"]
     winds = (wind, wind + 0.05)
-    at = Balance(rotor, of_interval(document, wind), Span(*map(fraction, winds)), Looks())
+    at = Balance(rotor, of_interval(document, wind), NumberRange(*map(fraction, winds)), Looks())
     limit, balance = gains["integral_limit"], law_s_balance(document)
     rng, seen = random.Random(3), set()
     for _ in range(40):
         a, b = sorted(rng.uniform(-limit, limit) for _ in range(2))
-        look = at.inside(Span(fraction(a), fraction(b)))
+        look = at.inside(NumberRange(fraction(a), fraction(b)))
         v, (x, y) = rng.uniform(*winds), sorted(rng.uniform(a, b) for _ in range(2))
         f, g = balance(v, 0.0, x), balance(v, 0.0, y)
         assert look.sign * f >= 0 <= look.sign * g
@@ -215,7 +215,7 @@ def test_enclosures_hold_the_balance_of_the_law(wind: float, document: Data) -> 
     for _ in range(40):
         low = rng.uniform(2.0, 3.4)
         high = low + rng.choice([0.003, 0.03, 0.3])
-        look = at.upper(Span(fraction(low), fraction(high)))
+        look = at.upper(NumberRange(fraction(low), fraction(high)))
         v, tip = rng.uniform(*winds), rng.uniform(low, high)
         speed = float(np.interp(v, gains["wind"], gains["rotor_speed"]))
         f = balance(v, tip * v / model["rotor_radius"] - speed, limit)
@@ -230,9 +230,9 @@ def test_slopes_along_a_limit_are_those_of_the_balance(
 ) -> None:
     """By wind and by tip-speed ratio, against difference quotients: with torque, pitch and both."""
     read, gains, h = loads(dumps(document)), document["gains"], 1e-5
-    v, tip = (Span(fraction(value), fraction(value)) for value in (wind, ratio))
+    v, tip = (NumberRange(fraction(value), fraction(value)) for value in (wind, ratio))
     rotor, k = Rotor(read["model"], read["gains"]), of_interval(document, wind)
-    at = Balance(rotor, k, Span(rotor.wind[k], rotor.wind[k + 1]), Looks())
+    at = Balance(rotor, k, NumberRange(rotor.wind[k], rotor.wind[k + 1]), Looks())
     signal, efforts = at._limited(v, tip, fraction(x))
     state = at._state(v, tip, efforts)
     assert state is not None
@@ -263,10 +263,10 @@ def test_a_curve_that_rises_has_one_zero_with_every_wake_or_none_without(
     Without a wake there is none then, which is a word against "one".
     """
 
-    def curve(x: Span) -> Look:
-        return Look((x.low > fraction(zero)) - (x.high < fraction(zero)), rises=True)
+    def curve(x: NumberRange) -> BalanceSign:
+        return BalanceSign((x.low > fraction(zero)) - (x.high < fraction(zero)), rises=True)
 
-    halves = [Span(fmpq(-1), fmpq(0)), Span(fmpq(0), fmpq(1))]
+    halves = [NumberRange(fmpq(-1), fmpq(0)), NumberRange(fmpq(0), fmpq(1))]
     assert rests._rising_zeros(curve, [(part, curve(part)) for part in halves]) == found
 
 
@@ -274,17 +274,21 @@ def test_one_change_of_sign_is_not_several() -> None:
     """Where the balance has a sign but its slope is not known, one change says nothing."""
 
     def at(upper: int) -> Any:
-        def inside(x: Span) -> Look:
-            return Look((x.low > 0) - (x.high < 0))
+        def inside(x: NumberRange) -> BalanceSign:
+            return BalanceSign((x.low > 0) - (x.high < 0))
 
-        def above(ratio: Span) -> Look:
-            return Look(upper if ratio.high <= 3 else 1 if ratio.low >= 4 else 0)
+        def above(ratio: NumberRange) -> BalanceSign:
+            return BalanceSign(upper if ratio.high <= 3 else 1 if ratio.low >= 4 else 0)
 
         table = SimpleNamespace(x=SimpleNamespace(breaks=[fmpq(2), fmpq(9)]))
         rotor = SimpleNamespace(integral_limit=fmpq(1), surface=table)
-        ends = Span(fmpq(5), fmpq(6))
+        ends = NumberRange(fmpq(5), fmpq(6))
         return SimpleNamespace(
-            rotor=rotor, trim_ratio=ends, inside=inside, upper=above, lower=lambda _: Look(-1)
+            rotor=rotor,
+            trim_ratio=ends,
+            inside=inside,
+            upper=above,
+            lower=lambda _: BalanceSign(-1),
         )
 
     assert rests._rests(at(upper=1)) is None

@@ -18,7 +18,7 @@ from scipy.interpolate import BSpline
 from takagi.certificates.audit.two_checkers import cross_checked_document
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.cross_check.kernel.reading import loads
-from takagi.certificates.cross_check.turbine.numbers import Turbine
+from takagi.certificates.cross_check.turbine.numbers import TurbineNumbers
 from takagi.certificates.cross_check.turbine.ranges import _ranges, _sizes
 from takagi.certificates.document.certificate_file import dumps
 from tests.certificates.kinds.test_damage import resealed
@@ -33,9 +33,9 @@ def number(value: fmpq) -> float:
 
 
 @pytest.fixture
-def turbine(short: Data) -> Turbine:
+def turbine(short: Data) -> TurbineNumbers:
     read = loads(dumps(short))
-    return Turbine(read["claims"][0], read["model"], read["gains"])
+    return TurbineNumbers(read["claims"][0], read["model"], read["gains"])
 
 
 @pytest.fixture
@@ -67,7 +67,9 @@ def test_all_wind_cells_are_proved(whole: Data) -> None:
     assert (one.verdict, one.inequalities) == ("PROVED", 4742)
 
 
-def test_stated_numbers_are_hardly_wider_than_the_ranges(short: Data, turbine: Turbine) -> None:
+def test_stated_numbers_are_hardly_wider_than_the_ranges(
+    short: Data, turbine: TurbineNumbers
+) -> None:
     """Two units of the seventh decimal at most, so that a slip in an enclosure would show."""
     for k, cell in enumerate(short["claims"][0]["cells"]):
         for name, span in _ranges(turbine.cell(k)):
@@ -78,7 +80,7 @@ def test_stated_numbers_are_hardly_wider_than_the_ranges(short: Data, turbine: T
             assert 0 <= cell[name] - number(size) < 2.1e-7, (k, name)
 
 
-def test_sampled_turbines_lie_in_the_ranges(short: Data, turbine: Turbine) -> None:
+def test_sampled_turbines_lie_in_the_ranges(short: Data, turbine: TurbineNumbers) -> None:
     """Stiffness and wind gain by difference quotients of the torque at sampled points."""
     x_knots, y_knots, rows = knots_of(short)
     model, box = short["model"], short["claims"][0]["box"]

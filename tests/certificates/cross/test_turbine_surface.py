@@ -17,7 +17,7 @@ from takagi.certificates.checker.arithmetic.interval import ONE, enclose
 from takagi.certificates.checker.arithmetic.spline import Spline
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.cross_check.kernel.reading import loads
-from takagi.certificates.cross_check.turbine.surface import Outside, Span, Surface
+from takagi.certificates.cross_check.turbine.surface import CoefficientSurface, NumberRange, Outside
 from takagi.certificates.document.certificate_file import dumps
 from tests.certificates.kinds.test_damage import resealed
 
@@ -35,8 +35,8 @@ def rational(value: float) -> fmpq:
 
 
 @pytest.fixture
-def surface(short: Data) -> Surface:
-    return Surface(loads(dumps(short["model"]["torque_surface"])))
+def surface(short: Data) -> CoefficientSurface:
+    return CoefficientSurface(loads(dumps(short["model"]["torque_surface"])))
 
 
 def knots_of(short: Data) -> tuple[list[float], list[float], list[list[float]]]:
@@ -56,11 +56,11 @@ def rectangles(short: Data, seed: int) -> list[tuple[float, float, float, float]
     return [(a, round(b, 12), c, round(d, 12)) for a, b, c, d in found]
 
 
-def test_surface_is_the_spline_of_scipy(short: Data, surface: Surface) -> None:
+def test_surface_is_the_spline_of_scipy(short: Data, surface: CoefficientSurface) -> None:
     """Values of scipy's spline lie in the span, and a span of one point is the value."""
     x_knots, y_knots, rows = knots_of(short)
     for a, b, c, d in rectangles(short, seed=3):
-        over = Span(rational(a), rational(b)), Span(rational(c), rational(d))
+        over = NumberRange(rational(a), rational(b)), NumberRange(rational(c), rational(d))
         for dx, dy in ORDERS:
             span = surface.over(*over, dx, dy)
             first = BSpline(np.array(x_knots), np.array(rows), 3).derivative(dx)
@@ -74,13 +74,13 @@ def test_surface_is_the_spline_of_scipy(short: Data, surface: Surface) -> None:
                 assert number(span.high - span.low) < 1e-9
 
 
-def test_surface_has_the_first_checker_s_ranges(short: Data, surface: Surface) -> None:
+def test_surface_has_the_first_checker_s_ranges(short: Data, surface: CoefficientSurface) -> None:
     """Powers and the recursion of Cox and de Boor, against blossoms and de Casteljau."""
     exact = [[Fraction(str(c)) for c in row] for row in knots_of(short)[2]]
     knots = [[Fraction(str(t)) for t in side] for side in knots_of(short)[:2]]
     theirs = Spline(knots[0], knots[1], exact)
     for a, b, c, d in rectangles(short, seed=4)[3:]:
-        over = Span(rational(a), rational(b)), Span(rational(c), rational(d))
+        over = NumberRange(rational(a), rational(b)), NumberRange(rational(c), rational(d))
         sides = [enclose(Fraction(str(p)), Fraction(str(q))) for p, q in ((a, b), (c, d))]
         for order in ORDERS:
             ours = surface.over(*over, *order)
@@ -89,12 +89,12 @@ def test_surface_has_the_first_checker_s_ranges(short: Data, surface: Surface) -
             assert number(ours.high) == pytest.approx(high, abs=1e-9), order
 
 
-def test_rectangle_beyond_the_table_is_none(surface: Surface) -> None:
-    inside, beyond = Span(fmpq(5), fmpq(6)), Span(fmpq(14), fmpq(15))
+def test_rectangle_beyond_the_table_is_none(surface: CoefficientSurface) -> None:
+    inside, beyond = NumberRange(fmpq(5), fmpq(6)), NumberRange(fmpq(14), fmpq(15))
     with pytest.raises(Outside):
-        surface.over(beyond, Span(fmpq(0), fmpq(0)))
+        surface.over(beyond, NumberRange(fmpq(0), fmpq(0)))
     with pytest.raises(Outside):
-        surface.over(inside, Span(fmpq(-1), fmpq(0)))
+        surface.over(inside, NumberRange(fmpq(-1), fmpq(0)))
 
 
 @given(*[DIGITS] * 4, st.fractions(0, 1, max_denominator=9), st.fractions(0, 1, max_denominator=9))
@@ -102,7 +102,7 @@ def test_arithmetic_holds_every_pair(
     a: int, b: int, c: int, d: int, s: Fraction, t: Fraction
 ) -> None:
     """x o y lies in X o Y for x in X, y in Y."""
-    X, Y = Span.of(fmpq(a), fmpq(b)), Span.of(fmpq(c), fmpq(d))
+    X, Y = NumberRange.of(fmpq(a), fmpq(b)), NumberRange.of(fmpq(c), fmpq(d))
     x = a + fmpq(s.numerator, s.denominator) * (b - a)
     y = c + fmpq(t.numerator, t.denominator) * (d - c)
     pairs = [(X + Y, x + y), (X - Y, x - y), (X * Y, x * y), (X.squared(), x * x)]
@@ -129,13 +129,13 @@ def test_larger_surface_is_left_to_the_first_checker(short: Data) -> None:
 def test_surface_reads_the_certificate_alone(short: Data) -> None:
     """One coefficient of the table moves the value on its patch and leaves others alone."""
     table = short["model"]["torque_surface"]
-    before = Surface(loads(dumps(table)))
+    before = CoefficientSurface(loads(dumps(table)))
     table["coefficients"][10][10] += 0.001
-    after = Surface(loads(dumps(table)))
+    after = CoefficientSurface(loads(dumps(table)))
     x, y = table["tip_speed_ratio_knots"], table["pitch_knots"]
 
-    def value(surface: Surface, k: int) -> Span:
-        at_x, at_y = (Span(rational(knots[k]), rational(knots[k])) for knots in (x, y))
+    def value(surface: CoefficientSurface, k: int) -> NumberRange:
+        at_x, at_y = (NumberRange(rational(knots[k]), rational(knots[k])) for knots in (x, y))
         return surface.over(at_x, at_y)
 
     assert value(before, 12) != value(after, 12)

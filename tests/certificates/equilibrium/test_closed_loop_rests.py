@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.equilibrium import ClosedLoopRests, closed_loop_equilibria
+from takagi.certificates.equilibrium import ClosedLoopEquilibria, closed_loop_equilibria
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Measurement
@@ -23,7 +23,7 @@ ANSWERS = {"intended": "one at the trim", "shifted": "one off the trim", "none":
 WIDTH = 0.02
 
 
-def paper_rests(name: PublishedLawName, placement: float, wind: float) -> ClosedLoopRests:
+def paper_rests(name: PublishedLawName, placement: float, wind: float) -> ClosedLoopEquilibria:
     winds = (wind, round(wind + WIDTH, 6))
     return closed_loop_equilibria(TURBINE, make_law(name, placement), winds=winds, narrowest=WIDTH)
 

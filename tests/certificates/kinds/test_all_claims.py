@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.certificates import Verdict, certify, check
-from takagi.certificates.requests import Loop, attempts_at_all
+from takagi.certificates.requests import ClaimedLoop, attempts_at_all
 from takagi.lmi import observer, pdc
 from takagi.models import TSModel, sector_model
 from takagi.models.errors import ModelError
@@ -45,7 +45,7 @@ def test_observer_is_claimed_with_the_rest() -> None:
     model, gains = duffing()
     L = np.round(observer(model, decay_rate=1.0).require()[0], 3)
 
-    found, _ = attempts_at_all(Loop.of(model, gains), observer=L)
+    found, _ = attempts_at_all(ClaimedLoop.of(model, gains), observer=L)
 
     kinds = [attempt.claim["kind"] for attempt in found]
     assert kinds[-2:] == ["observer", "observed-feedback"]
@@ -80,7 +80,7 @@ def test_disturbance_that_only_schedules_spoils_no_claim() -> None:
         box={"x [-]": (-1, 1), "a [-]": (-0.5, 0.6), "s [-]": (1, 2)},
     )
 
-    found, notes = attempts_at_all(Loop.of(model))
+    found, notes = attempts_at_all(ClaimedLoop.of(model))
 
     assert [attempt.claim["kind"] for attempt in found][-3:] == ["l2-gain", "h2-norm", "peak"]
     assert not notes

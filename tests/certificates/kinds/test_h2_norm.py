@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.requests import H2Norm, Loop
+from takagi.certificates.requests import ClaimedLoop, H2Norm
 from takagi.models import TSModel
 from takagi.models.errors import ModelError
 from tests.certificates.kinds.claims import model_data, said_of
@@ -115,7 +115,7 @@ def test_one_vertex_has_the_norm_of_its_gramian(A: Any, discrete: bool) -> None:
     solve = solve_discrete_lyapunov if discrete else solve_continuous_lyapunov
     P = solve(A.T, C.T @ C if discrete else -C.T @ C)
     truth = float(np.sqrt((B.T @ P @ B)[0, 0]))
-    loop = Loop.of(TSModel([A], C=[C], E=[B], sample_time=0.5 if discrete else None))
+    loop = ClaimedLoop.of(TSModel([A], C=[C], E=[B], sample_time=0.5 if discrete else None))
 
     attempt = H2Norm().attempt(loop)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.requests import InputLimits, Loop
+from takagi.certificates.requests import ClaimedLoop, InputLimits
 from takagi.lmi import input_rate_bound, pdc
 from takagi.models import TSModel, sector_model
 from takagi.models.errors import ModelError
@@ -169,7 +169,7 @@ def test_found_limits_are_those_of_the_float_bound() -> None:
     model, gains = mass()
     phi = 0.7
 
-    attempt = InputLimits(rates=True, membership_rates=phi).attempt(Loop.of(model, gains))
+    attempt = InputLimits(rates=True, membership_rates=phi).attempt(ClaimedLoop.of(model, gains))
 
     assert attempt.proved
     claim = attempt.claim
@@ -182,10 +182,10 @@ def test_found_limits_are_those_of_the_float_bound() -> None:
 def test_asked_limits_shape_the_set() -> None:
     """A set sought for half the inputs is larger than the free one made smaller."""
     model, gains = mass()
-    free = InputLimits().attempt(Loop.of(model, gains)).claim
+    free = InputLimits().attempt(ClaimedLoop.of(model, gains)).claim
     half = [0.5 * free["input_limits"][0]]
 
-    asked = InputLimits(limits=half).attempt(Loop.of(model, gains))
+    asked = InputLimits(limits=half).attempt(ClaimedLoop.of(model, gains))
 
     assert asked.proved
     assert asked.claim["input_limits"] == half
@@ -197,7 +197,7 @@ def test_limits_alone_bound_the_set() -> None:
     """Without a box the set is as large as the limits let it be: |3 x| <= 6."""
     model = TSModel([[[1.0]]], [[[1.0]]])
 
-    attempt = InputLimits(limits=[6.0]).attempt(Loop.of(model, np.array([[3.0]])))
+    attempt = InputLimits(limits=[6.0]).attempt(ClaimedLoop.of(model, np.array([[3.0]])))
 
     assert attempt.proved
     reach = np.sqrt(attempt.claim["level"] / attempt.claim["P"][0][0])
@@ -206,7 +206,7 @@ def test_limits_alone_bound_the_set() -> None:
 
 def test_inputs_keep_their_limits_in_simulation() -> None:
     model, gains = mass()
-    claim = InputLimits().attempt(Loop.of(model, gains)).claim
+    claim = InputLimits().attempt(ClaimedLoop.of(model, gains)).claim
     P, level = np.array(claim["P"]), claim["level"]
 
     draw = np.random.default_rng(3)
@@ -220,8 +220,8 @@ def test_inputs_keep_their_limits_in_simulation() -> None:
 def test_misuse_raises() -> None:
     model, gains = mass()
     with pytest.raises(ModelError, match="give gains"):
-        InputLimits().attempt(Loop.of(model))
+        InputLimits().attempt(ClaimedLoop.of(model))
     with pytest.raises(ModelError, match="1 positive"):
-        InputLimits(limits=[1.0, 2.0]).attempt(Loop.of(model, gains))
+        InputLimits(limits=[1.0, 2.0]).attempt(ClaimedLoop.of(model, gains))
     with pytest.raises(ModelError, match="membership_rates"):
-        InputLimits(rates=True).attempt(Loop.of(model, gains))
+        InputLimits(rates=True).attempt(ClaimedLoop.of(model, gains))

@@ -19,7 +19,7 @@ from takagi.certificates.checker.words.ellipsoid_size import (
     volume_below,
 )
 from takagi.certificates.document.model_data import ts_model_data
-from takagi.certificates.requests import InvariantEllipsoid, Loop
+from takagi.certificates.requests import ClaimedLoop, InvariantEllipsoid
 from takagi.models import TSModel, sector_model
 from takagi.models.errors import ModelError
 from takagi.models.plant_files.loader import load_plant
@@ -233,7 +233,7 @@ def test_matrix_that_is_not_definite_is_not_proved() -> None:
 def test_found_sets_are_kept_in_simulation() -> None:
     """From the rim, blends and disturbances that switch: V never rises above the level."""
     model = wind_pushed()
-    attempt = InvariantEllipsoid(disturbance_bounds="box").attempt(Loop.of(model))
+    attempt = InvariantEllipsoid(disturbance_bounds="box").attempt(ClaimedLoop.of(model))
     assert attempt.proved
     P, level = np.array(attempt.claim["P"]), attempt.claim["level"]
     bounds = np.array(attempt.claim["disturbance_bounds"])
@@ -258,11 +258,11 @@ def test_disturbance_that_is_too_much_is_backed_off_and_said() -> None:
         box=model.box,
     )
 
-    attempt = InvariantEllipsoid(disturbance_bounds="box").attempt(Loop.of(hard))
+    attempt = InvariantEllipsoid(disturbance_bounds="box").attempt(ClaimedLoop.of(hard))
 
     assert attempt.proved
     assert max(attempt.claim["disturbance_bounds"]) < 1
-    asked = InvariantEllipsoid(disturbance_bounds=[1.0, 1.0]).attempt(Loop.of(hard))
+    asked = InvariantEllipsoid(disturbance_bounds=[1.0, 1.0]).attempt(ClaimedLoop.of(hard))
     assert asked.checked.verdict is Verdict.UNDECIDED
 
 
@@ -272,7 +272,7 @@ def test_largest_set_touches_the_box() -> None:
         [-np.eye(2)], states=["x [-]", "y [-]"], box={"x [-]": (-3, 3), "y [-]": (-3, 4)}
     )
 
-    attempt = InvariantEllipsoid(decay_rate=0.0).attempt(Loop.of(model))
+    attempt = InvariantEllipsoid(decay_rate=0.0).attempt(ClaimedLoop.of(model))
 
     assert attempt.proved
     P, level = np.array(attempt.claim["P"]), attempt.claim["level"]
@@ -286,7 +286,7 @@ def test_library_plants_have_a_region_of_attraction(name: str) -> None:
     model = sector_model(load_plant(name))
     gains = np.round(pdc(model, decay_rate=0.2).require()[0], 3)
 
-    attempt = InvariantEllipsoid().attempt(Loop.of(model, gains))
+    attempt = InvariantEllipsoid().attempt(ClaimedLoop.of(model, gains))
 
     assert attempt.proved
     assert "lies in the model's box" in attempt.checked.text
@@ -306,11 +306,11 @@ def test_emitted_box_lies_inside_the_models(end: Fraction, negative: bool) -> No
 
 def test_misuse_raises() -> None:
     with pytest.raises(ModelError, match="no box"):
-        InvariantEllipsoid().attempt(Loop.of(TSModel([[[-1.0]]])))
+        InvariantEllipsoid().attempt(ClaimedLoop.of(TSModel([[[-1.0]]])))
     with pytest.raises(ModelError, match="2 numbers"):
-        InvariantEllipsoid(disturbance_bounds=[1.0]).attempt(Loop.of(wind_pushed()))
+        InvariantEllipsoid(disturbance_bounds=[1.0]).attempt(ClaimedLoop.of(wind_pushed()))
     with pytest.raises(ModelError, match="symmetric"):
-        InvariantEllipsoid(P=np.eye(3)).attempt(Loop.of(wind_pushed()))
+        InvariantEllipsoid(P=np.eye(3)).attempt(ClaimedLoop.of(wind_pushed()))
 
 
 entries = st.lists(st.integers(-9, 9), min_size=9, max_size=9)

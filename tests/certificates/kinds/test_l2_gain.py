@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.requests import L2Gain, Loop
+from takagi.certificates.requests import ClaimedLoop, L2Gain
 from takagi.lmi import hinf_norm
 from takagi.models import TSModel
 from takagi.models.errors import ModelError
@@ -190,7 +190,7 @@ def test_what_makes_no_sense_is_refused(changed: Data, words: str) -> None:
 
 def test_found_gain_is_the_solvers_a_little_raised() -> None:
     """The claim, exact, against the candidate of ``hinf_norm`` for the blends as arrays."""
-    made = Loop.of(loop(), K)
+    made = ClaimedLoop.of(loop(), K)
     least = hinf_norm(made.A, made.E, made.C).gain
     assert least is not None
 
@@ -201,7 +201,7 @@ def test_found_gain_is_the_solvers_a_little_raised() -> None:
 
 
 def test_asked_gain_near_the_least_one() -> None:
-    made = Loop.of(loop(), K)
+    made = ClaimedLoop.of(loop(), K)
     least = hinf_norm(made.A, made.E, made.C).gain
     assert least is not None
 
@@ -228,7 +228,7 @@ def test_disturbance_added_to_the_input() -> None:
     same = TSModel(model.A, model.B, C=model.C, E=model.B)
     without = TSModel(model.A, model.B, C=model.C)
 
-    ways = [L2Gain().attempt(Loop.of(m, K)).claim for m in (same, without)]
+    ways = [L2Gain().attempt(ClaimedLoop.of(m, K)).claim for m in (same, without)]
 
     assert [claim["disturbance"] for claim in ways] == ["disturbances", "inputs"]
     assert ways[0]["gain"] == pytest.approx(ways[1]["gain"], rel=1e-6)
@@ -244,7 +244,7 @@ def test_certificate_with_several_claims(tmp_path: Any) -> None:
 def test_unstable_loop_is_not_claimed() -> None:
     model = TSModel([[[0.1]]], C=[[[1.0]]], E=[[[1.0]]])
 
-    attempt = L2Gain().attempt(Loop.of(model))
+    attempt = L2Gain().attempt(ClaimedLoop.of(model))
 
     assert attempt.checked.verdict is Verdict.UNDECIDED
     assert "not stable" in attempt.tried[0]
@@ -254,9 +254,9 @@ def test_misuse_raises() -> None:
     with pytest.raises(ModelError, match="positive"):
         L2Gain(-1.0)
     with pytest.raises(ModelError, match="no output"):
-        L2Gain().attempt(Loop.of(TSModel([[[-1.0]]], E=[[[1.0]]])))
+        L2Gain().attempt(ClaimedLoop.of(TSModel([[[-1.0]]], E=[[[1.0]]])))
     with pytest.raises(ModelError, match="none such"):
-        L2Gain().attempt(Loop.of(TSModel([[[-1.0]]], C=[[[1.0]]])))
+        L2Gain().attempt(ClaimedLoop.of(TSModel([[[-1.0]]], C=[[[1.0]]])))
 
 
 numbers = st.floats(-1.0, 1.0).map(lambda value: round(value, 3))
@@ -277,7 +277,7 @@ def test_proved_gain_is_above_every_frequency_response(
     )
     response = max(abs((C @ np.linalg.solve(s * np.eye(2) - A, B))[0, 0]) for s in points)
 
-    attempt = L2Gain().attempt(Loop.of(model))
+    attempt = L2Gain().attempt(ClaimedLoop.of(model))
 
     poles = np.linalg.eigvals(A)
     if not (np.abs(poles).max() < 0.98 if discrete else poles.real.max() < -0.02):

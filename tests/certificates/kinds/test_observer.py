@@ -12,7 +12,7 @@ from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.checker.kernel.model_loop import read_family
 from takagi.certificates.checker.kinds.observer import check_observer
 from takagi.certificates.checker.words.saying import in_words
-from takagi.certificates.requests import Loop, ObservedFeedback, ObserverError
+from takagi.certificates.requests import ClaimedLoop, ObservedFeedback, ObserverError
 from takagi.certificates.requests.loop.exact_floats import as_read
 from takagi.lmi import observer, pdc, secant_vertices
 from takagi.models import TSModel, sector_model
@@ -147,7 +147,7 @@ def test_designed_observer_and_loop_are_proved() -> None:
     model = crossed()
     K = np.round(pdc(model, decay_rate=0.5).require()[0], 3)
     L = np.round(observer(model, decay_rate=1.0).require()[0], 3)
-    loop = Loop.of(model, K)
+    loop = ClaimedLoop.of(model, K)
 
     error, both = ObserverError(L).attempt(loop), ObservedFeedback(L).attempt(loop)
 
@@ -166,25 +166,25 @@ def test_secants_from_the_solver_layer() -> None:
     S = secant_vertices([[0, 0], [-2, -1]], [[0, 0], [1, 0]])
     L = np.round(observer(model, decay_rate=0.5, unmeasured=S).require()[0], 2)
 
-    attempt = ObserverError(L, decay_rate=0.4, secants=S).attempt(Loop.of(model))
+    attempt = ObserverError(L, decay_rate=0.4, secants=S).attempt(ClaimedLoop.of(model))
 
     assert attempt.proved
 
 
 def test_gains_that_do_not_observe_are_not_claimed() -> None:
-    attempt = ObserverError(np.zeros((2, 1))).attempt(Loop.of(crossed()))
+    attempt = ObserverError(np.zeros((2, 1))).attempt(ClaimedLoop.of(crossed()))
 
     assert attempt.checked.verdict is Verdict.UNDECIDED
 
 
 def test_misuse_raises() -> None:
-    loop = Loop.of(crossed())
+    loop = ClaimedLoop.of(crossed())
     with pytest.raises(ModelError, match="gains K"):
         ObservedFeedback(np.ones((2, 1))).attempt(loop)
     with pytest.raises(ModelError, match="L has shape"):
         ObserverError(np.ones((3, 1))).attempt(loop)
     with pytest.raises(ModelError, match="no output"):
-        ObserverError(np.ones((1, 1))).attempt(Loop.of(TSModel([[[-1.0]]])))
+        ObserverError(np.ones((1, 1))).attempt(ClaimedLoop.of(TSModel([[[-1.0]]])))
 
 
 @pytest.mark.parametrize(("name", "proved"), [("duffing", True), ("mass_spring_damper", False)])

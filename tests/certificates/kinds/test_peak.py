@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.requests import Loop, Peak
+from takagi.certificates.requests import ClaimedLoop, Peak
 from takagi.models import TSModel
 from tests.certificates.kinds.claims import model_data, said_of
 
@@ -160,7 +160,7 @@ def test_proved_peak_holds_in_simulation(first: Any, second: Any, discrete: bool
         E=[[[1.0], [0.5]], [[0.8], [-0.5]]],
         sample_time=0.1 if discrete else None,
     )
-    attempt = Peak().attempt(Loop.of(model))
+    attempt = Peak().attempt(ClaimedLoop.of(model))
     assert attempt.proved
 
     draw = np.random.default_rng(1)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.requests import Loop, Transient
+from takagi.certificates.requests import ClaimedLoop, Transient
 from takagi.models import TSModel
 from takagi.models.errors import ModelError
 from tests.certificates.kinds.claims import model_data, said_of
@@ -87,7 +87,9 @@ def test_found_bound_holds_in_simulation(discrete: bool) -> None:
     A = np.array([[[0.0, 1.0], [-2.0, -1.0]], [[0.0, 1.0], [-3.0, -2.0]]])
     step = 0.05 if discrete else 0.01
     A = np.eye(2) + step * A if discrete else A
-    attempt = Transient().attempt(Loop.of(TSModel(A, sample_time=step if discrete else None)))
+    attempt = Transient().attempt(
+        ClaimedLoop.of(TSModel(A, sample_time=step if discrete else None))
+    )
     assert attempt.proved
     claim = attempt.claim
 
@@ -106,7 +108,7 @@ def test_found_bound_holds_in_simulation(discrete: bool) -> None:
 
 def test_loop_without_decay_is_not_claimed() -> None:
     for step in (None, 0.3):
-        attempt = Transient().attempt(Loop.of(TSModel([[[1.0]]], sample_time=step)))
+        attempt = Transient().attempt(ClaimedLoop.of(TSModel([[[1.0]]], sample_time=step)))
         assert attempt.checked.verdict is Verdict.UNDECIDED
 
 
@@ -116,4 +118,4 @@ def test_misuse_raises() -> None:
     with pytest.raises(ModelError, match="positive"):
         Transient(decay_rate=0.0)
     with pytest.raises(ModelError, match="1 positive"):
-        Transient(scales=[1.0, 2.0]).attempt(Loop.of(TSModel([[[-1.0]]])))
+        Transient(scales=[1.0, 2.0]).attempt(ClaimedLoop.of(TSModel([[[-1.0]]])))

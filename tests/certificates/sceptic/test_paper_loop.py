@@ -21,7 +21,7 @@ from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.coherent_inputs import Plant
 from takagi.certificates.checker.turbine.paper_inputs import Overlaps, PaperLaw
 from takagi.certificates.checker.turbine.paper_loop import Ends, Loop
-from takagi.certificates.claims.turbine.published import paper_law_data
+from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.document.certificate_file import certificate_document, turbine_data
 from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published import law as model
@@ -73,7 +73,7 @@ def read_of(name: model.PublishedLawName, shape: Shape) -> tuple[Plant, PaperLaw
 
     document = certificate_document(
         model=turbine_data(TURBINE, ()),
-        gains=paper_law_data(law_of(name, shape)),
+        gains=published_law_data(law_of(name, shape)),
         claims=[{}],
         provenance={},
     )

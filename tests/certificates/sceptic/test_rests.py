@@ -24,7 +24,7 @@ from takagi.certificates.checker.turbine.paper_one_rest import OneIntegrator
 from takagi.certificates.checker.turbine.paper_rest import bends, paper_rests
 from takagi.certificates.checker.turbine.paper_two_rest import TwoIntegrators
 from takagi.certificates.checker.turbine.rest_count import Piece, Span, count_zeros
-from takagi.certificates.claims.turbine.published import paper_law_data
+from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.document.certificate_file import turbine_data
 from takagi.models.laws.published.law import PublishedLawName
 from takagi.models.turbine.aerodynamics import rotor_torque
@@ -37,7 +37,7 @@ WINDS = Fraction(15), Fraction("15.02")
 
 @cache
 def emitted(name: PublishedLawName) -> tuple[Data, Data]:
-    return turbine_data(TURBINE, ()), paper_law_data(make_law(name))
+    return turbine_data(TURBINE, ()), published_law_data(make_law(name))
 
 
 def forged(name: PublishedLawName, change: Callable[[Data], None]) -> tuple[Data, Data]:
@@ -153,9 +153,9 @@ def test_a_sign_of_other_winds_is_no_change_of_sign() -> None:
 
 def test_states_beyond_the_reference_speed_of_some_winds_are_not_their_rests(built: Built) -> None:
     """x at its upper limit needs e <= 0; over a cell the largest R omega*/v is not every wind's."""
-    from takagi.certificates.document.certificate_file import coherent_law_data
+    from takagi.certificates.document.certificate_file import effort_sharing_law_data
 
-    data = {"model": turbine_data(TURBINE, []), "gains": coherent_law_data(built.law)}
+    data = {"model": turbine_data(TURBINE, []), "gains": effort_sharing_law_data(built.law)}
     read = read_text(json.dumps(data), "loop")
     plant, law = Plant.read(read["model"]), Law.read(read["gains"])
     k = next(i for i, wind in enumerate(law.wind) if wind >= 22)
@@ -175,9 +175,9 @@ def test_states_beyond_the_reference_speed_of_some_winds_are_not_their_rests(bui
 def test_pitch_held_at_the_very_end_of_the_table_is_looked_at(built: Built) -> None:
     """A largest pitch that is the table's end: the balance there is bracketed, not left out."""
     from takagi.certificates.checker.turbine.coherent_rest import _Rest
-    from takagi.certificates.document.certificate_file import coherent_law_data
+    from takagi.certificates.document.certificate_file import effort_sharing_law_data
 
-    data = {"model": turbine_data(TURBINE, []), "gains": coherent_law_data(built.law)}
+    data = {"model": turbine_data(TURBINE, []), "gains": effort_sharing_law_data(built.law)}
     read = read_text(json.dumps(data), "loop")
     plant, law = Plant.read(read["model"]), Law.read(read["gains"])
     k = next(i for i, wind in enumerate(law.wind) if wind >= 22)
@@ -208,9 +208,9 @@ def test_a_paper_law_whose_pitch_ends_with_the_table_is_not_answered() -> None:
 
 def test_a_wake_may_move_all_between_the_rest_and_the_trim(built: Built) -> None:
     """A wake lowers f where x < 0: f > 0 there is no answer, only its slope, up to x = 0."""
-    from takagi.certificates.document.certificate_file import coherent_law_data
+    from takagi.certificates.document.certificate_file import effort_sharing_law_data
 
-    data = {"model": turbine_data(TURBINE, []), "gains": coherent_law_data(built.law)}
+    data = {"model": turbine_data(TURBINE, []), "gains": effort_sharing_law_data(built.law)}
     read = read_text(json.dumps(data), "loop")
     plant, law = Plant.read(read["model"]), Law.read(read["gains"])
     k = next(i for i, wind in enumerate(law.wind) if wind >= 11.4)

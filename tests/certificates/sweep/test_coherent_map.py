@@ -12,11 +12,14 @@ import pytest
 
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.claims.turbine.effort_sharing import coherent_candidate, coherent_claim
+from takagi.certificates.claims.turbine.effort_sharing import (
+    effort_sharing_candidate,
+    effort_sharing_claim,
+)
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.document.certificate_file import (
     certificate_document,
-    coherent_law_data,
+    effort_sharing_law_data,
     turbine_data,
 )
 from takagi.certificates.sweep.axis import Axis, parse_axes
@@ -56,7 +59,7 @@ def test_a_point_is_what_the_direct_design_gives(built: Any) -> None:
     turbine = built.turbine
     result = point(Task({}, {}, turbine))
 
-    claim = coherent_claim(built.candidate)
+    claim = effort_sharing_claim(built.candidate)
     direct = check_document(built.document).claims[0]
     assert result["verdict"] == direct.verdict.name == "PROVED"
     assert result["reason"] is None
@@ -125,11 +128,11 @@ def test_a_claim_on_a_range_speaks_of_its_winds_alone_and_can_be_broken(
     assert claim.verdict is Verdict.PROVED
     assert f"winds {nodes[0]:g} to {nodes[-1]:g} m/s in {len(nodes) - 1} cells" in claim.text
 
-    stated = deepcopy(coherent_claim(found))
+    stated = deepcopy(effort_sharing_claim(found))
     stated["cells"][0]["wind_error"] = round(1.1 * stated["cells"][0]["wind_error"], 5)
     forged = certificate_document(
         model=turbine_data(part.turbine, []),
-        gains=coherent_law_data(part.law),
+        gains=effort_sharing_law_data(part.law),
         claims=[stated],
         provenance={},
     )
@@ -141,7 +144,7 @@ def test_the_widest_set_bears_more_than_the_first_one(loop: LoopSettings) -> Non
     """Two searches over the same enclosures and wind rates: the mean over wind grows."""
     part = replace(loop, law=law_on(loop.law, 14.2, 15.3))
     wide = widest_candidate(part)
-    first = coherent_candidate(
+    first = effort_sharing_candidate(
         part.turbine, part.law, box=part.box, uncertainty=part.uncertainty, wind_class=part.shape
     )
 

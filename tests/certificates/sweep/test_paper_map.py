@@ -10,16 +10,16 @@ import pytest
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.certificates.claims.turbine.published import (
-    paper_candidate,
-    paper_claim,
-    paper_law_data,
+    published_candidate,
+    published_claim,
+    published_law_data,
     with_overlaps,
 )
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.certificates.document.certificate_file import certificate_document, turbine_data
 from takagi.certificates.sweep import published_point as paper_point
 from takagi.certificates.sweep.axis import Axis, parse_axes
-from takagi.certificates.sweep.effort_sharing_row import coherent_row
+from takagi.certificates.sweep.effort_sharing_row import effort_sharing_row
 from takagi.certificates.sweep.grid import Task
 from takagi.certificates.sweep.published_map import AXES, build, default_winds, point, windows
 from takagi.certificates.sweep.published_point import LADDER, certified_windows, overlap_point
@@ -45,11 +45,11 @@ def test_a_point_is_the_direct_certification(name: PublishedLawName) -> None:
     found = overlap_point(make_law(name), winds=WINDS, **OVERLAPS)
     law = with_overlaps(make_law(name), **OVERLAPS)
     for window, span in zip(found["windows"], WINDS, strict=True):
-        candidate = paper_candidate(law, winds=[span], narrowest=0.004, ladder=LADDER)
+        candidate = published_candidate(law, winds=[span], narrowest=0.004, ladder=LADDER)
         document = certificate_document(
             model=turbine_data(TURBINE, ()),
-            gains=paper_law_data(law),
-            claims=[paper_claim(candidate)],
+            gains=published_law_data(law),
+            claims=[published_claim(candidate)],
             provenance={"solver": {}},
         )
         assert check_document(document).claims[0].verdict is Verdict.PROVED
@@ -163,7 +163,7 @@ def test_the_coherent_law_beside(
     from takagi.certificates.sweep import effort_sharing_row as module
 
     monkeypatch.setattr(module, "design_turbine", lambda *_: turbine_design)
-    swept = coherent_row(TURBINE, WINDS)
+    swept = effort_sharing_row(TURBINE, WINDS)
     found = swept.point(Task({}, swept.settings, TURBINE))
     cells = turbine_design.document["claims"][0]["cells"]
     assert found["verdict"] == "PROVED"
@@ -173,7 +173,7 @@ def test_the_coherent_law_beside(
     claim = turbine_design.document["claims"][0] | {"cells": cells[1:]}
     damaged = replace(turbine_design, document={**turbine_design.document, "claims": [claim]})
     monkeypatch.setattr(module, "design_turbine", lambda *_: damaged)
-    gap = coherent_row(TURBINE, [(3.0, 3.004), *WINDS])
+    gap = effort_sharing_row(TURBINE, [(3.0, 3.004), *WINDS])
     partly = gap.point(Task({}, gap.settings, TURBINE))
     assert partly["verdict"] == "PARTLY" and partly["proved_windows"] == 3
     assert partly["reason"].endswith("the certificate's cells do not cover it")
