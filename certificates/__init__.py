@@ -1,19 +1,19 @@
-"""What may be claimed: the claims, their proof, and a checker that trusts nobody.
+"""Claims about closed loops, their exact proofs, and an independent checker.
 
     checker/        replays a certificate: standard library alone, shares no code with synthesis
     cross_check/    a second checker on another library, written separately
-    audit/          what a verdict ran through, and both checkers side by side
+    audit/          the checker code that a verdict used, and a comparison of both checkers
     document/       the certificate file: model, law, claims as decimals, hashes
     requests/       what may be asked of a certificate, one request a file
     claims/         candidates of all other claims; ``certify``
     design/         from a turbine or plant to gains, law and checked certificate
-    controller/     what a gain file says beside the law
-    equilibrium/    where a turbine's loop rests at constant winds: one rest, none, several
+    controller/     the members of a gain file other than the law
+    equilibrium/    the equilibria of a turbine's loop at constant winds: one, none, several
     sweep/          one result for each point of a grid, with a journal
     campaign/       random runs of a certified loop against its claims
     coq/            a certificate's matrices for a proof assistant
 
-Importing this package imports nothing heavy: names are looked up when they are used.
+Importing this package loads no large module: a name is imported when it is first used.
 """
 
 from __future__ import annotations

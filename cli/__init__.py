@@ -1,14 +1,14 @@
-"""The front door: `takagi VERB`, one verb a file, thin; the work is done on the floors below.
+"""The command line `takagi VERB`: one file per verb; other packages do the work.
 
     verbs/              one verb a file
-    options/            what may be asked, and its translation into settings
+    options/            the options, and their translation into settings
     runs/               a design or a proof run for several verbs
     terminal/           verdicts, summaries and tables as they are printed
     main, verb_table    the dispatcher and its table; neither imports a verb that was not asked for
-    errors              the boundary: every exception becomes one clear message and an exit status
+    errors              error handling: every exception becomes one clear message and an exit status
     command             runs a typer command as a verb, so that all verbs fail and exit alike
-    output_place        whether a result can be written, found out before the long work
-    progress            what is going on, on standard error, for work that takes over two seconds
+    output_place        checks before long work that a result can be written
+    progress            progress on standard error, for work that takes over two seconds
 
 To add a verb, write `cli/verbs/<verb>.py` with `run(arguments) -> exit status` and one line in
 `cli/verb_table.py`.

@@ -33,7 +33,8 @@ def run_command(
     signature = _joined(function, groups)
 
     def command(**given: object) -> None:
-        # The boundary stands inside typer, which has its own ideas about interrupts and pipes.
+        # The error handling is inside typer, which would handle interrupts and pipes in its own
+        # way.
         raise typer.Exit(guard(lambda: function(**given)))
 
     # typer reads the parameters from here.

@@ -1,4 +1,4 @@
-"""The error boundary: every exception becomes one clear message and an exit status."""
+"""Error handling: every exception becomes one clear message and an exit status."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def guard(work: Callable[[], int]) -> int:
 
 
 def _explain(error: Exception) -> tuple[str, int]:
-    # ModelError, CertificateError and their siblings are told apart by where they are defined:
-    # importing them here would import their floors.
+    # ModelError, CertificateError and similar types are recognised by their module: importing them
+    # here would import their packages.
     if isinstance(error, ValueError | OSError) and _is_ours(error):
         return str(error), MISUSE
     if isinstance(error, OSError):

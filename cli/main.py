@@ -1,4 +1,4 @@
-"""The `takagi` command: finds the verb, imports it alone, and returns its exit status."""
+"""The `takagi` command: finds the verb, imports only its module, and returns its exit status."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _escape_what_cannot_be_shown() -> None:
-    """Let outputs write a letter that their encoding lacks as an escape, not fail on it."""
+    """Make outputs escape characters that their encoding lacks, instead of failing."""
     for stream in (sys.stdout, sys.stderr):
         # What a caller has put in the place of an output may have no encoding.
         reconfigure = getattr(stream, "reconfigure", None)
@@ -94,7 +94,7 @@ def _unknown(given: str) -> str:
 
 
 def _empty(given: Sequence[str]) -> str:
-    """Return what is said of an empty text; it would be taken for the current folder."""
+    """Return the message for an empty text, which would otherwise mean the current folder."""
     for k, text in enumerate(given):
         option, equals, value = text.partition("=")
         if text and (value or not equals or not option.startswith("--")):

@@ -1,4 +1,4 @@
-"""Finds out before the long work whether its result can be written."""
+"""Checks before long work whether its result can be written."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from takagi.reports.output import OutputError
 
 __all__ = ["require_file_place", "require_folder_place"]
 
-# What a design leaves is of this size: a disk with less room is told now.
+# The output of a design has this size: a disk with less space is reported now.
 _ROOM = 4_000_000
 
 

@@ -1,4 +1,4 @@
-"""What is going on, on standard error, for work that takes over two seconds."""
+"""Progress on standard error, for work that takes over two seconds."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 __all__ = ["Tell", "progress"]
 
 # tell(step) or tell(step, done): the step in words, and the part of the whole that is done, 0..1.
-# Floors below take such a function as an argument; they know nothing of terminals.
+# Other packages take such a function as an argument; they do not depend on terminals.
 Tell = Callable[..., None]
 
-_PATIENCE = 2.0  # s; what is over sooner needs no bar
+_PATIENCE = 2.0  # s; shorter work needs no bar
 
 
 @contextmanager
@@ -34,7 +34,7 @@ def progress(
         yield _tell_nobody
         return
     bar = _Bar(title, target)
-    # A timer, because a solver that runs for a minute calls nobody in between.
+    # A timer is used because a solver may run for a minute without reporting progress.
     timer = threading.Timer(patience, bar.show)
     timer.daemon = True
     timer.start()

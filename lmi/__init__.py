@@ -10,14 +10,14 @@
     parameter_search/  the best value of a parameter in a condition
     analysis/          one condition a file about a given loop: stability, decay, norms, regions
     varying/           ... by Lyapunov functions that change with parameters or memberships
-    gains/             gains that are sought, one kind of question a room
-    explaining/        what stands in the way, and what would help
+    gains/             search for gains, one kind of question a folder
+    explaining/        why a design fails, and what would help
     turbine/           gains of the multi-region wind-turbine controller
-    answer, relaxation_result    what is handed back
-    argument_checks, stabilisability    what is checked at the door
+    answer, relaxation_result    what is returned
+    argument_checks, stabilisability    what is checked on entry
 
 Importing this package imports nothing heavy: names are looked up when they are used.  No module
-bears the name of a function: it would hide it once imported.
+has the name of a function: it would hide it once imported.
 """
 
 from __future__ import annotations

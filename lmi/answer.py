@@ -1,4 +1,4 @@
-"""What is handed back: a candidate, a no, or neither, with how it was found."""
+"""The returned answer: a candidate, a no, or neither, with how it was found."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Answer:
     coordinates : (n,) s: the condition is posed in x_k / s_k.
     condition : what was solved.
     feasible : as ``values``, where an optimum was asked for and not reached: they satisfy the
-        condition, and the diagnosis says what they show beside the bound; else empty.
+        condition, and the diagnosis compares the value they show with the bound; else empty.
     diagnosis : in words, which item binds and what to relax; empty for a candidate.
     tries : every solver call, in order.
     """

@@ -1,4 +1,4 @@
-"""One rung of a ladder of relaxations: what it costs, and what it bought."""
+"""One relaxation in a search: its cost and its result."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ class RelaxationResult:
     lmis : number of LMIs that it makes of the double sum, those of its slack included.
     variables : gains and slack, in numbers; without the Lyapunov function.
     width : size of the largest LMI.
-    seconds : spent on it, posing and solving.
-    margin : as of an ``Answer``; -inf when there is none.
+    seconds : to pose and solve it.
+    margin : as of an ``Answer``; -inf when none exists.
     decay_rate : alpha in 1/s that its gains show, or that none exceeds where it is a bound; None
         without either.
-    note : what it bought, or why it was not tried.
+    note : its result, or why it was not tried.
     """
 
     relaxation: str

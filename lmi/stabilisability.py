@@ -55,7 +55,7 @@ def fixed_mode(
     """Return (vertex, eigenvalue, left eigenvector) that no input moves, Re >= -decay_rate.
 
     By the Popov-Belevitch-Hautus test, [A - lambda I, B] without full rank, in floating point;
-    None when there is none.
+    None when none exists.
 
     Parameters
     ----------

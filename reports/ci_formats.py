@@ -59,9 +59,9 @@ class _RefusedFile(NamedTuple):
 
 
 def refusal(reason: str, *, needed: str = "the file is a certificate") -> CheckedFile:
-    """Return the result for a file that the checker refuses: one claim, not met.
+    """Return the result for a file that the checker refuses: one failed claim.
 
-    ``needed`` is what does not hold, the name of the claim.
+    ``needed`` is the failed requirement, used as the name of the claim.
     """
     claim = _RefusedClaim(needed, _Refusal.REFUSED, reason)
     return _RefusedFile(_Refusal.REFUSED, (claim,), ())
@@ -91,8 +91,8 @@ def junit(checked: CheckedFile, *, source: str) -> str:
 def sarif(checked: CheckedFile, *, source: str) -> str:
     """Return SARIF 2.1.0: one rule a claim; a result for what is not PROVED: UNDECIDED warns.
 
-    Readers show every result as something to be looked at, also those of kind ``pass``: what is
-    proved is a rule without a result.
+    SARIF viewers show every result as a finding, even of kind ``pass``. So a proved claim is a rule
+    without a result.
 
     ``source`` is the certificate's path, as it shall appear in the results.
     """
@@ -136,12 +136,12 @@ def markdown(checked: CheckedFile, *, source: str) -> str:
 
 
 def _assumed(checked: CheckedFile) -> list[str]:
-    """Return the line on what the verdict rests on beside the proof, where there is any."""
+    """Return the line on the assumptions of the verdict, if there are any."""
     return [f"assumes: {'; '.join(checked.assumes)}"] if checked.assumes else []
 
 
 def _named(checked: CheckedFile) -> list[tuple[str, CheckedClaim]]:
-    """Return the claims under names of their own: readers join what is called the same."""
+    """Return the claims under unique names, because viewers merge equal names."""
     found: dict[str, CheckedClaim] = {}
     for claim in checked.claims:
         name, k = claim.name, 1
@@ -172,7 +172,7 @@ def _junit_case(name: str, claim: CheckedClaim, source: str) -> str:
 
 
 def _location(source: str) -> dict[str, object]:
-    # A reader that marks lines needs a region; a certificate is one statement, from its first.
+    # Viewers that mark lines need a region; the whole certificate is marked at its first line.
     artifact = {"uri": quote(source.replace("\\", "/"))}
     return {"physicalLocation": {"artifactLocation": artifact, "region": {"startLine": 1}}}
 
@@ -190,5 +190,5 @@ def _attribute(text: str) -> str:
 
 
 def _printable(text: str) -> str:
-    # XML 1.0 has no way at all to write most control characters.
+    # XML 1.0 cannot represent most control characters.
     return "".join(c if c >= " " or c in "\t\n\r" else "\ufffd" for c in text)

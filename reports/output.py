@@ -1,4 +1,4 @@
-"""Files leave the house whole or not at all: write beside, flush to disk, then rename."""
+"""Write files completely or not at all: write a temporary file, flush it to disk, rename it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class OutputError(OSError):
 
 
 def write_file(path: str | Path, data: bytes | str) -> Path:
-    """Write ``data`` (text as UTF-8) to ``path`` whole or not at all; return the path.
+    """Write ``data`` (text as UTF-8) to ``path`` completely or not at all; return the path.
 
     Folders on the way are made.  A file of that name is replaced in one step: a reader sees the
     old content or the new, and after a crash, a full disk or an interrupt the old is still there.
@@ -53,11 +53,11 @@ def write_folder(path: str | Path, files: Mapping[str, bytes | str]) -> Path:
     """Write ``files`` (relative name -> content) into the folder ``path``; return the path.
 
     All files are first written and flushed to disk in a temporary folder beside their place; only
-    when every one is whole are they renamed into place, each in one step.  Other files in the
+    when all are complete are they renamed into place, each in one step.  Other files in the
     folder stay as they are.
 
-    Not promised: that all files are of the same age after a crash between two renames.  Each one
-    is whole, old or new.
+    Not promised: that all files are of the same age after a crash between two renames. Each one is
+    complete, old or new.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def _is_stream(path: Path) -> bool:
     try:
         return path.exists() and not path.is_file() and not path.is_dir()
     except OSError:
-        # Not even to be looked at: the attempt to write will say why.
+        # The path cannot be examined; the attempt to write will report why.
         return False
 
 

@@ -1,4 +1,4 @@
-"""What the operating system's refusals mean to a user, and what to do about each."""
+"""The meaning of operating system errors for a user, and what to do about each."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""What can be said of a check itself.
+"""Information about a check itself.
 
-trusted_lines    the checker's files and lines of code that a verdict ran through
+trusted_lines    the files and lines of the checker that a verdict used
 two_checkers     both checkers on one certificate, and whether they agree
 """

@@ -1,13 +1,13 @@
-"""What a verdict ran through: the checker's files and lines of code, counted while it checks.
+"""Count the files and lines of the checker that are executed to reach a verdict.
 
 A *line of code* is a line that is neither blank nor comment nor docstring.  A file of
-``certificates/checker/`` is counted, with all its lines, when the check has loaded it: the checker
-is loaded anew for that, whatever the process has loaded before.  A line is *executed* when the
-statement that it belongs to has begun; of a definition that is the line that defines, executed as
-the file is loaded, and its body when it is called.
+``certificates/checker/`` is counted with all its lines when the check loads it. For this the
+checker is loaded again, even if the process has loaded it before.  A line is *executed* when the
+statement that it belongs to has begun. The ``def`` line of a function is executed when the file is
+loaded, its body when the function is called.
 
-Files of ``words/`` are loaded after the last verdict stands, and are counted apart.  Beside these
-files the interpreter and the standard library are trusted.
+Files of ``words/`` are loaded after the last verdict is fixed, and are counted separately. The
+interpreter and the standard library are trusted too.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Lines = dict[str, set[int]]
 
 @dataclass(frozen=True)
 class File:
-    """One file of the checker: its place in ``certificates/checker/``, lines of code, executed."""
+    """A file of the checker: path in ``certificates/checker/``, lines of code, executed lines."""
 
     place: str
     lines: int
@@ -41,14 +41,14 @@ class File:
 
 @dataclass(frozen=True)
 class Trusted:
-    """Files that a verdict ran through, and those that put it in words afterwards."""
+    """Files that a verdict used, and files that wrote its sentences afterwards."""
 
     files: list[File]
     words: list[File]
 
     @property
     def lines(self) -> int:
-        """Lines of code of the files that the verdict ran through."""
+        """Lines of code of the files that the verdict used."""
         return sum(file.lines for file in self.files)
 
     @property
@@ -60,7 +60,7 @@ class Trusted:
 def check_counted(
     certificate: Path | str, *, gains: Path | str | None = None, model: Path | str | None = None
 ) -> tuple[Any, Trusted]:
-    """Return the verdict on a certificate, as ``check`` does, and what it ran through.
+    """Return the verdict on a certificate, as ``check`` does, and the files it used.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def check_counted(
                 refusal = checker.CertificateError
                 checked = checker.check(certificate, gains=gains, model=model)
         except refusal as error:
-            # The caller knows the class that was loaded before.
+            # The caller can only catch the exception class that was loaded before.
             raise CertificateError(str(error)) from error
         loaded = [module for name, module in sorted(sys.modules.items()) if _is_checker(name)]
         files = [_counted(module, executed) for module in loaded]
@@ -104,7 +104,7 @@ def _is_checker(name: str) -> bool:
 
 @contextmanager
 def _loaded_anew() -> Iterator[None]:
-    """Forget the checker's modules for a while, so that what is loaded is what is needed."""
+    """Remove the checker's modules temporarily, so that the check loads only what it needs."""
     before = {name: sys.modules.pop(name) for name in list(sys.modules) if _is_checker(name)}
     owner = sys.modules[CHECKER.rpartition(".")[0]]
     try:
@@ -119,7 +119,7 @@ def _loaded_anew() -> Iterator[None]:
 
 @contextmanager
 def _followed(executed: Lines) -> Iterator[None]:
-    """Note each line of the checker's files as it is executed."""
+    """Record each line of the checker's files when it is executed."""
     left: dict[CodeType, set[int]] = {}
 
     def called(frame: FrameType, _event: str, _value: object) -> Any:
@@ -127,7 +127,7 @@ def _followed(executed: Lines) -> Iterator[None]:
         if code not in left:
             inside = Path(code.co_filename).resolve().is_relative_to(FOLDER.resolve())
             left[code] = {line for *_, line in code.co_lines() if line} if inside else set()
-        # A function whose lines have all been seen runs on at full speed.
+        # A function whose lines were all recorded is no longer traced, which saves time.
         return at_line if left[code] else None
 
     def at_line(frame: FrameType, event: str, _value: object) -> Any:
@@ -160,12 +160,12 @@ def _counted(module: ModuleType, executed: Lines) -> File:
 
 
 def _statements(block: Sequence[ast.stmt], start: int) -> Iterator[range]:
-    """Yield the lines of each statement, those of the statements inside it apart.
+    """Yield the lines of each statement, without the lines of the statements inside it.
 
     Parameters
     ----------
-    start : the first line of the block; what stands before its first statement, such as ``else:``,
-        counts with that.
+    start : the first line of the block; lines before its first statement, such as ``else:``, count
+        as part of that statement.
     """
     for statement in block:
         inner = [

@@ -1,8 +1,8 @@
-"""Both checkers on one certificate: their verdicts side by side, and whether they agree.
+"""Run both checkers on one certificate and compare their verdicts.
 
-The second one may abstain (``NOT REPLAYED``): it has no reading of a kind, or of a step such as the
-range of a table.  Where it does not, it must find a claim proved exactly where the first one does,
-and disproved likewise.  A file that one refuses, the other must refuse too, or prove none of it.
+The second checker may abstain (``NOT REPLAYED``) when it does not implement a kind of claim, or a
+step such as the range of a table. Otherwise both must prove the same claims, and disprove the same
+claims. If one refuses a file, the other must refuse it too, or prove nothing in it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ REFUSED, NOT_PROVED = "REFUSED", ("UNDECIDED", "REFUSED")
 
 @dataclass(frozen=True, slots=True)
 class VerdictRow:
-    """One claim, or the whole file: what the first checker says and what the second does."""
+    """The verdicts of both checkers on one claim, or on the whole file."""
 
     name: str
     first: str
@@ -37,12 +37,12 @@ class VerdictRow:
 
     @property
     def shown(self) -> str:
-        """The name; that of a claim is free text of the file, and stands in quotes."""
+        """The name; a claim's name is free text of the file, so it is quoted."""
         return json.dumps(self.name, ensure_ascii=False) if self.is_claim else self.name
 
     @property
     def agrees(self) -> bool:
-        """Whether nothing that one has proved is open for the other."""
+        """Whether both verdicts agree."""
         if self.second == NOT_REPLAYED or self.first == self.second:
             return True
         return self.first in NOT_PROVED and self.second in NOT_PROVED
@@ -50,7 +50,7 @@ class VerdictRow:
 
 @dataclass(frozen=True, slots=True)
 class VerdictComparison:
-    """Both verdicts on every claim; one row for the whole file where it was refused."""
+    """Both verdicts on every claim; a refused file gives one row for the whole file."""
 
     rows: Sequence[VerdictRow]
 
@@ -70,7 +70,7 @@ class VerdictComparison:
 
     @property
     def data(self) -> dict[str, Any]:
-        """The same for machines."""
+        """The comparison as plain data for JSON."""
         return {
             "agree": self.agrees,
             "replayed": self.replayed,
@@ -83,7 +83,7 @@ class VerdictComparison:
 
     @property
     def text(self) -> str:
-        """A line for each claim, and one that sums up and names what was not replayed."""
+        """One line for each claim, and a summary that names the claims not replayed."""
         wide = max(len(row.first) for row in self.rows)
         other = max(len(row.second) for row in self.rows)
         lines = [
@@ -135,7 +135,7 @@ def _compared(
     two = _worst(opinions) if opinions else REFUSED
     count = sum(found.inequalities for found in opinions)
     if refusals and opinions:
-        # What one has refused is never hidden behind what the other leaves open.
+        # A refusal by one checker must stay visible even when the other one abstains.
         told = ", ".join(f"{one.kind} {one.verdict}" for one in opinions)
         refusals.append(f"claim by claim the second checker says: {told}")
     return VerdictComparison(

@@ -1,15 +1,15 @@
-"""Thousands of random runs of a certified loop, inside and outside of what its certificate says.
+"""Thousands of random simulations of a certified loop, inside and outside its certified class.
 
     loop, spline_patches    plant, law and claim as numbers, from the certificate's document alone
     motion                  the nonlinear loop of docs/coherent-loop.md, n runs at once
     plants, winds           starts, plants and winds of the certified class; adversaries
-    bounds                  every bound of the certificate, as a share that must not exceed 1
+    bounds                  every bound of the certificate, as a ratio that must not exceed 1
     batch, runs             steps that end at wind nodes, and records: ``run_campaign``
-    outside                 campaigns that leave the certificate
-    first_breaks            what breaks first in them
-    trial_plant, trial_laws, trials    any law after a disturbance: does it stay, cycle, or leave
+    outside                 campaigns outside the certified class
+    first_breaks            which bound is exceeded first in them
+    trial_plant, trial_laws, trials    any law after a disturbance: settles or not
 
-Nothing here is used by a proof, and nothing of the proofs is used here.
+No proof uses this code, and this code uses no result of a proof.
 """
 
 from __future__ import annotations

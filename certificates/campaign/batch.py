@@ -1,7 +1,7 @@
 """One batch of runs, all advanced together: inputs, steps that end at wind nodes, and records.
 
-A run has its own clock.  Its step ends where its schedule wind meets a node of the tables, so that
-within a step all tables are lines and the class is one cell's.
+A run has its own clock.  Its step ends where its schedule wind reaches a node of the tables. Within
+a step all tables are therefore linear, and the uncertainty class is that of one cell.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ Tell = Callable[[float], None]
 
 # One run in so many is advanced a second time, with steps half as long and the same inputs.
 HALVED_EACH = 20
-# A start may hold the pitch drive at its rate limit, and leave it within one step, where the
-# motion bends: the first steps, over so many time constants of the drive, are shorter.
+# At the start the pitch drive may be at its rate limit and leave it within one step, where the
+# derivative is not smooth. So the steps of the first time constants of the drive are shorter.
 EARLY_LAGS, EARLY_PARTS = 2.0, 8
 
 
@@ -57,8 +57,8 @@ class Records:
     player : index into ``PLAYERS``;  start_wind [m/s];  start_value : V at the start;
         kappa : nominal over true inertia.
     share : (bounds, n) the largest share of each bound; nan where a bound is not claimed.
-    late_share : the same, in the second half of the run alone: what winds and plants do when the
-        start is forgotten.
+    late_share : the same, in the second half of the run only, when the effect of the start has
+        decayed.
     broken_at : (bounds, n) time at which it was first exceeded [s], inf if never.
     broken_wind : (bounds, n) schedule wind at that time [m/s], nan if never.
     lost_at : (n,) time at which the coefficient table was left [s]; the run ends there.
@@ -80,7 +80,7 @@ class Records:
 
 
 class _Batch:
-    """The state of a batch; arrays are replaced at every step."""
+    """The state of a batch of runs; its arrays are replaced at every step."""
 
     def __init__(
         self, loop: CertifiedLoop, beyond: Beyond, count: int, draw: np.random.Generator
@@ -116,14 +116,14 @@ class _Batch:
         return DisturbanceShares(*found)
 
     def turn(self) -> None:
-        """Take the players' answers; where a node lies ahead, the cell beyond it begins."""
+        """Apply the players' answers; a run at a node enters the next cell."""
         answer, loop = self.answered(), self.loop
         up = (self.at.wind >= loop.wind[self.cell + 1]) & (answer.rate > 0)
         down = (self.at.wind <= loop.wind[self.cell]) & (answer.rate < 0)
         last = len(loop.wind) - 2
         self.cell = np.where(up, np.minimum(self.cell + 1, last), self.cell)
         self.cell = np.where(down, np.maximum(self.cell - 1, 0), self.cell)
-        # The law holds its schedule wind within the tables.
+        # The law limits its schedule wind to the range of its tables.
         outward = (self.at.wind >= loop.wind[-1]) & (answer.rate > 0)
         outward |= (self.at.wind <= loop.wind[0]) & (answer.rate < 0)
         self.drive = self._drive(answer._replace(rate=np.where(outward, 0.0, answer.rate)))
@@ -176,7 +176,7 @@ def run_batch(
     ----------
     longest_step : [s]; a step may be shorter, never longer.
     tolerance : a bound counts as broken above 1 + tolerance.
-    tell : called with the part that is done, now and then.
+    tell : called from time to time with the fraction that is done.
     """
     batch = _Batch(loop, beyond, count, draw)
     book = _Book(batch, tolerance, duration / 2)
@@ -199,7 +199,7 @@ def run_batch(
 
 
 class _Book:
-    """What is kept of a batch while it runs."""
+    """The largest ratios and first violations recorded while a batch runs."""
 
     def __init__(self, batch: _Batch, tolerance: float, late: float) -> None:
         self.batch, self.tolerance, self.late_from = batch, tolerance, late
@@ -259,7 +259,7 @@ class _Book:
 
 
 class _Halved:
-    """Some of the runs once more, with steps half as long and the same inputs."""
+    """A repetition of some runs with half the step length and the same inputs."""
 
     def __init__(self, batch: _Batch) -> None:
         self.batch = batch
@@ -268,7 +268,7 @@ class _Halved:
         self.most = np.zeros(len(BOUNDS))
 
     def compare(self, now: Floats) -> None:
-        """Note how far the shares of the bounds differ."""
+        """Record how far the ratios to the bounds differ."""
         loop, at, drive = self.batch.loop, self._at(self.batch.at), self._drive()
         demand = demanded(loop, self.state, at, drive)
         xi = error_state(loop, self.state, at, demand)

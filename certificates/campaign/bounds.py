@@ -1,4 +1,4 @@
-r"""What the certificate bounds, as shares of its bounds: every share is at most 1 if it is right.
+r"""Ratios of simulated quantities to their certified bounds; a correct certificate gives at most 1.
 
 set               V / 1                                  peaks        |h xi| / p_h
 rotor speed       (omega - max omega*) / p_e
@@ -30,7 +30,7 @@ BOUNDS = (
     *("torque asked", "pitch asked", "least pitch", *DECAYS),
 )
 BISECTIONS = 60
-# Nearer to the equilibrium than these a distance is rounding, and its decay nothing to compare.
+# Below these distances to the equilibrium rounding dominates, so decay is not compared.
 NEAREST, NEARLY_THERE = 1e-12, 1e-14
 
 
@@ -43,7 +43,7 @@ class RunEquilibrium(NamedTuple):
 
 
 def shares(loop: CertifiedLoop, state: Floats, xi: Floats, demand: Demand) -> Floats:
-    """Return (9, n): each bound's share but for the decays, in the order of ``BOUNDS``."""
+    """Return (9, n): the ratio to each bound except the decays, in the order of ``BOUNDS``."""
     reach = loop.pitch_max - loop.pitch_min
     below = loop.pitch_min - state[1]
     return np.stack(
@@ -59,7 +59,7 @@ def shares(loop: CertifiedLoop, state: Floats, xi: Floats, demand: Demand) -> Fl
 
 
 def run_equilibrium(loop: CertifiedLoop, at: At, drive: Drive, xi: Floats) -> RunEquilibrium:
-    """Return where runs at constant wind come to rest, by bisection over x at e = zeta = 0."""
+    """Return the equilibrium of runs at constant wind, by bisection over x at e = zeta = 0."""
     low = np.full(len(at.wind), -2 * loop.peaks[3])
     high = -low
     for _ in range(BISECTIONS):

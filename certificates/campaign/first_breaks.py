@@ -1,7 +1,7 @@
-"""What breaks first: the order in which runs exceed the bounds, and at which winds.
+"""The order in which runs exceed the bounds, and at which winds.
 
-The set is left before, or when, one of its peaks is exceeded; so of the other bounds the first one
-tells what the leaving means.
+A run leaves the set before, or when, it exceeds one of the peaks. The first of the other bounds to
+be exceeded therefore shows the physical consequence.
 """
 
 from __future__ import annotations
@@ -64,9 +64,9 @@ def breaks_of(campaign: Campaign) -> list[Break]:
 
 
 def first_breaks(campaign: Campaign) -> NDArray[np.intp]:
-    """Return per run the index in ``(*BOUNDS, TABLE)`` of what broke first but the set; -1: none.
+    """Return per run the index in ``(*BOUNDS, TABLE)`` of the first exceeded bound but the set.
 
-    Of two at the same time the one that comes first in ``BOUNDS`` counts.
+    -1 means none. Of two at the same time, the one that comes first in ``BOUNDS`` counts.
     """
     times = np.vstack([campaign.records.broken_at, campaign.records.lost_at])
     times[0] = np.inf
@@ -75,7 +75,7 @@ def first_breaks(campaign: Campaign) -> NDArray[np.intp]:
 
 
 def overspeed(campaign: Campaign) -> Floats:
-    """Return per run the largest rotor speed above rated, as a share of rated [-]."""
+    """Return per run the largest excess of rotor speed over rated, relative to rated [-]."""
     loop = campaign.loop
     used = campaign.records.share[BOUNDS.index("rotor speed")]
     speed = loop.tables[0].max() + used * loop.peaks[0]

@@ -1,7 +1,6 @@
 """The certified loop as numbers: plant, law and claim, read from a certificate's own document.
 
-Nothing comes from the objects that the design and its proof were made with: what is simulated is
-what the file says.
+No object of the design or its proof is used, so the simulated loop is exactly the one in the file.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ TABLES = ("rotor_speed", "trim_effort", "effectiveness", "proportional", "effect
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CertifiedLoop:
-    """What a certificate of kind ``coherent-loop`` speaks of; symbols of docs/coherent-loop.md.
+    """The loop of a certificate of kind ``coherent-loop``; symbols of docs/coherent-loop.md.
 
     Attributes
     ----------
@@ -164,7 +163,7 @@ def _law(law: dict[str, Any], wind: Floats) -> dict[str, Any]:
 def _claimed(claim: dict[str, Any]) -> dict[str, Any]:
     uncertainty = claim["uncertainty"]
     low, high = uncertainty["inertia"]
-    # A file that does not say speaks of the table's own.
+    # A file without this member means the power coefficient of the table.
     least, most = uncertainty.get("power_coefficient", (1.0, 1.0))
     return {
         "P": np.array(claim["P"], dtype=np.float64).reshape(3, 3),

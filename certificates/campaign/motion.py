@@ -1,17 +1,18 @@
-r"""How the loop moves: the law with its limits, the pitch drive and the rotor, for n runs at once.
+r"""Simulation of the law with its limits, the pitch drive and the rotor, for n runs at once.
 
     omega' = kappa (s_P c v^2 c_Q(omega R / v, beta) + Delta - n_g T_g / J)
     beta'  = sat((beta_ref - beta) / tau)
     x'     = -nu (omega - omega*)
 
-in omega, beta, x as they are, so that nothing of the certificate's error coordinates enters; these
-(e, zeta, x) are formed afterwards, to be compared with its bounds.  Formulas and symbols are those
+The states are omega, beta, x, so the certificate's error coordinates (e, zeta, x) do not enter.
+They are computed afterwards to compare them with its bounds.  Formulas and symbols are those
 of docs/coherent-loop.md.  Delta is a share w of the whole way to the frozen wake,
 
     Delta(beta; v_s) = -w int_{beta*}^{beta} (b_fw + s_P d(T_r/J)/dbeta) dbeta
               = -w (b_fw (beta - beta*) + s_P c v_s^2 (c_Q(lambda*, beta) - c_Q(lambda*, beta*))),
 
-which is in the family for 0 <= w <= 1 where the integrand is not negative (``plants.wake_fits``).
+which belongs to the family for 0 <= w <= 1 where the integrand is not negative
+(``plants.wake_fits``).
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ class Drive(NamedTuple):
 
 
 class Demand(NamedTuple):
-    """What the law asks for before its limits: torque [N m], pitch [rad]; and its effort U, F."""
+    """The law's commands before its limits: torque [N m], pitch [rad]; and its effort U, F."""
 
     torque: Floats
     pitch: Floats
@@ -107,7 +108,7 @@ def at_wind(loop: CertifiedLoop, cell: Cells, wind: Floats) -> At:
 
 
 def demanded(loop: CertifiedLoop, state: Floats, at: At, drive: Drive) -> Demand:
-    """Return what the law asks for, its feed-forward of v_s' included."""
+    """Return the law's commands, with its feed-forward of v_s'."""
     slope, k, rate = loop.slopes[:, drive.cell], drive.cell, drive.rate
     signal = state[0] - at.speed - state[2]
     effort = at.effort + at.gain * signal
@@ -124,7 +125,7 @@ def demanded(loop: CertifiedLoop, state: Floats, at: At, drive: Drive) -> Demand
 
 
 def blowing(at: At, drive: Drive) -> Floats:
-    """Return the wind v = v_s + error, held above zero: far outside a class it might not be."""
+    """Return the wind v = v_s + error, limited below by a positive value."""
     return np.maximum(at.wind + drive.error, LEAST_WIND)
 
 
@@ -140,7 +141,7 @@ def rates(loop: CertifiedLoop, state: Floats, at: At, drive: Drive) -> tuple[Flo
     torque = np.clip(demand.torque, 0.0, loop.rated_torque)
     reference = np.clip(demand.pitch, loop.pitch_min, loop.pitch_max)
     wind = blowing(at, drive)
-    # One look into the surface for both: the rotor as it turns, and the wake's at omega*.
+    # One evaluation of the surface for both: at the actual rotor speed, and at omega* for the wake.
     ratio = np.concatenate([speed / wind, at.speed / at.wind]) * loop.rotor_radius
     found = loop.surface(ratio, np.concatenate([pitch, pitch]))
     n = len(speed)

@@ -1,4 +1,4 @@
-"""Outside of what is certified: a wider wind class, further starts, other plants.
+"""Runs outside the certified class: a wider wind class, starts farther away, other plants.
 
 wind, wind-error, wind-rate   the class of every cell, times a factor
 start                         starts with V up to this, in place of 1
@@ -22,11 +22,11 @@ MOST = 1000.0
 
 @dataclass(frozen=True, slots=True)
 class Beyond:
-    """How a campaign leaves the certificate; the defaults do not leave it.
+    """How far a campaign goes beyond the certified class; the defaults stay inside it.
 
     Attributes
     ----------
-    name : what was asked, such as ``wind=3``; ``inside`` for the certified loop itself.
+    name : the request, such as ``wind=3``; ``inside`` for the certified loop itself.
     wind_error, wind_rate : factors on every cell's class [-].
     start : starts have V up to this [-].
     inertia : true over nominal inertia, or None for the certificate's.
@@ -41,7 +41,7 @@ class Beyond:
     wake: float = 1.0
 
     def loop(self, loop: CertifiedLoop) -> CertifiedLoop:
-        """Return the loop whose class and plants are these; its bounds are the certificate's."""
+        """Return the loop with this class and these plants; its bounds are the certificate's."""
         return replace(
             loop,
             wind_error=self.wind_error * loop.wind_error,
@@ -54,7 +54,7 @@ INSIDE = Beyond("inside")
 
 
 def beyond_of(text: str) -> Beyond:
-    """Return what ``3``, ``wind=3``, ``start=4``, ``inertia=0.8:1.2``, ... asks for.
+    """Return the value for a request ``3``, ``wind=3``, ``start=4``, ``inertia=0.8:1.2``, ...
 
     Raises
     ------
@@ -100,7 +100,7 @@ def _positive(text: str, where: str) -> float:
     return value
 
 
-# What ``--beyond all`` tries.
+# The requests that ``--beyond all`` stands for.
 STANDARD = tuple(
     beyond_of(text)
     for text in (

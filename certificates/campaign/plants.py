@@ -1,7 +1,7 @@
 """The plants and the starts of a campaign: members of the certified family, drawn at random.
 
-Starts lie on V = level, where each bound is attained, or anywhere below; pitch never starts below
-its lower limit, as the theorem asks.
+Starts lie on V = level, at the points where each bound is attained, or anywhere below. Pitch never
+starts below its lower limit, because the theorem requires it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ __all__ = ["DIRECTIONS", "TrialStart", "drawn_starts", "inertia_factors", "quadr
 Floats = NDArray[np.float64]
 # Rows h of h xi: e, zeta, e - x, x.
 DIRECTIONS = np.array([[1.0, 0, 0], [0, 1.0, 0], [1.0, 0, -1.0], [0, 0, 1.0]])
-# Of all starts: on the boundary, and at its points where a bound is attained; the others inside.
+# Fractions of the starts: on the boundary, and at boundary points where a bound is attained.
 ON_BOUNDARY, AT_CORNERS = 0.4, 0.25
 AT_NODES = 0.1
 # A boundary start lies inside by this much, so that rounding does not put it outside.
@@ -41,7 +41,7 @@ def quadratic(P: Floats, xi: Floats) -> Floats:
 
 
 def inertia_factors(inertia: tuple[float, float], count: int, draw: np.random.Generator) -> Floats:
-    """Return kappa = nominal over true inertia: half of them at the two ends."""
+    """Return kappa = nominal over true inertia; half of the values lie at the two ends."""
     low, high = inertia
     ends = draw.choice([low, high], count)
     return np.asarray(1 / np.where(draw.random(count) < 0.5, ends, draw.uniform(low, high, count)))
@@ -50,10 +50,10 @@ def inertia_factors(inertia: tuple[float, float], count: int, draw: np.random.Ge
 def drawn_starts(
     loop: CertifiedLoop, count: int, draw: np.random.Generator, *, level: float = 1.0
 ) -> TrialStart:
-    """Return starts with V <= ``level`` at winds of all cells alike.
+    """Return starts with V <= ``level``, at winds spread evenly over all cells.
 
-    Of a state whose pitch would start below its limit the mirror image is taken: it has
-    zeta <= 0 <= psi(U), so pitch starts above.
+    If a state's pitch would start below its limit, its mirror image is used: there zeta <= 0 <=
+    psi(U), so pitch starts above the limit.
     """
     cell = draw.integers(len(loop.wind) - 1, size=count)
     share = draw.random(count)
@@ -66,10 +66,10 @@ def drawn_starts(
 
 
 def wake_fits(loop: CertifiedLoop) -> NDArray[np.bool_]:
-    """Return per cell whether the whole way to the frozen wake is in the family on the set.
+    """Return per cell whether every wake up to the frozen one belongs to the family on the set.
 
-    Looked for is b_fw + s_P d(T_r/J)/dbeta < 0 over the pitch that the set can reach, by
-    differences between close points; where it occurs, runs have the equilibrium wake in the cell.
+    Finite differences test for b_fw + s_P d(T_r/J)/dbeta < 0 over the pitch that the set can reach.
+    Where it occurs, runs use the equilibrium wake in the cell.
     """
     if not loop.frozen_wake:
         return np.zeros(len(loop.wind) - 1, dtype=bool)

@@ -1,7 +1,7 @@
-"""Thousands of random runs of the certified loop, and what they say about the certificate.
+"""Thousands of random runs of the certified loop, compared with the certificate.
 
-A run proves nothing.  Ten thousand without a violation say that the theorem, its proof and its
-reading agree as far as was tried; one with a violation says that one of the three is wrong.
+A simulation is not a proof. Without a violation, the theorem, its proof and its implementation
+agree in all runs tried; one violation shows that one of the three is wrong.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ Floats = NDArray[np.float64]
 Tell = Callable[[str, float], None]
 
 DURATION = 60.0
-# Of a bound: what a share may exceed 1 by, for steps of finite length.  Every campaign measures how
-# far steps half as long change a share (``Records.halving``), and must stay below this.
+# A ratio may exceed 1 by this, because steps are finite. Every campaign measures how far steps half
+# as long change a ratio (``Records.halving``), and must stay below this.
 TOLERANCE = 1e-4
-# A step is this part of the pitch drive's time constant, the fastest of the loop.
+# A step is this fraction of the pitch drive's time constant, the smallest in the loop.
 STEP_SHARE = 0.1
-# Runs that are advanced together: their arrays stay in the processor's cache.
+# Number of runs that are advanced together, chosen so that their arrays fit in the CPU cache.
 TOGETHER = 2500
 MOST_RUNS = 10_000_000
 
@@ -41,7 +41,7 @@ class Campaign:
 
     Attributes
     ----------
-    beyond : ``INSIDE``, or how the certificate was left.
+    beyond : ``INSIDE``, or how far the runs go beyond the certified class.
     step : the longest step [s];  duration : of every run [s].
     """
 
@@ -55,17 +55,17 @@ class Campaign:
 
     @property
     def runs(self) -> int:
-        """How many."""
+        """The number of runs."""
         return len(self.records.start_wind)
 
     @property
     def broken(self) -> NDArray[np.bool_]:
-        """(bounds, n) which run exceeded which bound."""
+        """(bounds, n) true where the run exceeded the bound."""
         return np.asarray(np.isfinite(self.records.broken_at))
 
     @property
     def violations(self) -> int:
-        """Runs that exceeded a bound, or left the coefficient table."""
+        """The number of runs that exceeded a bound or left the coefficient table."""
         lost = np.isfinite(self.records.lost_at)
         return int(np.count_nonzero(self.broken.any(axis=0) | lost))
 
@@ -96,8 +96,8 @@ def run_campaign(
     document : a certificate with a claim of kind ``coherent-loop``, as plain data (its JSON).
     runs : number of runs;  duration : of each [s].
     seed : the same one gives the same runs.
-    beyond : how the certificate is left; not at all unless given.
-    tell : called with words and the part that is done.
+    beyond : how far to go beyond the certified class; the default stays inside.
+    tell : called with a text and the fraction that is done.
 
     Raises
     ------

@@ -2,8 +2,8 @@
 
     s(x, y) = sum_pq a_pq (x - x_i)^p (y - y_j)^q      on [x_i, x_{i+1}] x [y_j, y_{j+1}]
 
-The coefficients a come from the B-spline's by scipy.  Points outside the table take the nearest
-point of its edge, and are told apart by ``inside``.
+The coefficients a come from the B-spline's by scipy.  A point outside the table gets the value at
+the nearest edge point; ``inside`` detects it.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ DEGREE = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PatchAxis:
-    """The ends of the pieces along one axis, and which piece begins in which even bucket.
+    """The breakpoints along one axis, and the piece that begins in each of its equal buckets.
 
-    Buckets are no wider than the narrowest piece, so that a point's piece is its bucket's or the
-    next one: that much faster than a search.
+    Buckets are no wider than the narrowest piece, so a point lies in its bucket's piece or in the
+    next one. This is faster than a search.
     """
 
     breaks: Floats
@@ -44,7 +44,7 @@ class PatchAxis:
         return cls(breaks, pieces, float((count - 1) / (breaks[-1] - breaks[0])))
 
     def placed(self, points: Floats) -> tuple[NDArray[np.intp], Floats]:
-        """Return each point's piece, held to the axis, and how far beyond its start it lies."""
+        """Return each point's piece, limited to the axis, and its offset from the piece's start."""
         held = np.minimum(np.maximum(points, self.breaks[0]), self.breaks[-1])
         bucket = ((held - self.breaks[0]) * self.per_unit).astype(np.intp)
         piece = self.pieces[bucket]

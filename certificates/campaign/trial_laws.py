@@ -1,4 +1,4 @@
-r"""The published laws and the coherent one as functions of many states at once.
+r"""The published laws and the effort-sharing (coherent) law, evaluated at many states at once.
 
 Both are read from plain data, as a certificate holds it, and written from the formulas: the
 published law's from docs/ledger.md,
@@ -7,7 +7,7 @@ published law's from docs/ledger.md,
     T = phi(u_1) held to 0..T_rated,    beta_ref = f_1(omega) u_2 within the pitch range
     x' = -e, for two integrators plus (carried out - u)/(tau k_I)
 
-with gains multilinear in the premises, secants of T_r / J from the trim of the wind to the state.
+The gains are multilinear in the premises, which are secants of T_r / J from the trim to the state.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from takagi.models.errors import ModelError
 __all__ = ["effort_sharing_trial", "published_trial"]
 
 Floats = NDArray[np.float64]
-# Below these a secant is a difference of this width around the middle [rad/s, rad].
+# Smaller steps give a secant over this width around the midpoint [rad/s, rad].
 STEPS = (1e-4, 1e-4)
 
 
@@ -65,7 +65,7 @@ class TrialRegion:
 def published_trial(
     data: dict[str, Any], rotor: TrialRotor, *, ramp_start: Floats, ramp_width: Floats
 ) -> TrialLaw:
-    """Return the published law of a certificate's ``gains``, each run with its own speed ramp.
+    """Return the published law of a certificate's ``gains``; each run has its own speed ramp.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def published_trial(
 
 
 def effort_sharing_trial(loop: CertifiedLoop, wind_filter: float) -> TrialLaw:
-    """Return the coherent law of a certificate with its own low-pass; own states x and v_s."""
+    """Return a certificate's coherent law with its low-pass filter; states x and v_s."""
 
     def law(speed: Floats, pitch: Floats, own: Floats, wind: Floats) -> TrialCommand:
         x, scheduled = own[0], np.clip(own[1], loop.wind[0], loop.wind[-1])

@@ -1,11 +1,11 @@
-r"""A rigid rotor under any law, n runs at once, its pitch drive of first or second order.
+r"""Simulation of a rigid rotor under any law, with a pitch drive of first or second order.
 
     omega' = c v^2 c_Q(omega R / v, beta) - n_g T / J
 
     beta' = sat((beta_ref - beta)/tau)                                        first-order drive
     beta'' = w^2 (beta_ref - beta) - 2 z w beta',  |beta'| within its limit   second-order drive
 
-The law is a function of state and wind; wind and estimate are the same.
+The law is a function of state and wind; the wind estimate equals the wind.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 
 
 class TrialCommand(NamedTuple):
-    """What a law asks for: torque [N m], pitch [rad]; and how its own states move, (m, n)."""
+    """Commands of a law: torque [N m], pitch [rad]; derivatives of its own states, (m, n)."""
 
     torque: Floats
     pitch: Floats
@@ -38,7 +38,7 @@ TrialLaw = Callable[[Floats, Floats, Floats, Floats], TrialCommand]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrialRotor:
-    """The plant's numbers; ``frequency`` 0 takes the first-order drive."""
+    """The plant's parameters; ``frequency`` 0 selects the first-order drive."""
 
     torque_scale: float
     gear_scale: float
@@ -99,7 +99,7 @@ def advance(
     k4, _ = _rates(rotor, law, state + h * k3, winds[2])
     after = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
     held = np.clip(after[1], rotor.pitch_min, rotor.pitch_max)
-    # A blade at its stop stands.
+    # A pitch angle at its end stop has zero rate.
     after[2] = np.where(held == after[1], after[2], 0.0)
     after[2] = np.clip(after[2], -rotor.rate_limit, rotor.rate_limit)
     after[1] = held

@@ -1,10 +1,11 @@
-"""Which starts and gusts make a law lose the trim, cycle or stay, at which winds and overlaps.
+"""Tests whether a law settles, oscillates or diverges after a start or a gust.
 
-Every run begins at rest (or at the trim, where the law has no rest) at a constant wind that the law
-knows, is disturbed once, and is then left alone; what it does in the end is told apart by numbers:
+Every run begins at the equilibrium (or at the trim, where the law has none) at a constant wind that
+the law knows, and is disturbed once. Its final behaviour is classified:
 
-    lost      the table was left, or speed in the end is off the rest by over 5 % of rated
-    cycles    pitch still moves by more than 0.2 deg, and not by half of what it did before
+    lost      the table was left, or the final speed is over 5 % of rated from the equilibrium
+    cycles    pitch still oscillates by more than 0.2 deg, and by more than half of its earlier
+    amplitude
     stays     anything else
 """
 
@@ -31,11 +32,11 @@ BEGINS = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Disturbance:
-    """A start off the rest in speed, or a gust: wind up and down again as 1 - cos.
+    """A start away from the equilibrium speed, or a gust of wind of the form 1 - cos.
 
     Attributes
     ----------
-    speed : of the start, off the rest [share of rated speed].
+    speed : deviation of the start from the equilibrium [fraction of rated speed].
     gust : height [m/s];  lasts : of the gust [s].
     """
 
@@ -45,7 +46,7 @@ class Disturbance:
     lasts: float = 10.0
 
     def wind(self, time: float) -> float:
-        """Return what the gust adds [m/s]."""
+        """Return the wind speed that the gust adds [m/s]."""
         s = (time - BEGINS) / self.lasts
         return self.gust * (1 - np.cos(2 * np.pi * s)) / 2 if 0 < s < 1 else 0.0
 
@@ -65,7 +66,7 @@ DISTURBANCES = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrialOutcome:
-    """What n runs came to.
+    """Results of n runs.
 
     Attributes
     ----------
@@ -88,7 +89,7 @@ def tried(
     *,
     rated_speed: float,
 ) -> TrialOutcome:
-    """Return what each run came to.
+    """Return the result of each run.
 
     Parameters
     ----------
@@ -111,7 +112,7 @@ def tried(
         after, _ = advance(rotor, law, state, (winds[0], winds[1], winds[2]), STEP)
         ratio = after[0] * rotor.radius / winds[2]
         lost |= ~rotor.surface.inside(ratio, after[1]) | ~np.isfinite(after).all(axis=0)
-        # A run that is lost stands where it was: what follows would say nothing.
+        # A lost run is stopped at its last state: beyond the table its motion has no meaning.
         state = np.where(lost, state, after)
         fastest, slowest = np.maximum(fastest, state[0]), np.minimum(slowest, state[0])
         left = DURATION - time
@@ -125,14 +126,14 @@ def tried(
 
 
 class _Swing:
-    """Peak to peak of pitch, and mean speed, over a while."""
+    """Peak-to-peak pitch and mean speed over a time interval."""
 
     def __init__(self, count: int) -> None:
         self.low, self.high = np.full(count, np.inf), np.full(count, -np.inf)
         self.sum, self.entries = np.zeros(count), 0
 
     def enter(self, state: Floats) -> None:
-        """Note the present state."""
+        """Record the present state."""
         self.low, self.high = np.minimum(self.low, state[1]), np.maximum(self.high, state[1])
         self.sum, self.entries = self.sum + state[0], self.entries + 1
 

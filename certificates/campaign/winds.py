@@ -1,12 +1,12 @@
-r"""Who moves the wind within its class: chance, waves, switches, and adversaries who see the state.
+r"""Wind inputs within the class: random, sine, switching, and worst-case inputs that see the state.
 
-A player answers, at every step, with shares in [-1, 1] of the cell's wind error and wind rate, with
-the wake's share in [0, 1], and with where c_P lies in its range, 0 to 1.  Greedy players choose
+At every step a player returns fractions in [-1, 1] of the cell's wind error and wind rate, the
+wake's fraction in [0, 1], and the position of c_P in its range, 0 to 1.  Greedy players choose
 those that make
 
     d/dt xi' Q xi = 2 xi' Q xi'
 
-greatest: Q = P pushes V up, Q = R the common decay's function, Q = h h' one bound.
+With Q = P this increases V, with Q = R the function of the common decay, with Q = h h' one bound.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ __all__ = ["PLAYERS", "DisturbanceShares", "Player", "Seen"]
 
 Floats = NDArray[np.float64]
 
-# Mean times between two switches, and angular frequencies of waves: around the loop's own, which
-# is near 0.3 rad/s, by a decade to either side.
+# Mean times between two switches, and angular frequencies of waves: one decade to either side of
+# the loop's natural frequency, which is near 0.3 rad/s.
 SHORTEST, LONGEST = 0.1, 30.0
 SLOWEST, FASTEST = 0.02, 5.0
 
@@ -55,20 +55,20 @@ Maker = Callable[[CertifiedLoop, int, np.random.Generator], Player]
 
 
 def calm(loop: CertifiedLoop, count: int, draw: np.random.Generator) -> Player:
-    """Constant wind, v = v_s, and a plant that does not change: what decay is claimed for."""
+    """Constant wind, v = v_s, and a constant plant: the conditions of the decay claim."""
     none, wake, power = np.zeros(count), _fixed(count, draw), _fixed(count, draw)
     return lambda seen: DisturbanceShares(none, none, wake, power)
 
 
 def steady(loop: CertifiedLoop, count: int, draw: np.random.Generator) -> Player:
-    """The largest wind error throughout, of either sign; the schedule rests."""
+    """The largest wind error throughout, of either sign; the schedule wind is constant."""
     error, wake, power = draw.choice([-1.0, 1.0], count), _fixed(count, draw), _fixed(count, draw)
     none = np.zeros(count)
     return lambda seen: DisturbanceShares(error, none, wake, power)
 
 
 def switches(loop: CertifiedLoop, count: int, draw: np.random.Generator) -> Player:
-    """Random telegraphs: error, rate, wake and c_P jump between their ends at random times."""
+    """Random telegraph signals: error, rate, wake and c_P jump between their limits."""
     mean = np.exp(draw.uniform(np.log(SHORTEST), np.log(LONGEST), (4, count)))
     signs = draw.choice([-1.0, 1.0], (4, count))
 
@@ -105,23 +105,23 @@ def wandering(loop: CertifiedLoop, count: int, draw: np.random.Generator) -> Pla
 
 
 def against_set(loop: CertifiedLoop, count: int, draw: np.random.Generator) -> Player:
-    """Push V = xi' P xi up."""
+    """Maximise the growth of V = xi' P xi."""
     return _greedy(loop, np.broadcast_to(loop.P, (count, 3, 3)))
 
 
 def against_settling(loop: CertifiedLoop, count: int, draw: np.random.Generator) -> Player:
-    """Push xi' R xi up, the function in which every wind settles."""
+    """Maximise the growth of xi' R xi, the function of the common decay rate."""
     return _greedy(loop, np.broadcast_to(loop.R, (count, 3, 3)))
 
 
 def against_bounds(loop: CertifiedLoop, count: int, draw: np.random.Generator) -> Player:
-    """Push one bounded quantity up: speed error, effort lag or speed signal."""
+    """Maximise the growth of one bounded quantity: speed error, effort lag or speed signal."""
     h = DIRECTIONS[draw.integers(3, size=count)]
     return _greedy(loop, h[:, :, None] * h[:, None, :])
 
 
 def in_fits(loop: CertifiedLoop, count: int, draw: np.random.Generator) -> Player:
-    """Push V up for a while, then push it down or rest: gusts of an adversary."""
+    """Increase V for a while, then decrease it or hold still: worst-case gusts."""
     push = _greedy(loop, np.broadcast_to(loop.P, (count, 3, 3)))
     mean = np.exp(draw.uniform(np.log(1.0), np.log(LONGEST), count))
     mood = draw.choice([-1.0, 0.0, 1.0], count)

@@ -1,12 +1,12 @@
 """An independent checker: standard library alone, shares no code with the synthesis.
 
-kernel/       what every check runs through: reader, exact matrices, the table of kinds
+kernel/       code that every check uses: reader, exact matrices, the table of kinds
 arithmetic/   intervals, functions and splines with outward rounding
 kinds/        claims about the loop that model and gains make, one kind a file
-plant/        a plant's own equations: its model contains it
-turbine/      the turbine's loops, and where they rest
+plant/        a plant's own equations: proofs that the model contains the plant
+turbine/      the turbine's loops, and their equilibria
 files/        the certificate against the gain, turbine and plant files given beside it
-controller/   what a gain file says of the law that is proved: programs, units, words
+controller/   the gain file of the proved law: programs, units, texts
 words/        numbers in words, rounded to the safe side
 """
 

@@ -1,7 +1,7 @@
-"""What a gain file says beside the law: made for a design, or read from a file that exists.
+"""The members of a gain file other than the law, for a new design or an existing file.
 
 content             the gain file of a certificate as plain data, and the two bound together
 given_file          the same for gains of a file
-plant_members       what a plant's file says that model and law do not
-removable_points    what stands in for a premise where it is 0/0
+plant_members       contents of a plant's file that model and law do not determine
+removable_points    the replacement of a premise where it is 0/0
 """

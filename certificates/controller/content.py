@@ -11,13 +11,13 @@ from takagi.certificates.document.certificate_file import as_read
 
 __all__ = ["bound", "gain_file_of", "plain"]
 
-# What comes first in the file; the rest as it is.
+# The first members of the file; the others keep their order.
 ORDER = ("format", "version", "name", "turbine", "plant", "units", "law", "states", "inputs")
 LAST = ("language", "programs", "rotor", "tables", "certificate")
 
 
 def bound(document: Mapping[str, Any], controller: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the certificate with what its gain file says beside the law, and the hash of that."""
+    """Return the certificate with the other members of its gain file, and their hash."""
     provenance = document["provenance"]
     hashes = {**provenance["sha256"], "controller": digest(as_read(controller))}
     return {

@@ -1,10 +1,10 @@
-"""A certificate for gains of a file, bound to what else that file says.
+"""A certificate for gains of a file, bound to all other contents of that file.
 
-A file of today's version keeps its words, observer gains, trim table and what it says of its own
-certificate; programs, limits, ranges and units are worked out from the model that is certified.
-Where they are not what the file says, ``takagi check --gains`` will refuse it, and ``told`` says so
-beforehand.  Of a file of an earlier version, all that it says beside the law is taken as it is,
-once the numbers in it that belong to the model are the model's.
+A file of the current version keeps its texts, observer gains, trim table and the data about its own
+certificate. Programs, limits, ranges and units are computed from the certified model. If they
+differ from the file, ``takagi check --gains`` will refuse it, and ``told`` reports this beforehand.
+For an older file all members other than the law are kept, if its numbers that belong to the model
+are those of the model.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from takagi.certificates.controller.content import bound, gain_file_of, plain
 
 __all__ = ["bound_to_file", "refreshed", "told"]
 
-# Members that do not follow from model and law, and are the file's to say.
+# Members that model and law do not determine; they are taken from the file.
 FREE = ("name", "turbine", "plant", "notes", "trim", "start", "observer", "certificate")
 NEEDED = ("trim", "observer")  # of a turbine's file
 MOST = 3
@@ -33,7 +33,7 @@ MOST = 3
 def bound_to_file(
     document: Mapping[str, Any], path: Path, own: Mapping[str, Any] | None = None
 ) -> Mapping[str, Any]:
-    """Return the certificate bound to a gain file; as it is where the file has a law alone.
+    """Return the certificate bound to a gain file; unchanged if the file contains only a law.
 
     Parameters
     ----------
@@ -41,8 +41,8 @@ def bound_to_file(
 
     Raises
     ------
-    CertificateError : the file cannot be read, or is of an earlier version and says something else
-        than the model.
+    CertificateError : the file cannot be read, or is of an earlier version and differs from the
+        model.
     """
     file = read_json(path)
     beside = {key: plain(value) for key, value in file.items() if key not in ("format", "law")}
@@ -75,7 +75,7 @@ def refreshed(
 
 
 def told(document: Mapping[str, Any], path: Path) -> str:
-    """Return in which fields a gain file is not the one of a certificate; nothing where it is."""
+    """Return the fields in which a gain file differs from that of a certificate."""
     if "controller" not in document:
         return ""
     data = read_text(json.dumps(document), "certificate")
@@ -110,7 +110,7 @@ def _of_today(
 def _compare_earlier(
     document: Mapping[str, Any], file: Mapping[str, Any], own: Mapping[str, Any] | None, path: Path
 ) -> None:
-    """Refuse a file whose limits, rests, ranges, units or formulas are not those of the model."""
+    """Refuse a file whose limits, equilibria, ranges, units or formulas are not the model's."""
     data = read_text(json.dumps(dict(document)), "certificate")
     wanted = _known(data, own)
     for key, value in wanted.items():
@@ -126,7 +126,7 @@ def _compare_earlier(
 
 
 def _known(data: Mapping[str, Any], own: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return what a file of an earlier version says that follows from model and law."""
+    """Return the contents of an older file that follow from model and law."""
     from takagi.certificates.checker.controller.content import file_content
 
     law = data["gains"]
@@ -138,7 +138,7 @@ def _known(data: Mapping[str, Any], own: Mapping[str, Any] | None) -> dict[str, 
 
 
 def _like(stated: Any, wanted: Any) -> Any:
-    """Return the part of ``wanted`` that has the keys of ``stated``: earlier files said less."""
+    """Return the part of ``wanted`` with the keys of ``stated``: older files have fewer keys."""
     if isinstance(stated, dict) and isinstance(wanted, dict):
         return {key: _like(stated[key], wanted.get(key)) for key in stated}
     if isinstance(stated, list) and isinstance(wanted, list) and len(stated) == len(wanted):

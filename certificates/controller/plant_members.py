@@ -1,4 +1,4 @@
-"""What a plant's gain file says that does not follow from model and law."""
+"""Contents of a plant's gain file that model and law do not determine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""Where a premise is 0/0, and what stands in for it there: its Taylor polynomial.
+r"""Points where a premise is 0/0, and its Taylor polynomial, which replaces it there.
 
 Premises such as sin(x)/x have a limit at x = 0, but no value in floating point; near it, others
 lose digits, (1 - cos x)/x^2 all of them below 1e-8.  For each factor of the denominator that
@@ -28,13 +28,13 @@ NEAR = 1e-12
 # Distances to try, as shares of the factor's largest size in the box; and powers of the factor.
 SHARES = (1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
 ORDERS = (3, 4, 6, 8, 10)
-# Where the step's own formula is tried, and where the polynomial, in units of the distance.
+# Test points of the step's own formula, and of the polynomial, in units of the distance.
 MOST_ORDER = 6  # of a zero of the denominator
 OUTSIDE, INSIDE = (1.0, -1.0, 1.3, -1.7, 3.0, -3.0), (1.0, -1.0, 0.6, -0.3)
 
 
 def removable_points(model: TSModel) -> tuple[dict[str, list[dict[str, Any]]], tuple[str, ...]]:
-    """Return premise -> [{of, within, formula, limit}], and words on what has none.
+    """Return premise -> [{of, within, formula, limit}], and messages for premises without one.
 
     ``of`` is the factor that vanishes, in the grammar of plant files.
     """

@@ -2,7 +2,8 @@ r"""All matrices of a certificate as a file for Coq, whose kernel decides their 
 
 The matrices are those that the second checker makes of the claims, from the certificate's own
 numbers: one theorem a claim says that so many matrices are positive definite (or semidefinite),
-for real vectors.  That these matrices are what the claim needs is the checkers' word, not Coq's.
+for real vectors.  Coq does not verify that the claim needs exactly these matrices; only the
+checkers do.
 No text of the certificate enters the file but its numbers.
 """
 
@@ -29,7 +30,7 @@ LONGEST_TEXT, MOST_IN_ONE = 8_000, 200
 class CoqFile:
     """The file's text, and how many matrices each claim has in it.
 
-    ``left_out`` : claims without a reading, by number, and why.
+    ``left_out`` : claims that are not exported, by number, and the reason.
     """
 
     text: str

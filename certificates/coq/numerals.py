@@ -1,4 +1,4 @@
-r"""A positive definite matrix of whole numbers, and a smaller one that shows it: M, s, N.
+r"""A positive definite integer matrix M, and a smaller matrix N that proves it: M, s, N.
 
     N_ij = round(M_ij / (s_i s_j)),    N_ii = floor(M_ii / s_i^2) - (n - 1)
 

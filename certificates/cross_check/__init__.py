@@ -1,10 +1,10 @@
-"""A second checker, written separately, with FLINT: what another reading says of a certificate.
+"""A second checker, written independently, which uses FLINT.
 
-    kernel/     the file, exact matrices, and what has to hold
-    loop/       claims about the loop that model and gains make
+    kernel/     the file, exact matrices, and the conditions to decide
+    loop/       claims about the loop of model and gains
     plant/      a plant is contained in its model
     turbine/    claims about a turbine's loop
-    opinion     what it says of a file; ``audit.two_checkers`` puts it beside the first one's
+    opinion     its verdicts on a file; ``audit.two_checkers`` compares both checkers
 
 It imports FLINT and the standard library, and nothing of the first checker, of models or solver.
 """

@@ -1,4 +1,4 @@
-"""The second opinion on a certificate: what each claim comes down to, and whether it holds.
+"""The verdicts of the second checker: the conditions of each claim, and whether they hold.
 
 Nothing here is shared with the first checker, with the models or with the solver: the file is read
 anew, exact numbers and matrices are FLINT's, functions are enclosed by its balls, and definiteness
@@ -64,7 +64,8 @@ class Opinion:
     Attributes
     ----------
     kind : of the claim.
-    verdict : PROVED, DISPROVED, UNDECIDED, or ``NOT_REPLAYED`` for a claim it has no reading of.
+    verdict : PROVED, DISPROVED, UNDECIDED, or ``NOT_REPLAYED`` for a claim that it does not
+    implement.
     inequalities : how many matrices were decided.
     reason : what failed first; empty otherwise.
     """
@@ -91,9 +92,9 @@ def judge_document(document: Mapping[str, Any]) -> list[Opinion]:
 
 
 def _judged(document: dict[str, Any]) -> list[Opinion]:
-    """Return the opinions; a claim that rests on another is worth no more than that one.
+    """Return the opinions; a claim that depends on another is proved only if that one is proved.
 
-    Those about a plant's loop rest on the claim that the model contains the plant.
+    Claims about a plant's loop depend on the claim that the model contains the plant.
     """
     found: list[Opinion] = []
     for place, (kind, obliged) in enumerate(claims_of(document)):
@@ -119,7 +120,7 @@ def _judged(document: dict[str, Any]) -> list[Opinion]:
 
 
 def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | None]]:
-    """Yield (kind, obligations) of every claim; None for a kind that has no reading here."""
+    """Yield (kind, obligations) of every claim; None for a kind that is not implemented here."""
     if line(document, "format") != FORMAT or whole(document, "version") != VERSION:
         raise Refusal(f"not a {FORMAT} of version {VERSION}")
     changed = hashes_differ(document)
@@ -150,7 +151,7 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
 
 
 def _resting(claim: Any, kind: str, document: Any) -> Obligations:
-    """Return what a claim adds to the one that it rests on."""
+    """Return the conditions that a claim adds to the claim it depends on."""
     if kind == "wind-rate":
         from takagi.certificates.cross_check.turbine.wind_rate import wind_rate
 
@@ -169,7 +170,7 @@ def _abstained(reason: str) -> Obligations:
 def obligations(
     claim: Any, kind: str, loop: VertexLoop | None, model: Any, gains: Any
 ) -> Obligations | None:
-    """Return what one claim comes down to; None for a kind that has no reading here."""
+    """Return the conditions of one claim; None for a kind that is not implemented here."""
     if kind in LOOPS and loop is not None:
         return LOOPS[kind](claim, loop)
     if kind in ("quadratic-decay", "no-common-quadratic"):

@@ -1,4 +1,4 @@
-"""What the claim about the coherent loop says, cell by cell, read back from the certificate."""
+"""The claim about the coherent loop in numbers, cell by cell, read from the certificate."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class ClaimSummary:
 
     @property
     def hatched(self) -> str:
-        """What a figure's caption says of hatched cells, where there are any."""
+        """The text about hatched cells in a figure's caption, if there are any."""
         return "" if all(self.proved) else " Hatched: not proved."
 
 

@@ -1,4 +1,4 @@
-"""Times the steps of a design, and tells of them."""
+"""Measures and reports the time of each step of a design."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ class StepClock:
         self.seconds: dict[str, float] = {}
 
     def told(self, words: str) -> None:
-        """Tell of a part of a step."""
+        """Report a part of a step."""
         if self._tell is not None:
             self._tell(words)
 
     @contextmanager
     def __call__(self, step: str) -> Iterator[None]:
-        """Tell of a step, and note how long it takes."""
+        """Report a step, and record its duration."""
         self.told(step)
         started = time.perf_counter()
         yield

@@ -1,4 +1,4 @@
-"""Where a turbine's closed loop rests at constant winds: unique, none, several, a continuum.
+"""Equilibria of a turbine's closed loop at constant winds: one, none, several, a continuum.
 
     search       cells of wind, halved until the checker's arithmetic answers
     answers      what is found, as values, and the claim of kind ``equilibrium``

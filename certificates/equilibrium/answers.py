@@ -1,4 +1,4 @@
-"""Where a loop rests at constant winds, as a value, and as a claim that the checker replays."""
+"""The equilibria of a loop at constant winds, as a value and as a claim for the checker."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["ClosedLoopEquilibria", "ClosedLoopRests", "EquilibriumCell", "RestCe
 
 @dataclass(frozen=True, slots=True)
 class EquilibriumCell:
-    """What the loop does at every wind of a range.
+    """The equilibria of the loop at every wind of a range.
 
     Attributes
     ----------

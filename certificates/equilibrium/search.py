@@ -1,4 +1,4 @@
-"""Finds, wind cell by wind cell, how often a turbine's closed loop rests."""
+"""Finds the number of equilibria of a turbine's closed loop, wind cell by wind cell."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def closed_loop_equilibria(
     narrowest: float = NARROWEST,
     tell: Tell | None = None,
 ) -> ClosedLoopEquilibria:
-    """Return how often the closed loop rests at every constant wind, estimate exact.
+    """Return the number of equilibria at every constant wind, with an exact wind estimate.
 
     Each answer is proved, in outward rounded arithmetic about the emitted decimals, for all winds
     of its cell; "unknown" where no proof was found.  See docs/equilibria.md for what is counted.

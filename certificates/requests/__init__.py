@@ -1,12 +1,13 @@
-"""What may be asked of a certificate, one request a file; ``certify(model, claims=[...])``.
+"""The requests for a certificate, one per file; ``certify(model, claims=[...])``.
 
-A request is a frozen dataclass with ``attempt(loop) -> Attempt``: it seeks a candidate in floating
-point, rounds it to short decimals, and lets the checker decide; what fails is backed off and said.
+A request is a frozen dataclass with ``attempt(loop) -> Attempt``: it searches a candidate in
+floating point, rounds it to short decimals, and lets the checker decide. If this fails, it tries a
+weaker claim and reports this.
 
     Decay                V = x'Px decays, one P for all blends
     FuzzyDecay           V = x'P(h)x decays, P scheduled by the weights
     Poles                eigenvalues of every blend in a region
-    GainRounding         how far every gain may be off
+    GainRounding         the admissible error of every gain
     BoxEnlargement       how much wider the premises' ranges may be
     Transient            overshoot and settling time that follow from it
     InvariantEllipsoid   a set in the model's box that no solution leaves: region of attraction
@@ -15,12 +16,12 @@ point, rounds it to short decimals, and lets the checker decide; what fails is b
     Peak                 gain of peaks, for bounded disturbances
     ObserverError        decay of an observer's error
     ObservedFeedback     decay of the loop with u = -K xhat
-    attempts_at_all      all of them that a loop has a use for
+    attempts_at_all      all requests that apply to a loop
 
-``loop/`` is the loop that they are about, and what they search it with; ``no_common_decay`` seeks
-the reason for a no; ``fuzzy_pieces`` and ``on_pieces`` work on pieces of the weights.
+``loop/`` has the loop and the search tools; ``no_common_decay`` searches evidence that no common
+function exists; ``fuzzy_pieces`` and ``on_pieces`` work on pieces of the weights.
 
-Importing this package imports nothing heavy: names are looked up when they are used.
+Importing this package loads no large module: a name is imported when it is first used.
 """
 
 from __future__ import annotations

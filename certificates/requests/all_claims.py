@@ -1,4 +1,4 @@
-"""All that can be said of a loop: every request that it has a use for, and what came of each."""
+"""All claims about a loop: every request that applies to it, and its result."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def attempts_at_all(
 ) -> tuple[list[Attempt], list[str]]:
     """Return (attempts, notes): decay first, proved or not; of the others those that are proved.
 
-    What cannot be proved is no part of the certificate, and the notes say what it was.  Without
-    decay nothing else is tried, for the other claims contain it.
+    Claims that cannot be proved are left out of the certificate and listed in the notes. Without
+    decay nothing else is tried, because the other claims include it.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Asks how much wider the premises' ranges may be before one quadratic function serves no more.
+"""Requests the largest enlargement of the premises' ranges with one quadratic function.
 
-Where it does not even serve the ranges as they are, it is asked for how much narrower ones: that is
-called a part of the box, not an enlargement.
+If no function exists even for the given ranges, narrower ones are tried; the result is then called
+a part of the box, not an enlargement.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__ = ["BoxEnlargement"]
 
 Floats = NDArray[np.float64]
 BACK_OFF = (0.999, 0.99, 0.95, 0.9, 0.75, 0.5, 0.0)
-# Where nothing ends it: the vertices do not differ.
+# The limit if the vertices do not differ, so that nothing bounds theta.
 LARGEST = 1e6
 
 

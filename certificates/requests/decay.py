@@ -1,4 +1,4 @@
-"""Asks for decay with one quadratic function: the rate that is given, or what can be found."""
+"""Requests decay with one quadratic function: at a given rate, or at the largest rate found."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = ["Decay", "common_function", "faster_function"]
 
 Floats = NDArray[np.float64]
 LARGEST = 1e38
-# Shares of the rate that was found; each is tried until the rounded numbers prove.
+# Fractions of the rate found, tried in order until the rounded numbers prove the claim.
 BACK_OFF = (0.999, 0.99, 0.9, 0.5, 0.0)
 
 
@@ -45,7 +45,7 @@ class Decay:
         answer = common_function(loop, self.decay_rate)
         solver = str(answer.solver.get("status", ""))
         if self.decay_rate is None:
-            # The rate of a loop that is at rest after one step is infinite.
+            # A loop that reaches the equilibrium in one step has an infinite rate.
             found = min(answer.decay_rate or 0.0, 1e6)
             rates = [rounded_down(share * found) for share in BACK_OFF]
         else:
@@ -53,7 +53,7 @@ class Decay:
         functions = [] if answer.P is None else [np.asarray(answer.P)]
         if self.decay_rate is not None:
             functions += _of_one_blend(loop, self.decay_rate)
-        # Numbers beyond are no part of a certificate.
+        # Larger numbers are not written to a certificate.
         functions = [P for P in functions if np.abs(P).max() < LARGEST]
         if not functions or (self.decay_rate is None and (answer.decay_rate or 0.0) <= 0):
             no = no_common_decay(loop, self.decay_rate or 0.0, answer)
@@ -91,8 +91,8 @@ def common_function(loop: ClaimedLoop, decay_rate: float | None = None) -> Answe
 def faster_function(loop: ClaimedLoop, rate: float) -> Floats | None:
     """Return the candidate P of the fastest rate [1/s] that is found, where it is beyond ``rate``.
 
-    Of gains far larger than what they act on, a margin at one rate is lost in rounding: no P is
-    said to be there.  The fastest rate is still found.
+    If gains are far larger than the states they act on, the margin at one rate is lost in rounding,
+    and the solver finds no P. The search for the fastest rate still succeeds.
     """
     answer = common_function(loop)
     return None if answer.P is None or not (answer.decay_rate or 0.0) > rate else answer.P

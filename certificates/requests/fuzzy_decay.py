@@ -1,4 +1,4 @@
-"""Asks for decay with a quadratic function that is scheduled by the weights."""
+"""Requests decay with a quadratic function that is scheduled by the weights."""
 
 from __future__ import annotations
 
@@ -56,12 +56,12 @@ class FuzzyDecay:
 
         Where the coefficients of P(h) do not show it, pieces of the weights may.
 
-        Without a candidate the claim is one with a common P that the checker leaves open.
+        Without a candidate the claim has a common P, and the checker leaves it UNDECIDED.
 
         Raises
         ------
-        ModelError : a secant embedding, whose weights nobody can evaluate; a model without
-            premises, which has no weights to depend on.
+        ModelError : a secant embedding, whose weights cannot be evaluated; a model without
+            premises, which has no weights to schedule with.
         """
         loop.refuse_averages("function")
         if loop.family.corners is not None and not loop.family.corners[0]:

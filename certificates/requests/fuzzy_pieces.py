@@ -1,7 +1,8 @@
-"""Seeks P(h) at single blends, and the pieces of the weights on which it is shown.
+"""Searches P(h) at single blends, and the pieces of the weights on which it is proved.
 
-Of a double sum the coefficients may have the wrong sign at every degree of Polya's that is worth
-posing, though P(h) serves every blend.  So P(h) is sought at blends that the loop takes, and the
+The coefficients of a double sum may have the wrong sign at every practical degree of Polya's
+relaxation, although P(h) is valid at every blend.  So P(h) is sought at blends that the loop takes,
+and the
 weights are halved until all coefficients have their sign on each piece.  A corner of a piece at
 which P(h) fails is one more blend to seek it at.
 """
@@ -60,7 +61,7 @@ def cut(claim: dict[str, Any], family: Family) -> Cut:
         premise, i, j = _longest(places)
         tree.append([premise, i, j])
         for kept, moved in ((j, i), (i, j)):
-            # What is positive on the piece is so on its halves.
+            # A coefficient that is positive on a piece is positive on its halves.
             half = [X.halved(premise, kept, moved) for X in open_]
             left.append((half, halved_corners(places, premise, kept, moved)))
     if not left:

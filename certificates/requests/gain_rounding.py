@@ -1,4 +1,4 @@
-"""Asks how far every emitted gain may move before the quadratic function serves no more."""
+"""Requests the largest error of every emitted gain with one quadratic function."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from takagi.models.errors import ModelError
 __all__ = ["GainRounding"]
 
 Floats = NDArray[np.float64]
-# Of the decay rate that was found: rounding is paid for with speed.
+# Fraction of the decay rate found: robustness to rounding costs decay rate.
 RATE_SHARE = 0.5
 BACK_OFF = (0.99, 0.9, 0.5, 0.1, 0.0)
 DIGITS = 9
@@ -28,7 +28,7 @@ HALVINGS = 30
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GainRounding:
-    """The largest steps that all gains may be off by, with decay at ``decay_rate`` alpha [1/s].
+    """The largest errors of all gains, with decay at ``decay_rate`` alpha [1/s].
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ class _Search:
         # A law with weights of its own has as many steps as gains.
         delta = np.broadcast_to(delta, (r, *delta.shape[1:])) if len(delta) == 1 else delta
         steps = np.einsum("jk,jkl->jkl", delta.sum(axis=2), delta)
-        # Inputs of different size are brought to one: tau_k is t over the size of column k.
+        # Inputs of different size are scaled: tau_k is t over the size of column k.
         sizes = np.sqrt(np.maximum((columns**2).sum(axis=1).max(axis=0), 1e-300))
         reach = np.sqrt(np.maximum(steps.sum(axis=2).max(axis=0), 1e-300))
         weights = reach / sizes

@@ -1,4 +1,4 @@
-"""Asks for a bound on the output's variance under white noise."""
+"""Requests a bound on the output's variance under white noise."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from takagi.models.errors import ModelError
 __all__ = ["H2Norm"]
 
 Floats = NDArray[np.float64]
-# How far above the least norm P is looked for, relative: the rounded P has to keep a margin.
+# P is searched this far (relative) above the least norm, so that the rounded P keeps a margin.
 INSIDE, AT_LEAST = (1e-4, 4e-4), 5e-7
 # Shares added to P, and digits of it, each tried until the rounded numbers prove.
 BACK_OFF = (1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
@@ -38,7 +38,7 @@ class H2Norm:
 
     Attributes
     ----------
-    norm : None takes the least that is found, a little more.
+    norm : None takes slightly more than the least norm found.
     disturbance, output : the path, as in ``loop.disturbance_channel``.
     """
 

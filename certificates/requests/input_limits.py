@@ -1,4 +1,4 @@
-"""Asks for limits that the inputs keep along every solution from an invariant ellipsoid."""
+"""Requests bounds of the inputs along every solution from an invariant ellipsoid."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ SPARE = 1e-6
 class InputLimits:
     """|u_k| <= limits_k, and how fast u moves, from anywhere in an invariant ellipsoid.
 
-    u is that of u = -K x, the deviation from where the input rests: an actuator from 0 to 6 V that
-    rests at 5 V has the limit 1.
+    u is that of u = -K x, the deviation from the input's equilibrium value: an actuator from 0 to 6
+    V with equilibrium 5 V has the limit 1.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Asks for an ellipsoid in the model's box that no solution leaves."""
+"""Requests an invariant ellipsoid in the model's box."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Floats = NDArray[np.float64]
 DIGITS = (6, 9, 12)
 # Shares of the disturbance that are tried where its bounds come from the model's box.
 SHARES = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
-# Of the largest decay rate: a set sought without any is larger, and hardly attracts at its rim.
+# Fraction of the largest decay rate: a set without decay is larger, but hardly attracts.
 SHARE_OF_RATE, FASTEST = 0.25, 1e6
 LOOSEST = 1e6  # of an input without a limit
 
@@ -150,7 +150,7 @@ def _bounds(loop: ClaimedLoop, bounds: ArrayLike) -> tuple[Floats, tuple[float, 
                 "has a range for every disturbance"
             )
         halves = np.array([max(float(min(-box[k][0], box[k][1])), 0.0) for k in names])
-        # One that only schedules moves no state, wherever it is in its range.
+        # A signal that only schedules does not drive the state.
         return np.where(loop.model.E.any(axis=(0, 1)), halves, 0.0), SHARES
     w = np.asarray(bounds, dtype=np.float64)
     if w.shape != (q,) or not np.all(np.isfinite(w) & (w >= 0)):
@@ -176,7 +176,7 @@ def _largest(loop: ClaimedLoop, decay_rate: float, limits: Floats | None) -> Ans
             # Where pairs do not do, what is found is shown on pieces of the weights.
             relaxation="liu-zhang" if loop.points else "wang-tanaka-griffin",
         )
-    # The blends themselves, so that all that the checker looks at is in.
+    # The blends themselves, so that everything the checker examines is included.
     return attraction_ellipsoid(
         loop.A, state_box=halves, decay_rate=decay_rate, sample_time=loop.sample_time
     )

@@ -1,4 +1,4 @@
-"""Asks for a bound on the energy gain from disturbance to output."""
+"""Requests a bound on the energy gain from disturbance to output."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from takagi.models.errors import ModelError
 __all__ = ["L2Gain"]
 
 Floats = NDArray[np.float64]
-# How far above the least gain P is looked for, relative: the rounded P has to keep a margin.
+# P is searched this far (relative) above the least gain, so that the rounded P keeps a margin.
 INSIDE, AT_LEAST = 2e-4, 1e-6
 # The same of one vertex, whose P needs no program.
 ROOM = (1e-4, 3e-4, 8e-4)

@@ -1,4 +1,4 @@
-"""Seeks an exact reason why no common quadratic function exists for a loop."""
+"""Searches exact evidence that no common quadratic function exists for a loop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Asks for the decay of an observer's error, and of the loop that feeds its estimate back."""
+"""Requests decay of an observer's error, and of the loop with feedback of its estimate."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-r"""What is asked for, on pieces of the weights where the whole does not show it.
+r"""Proves a request on pieces of the weights if the whole simplex does not prove it.
 
-Three ways, from cheap to dear:
+Three methods, in order of cost:
 
     pairs        the claim for the means of all pairs of rules
     points       a candidate from blends that the loop takes: rules, halves, quarters of them

@@ -1,4 +1,4 @@
-"""Asks for a bound on the output's peak under a bounded disturbance."""
+"""Requests a bound on the output's peak under a bounded disturbance."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ class Peak:
                 claim = _claim(evidence, rounded, level, s, size, gain)
                 words = f"peak gain {gain:.6g} for |w| <= {size:.6g}, P to {digits} digits"
                 found.append((least, words, claim | ({"share": share} if share else {})))
-            # Short numbers are preferred where they cost the bound next to nothing.
+            # Short numbers are preferred if they hardly increase the bound.
             enough = min((one[0] for one in found), default=0.0) * (1 + max(more, SHORT))
             yield from ((words, claim) for least, words, claim in found if least <= enough)
 

@@ -1,4 +1,4 @@
-"""Asks for the eigenvalues of every blend to lie in a region of the complex plane."""
+"""Requests that the eigenvalues of every blend lie in a region of the complex plane."""
 
 from __future__ import annotations
 

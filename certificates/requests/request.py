@@ -1,4 +1,4 @@
-"""What is asked for, and what became of it."""
+"""A request, and the result of an attempt to prove it."""
 
 from __future__ import annotations
 

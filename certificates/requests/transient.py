@@ -1,4 +1,4 @@
-"""Asks how far the state overshoots, and when it has settled."""
+"""Requests bounds of the overshoot and the settling time of the state."""
 
 from __future__ import annotations
 

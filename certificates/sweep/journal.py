@@ -1,10 +1,10 @@
-r"""The journal of a sweep: a header and a line for each finished point, on disk when it is told.
+r"""The journal of a sweep: a header and a line per finished point, flushed before it is reported.
 
     {"format": "takagi-sweep", "version": 1, "sha256": "...", "map": ..., "axes": ..., ...}\n
     {"at": [0.02, 500.0], "seconds": 1.2, "result": {...}}\n
 
-A line ends with its newline.  What stands behind the last newline was being written when the sweep
-was stopped; it is cut off, and that point is made again.
+A line ends with its newline.  Text after the last newline belongs to a write that was interrupted;
+it is removed, and that point is computed again.
 """
 
 from __future__ import annotations

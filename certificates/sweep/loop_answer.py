@@ -1,4 +1,4 @@
-"""What a candidate about the coherent loop comes to: the checker's verdict, a point's numbers."""
+"""The result of a candidate about the coherent loop: the checker's verdict and its numbers."""
 
 from __future__ import annotations
 

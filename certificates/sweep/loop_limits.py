@@ -1,4 +1,4 @@
-"""What limits the wind class of the coherent loop in a range: which coefficient's enclosure.
+"""Finds the coefficient whose enclosure limits the wind class of the coherent loop in a range.
 
 Each coefficient of the loop is in turn given no width, or no size, and the widest set is sought
 anew.  What the wind errors then gain says how much that coefficient costs.  Floating point, about

@@ -67,7 +67,7 @@ def run_sweep(
     count = default_workers() if workers is None else workers
     if count < 1:
         raise ModelError(f"workers = {count} was given; at least 1 is needed")
-    # First what is compared with: it is one point, and its trouble should be known early.
+    # The comparison map first: it is one point, and its errors should be known early.
     beside = tuple(
         run_sweep(other, folder / other.name, workers=1, tell=tell) for other in swept.beside
     )
@@ -83,7 +83,7 @@ def run_sweep(
 
 
 def _tell_nobody(words: str, done: float | None = None) -> None:
-    """Take a report of progress that nobody asked for."""
+    """Ignore a progress report."""
 
 
 class _Clock:
@@ -186,7 +186,7 @@ def _work(place: Place) -> Made:
     if swept is None:
         raise RuntimeError("the process was not started by a sweep")
     if not _Process.ready:
-        # Not in _start: what is raised there reaches nobody.
+        # Not in _start, because an exception raised there is lost.
         _Process.prepared, _Process.ready = _prepared(swept), True
     return _evaluated(swept, _Process.prepared, place)
 

@@ -1,4 +1,4 @@
-"""The quadratic function whose set bears the largest wind errors, for some cells of the loop.
+"""The quadratic function whose set admits the largest wind errors, for some cells of the loop.
 
 ``coherent_candidate`` looks for the function that bears most of the whole wind class in its worst
 cell.  Here that function is improved further, so that the mean over wind of the logarithms of the

@@ -1,4 +1,4 @@
-"""What may be asked on the command line, and its translation into settings.
+"""The options of the command line, and their translation into settings.
 
 given                  which options were given, and as they would be typed
 design_options         what may be asked of a turbine's design

@@ -56,7 +56,7 @@ __all__ = [
     "turbine_options",
 ]
 
-COHERENT = "coherent"  # what a turbine gets where no law is asked for
+COHERENT = "coherent"  # the default law of a turbine
 Model = Annotated[
     str,
     typer.Argument(

@@ -77,7 +77,7 @@ WindFilter = Annotated[
 # Which of these options a law has.
 OF_COHERENT = ("pitch_effectiveness_share", "wind_filter")
 OF_PAPER = ("ramp_shape", "ramp_placement", "tracking_time")
-# Slower than any turbine's own wind: a design is sought in vain for minutes before that is said.
+# A slower filter suits no turbine, and the design would search for minutes before failing.
 LONGEST_FILTER = 100.0  # s
 
 

@@ -1,4 +1,4 @@
-"""What a turbine's certificate may be asked to cover: inertia, power coefficient, wake."""
+"""Options for the uncertainty of a turbine's certificate: inertia, power coefficient, wake."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def uncertainty_asked(
 
 
 def _around_one(option: str, written: tuple[str, str]) -> Interval:
-    """Return the interval; its ends are the decimals that were written."""
+    """Return the interval; its ends are exactly the decimals as typed."""
     from takagi.models.intervals.interval import Interval
 
     try:

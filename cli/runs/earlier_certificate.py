@@ -36,7 +36,7 @@ class EarlierCertificate:
 
 
 def read_baseline(path: Path) -> EarlierCertificate:
-    """Return a certificate, replayed: an old file is not believed either.
+    """Return a certificate after replaying it: an old file is not trusted without a check.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def read_baseline(path: Path) -> EarlierCertificate:
 def compared(
     old: EarlierCertificate, document: Mapping[str, Any], checked: Checked, tolerance: Fraction
 ) -> CertificateComparison:
-    """Return what became of the old certificate in one that was just made."""
+    """Return the comparison of the old certificate with the new one."""
     from takagi.certificates.checker.kernel.reader import read_text
     from takagi.certificates.document.certificate_file import dumps
     from takagi.reports.baseline import compare_certificates

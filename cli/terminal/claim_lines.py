@@ -14,7 +14,7 @@ __all__ = ["claim_lines"]
 def claim_lines(checked: CheckedFile) -> list[str]:
     """Return a line for each claim: the verdict, the name in quotes, what was found.
 
-    The name is free text of the file: without quotes it would read as the checker's own words.
+    The name is free text of the file: without quotes it would look like a text of the checker.
     """
     width = max((len(claim.verdict.name) for claim in checked.claims), default=0)
     return [

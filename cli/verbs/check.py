@@ -1,7 +1,7 @@
 """`takagi check`: prove a certificate file, with the standard library and the checker alone.
 
-The one verb that is parsed by argparse: it runs in continuous integration and on small machines,
-and must need nothing that it does not trust.
+Only this verb is parsed by argparse: it runs in continuous integration and on small machines, and
+must not depend on packages outside the trusted code.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def _check(options: argparse.Namespace) -> int:
         _write_reports(options, _refused(str(error), needed))
         if not is_another:
             raise  # the status is the boundary's, as for any misuse
-        # The certificate is sound, and about another loop: nothing is proved of this one.
+        # The certificate is valid but about another loop, so nothing is proved for this one.
         print(f"Error: {error}", file=sys.stderr)
         return UNPROVED
     _write_reports(options, checked)
@@ -80,7 +80,7 @@ def _check(options: argparse.Namespace) -> int:
         compared = _compared(options) if options.cross else None
         print(_as_json(options, checked, trusted, compared))
     else:
-        # Said before the second checker begins, which may take a while.
+        # Printed before the second checker starts, because it may take long.
         print(_as_text(options, checked, trusted))
         compared = _compared(options) if options.cross else None
         if compared is not None:
@@ -91,7 +91,7 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _needed(error: Exception, options: argparse.Namespace) -> tuple[str, bool]:
-    """Return what does not hold, and whether that is a sound file which is about something else."""
+    """Return the failed requirement, and whether the file is valid but about something else."""
     from takagi.certificates.checker.files.model_content import OtherModel
     from takagi.certificates.checker.kernel.refusal import OtherGains
 

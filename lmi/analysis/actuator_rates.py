@@ -75,7 +75,7 @@ def input_rate_bound(
 
 
 def input_rate_rows(A: Array, B: Array, K: Array, *, discrete: bool = False) -> Array:
-    """Return the rows c of the module for memberships that stand still, (T, m, n).
+    """Return the rows c of the module for constant memberships, (T, m, n).
 
     In discrete time those of memberships that jump.
     """

@@ -63,8 +63,8 @@ def max_box_enlargement(
     tolerance : relative to theta.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------

@@ -1,7 +1,7 @@
 """States in which the mean of the vertices falls evenly: where a loop of high gain has a margin.
 
-In any units of the states, its P may be conditioned as the gains squared, and the margin that is
-left beside it is nothing to a solver.  Where the P of Lyapunov's equation of the mean is |x|^2, the
+In any units of the states, its P may be conditioned as the gains squared, and the remaining margin
+is below a solver's tolerance.  Where the P of Lyapunov's equation of the mean is |x|^2, the
 mean falls alike in all directions, and vertices near to it nearly so.  A guess of coordinates, from
 which nothing is claimed.
 

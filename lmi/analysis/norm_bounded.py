@@ -99,8 +99,8 @@ def robust_lyapunov(
     ----------
     scales : (n,) engineering range of each state; None balances the vertices.
     others : as for ``robust_lyapunov_condition``.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------

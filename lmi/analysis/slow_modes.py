@@ -64,12 +64,12 @@ def _most_rounding(A: Floats) -> float:
 
 
 def _rounding(A: Floats, vectors: Floats) -> Floats:
-    """Return what rounding may do to each eigenvalue; inf where they do not tell them apart."""
+    """Return what rounding may do to each eigenvalue; inf where they do not separate them."""
     try:
         left = np.linalg.inv(vectors)
     except np.linalg.LinAlgError:
         return np.full(len(A), np.inf)
-    with np.errstate(over="ignore"):  # inf: vectors that are all but alike tell nothing apart
+    with np.errstate(over="ignore"):  # inf: vectors that are almost equal separate nothing
         condition = np.linalg.norm(left, axis=1) * np.linalg.norm(vectors, axis=0)
     unit = ROUNDING * len(A) * np.finfo(float).eps * float(np.linalg.norm(A))
     # Beyond, the first order is no measure any more.

@@ -242,7 +242,7 @@ def _positive(name: str, value: object) -> Number:
 
 
 def _like(number: Number, value: int) -> Number:
-    """Return the value as a Fraction beside a Fraction, as a float beside a float."""
+    """Return the value as a Fraction or as a float, like the given number."""
     return Fraction(value) if isinstance(number, Fraction) else float(value)
 
 

@@ -32,8 +32,8 @@ class NormBounded:
     Attributes
     ----------
     D : (r, n, p), or (n, p) for the same in every rule: where it enters.
-    E : (r, q, n) or (q, n): what of the state drives it.
-    F : (r, q, m) or (q, m): what of the input drives it; None for nothing.
+    E : (r, q, n) or (q, n): the part of the state that drives it.
+    F : (r, q, m) or (q, m): the part of the input that drives it; None for nothing.
     """
 
     D: ArrayLike

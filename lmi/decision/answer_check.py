@@ -1,6 +1,7 @@
-"""What a solver's numbers are worth: checked from scratch, whatever its status says.
+"""Check of a solver's numbers from scratch, whatever its status says.
 
-A no is more than a bound on the margin that solvers cannot tell from zero: where the numbers differ
+A no is more than a bound on the margin that solvers cannot distinguish from zero: where the numbers
+differ
 in size, so small a margin may be all that there is.  It needs multipliers that leave no unknowns of
 whatever size, in floating point with room for all rounding (``contradiction``), or exact.
 """
@@ -26,7 +27,7 @@ __all__ = ["exactly_judged", "judged", "says_no", "values_of"]
 
 Floats = NDArray[np.float64]
 
-# What the solver's tolerances can tell from zero.
+# What the solver's tolerances can distinguish from zero.
 SMALLEST_BOUND = 1e-7
 # Where no LMI is strict, a least share of all of them that leaves no room for their tolerances.
 MISSED = 1e-5

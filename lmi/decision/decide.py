@@ -1,13 +1,13 @@
 """From a condition to numbers that withstand their check: decide, optimise, improve.
 
-``decide`` asks for the largest margin t, one solve.  ``optimise`` takes two stages, because at the
+``decide`` asks for the largest margin t, one solve.  ``optimise`` takes two steps, because at the
 least objective the LMIs touch zero, where no check can hold:
 
 1. the least objective, with no margin; its multipliers bound the objective of all unknowns from
    below;
 2. the objective fixed a hair above what was found, the margin as large as it can be (re-centred).
 
-What is handed back is re-evaluated from the unknowns by eigenvalues, and its objective is compared
+The returned answer is re-evaluated from the unknowns by eigenvalues, and its objective is compared
 with the bound: a solver that stops early, or at a wrong value, is found out by either, and the next
 one is asked.  Every stage takes ``parameters``, the cone data (``assembled``) and a ``Session``, so
 that a sequence of parameter values costs one assembly (see ``parameter_sweep``).
@@ -81,8 +81,8 @@ def decide(
     condition's.  The condition is feasible with margin exactly when the largest t is positive.
 
     "infeasible" only where multipliers leave no unknowns of whatever size (``contradiction``), or
-    exact ones were found (``exact_no``): a bound on the margin below what solvers can tell from
-    zero is none, for a margin may be as small where the numbers differ in size.
+    exact ones were found (``exact_no``): a bound on the margin below what solvers can distinguish
+    from zero is none, for a margin may be as small where the numbers differ in size.
 
     Parameters
     ----------
@@ -90,9 +90,9 @@ def decide(
     parameters : values in the place of the condition's own.
     session : keeps the solver for the next condition of the same shape.
     assembled : the condition's cone data, if known already, at whatever parameters.
-    most : give up after so many tries.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    most : stop after this number of attempts.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
     """
     data = _posed(condition, parameters, assembled)
     variables = len(data.objective)
@@ -173,8 +173,8 @@ def optimise(
     inside : a margin that is asked for at once.  Where it costs the objective no more than
         ``slack`` by the bound of the multipliers, one solve is all; else it is dropped.
     cap, parameters, session, assembled, most : as for ``decide``.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------

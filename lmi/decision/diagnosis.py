@@ -12,7 +12,7 @@ from takagi.lmi.condition.term import LMI, Condition
 
 __all__ = ["Share", "binding_items", "binding_shares", "shares_in_words"]
 
-# Items with less of the bound than this are not worth a word.
+# Items with less of the bound than this are not reported.
 LEAST = 0.02
 
 

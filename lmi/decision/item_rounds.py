@@ -57,8 +57,8 @@ def decide_by_rounds(
     Parameters
     ----------
     cap, rows, parameters : as for ``decide``.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
     """
     posed = condition.with_parameters(**parameters) if parameters else condition
     some = _Some.of(posed)
@@ -92,8 +92,8 @@ def optimise_by_rounds(
     Parameters
     ----------
     slack, cap, parameters : as for ``optimise``.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
     """
     posed = condition.with_parameters(**parameters) if parameters else condition
     some = _Some.of(posed)

@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 # How far above its bound an objective may be to pass for the least, relative, where less was asked
 # for: the bound is good to the solver's accuracy only.
 NEAR = 1e-3
-# What solvers cannot tell from zero, in unknowns of order one.
+# What solvers cannot distinguish from zero, in unknowns of order one.
 FLOOR = 2e-8
 
 
@@ -78,7 +78,7 @@ def promised(slack: float) -> float:
 
 
 def nothing(condition: Condition) -> float:
-    """Return the objective that no solver can tell from zero."""
+    """Return the objective that no solver can distinguish from zero."""
     costs = condition.objective.values()
     return FLOOR * max((float(np.abs(cost).max(initial=0.0)) for cost in costs), default=0.0)
 
@@ -86,9 +86,9 @@ def nothing(condition: Condition) -> float:
 def measured(condition: Condition, outcome: Outcome, slack: float) -> Outcome:
     """Return the outcome with its objective held against the bound.
 
-    It is settled where the gap between them is at most ``promised(slack)`` of the *bound*, or what
-    no solver can tell from zero.  A share of the objective itself would measure nothing: an
-    objective far too large is near its bound by its own size.
+    It is settled where the gap between them is at most ``promised(slack)`` of the *bound*, or
+    cannot be distinguished from zero by a solver.  A share of the objective itself would measure
+    nothing: an objective far too large is near its bound by its own size.
     """
     if outcome.status != "candidate":
         return outcome

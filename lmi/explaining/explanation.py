@@ -1,4 +1,4 @@
-"""Why there was no answer and what would help: a value that says so in words."""
+"""Why there was no answer and what would help: a value that explains it in words."""
 
 from __future__ import annotations
 
@@ -44,9 +44,10 @@ class PremiseRelief:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Explanation:
-    """What stands in the way and what helps, each cure by itself; ``str()`` says it in words.
+    """Why a design fails, and each single change that helps; ``str()`` says it in words.
 
-    Every cure that is named was solved for, and held its check; the best ones were bracketed by
+    Every change that is named was solved, and its answer passed the check; the best ones were
+    bracketed by
     bisection, so a larger share or rate may have an answer too.  Nothing here is a proof.
 
     Attributes
@@ -56,7 +57,8 @@ class Explanation:
     binding : the items that carry the no, largest share first.
     rules : where the rules of those items lie, e.g. ``"rule 2: speed = 7 m/s"``; empty for a
         model without premises.
-    stuck : a blend that no gains can help, where the no is due to one; None otherwise.
+    stuck : a blend that no gains stabilise, where one makes the condition infeasible; None
+    otherwise.
     box : the largest share of the box, about its middle, with an answer, of those that were
         tried; None where there was none.
     premises : what each premise costs, most first; empty for a model without.

@@ -1,4 +1,4 @@
-"""What would have had an answer: measured, by asking again with less."""
+"""What would have had an answer: measured, by repeated design with weaker requests."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ class _Question:
         return self.by(model, decay_rate=decay_rate, **named, **self.options)
 
     def ask_as_given(self) -> Answer | Design | None:
-        """Return the answer if there is one now; misuse is raised here, not swallowed later."""
+        """Return the answer if there is one now; misuse raises here and is not hidden later."""
         found = self.ask(self.model, self.decay_rate, self.relaxation)
         return found if found.found else None
 

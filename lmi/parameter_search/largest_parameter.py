@@ -62,8 +62,8 @@ class Extreme:
     bound : no value beyond it is feasible, to solver accuracy: excluded by multipliers; or, where
         the best unknowns are well conditioned, for unknowns with at least half their G, or because
         the condition is infeasible there.  Otherwise inf (-inf).  A margin that the solver cannot
-        tell from zero counts as none: with other unknowns beside one matrix the bound may be too
-        near by some 1e-5 of it, by 1e-3 where they are ill conditioned.
+        distinguish from zero counts as none: with other unknowns beside one matrix the bound may be
+        too near by some 1e-5 of it, by 1e-3 where they are ill conditioned.
     best : the unknowns that allow the value.
     outcome : unknowns with the largest margin a hair before the value, in scalar weights; where
         there are none, why.
@@ -113,7 +113,7 @@ def extreme_parameter(
     step : value -> difference that does not matter; in the place of ``tolerance``.
     limit : stop when the value has passed it.
     steps : stop after so many.
-    worst : reciprocal condition of the unknowns, as far as an LMI speaks of it, below which they
+    worst : reciprocal condition of the unknowns, as far as an LMI bounds it, below which they
         are not used: near a value that is approached but not attained they degenerate.
     centre : hand back the unknowns of largest margin a hair before the value; without, those
         that allow it, with no margin left.
@@ -283,7 +283,7 @@ class _Climb:
         )
 
     def shown(self, outcome: Outcome, score: float) -> float:
-        """Return the score that the outcome's unknowns allow; -inf where there is none."""
+        """Return the score that the outcome's unknowns allow; -inf where none exists."""
         if not outcome.values:
             return -np.inf
         shown = self.pencil.d * self.pencil.allowed(outcome.values, self.pencil.d * score)

@@ -33,7 +33,7 @@ def least_over_rate(
 
     Parameters
     ----------
-    value : rate -> bound, inf where there is none.
+    value : rate -> bound, inf where none exists.
     rates : ascending, at least three; the first and the last bound the search.
     tolerance : relative, of the rate.
     """
@@ -72,7 +72,7 @@ def unknowns_near_least(condition: Condition, *, held: float = HELD) -> Mapping[
 
 
 def least_objective(condition: Condition, *, held: float = HELD) -> float:
-    """Return about the least objective; inf where there is none.  For a search, not an answer.
+    """Return about the least objective; inf where none exists.  For a search, not an answer.
 
     Parameters
     ----------

@@ -49,7 +49,7 @@ def excluded_from(
         positive = positive or _says_positive(lmi, X)
         plain, slope = adjoint(condition, lmi, name, multipliers[lmi.name])
         if not slope.any() and np.linalg.eigvalsh(plain)[0] >= -LEAST * np.abs(plain).max():
-            # As of X > 0 itself: it only stands in the way.
+            # As of X > 0 itself: it is only a restriction.
             continue
         S0, S1 = S0 + plain, S1 + slope
     growths, vectors = np.linalg.eigh(-d * S1)

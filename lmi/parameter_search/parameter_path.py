@@ -170,7 +170,8 @@ def _started(maps: list[_Map], x: Floats, score: float) -> _Point | None:
 def _moved(maps: list[_Map], point: _Point, short: float) -> tuple[_Point, float] | None:
     """Return the point after a predictor and a corrector, and the length of the step.
 
-    ``short`` is what the last step was short of its full length: then the path is met again first.
+    ``short`` is the difference between the last step and its full length: then the path is met
+    again first.
     """
     newton = _Newton.of(maps, point)
     dF, dZ = newton.direction(0.0, None)[1:]

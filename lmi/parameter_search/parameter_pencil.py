@@ -27,7 +27,7 @@ Values = Mapping[str, Floats]
 # Share of an LMI's own weight that is added to G, so that x stays inside where G is singular.
 FLOOR = 1e-6
 # Reciprocal condition below which unknowns are not used: near a value that is approached but
-# not attained they degenerate, and what they show is then worth nothing.
+# not attained they degenerate, and the value they show is then meaningless.
 WORST = 1e-8
 
 
@@ -80,7 +80,7 @@ class ParameterPencil:
         return self.condition.with_parameters(**{self.name: value})
 
     def size(self, values: Values, value: float) -> float:
-        """Return the size of the parameter, |F_k| / |G_k| at a value; 0 where there is none."""
+        """Return the size of the parameter, |F_k| / |G_k| at a value; 0 where none exists."""
         parameters = self.at(value).parameters
         F = G = 0.0
         for lmi, slope in self._pairs():
@@ -157,7 +157,7 @@ def _slope(lmi: LMI, name: str) -> LMI | None:
 
 
 def _room(F: Floats, G: Floats) -> float:
-    """Return the largest s with F - s G >= 0 for every item, -inf where there is none."""
+    """Return the largest s with F - s G >= 0 for every item, -inf where none exists."""
     growths = np.linalg.eigvalsh(G)
     definite = growths[:, 0] > WORST * growths[:, -1]
     room = np.inf

@@ -84,7 +84,7 @@ class Basis:
         return np.asarray(self.orderings * powers.prod(axis=-1))
 
     def rank(self, exponents: Indices) -> Indices:
-        """Return where rows of exponents stand in ``exponents``: the inverse of taking them."""
+        """Return where rows of exponents appear in ``exponents``: the inverse of taking them."""
         place = np.zeros(len(exponents), dtype=np.intp)
         first = 0
         for size, degree in zip(self.sizes, self.degrees, strict=True):

@@ -47,7 +47,7 @@ class Adjoint:
         order of the unknowns), column_t (an entry of z).
     constant : (columns,) ints.
     denominator : D.
-    blocks : where each multiplier stands in z.
+    blocks : where each multiplier appears in z.
     """
 
     condition: Condition
@@ -161,7 +161,7 @@ class _Entries:
 
 
 def _places(size: int) -> Indices:
-    """Return (size, size): where entry (a, b) stands in the upper triangle, column by column."""
+    """Return (size, size): where entry (a, b) appears in the upper triangle, column by column."""
     a, b = np.indices((size, size))
     low, high = np.minimum(a, b), np.maximum(a, b)
     return np.asarray(high * (high + 1) // 2 + low)

@@ -1,6 +1,6 @@
 """From multipliers in floating point to exact ones next to them, which satisfy every equality.
 
-Nothing here is trusted: the result is checked by ``Alternative`` from scratch.
+No result of this module is taken as a proof: the result is checked by ``Alternative`` from scratch.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class _Rows:
         self.row, self.column, self.value, self.rows = row, column, value, rows
 
     def own_columns(self, columns: int) -> Indices:
-        """Return (rows,): a column that only this row has, the largest; -1 where there is none."""
+        """Return (rows,): a column that only this row has, the largest; -1 where none exists."""
         single = np.bincount(self.column, minlength=columns)[self.column] == 1
         found = np.full(self.rows, -1, dtype=np.intp)
         largest: dict[int, int] = {}

@@ -230,7 +230,7 @@ def _range(Z: Floats, largest: float, singular: float, near: float) -> Array | N
 
 
 def _simplest(x: float, near: float) -> Fraction | None:
-    """Return the fraction of smallest denominator that is as near to x; None if there is none."""
+    """Return the fraction of smallest denominator that is as near to x; None if none exists."""
     for denominator in range(1, LARGEST_DENOMINATOR + 1):
         found = Fraction(round(x * denominator), denominator)
         if abs(float(found) - x) <= near:
@@ -245,7 +245,7 @@ def _identity(n: int) -> Array:
 
 
 def packed_places(size: int) -> Indices:
-    """Return (size, size): where entry (a, b) stands in the upper triangle, column by column."""
+    """Return (size, size): where entry (a, b) appears in the upper triangle, column by column."""
     a, b = np.indices((size, size))
     low, high = np.minimum(a, b), np.maximum(a, b)
     return np.asarray(high * (high + 1) // 2 + low)

@@ -41,7 +41,7 @@ ROOM = 0.1
 
 
 def rigorous_no(answer: Answer | Design) -> Alternative | None:
-    """Return a proof that the answer's condition has no solution; None where there is none.
+    """Return a proof that the answer's condition has no solution; None where none exists.
 
     Of a ``Design``: no gains by this relaxation, with these numbers.
 

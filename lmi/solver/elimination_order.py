@@ -1,7 +1,7 @@
 """Explicit zeros that keep clarabel's elimination order from joining all cones to one.
 
 clarabel factors [[eps I, A'], [A, -W]], W with one dense block a cone, in an order of least degree.
-A variable that stands in few rows of many cones (a slack in every pair of rules, a gain, the norm
+A variable that appears in few rows of many cones (a slack in every pair of rules, a gain, the norm
 bound) has the least degree of all; eliminated first, it joins these cones to one dense block.
 Zeros that are stored give it the degree of a whole cone, so the cones are eliminated one by one,
 and the variables last.  Measured: 36 LMIs of width 21 with a common slack in 3.5 s instead of 93,
@@ -31,7 +31,7 @@ ENOUGH = 1.25
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Guide:
-    """The pattern of A with the zeros, and where the entries of A stand in it."""
+    """The pattern of A with the zeros, and where the entries of A appear in it."""
 
     indices: Indices
     indptr: Indices

@@ -1,4 +1,4 @@
-"""Which variable of a cone program stands in which cone."""
+"""Which variable of a cone program appears in which cone."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """The same program where its own solution has entries of order one: equilibration by what is found.
 
-A solver equilibrates the data before it knows the solution.  Where unknowns of 1e5 stand beside
-unknowns of one, or an LMI's entries differ as much at the solution, its tolerances are met long
+A solver equilibrates the data before it knows the solution.  Where some unknowns are of size 1e5
+and others of size one, or an LMI's entries differ as much at the solution, its tolerances are met
+long
 before its numbers are right (SDPLIB's hinf5 to hinf11).  Here variables are divided by the size
 that they were found with, and every LMI is congruent to one whose diagonal equals that of its
 multiplier; powers of two, so nothing is rounded.
@@ -52,7 +53,7 @@ class Scaling:
 
 
 def scaling_of(program: ConeProgram, raw: Raw) -> Scaling | None:
-    """Return the scaling by a solution, however rough; None where there is none to go by."""
+    """Return the scaling by a solution, however rough; None without a usable solution."""
     if len(raw.y) != len(program.q) or len(raw.z) != len(program.b):
         return None
     if not (np.isfinite(raw.y).all() and np.isfinite(raw.z).all()):

@@ -144,7 +144,7 @@ def rescaled(program: ConeProgram, raw: Raw) -> Raw | None:
 
 
 def again(program: ConeProgram, name: str, session: Session | None = None) -> Raw:
-    """Return the answer of the solver that bears the name of an earlier ``Raw``."""
+    """Return the answer of the solver that has the name of an earlier ``Raw``."""
     if out_of_time():
         return _not_called(name)
     if name == "sdpa":
@@ -165,7 +165,7 @@ def _not_called(name: str) -> Raw:
 
 def _variant(program: ConeProgram, name: str, zeros: Guide | None) -> Raw:
     started, options = time.perf_counter(), VARIANTS[name]
-    # Stored zeros would hide the sparsity that chordal decomposition lives on.
+    # Stored zeros would hide the sparsity that chordal decomposition uses.
     chordal = options.get("chordal_decomposition_enable", False)
     given = program if chordal else _filled(program, zeros)
     return _run(_clarabel(given, options), name, started)

@@ -2,8 +2,8 @@
 
 The polynomial is that of ``simplex_products``.  Products of weights are nonnegative and not all
 zero, so it is negative wherever each of its coefficients is negative definite.  Pairs of rules
-whose products coincide share a coefficient: with p premises of two corners 3^p inequalities stand
-in the place of r (r + 1) / 2, r = 2^p, and ask for less.
+whose products coincide share a coefficient: with p premises of two corners 3^p inequalities
+replace r (r + 1) / 2, r = 2^p, and ask for less.
 
 Source: Sala and Arino (2007), Fuzzy Sets and Systems 158(24), for one simplex (Polya's theorem);
 Arino and Sala (2007), Eng. Applications of Artificial Intelligence 20(8), for tensor products.
@@ -156,7 +156,7 @@ def _index(simplexes: tuple[Simplex, ...], degree: int) -> str:
 
 
 def _less(loop: DoubleSum, found: SimplexCoefficients, X: Unknown) -> Term:
-    """Return -X_ij summed as the Theta_ij are; (i, j) and (j, i) stand in the same coefficient."""
+    """Return -X_ij summed as the Theta_ij are; (i, j) and (j, i) appear in the same coefficient."""
     E = selections(loop.rules, loop.size)
     half = found.i <= found.j
     i, j = found.i[half], found.j[half]

@@ -27,7 +27,8 @@ NAMES = (
 # The same where premises are known; with a single premise they are Polya's.
 PRODUCTS = ("product", "product-1", "product-2", "product-liu-zhang")
 
-# Operations of one iteration of the solver above which a rung is not tried: a second or so, and
+# Operations of one iteration of the solver above which a relaxation is not tried: a second or so,
+# and
 # half a minute or more in all.  The weight of a row stands for what is done in sparse matrices: a
 # row took as long as 6e4 operations of a dense cone (clarabel; rules 2 to 16, states 4 to 8).
 MOST_WORK = 1e10

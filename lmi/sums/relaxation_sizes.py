@@ -59,7 +59,7 @@ class RelaxationSize:
 
         Parameters
         ----------
-        unknown : how many numbers of the double sum's unknowns stand in an item.
+        unknown : how many numbers of the double sum's unknowns appear in an item.
         """
         return sum(
             items * triangle(width) * (triangle(width) + unknown) for items, width in self.cones
@@ -159,7 +159,7 @@ def check_size(name: str, loop: DoubleSum) -> None:
 
 
 def _unknown(loop: DoubleSum, size: RelaxationSize) -> float:
-    """Return about how many numbers of the double sum's unknowns stand in an item."""
+    """Return about how many numbers of the double sum's unknowns appear in an item."""
     return sum(
         unknown.entries * min(unknown.count, members)
         for unknown, members in {

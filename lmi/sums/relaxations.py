@@ -125,7 +125,7 @@ def tuan(loop: DoubleSum) -> Posed:
     if not len(first):
         return (), (rule_lmi(loop),)
     i, j = np.concatenate([first, second]), np.concatenate([second, first])
-    # In whole numbers, so that no rounding stands between the inequality and its proof.
+    # In whole numbers, so that no rounding error can invalidate the inequality.
     common = gcd(2, loop.most_active - 1)
     own, both = 2 // common, (loop.most_active - 1) // common
     weight = np.ones(len(i))

@@ -106,7 +106,7 @@ def simplexes_of(vertices: ProductRules, gains: ProductRules) -> tuple[Simplex, 
 def coefficients(
     loop: DoubleSum, vertices: ProductRules, gains: ProductRules, degree: int
 ) -> SimplexCoefficients:
-    """Return which Theta_ij stand in which coefficient; without products that are always zero.
+    """Return which Theta_ij appear in which coefficient; without products that are always zero.
 
     A coefficient divided by the number of orderings of its product is a mean of the Theta_ij; the
     weights are those of the mean times prod_k (D_k + d)! / d!, the same for all coefficients.

@@ -17,7 +17,7 @@ BISECTIONS = 8
 
 
 def why_none(task: RegionRequest, condition: Condition, outcome: Outcome) -> str:
-    """Return the sentence that names condition, region, winds, and each cure on its own."""
+    """Return the sentence that names condition, region, winds, and each single change."""
     low, high = (float(end) for end in task.model.box[WIND_ESTIMATE])
     names = [lmi.name for lmi in condition.lmis]
     asked = task.requirement

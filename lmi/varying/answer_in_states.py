@@ -24,7 +24,7 @@ def decided_lyapunov(
     Parameters
     ----------
     basis : of P; the coefficients are the unknown ``P``.
-    cures : what to do where there is none.
+    cures : what to do where none exists.
     """
     outcome = decide(condition)
     good = outcome.status == "candidate"

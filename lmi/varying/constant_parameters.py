@@ -91,8 +91,8 @@ def polynomial_lyapunov(
     gains : (r, m, n) of u = -sum_j h_j K_j x; the loop is then of degree 2.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------

@@ -133,7 +133,7 @@ def motion_of(
 
     Raises
     ------
-    ModelError : more corners than are worth posing.
+    ModelError : too many corners to pose.
     """
     if sample_time is None:
         return continuous_motion(space, degrees, rates)
@@ -156,7 +156,7 @@ def continuous_motion(space: Space, degrees: Degrees, rates: Sequence[Floats]) -
 
     Raises
     ------
-    ModelError : more corners of velocities than are worth posing.
+    ModelError : too many corners of velocities to pose.
     """
     corners = [
         velocity_corners(rate) if degree else np.zeros((1, len(rate)))

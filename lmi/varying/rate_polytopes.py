@@ -39,7 +39,7 @@ def velocity_corners(bound: Floats) -> Floats:
 
     Raises
     ------
-    ModelError : more memberships than have a list of corners worth making.
+    ModelError : too many memberships for a list of corners.
     """
     phi = _balanced(bound)
     moving = np.flatnonzero(phi > 0)
@@ -73,7 +73,7 @@ def step_corners(bound: Floats) -> tuple[Floats, Floats]:
 
     Raises
     ------
-    ModelError : more memberships than have a list of corners worth making.
+    ModelError : too many memberships for a list of corners.
     """
     size = len(bound)
     phi = _balanced(bound)

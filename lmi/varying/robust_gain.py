@@ -127,8 +127,8 @@ def robust_hinf_norm(
     polya : how far the LMIs' degrees are raised before their coefficients are taken.
     rate_bounds : how fast h may move, as for ``fuzzy_lyapunov``; 0 is not at all.
     scales : (n,) engineering range of each state; None balances the vertices.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------

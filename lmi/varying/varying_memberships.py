@@ -100,8 +100,8 @@ def fuzzy_lyapunov(
         that do not multiply with the number of rules.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------
@@ -115,7 +115,7 @@ def fuzzy_lyapunov(
     Raises
     ------
     ModelError : shapes, numbers, names, bounds for some memberships only, options that do not go
-        together, more corners of rates than are worth posing.
+        together, too many corners of rates to pose.
 
     Source: Tanaka, Hori and Wang (2003); Mozelli et al. (2009); Geromel and Colaneri (2006); in
     discrete time Daafouz and Bernussou (2001), Oliveira and Peres (2009).

@@ -54,7 +54,7 @@ def blended_model(
 
 
 def _wanted(plant: Plant, *, always: bool) -> dict[sp.Symbol, sp.Expr]:
-    """Return premise -> signal, of those that stand in the equations once they are expanded."""
+    """Return premise -> signal, of those that appear in the equations once they are expanded."""
     import sympy as sp
 
     blending = blending_of(plant)

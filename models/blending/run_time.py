@@ -61,7 +61,7 @@ class RunTimeBlending:
     def signals(self, state: Floats) -> dict[str, float]:
         """Return what the law knows of the signals at a state (n,): the share's deviation, by name.
 
-        The name is that of the model's variable: the deviation from the share at rest.
+        The name is that of the model's variable: the deviation from the share at the equilibrium.
         """
         at_rest = float(self.blending.share_at_rest)
         name = f"delta_{SHARE}" if self.blending.share_at_rest else SHARE

@@ -131,7 +131,7 @@ def _parts(blending: Blending, actuator: Actuator) -> tuple[sp.Expr, sp.Expr]:
 
 
 def blending_parameters(blending: Blending) -> tuple[Parameter, ...]:
-    """Return the numbers that stand in the blended equations; those that are 0 are left out."""
+    """Return the numbers that appear in the blended equations; those that are 0 are left out."""
     unit = blending.effort.unit
     found = [("effort_rest", blending.effort.rest, unit)]
     for a in blending.actuators:

@@ -4,6 +4,6 @@ equations, step  f, g and A(z), ..., E(z) in symbols; one line of a derivation
 problem          equations that vanish at the origin, box, names, premises
 mass_matrix      from M(x) x' = f to x' = adj(M) f / det M
 equilibrium      where a plant rests: checked exactly, or solved for its inputs
-premise_units    units of premises, as far as the expressions tell them
+premise_units    units of premises, as far as the expressions determine them
 symbolic_form    what a model was derived from, in symbols
 """

@@ -17,8 +17,8 @@ __all__ = ["Equations", "Factored"]
 class Equations:
     """xdot = f(x, u, w), y = outputs(x, u), in symbols; ``units`` by symbol.
 
-    With ``sample_time`` T in s, x(t + T) stands in the place of xdot.  ``scheduling`` are the
-    disturbances that stand in coefficients alone: no term goes to their columns of E.
+    With ``sample_time`` T in s, x(t + T) replaces xdot.  ``scheduling`` are the
+    disturbances that appear in coefficients alone: no term goes to their columns of E.
     """
 
     f: tuple[sp.Expr, ...]
@@ -39,7 +39,7 @@ class Equations:
 class Factored:
     """A, B, C, D, E with entries in premise symbols, and what each premise stands for.
 
-    ``constants`` gives the value of symbols that may stand in the entries besides.
+    ``constants`` gives the value of symbols that may appear in the entries besides.
     """
 
     matrices: Mapping[str, sp.Matrix]

@@ -26,7 +26,7 @@ def inputs_at_equilibrium(
 
     Raises
     ------
-    ModelError : no inputs hold the states at rest, or an input enters nonlinearly.
+    ModelError : no inputs hold the states at the equilibrium, or an input enters nonlinearly.
     """
     import sympy as sp
 
@@ -50,7 +50,7 @@ def inputs_at_equilibrium(
 def check_equilibrium(
     plant: Plant, rows: Sequence[sp.Expr], rest: Mapping[sp.Symbol, sp.Expr], how: EquilibriumOption
 ) -> None:
-    """Raise ModelError unless every row vanishes at rest, exactly."""
+    """Raise ModelError unless every row vanishes at the equilibrium, exactly."""
     import sympy as sp
 
     for variable, row in zip(plant.states, rows, strict=True):
@@ -70,7 +70,7 @@ def check_equilibrium(
             "(on the command line --solve-rest) find the inputs that hold the states there"
         )
         if not residual.is_rational or _has_table(row):
-            # exp(350) is no decimal: a parameter that is its own value at rest can be.
+            # exp(350) is no decimal: a parameter that is its own equilibrium value can be.
             cure += (
                 "; where no decimals do, write the equation with its value at rest, such as "
                 "k*exp(b/T0 - b/T) for a*exp(-b/T), or f(p0) for what flows in"

@@ -1,4 +1,4 @@
-"""Units of premises, as far as the expressions tell them."""
+"""Units of premises, as far as the expressions determine them."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _text(expression: sp.Expr, units: Mapping[sp.Symbol, str], dimension: Dimens
     if expression in units:
         return units[expression]
     whole = dimension is not None and all(e.denominator == 1 for e in dimension.exponents)
-    return str(dimension) if whole else UNKNOWN  # nobody writes a unit with half a power
+    return str(dimension) if whole else UNKNOWN  # half powers are not written in units
 
 
 def _dimension(expression: sp.Expr, units: Mapping[sp.Symbol, Dimension]) -> Dimension | None:

@@ -30,7 +30,7 @@ __all__ = ["Problem", "box_in_fractions", "cleaned", "over_box", "problem_of_pla
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
-    """Equations in deviations from rest, and all that a model of them needs besides.
+    """Equations in deviations from the equilibrium, and all that a model of them needs besides.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Problem:
     wanted : premises fixed by the user.
     names : states, inputs, outputs, disturbances; None names them by symbol and unit.
     steps : how the equations came from the plant's, for the derivation.
-    rest : the plant's variables at rest, which its deviations are taken from.
+    rest : the plant's variables at the equilibrium, which its deviations are taken from.
     """
 
     equations: Equations
@@ -74,11 +74,11 @@ def problem_of_plant(
     premises : in the plant's own variables; None takes those of the plant.
     how : ``"given"`` takes the rest values of the plant; ``"solve inputs"`` those of states and
         disturbances, and solves for the inputs.
-    domain : in the plant's own variables; those that it does not speak of keep their ranges.
+    domain : in the plant's own variables; those that it does not name keep their ranges.
 
     Raises
     ------
-    ModelError : the plant does not rest at its rest values, an output depends on more than
+    ModelError : the rest values are no equilibrium of the plant, an output depends on more than
         states and inputs, the mass matrix may be singular on the domain, or the domain speaks of
         symbols that are no variables.
     """
@@ -188,7 +188,7 @@ def _deviation_symbols(
 def over_box(
     domain: Domain | None, box: Mapping[sp.Symbol, Interval], variables: Sequence[sp.Symbol]
 ) -> Domain:
-    """Return the domain, with the box for the variables that it does not speak of.
+    """Return the domain, with the box for the variables that it does not name.
 
     Raises
     ------

@@ -20,7 +20,7 @@ class SymbolicForm:
     Attributes
     ----------
     plant : as it was given; None where expressions were given instead.
-    problem : equations in deviations from rest, box and domain.
+    problem : equations in deviations from the equilibrium, box and domain.
     factored : A, B, C, D, E with entries in premise symbols, and what each premise stands for.
     kind : "sector" where f = A(z) x + ..., "secant" where A(z), ... are the slopes of f.
     """

@@ -5,8 +5,8 @@ x is negative.  The reader notes every part that is not defined everywhere; of t
 does not hold any more the domain is proved here, or the file is refused.
 
 A quotient that cancels, as x^2/x, stands for its limit where its denominator vanishes, if that is a
-product of deviations from rest or of sums of multiples of them: as in the checker, which reads the
-file too.  0/x and 0 (1/x) are not taken for limits: nobody needs to write them.
+product of deviations from the equilibrium or of sums of multiples of them: as in the checker, which
+reads the file too.  0/x and 0 (1/x) are not taken for limits: they need not be written.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class LostPart:
     kind : "quotient", "root", or the name of the function or table.
     argument : the denominator, or what the root, function or table is of.
     made : what sympy made of it.
-    column : where it stands in the text, from 0.
+    column : where it appears in the text, from 0.
     covered : range of a table's argument.
     idle : it is multiplied by 0, or 0 is divided by it.
     """
@@ -131,7 +131,7 @@ def _is_defined(part: LostPart, argument: sp.Expr, plant: Plant) -> bool:
 
 
 def _vanishes_at_rest(factor: sp.Expr, plant: Plant) -> bool:
-    """Return whether this is a sum of multiples of deviations from rest."""
+    """Return whether this is a sum of multiples of deviations from the equilibrium."""
     symbols = sorted(factor.free_symbols, key=str)
     rest = {v.symbol: v.rest for v in plant.variables}
     slopes = [factor.diff(s) for s in symbols]
@@ -156,7 +156,7 @@ def _excludes_zero(argument: sp.Expr, plant: Plant) -> bool:
 
 
 def _range(argument: sp.Expr, plant: Plant) -> Interval | None:
-    """Return an enclosure of what the argument takes on the box; None where there is none."""
+    """Return an enclosure of what the argument takes on the box; None where none exists."""
     from takagi.models.ranges.expression_range import expression_range
 
     try:

@@ -105,7 +105,7 @@ class _Sized(NamedTuple):
     expression: sp.Expr
     bits: int
     degree: int
-    parts: tuple[int, ...] = ()  # of the parser's, that stand in it
+    parts: tuple[int, ...] = ()  # of the parser's, that appear in it
 
 
 class _Parser:
@@ -234,7 +234,7 @@ class _Parser:
         return ()
 
     def idle(self, *operands: _Sized) -> None:
-        """Note that what stands in these operands is multiplied by 0."""
+        """Note that what appears in these operands is multiplied by 0."""
         for place in (place for operand in operands for place in operand.parts):
             self.parts[place] = replace(self.parts[place], idle=True)
 

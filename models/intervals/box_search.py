@@ -17,15 +17,15 @@ Place = TypeVar("Place")
 
 
 class NoBound(ModelError):
-    """No finite bound was found near some point: a pole, or what no enclosure tells from one."""
+    """No finite bound was found near some point: a pole, or not distinguishable from one."""
 
 
 class Bounded(NamedTuple):
-    """What one look at a box tells.
+    """The result of evaluating one box.
 
     Attributes
     ----------
-    outer : ends that contain every value of f there; None where it cannot tell.
+    outer : ends that contain every value of f there; None where it cannot decide.
     attained : ends of values that f takes there, each on the cautious side; None if unknown.
     axis : the side to halve next; None when the box is a point.
     method : letter of the enclosure that was used.
@@ -73,7 +73,7 @@ def search(
 
     Raises
     ------
-    NoBound : ``look`` cannot tell even on small boxes (a pole).
+    NoBound : ``look`` cannot decide even on small boxes (a pole).
     ModelError : nothing is attained.
 
     Source: Moore, Kearfott, Cloud (2009), Introduction to Interval Analysis, ch. 11.
@@ -117,7 +117,7 @@ class _Tree(Generic[Place]):
         return index
 
     def _enter(self, index: int) -> None:
-        """Queue a box by what its look tells; entries of an earlier look are skipped later."""
+        """Queue a box by its evaluated bounds; entries of an earlier look are skipped later."""
         seen = self.looks[index]
         if seen.outer is None:
             self.unknown.append(index)

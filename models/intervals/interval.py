@@ -159,7 +159,7 @@ class Interval:
         return Interval(min(self.lower, o.lower), max(self.upper, o.upper))
 
     def intersect(self, other: Interval) -> Interval:
-        """Return the common part; raises ModelError when there is none."""
+        """Return the common part; raises ModelError when none exists."""
         if other.upper < self.lower or self.upper < other.lower:
             raise ModelError(f"{self} and {other} have no point in common")
         return Interval(max(self.lower, other.lower), min(self.upper, other.upper))

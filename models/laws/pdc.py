@@ -27,7 +27,7 @@ class PdcLaw:
 
     Attributes
     ----------
-    model : in deviations from rest; its premises are evaluated at run time.
+    model : in deviations from the equilibrium; its premises are evaluated at run time.
     gains : K (r, m, n); one for all rules may be given as (m, n).
     state_rest, input_rest : x* (n,) and u* (m,), SI.
     name : word for tables and legends.
@@ -84,8 +84,8 @@ class PdcLaw:
         Parameters
         ----------
         signals : inputs and disturbances that premises depend on, by name, as deviations from
-            rest; 0 for those that are not given, but for the share of a blend, which follows from
-            the effort in the state.
+            the equilibrium; 0 for those that are not given, but for the share of a blend, which
+            follows from the effort in the state.
 
         Raises
         ------

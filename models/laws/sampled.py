@@ -97,7 +97,7 @@ class SampledLaw:
         return self.sample_time / 2 + self.computation_time
 
     def start(self, wind: float, sent: Command) -> ProgramState:
-        """Return the program at rest at a constant wind [m/s], ``sent`` being in force."""
+        """Return the program's equilibrium at a constant wind [m/s], ``sent`` being in force."""
         state = np.asarray(self.law.initial_state(wind), dtype=np.float64)
         return ProgramState(state, sent)
 

@@ -35,15 +35,15 @@ class Plant:
 
     Attributes
     ----------
-    equations : f, one row per state; parameters stand in it as symbols.
+    equations : f, one row per state; parameters appear in it as symbols.
     states, inputs, disturbances : in the order of the model's vectors.
     mass : M, n x n in states and parameters; None for the identity.
     outputs : y.
     parameters : values that are put in before anything is derived.
     premises : symbol -> expression, where the user fixes them; empty leaves the choice.
-    sample_time : T in s where x(t + T) stands in the place of x'; None for continuous time.
+    sample_time : T in s where x(t + T) replaces x'; None for continuous time.
     units : "checked" if every unit is to fit (``takagi.models.plant.dimensions``), "unchecked" if
-        nobody looked.
+        they were not compared.
     name, description, source : what it is, in one line, and where its equations come from.
     blending : of a plant behind a blend (``takagi.models.blending``): what it was made of, with
         the plant as it was written; None for others.

@@ -20,12 +20,12 @@ class Variable:
 
     Attributes
     ----------
-    symbol : as it stands in the equations.
+    symbol : as it appears in the equations.
     unit : SI, e.g. ``"rad/s"``; ``"-"`` for a pure number.
     range : where the model shall hold; None for a variable that no premise may depend on.
     rest : its value at the operating point that the model is written around.
     description : in words, e.g. ``"angle from upright"``.
-    schedules : of a disturbance: it stands in coefficients alone, so that A, B, C and D may depend
+    schedules : of a disturbance: it appears in coefficients alone, so that A, B, C and D may depend
         on it and its column of E is 0.  It needs a range.
     """
 

@@ -29,8 +29,8 @@ class Range:
     Attributes
     ----------
     outer : contains every value of f.
-    inner : reaches from one attained value to another; what outer has more is the price of
-        stopping early.
+    inner : reaches from one attained value to another; the excess of outer is due to stopping
+        early.
     boxes : number of boxes whose enclosures prove ``outer``.
     evidence : what ``replay`` recomputes ``outer`` from without a search; None where the maker
         of the range offers none.
@@ -55,7 +55,7 @@ def range_over(
     Parameters
     ----------
     enclose : an interval that contains f over a box, shrinking to f(x) with the box; None where
-        it cannot tell.  A box of zero width is a point.
+        it cannot decide.  A box of zero width is a point.
     changes : how much f may change along each side of a box, roughly; the side with the largest
         change is halved.  None takes the sides of the first box as equally important.
     tolerance : excess allowed at each end, as a share of the width of the range.
@@ -63,7 +63,7 @@ def range_over(
 
     Raises
     ------
-    ModelError : no box, or ``enclose`` cannot tell even on tiny boxes (a pole).
+    ModelError : no box, or ``enclose`` cannot decide even on tiny boxes (a pole).
     """
     if not boxes:
         raise ModelError("no box was given; a range needs at least one")

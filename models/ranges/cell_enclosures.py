@@ -120,7 +120,7 @@ def halve(place: Place, axis: int) -> tuple[Place, Place]:
 
 
 def enclosed_by_letter(letter: str, place: Place) -> tuple[Any, Any] | None:
-    """Return the enclosure that a leaf's letter names; None where it cannot tell."""
+    """Return the enclosure that a leaf's letter names; None where it cannot decide."""
     from takagi.models.ranges.bernstein_form import look_at_polynomial
 
     root, box = place

@@ -92,7 +92,7 @@ class Domain:
         return None if more or first.places else first.box
 
     def within(self, box: Mapping[sp.Symbol, Interval]) -> Domain:
-        """Return the points whose variables that no cell speaks of lie in the box."""
+        """Return the points whose variables that no cell contains lie in the box."""
         return Domain(
             tuple(
                 Cell({**{s: r for s, r in box.items() if s not in cell.places}, **cell.box}, places)

@@ -73,7 +73,7 @@ class Evidence:
         return found
 
     def claiming(self, bounds: Interval) -> Evidence:
-        """Return the same trees as evidence of other bounds; whether they hold ``replay`` tells."""
+        """Return the same trees as evidence of other bounds; ``replay`` decides if they hold."""
         return replace(self, bounds=bounds)
 
     @property

@@ -42,7 +42,7 @@ def expression_range(
     ----------
     domain : an interval for each free symbol, or a ``Domain`` (bands, unions of cells).
     tolerance : excess at each end as a share of the range's width.
-    most_boxes : when it is reached the bounds are valid and less tight; ``inner`` tells by how
+    most_boxes : when it is reached the bounds are valid and less tight; ``inner`` gives by how
         much they may be.
 
     Raises

@@ -104,7 +104,7 @@ def moved_into(
 ) -> Array:
     """Return points, (k, number of symbols), with the domain's variables moved into its cells.
 
-    Columns of symbols that a cell does not speak of stay as they are.
+    Columns of symbols that a cell does not contain stay as they are.
     """
     import sympy as sp
 

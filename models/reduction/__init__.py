@@ -9,7 +9,7 @@ exact_residual     original minus reduced vertices, in integers
 error_bound        ErrorBound: how large that is, and as norm-bounded uncertainty
 norm_block         one block D Delta [E, F] around given matrices, checked exactly
 cell_models        CellModels: one model for each cell of a plant's box
-box_refinement     refine: a plant's box cut into cells where it pays (hull_spread)
+box_refinement     refine: a plant's box cut into cells where that reduces the width (hull_spread)
 """
 
 from __future__ import annotations

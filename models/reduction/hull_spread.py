@@ -24,7 +24,7 @@ class HullSpread:
     """Mean width of the hull of the vertices, 1 for the ranges of the whole box.
 
     Entries are divided by their range over the whole box, so that units do not matter; the mean is
-    over fixed directions.  It tells where cutting pays, and nothing is proved with it.
+    over fixed directions.  It shows where cutting reduces the width, and nothing is proved with it.
     """
 
     def __init__(self, factored: Factored, whole: Sequence[Interval]) -> None:

@@ -48,7 +48,7 @@ def reduce_rules(
     Parameters
     ----------
     tolerance : of S = [A B E; C D 0] in Frobenius norm, in the units of the entries;
-        ``mode_spectrum`` tells what there is to give up.
+        ``mode_spectrum`` gives the error of each possible truncation.
     together : premises that share a mode; each other one is a mode by itself.  A model without
         premises is one mode of all its vertices.
 

@@ -185,7 +185,7 @@ def _in_factors(
 def _used(
     wanted: Sequence[sp.Expr], new: Sequence[sp.Expr], entries: Mapping[Place, Polynomial]
 ) -> FactoredForm:
-    """Return the form with the premises that stand in some entry."""
+    """Return the form with the premises that appear in some entry."""
     present = {p for polynomial in entries.values() for members in polynomial for p in members}
     order = [p for p in (*wanted, *new) if p in present]
     return FactoredForm(tuple(order), entries)

@@ -20,7 +20,7 @@ def with_quotients(
 
     sin(x + 2 y) then reads z x + 2 z y, whose terms go to x and y; looked for term by term, the
     quotient would not be found, for sin(x + 2 y) vanishes with neither of them alone.  Done where
-    D is a linear sum of two or more states and N stands in a row.
+    D is a linear sum of two or more states and N appears in a row.
     """
     import sympy as sp
 

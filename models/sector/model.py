@@ -103,15 +103,15 @@ def sector_model(
     Parameters
     ----------
     f : a ``Plant``, which carries all that the arguments up to ``parameters`` and ``units``,
-        ``name`` and ``source`` say; its rest values are moved to the origin, so that the model is
-        in deviations (``delta_x`` for a variable x that does not rest at 0), and x(t + T) stands
-        in the place of xdot where it has a sample time.  Or n expressions; floats in them are
+        ``name`` and ``source`` say; its equilibrium is moved to the origin, so that the model is
+        in deviations (``delta_x`` for a variable x whose equilibrium is not 0), and x(t + T)
+        replaces xdot where it has a sample time.  Or n expressions; floats in them are
         read as the decimals they print as.
     rest : of a plant: ``"given"`` refuses rest values at which a row does not vanish exactly;
         ``"solve inputs"`` takes those of states and disturbances and solves for the inputs.
     box : a range for every variable that a premise depends on.
     domain : a band around a trim curve or a union of cells, in the variables of f; those that it
-        does not speak of keep their ranges.  The model then equals f on the domain, not on the
+        does not name keep their ranges.  The model then equals f on the domain, not on the
         whole box: ``model.domain`` keeps it, and ``model.box`` is only drawn around it.
     outputs : p expressions in x and u.
     parameters : values put in first.
@@ -131,7 +131,7 @@ def sector_model(
     tolerance : excess of a bound, as a share of the premise's range; None takes 1e-3 for a plant
         and 1e-6 for expressions.
     most_rules : more are refused, with the premises ranked by what they cost, before any vertex
-        is computed; ``rule_count`` tells their number.
+        is computed; ``rule_count`` gives their number.
 
     Returns
     -------
@@ -141,8 +141,8 @@ def sector_model(
     Raises
     ------
     ModelError : the form is not exact, an entry is not multilinear in the premises, a premise
-        cannot be bounded, a variable has no range, the plant does not rest at its rest values, or
-        there are too many rules.
+        cannot be bounded, a variable has no range, the rest values are no equilibrium of the plant,
+        or there are too many rules.
 
     Source: Tanaka and Wang (2001), Fuzzy Control Systems Design and Analysis, section 2.2.
     """

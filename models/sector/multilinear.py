@@ -38,7 +38,7 @@ def vertex_product(
     ----------
     matrix : entries multi-affine in the symbols.
     symbols, corners : one per premise; a constant premise has one corner.
-    constants : values of other symbols that stand in the entries.
+    constants : values of other symbols that appear in the entries.
     letter : names the matrix in messages.
 
     Raises

@@ -145,7 +145,7 @@ def published_scenario(
     laws : label -> law.
     observer : in the loop of every law; None shows the laws the true wind.
     plant : None takes ``validation_plant(turbine)``.   winds : None takes ``published_winds``.
-    skip : dropped before measuring [s]; every loop starts at rest in its first wind.
+    skip : dropped before measuring [s]; every loop starts at the equilibrium of its first wind.
     processes, progress : see ``run_cases``.
 
     Raises

@@ -35,15 +35,16 @@ class Premise:
     name : an identifier, unique in its model, e.g. ``"a"``.
     lower, upper : exact ends.  Strings, ints, Fractions and floats are read exactly, a float as
         the shortest decimal that prints it.
-    unit : e.g. ``"1/s"``; ``"-"`` for a pure number, ``"SI"`` for coherent SI units that nobody
-        worked out.
+    unit : e.g. ``"1/s"``; ``"-"`` for a pure number, ``"SI"`` for coherent SI units that were
+        not determined.
     latex : symbol for formulas; empty takes the name.
     evidence : why z cannot leave [lower, upper], e.g. ``"Bernstein hull over 52 wind cells"``.
     evaluate : the value of z at an operating point, called with keyword arguments that the maker
-        of the model documents; None when nobody needs it at run time.
+        of the model documents; None when it is not needed at run time.
     proof : what ``replay`` recomputes the bounds from; None where only ``evidence`` tells.
     sampled : the bounds rest on samples, so nothing is proved with them.  A premise whose evidence
-        says "sampled" is taken so even if nobody says it here: derived premises keep their words.
+        says "sampled" is taken so even if it is not declared here: derived premises keep their
+        words.
     domain : where the bounds hold, if that is less than the model's box (a band, a union of
         cells); None for the whole box.
 

@@ -174,7 +174,7 @@ def _check_kind(document: Document) -> None:
 
 
 def _check_known(document: Document) -> None:
-    """Refuse fields that nobody reads: they are misspelt more often than superfluous."""
+    """Refuse fields that no reader uses: they are misspelt more often than superfluous."""
     known = [f.path for f in (*_FIELDS, *_BASELINE)] + list(_OTHER)
     sections = list(dict.fromkeys(path.partition(".")[0] for path in known)) + [_FREE_SECTION]
     for section, content in document.data.items():

@@ -183,7 +183,7 @@ def _reference(turbine: Turbine, v: float, setpoint: float) -> tuple[float, str]
 
 @lru_cache(maxsize=64)
 def _rated_wind(turbine: Turbine, setpoint: float) -> float | None:
-    """Return the lowest wind with rated torque at smallest pitch, or None if there is none."""
+    """Return the lowest wind with rated torque at smallest pitch, or None if none exists."""
     needed = turbine.gear_ratio * turbine.rated_torque
 
     def excess(v: float) -> float:

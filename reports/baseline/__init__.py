@@ -1,8 +1,8 @@
-"""A certificate against an earlier one: what got worse, what is lost, and what was changed.
+"""Comparison of a certificate with an earlier one: worse figures, lost claims, changed inputs.
 
     claim_figures    the numbers by which a claim is stronger or weaker, kind by kind
     comparison       two certificates: every figure of the old one that the new one does not keep
-    changes          which parameter, gain or option differs
+    changes          the parameters, gains and options that differ
     formats          the comparison as a table, Markdown, or plain data
 
 Names are looked up when they are used.

@@ -14,9 +14,9 @@ __all__ = ["Change", "changes", "listed_changes"]
 
 Data = Mapping[str, Any]
 MOST_LISTED = 8
-# What follows from other parts of the model, and is told only where nothing else is.
+# Members that follow from other parts of the model; reported only if nothing else differs.
 _DERIVED = ("embedding", "torque_surface", "A", "B", "C", "D", "E")
-# Bytes and content of the files: the first say nothing, the second is told by itself.
+# Bytes and content of the files: bytes are ignored, the content is compared separately.
 _CONTENT = "model_file"
 _FILES = ("files_sha256", _CONTENT)
 _TOLD = ("design",)  # under ``configuration``
@@ -71,7 +71,7 @@ def _of_model(old: Any, new: Any) -> Iterator[Change]:
         yield _change("model", one, old)
     before, after = (_content(model) for model in (old, new))
     if before and after:
-        # What the model's own members do not say, such as a tower's mass.
+        # Data that the model's other members do not contain, such as a tower's mass.
         for one in differing(before, after):
             if (
                 one.path[0] not in _TOLD

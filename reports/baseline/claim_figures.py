@@ -69,7 +69,7 @@ def claim_figures(claim: Data, document: Data) -> tuple[Found, ...]:
 
 
 def question(claim: Data) -> str:
-    """Return what a claim asks, as one text: figures of different questions are not compared."""
+    """Return a claim's question as one text; only figures of equal questions are compared."""
     keys = _QUESTIONS.get(str(claim["kind"]), ())
     asked = {key: claim[key] for key in keys if key in claim}
     return canonical({"asked": asked, "bounded": sorted(k for k in _BOUNDS if k in claim)})
@@ -244,7 +244,7 @@ _READINGS: dict[str, Reading] = {
     "wind-rate": _wind_rate,
     "actuator-rates": _actuator_rates,
 }
-# By which a disturbance may be bounded; with one that is not, a set is another statement.
+# Members that bound a disturbance; which of them are present is a part of the question.
 _BOUNDS = ("disturbance_bounds", "disturbance_norm")
 _QUESTIONS = {
     "region": ("parts",),

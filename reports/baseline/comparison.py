@@ -1,4 +1,4 @@
-"""Two certificates side by side: every figure of the old one, and what the new one has of it.
+"""Comparison of two certificates: every figure of the old one with that of the new one.
 
 Claims are matched by kind and name, those left by kind and order.  Something got worse when
 
@@ -53,13 +53,13 @@ class Moved:
 
 @dataclass(frozen=True, slots=True)
 class CertificateComparison:
-    """What became of an old certificate.
+    """The result of comparing an old certificate with a new one.
 
     Attributes
     ----------
     tolerance : share by which a figure may get worse.
     moved : every figure that both have.
-    lost : claim -> why nothing of it is left to compare.
+    lost : claim -> why it cannot be compared any more.
     added : names of claims that are new.
     changed : which parameters, gains and options differ.
     """
@@ -84,7 +84,7 @@ def compare_certificates(
     checked_new: Checked,
     tolerance: Fraction = Fraction(1, 20),
 ) -> CertificateComparison:
-    """Return what became of the old certificate's claims in the new one.
+    """Return the comparison of the old certificate's claims with the new ones.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def _counterpart(claim: Data, found: tuple[Data, Verdict] | None) -> tuple[str, 
 def _box_moved(old: Data, new: Data, tolerance: Fraction) -> Iterator[Moved]:
     before, after = ({f.name: f for f in box_figures(one["model"])} for one in (old, new))
     for name in {**before, **after}:
-        # What has no range in one of them is not bounded there.
+        # A variable without a range in one of them is unbounded there.
         ours, theirs = before.get(name), after.get(name)
         ours, theirs = ours or _unbounded(theirs), theirs or _unbounded(ours)
         yield _moved(BOX, ours, theirs, tolerance)
@@ -167,7 +167,7 @@ def _unbounded(figure: ClaimFigure | None) -> ClaimFigure:
 
 
 def _moved(claim: str, old: Found, new: Found | None, tolerance: Fraction) -> Moved:
-    """Return one row; a figure that is left out is worse than any."""
+    """Return one row; a missing figure counts as worse than any value."""
     if isinstance(old, Profile):
         spans = new.spans if isinstance(new, Profile) else ()
         rows = [

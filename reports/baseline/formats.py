@@ -1,7 +1,7 @@
 """A comparison as a table for the terminal, as Markdown, and as plain data.
 
-A figure rises or falls, and is better or worse by a share without a sign: which of the two is the
-better way depends on the figure.  ``WORSE`` is what fails, ``worse`` what the tolerance allows.
+A figure rises or falls, and is better or worse by an unsigned relative change, since the better
+direction depends on the figure. ``WORSE`` means a failure, ``worse`` is within the tolerance.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def _rows(found: CertificateComparison) -> Iterator[tuple[str, ...]]:
 
 
 def _share(moved: Moved) -> str:
-    """Return by how much it is better or worse, rounded to the side that praises less."""
+    """Return the relative change, rounded towards the worse side."""
     word = "worse" if moved.change < 0 else "better"
     if not isinstance(moved.change, Fraction):
         return word
@@ -121,7 +121,7 @@ def _share(moved: Moved) -> str:
 
 
 def _values(moved: Moved) -> tuple[str, str]:
-    """Return both values; with more digits than usual where they would else look the same."""
+    """Return both values; with more digits than usual if they would otherwise look equal."""
     for digits in _DIGITS:
         old, new = _number(moved.old, digits), _number(moved.new, digits)
         if old != new:

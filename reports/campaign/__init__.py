@@ -1,11 +1,11 @@
 """Campaigns of random runs as tables, figures and files.
 
     tables, summary    numbers as rows, JSON and CSV; a page in Markdown
-    figures            bounds used inside; how far and where runs leave the set outside
-    folder             everything that a campaign leaves, by file name
-    boundary           the published laws beside where they are proved
+    figures            use of the bounds inside; runs that leave the set outside
+    folder             all files of a campaign, by file name
+    boundary           the published laws, compared with the proved winds
 
-Importing this package imports nothing heavy: names are looked up when they are used.
+Importing this package loads no large module: a name is imported when it is first used.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The published laws over wind and overlap: proved cells beside what starts and gusts do."""
+"""The published laws over wind and overlap: proved cells, and simulated starts and gusts."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ RING = "proved for the first-order drive"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Boundary:
-    """What was proved and what was seen of one law.
+    """The proved and the simulated results of one law.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Campaigns as figures: bounds used inside; how far and where runs leave the set outside."""
+"""Campaigns as figures: use of the bounds inside; runs that leave the set outside."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["first_breaks_figure", "inside_figure", "leaving_figure"]
 
 Floats = NDArray[np.float64]
 
-# What the first panel shows: the shares that tell something beside the start itself.
+# The ratios in the first panel: those that depend on more than the start itself.
 SHOWN = ("set", "speed error", "effort lag", "torque asked")
 
 
@@ -62,7 +62,7 @@ def inside_figure(campaign: Campaign) -> Figure:
 
 
 def leaving_figure(campaigns: Sequence[Campaign]) -> Figure:
-    """Return which part of the runs leave the set, by the wind where they do, per campaign."""
+    """Return per campaign the fraction of runs that leave the set, over the wind there."""
     with house_style():
         figure, (axes,) = new_figure(1, 1, height=3.8)
         loop = campaigns[0].loop
@@ -84,7 +84,7 @@ def leaving_figure(campaigns: Sequence[Campaign]) -> Figure:
 
 
 def first_breaks_figure(campaigns: Sequence[Campaign]) -> Figure:
-    """Return per campaign what broke first but the set, as parts of all runs."""
+    """Return per campaign the first bound exceeded, the set excepted, as fractions of all runs."""
     names = (*BOUNDS, TABLE)
     parts = np.array(
         [[np.mean(first_breaks(c) == i) for i in range(len(names))] for c in campaigns]

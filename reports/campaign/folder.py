@@ -1,4 +1,4 @@
-"""Everything that campaigns leave on disk, by file name."""
+"""All files of campaigns, by file name."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class CampaignReport:
 
     @property
     def about(self) -> dict[str, Any]:
-        """What was simulated, as plain data."""
+        """The simulated model and certificate, as plain data."""
         return {"model": self.model, "verdict": self.verdict}
 
 
@@ -72,8 +72,8 @@ def _figures(report: CampaignReport) -> dict[str, Figure]:
         found["inside"] = inside_figure(report.inside)
     if report.beyond:
         found["first-breaks"] = first_breaks_figure(report.beyond)
-        # Where runs leave the set says something only where they begin in it; of several
-        # campaigns those that widen the whole wind class are an ordered set of lines.
+        # The place where runs leave the set is meaningful only if they begin in it. Only campaigns
+        # that widen the whole wind class form an ordered set of lines.
         moved = [c for c in report.beyond if c.beyond.start == 1 and c.broken[0].any()]
         wider = [c for c in moved if c.beyond.name.startswith("wind=")]
         if moved:

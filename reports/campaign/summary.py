@@ -1,4 +1,4 @@
-"""The page of campaigns, in Markdown: what was run, what was used of each bound, what broke."""
+"""The page of campaigns, in Markdown: the runs, the use of each bound, the violations."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def as_markdown(
     about: dict[str, Any],
     figures: Sequence[str],
 ) -> str:
-    """Return the tables with what must be known to read them.
+    """Return the tables with the explanations needed to read them.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def _outside(campaigns: Sequence[Campaign]) -> list[str]:
 
 
 def _escaped(words: str) -> str:
-    """Return words for a Markdown cell, which a bar would end."""
+    """Return text for a Markdown cell, with bars escaped because a bar ends the cell."""
     return words.replace("|", "\\|")
 
 

@@ -27,7 +27,7 @@ __all__ = [
     "sentence",
 ]
 
-# Bound -> what its share is of, for the table.
+# Bound -> the quantity of its ratio, for the table.
 ABOUT = {
     "set": "V ≤ 1",
     "speed error": "|e| ≤ p_e",
@@ -81,7 +81,7 @@ def player_rows(campaign: Campaign) -> list[dict[str, Any]]:
 
 
 def beyond_row(campaign: Campaign) -> dict[str, Any]:
-    """Return what a campaign outside of the certificate came to, in one row."""
+    """Return the results of a campaign outside the certified class, as one row."""
     records, runs = campaign.records, campaign.runs
     breaks = breaks_of(campaign)
     others = [b for b in breaks if b.bound != "set" and b.first]
@@ -106,7 +106,7 @@ def beyond_row(campaign: Campaign) -> dict[str, Any]:
 
 
 def first_words(row: dict[str, Any]) -> str:
-    """Return what broke first, how often and where, of a row of ``beyond_row``."""
+    """Return the first bound exceeded, how often and where, from a row of ``beyond_row``."""
     if row["first"] is None:
         return "nothing"
     low, high = row["first_winds"]
@@ -114,7 +114,7 @@ def first_words(row: dict[str, Any]) -> str:
 
 
 def sentence(campaign: Campaign) -> str:
-    """Return what a campaign inside comes to, in one line."""
+    """Return a one-line summary of a campaign inside the certified class."""
     runs, seconds = campaign.runs, campaign.duration
     hours = runs * seconds / 3600
     what = f"{runs} runs of {seconds:g} s ({hours:.0f} h of operation)"
@@ -128,7 +128,7 @@ def sentence(campaign: Campaign) -> str:
 def as_json(
     inside: Campaign | None, beyond: Sequence[Campaign], about: dict[str, Any], files: Sequence[str]
 ) -> str:
-    """Return everything for machines; the same campaigns give the same text.
+    """Return all results as JSON; the same campaigns give the same text.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def as_json(
 
 
 def as_csv(campaigns: Sequence[Campaign]) -> str:
-    """Return one line per run: where it began, the shares it used, what broke and when."""
+    """Return one line per run: its start, its ratios, the bounds exceeded and when."""
     head = (
         *("campaign", "winds", "start wind [m/s]", "start V [-]", "inertia [-]"),
         *(f"largest share of {name} [-]" for name in BOUNDS),
@@ -203,7 +203,7 @@ def _largest(row: Any) -> float | None:
 
 
 def _number(value: float) -> float | None:
-    """Return a number that JSON has: no nan, and a decay that was not seen is no number."""
+    """Return a number that JSON can represent; None for nan or infinity."""
     return value if math.isfinite(value) else None
 
 

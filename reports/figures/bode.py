@@ -1,4 +1,4 @@
-"""Bode plots of one loop at several winds: crossover, margins, modes to stay clear of."""
+"""Bode plots of one loop at several winds: crossover, margins, and modes to avoid."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ __all__ = ["BodeLine", "bode_figure", "bode_line"]
 Real = NDArray[np.float64]
 
 LEGEND_COLUMNS = 2
-# Below this the loop is off: a gain of -200 dB is no gain.
+# Below this gain the loop is treated as open: -200 dB is no gain.
 SILENT = 1e-10
 
 
@@ -126,7 +126,7 @@ def _draw(top: Axes, bottom: Axes, omega: Real, line: BodeLine, colour: str) -> 
             axes.plot([where], [value], markerfacecolor=colour if filled else "white", **style)
         label += f" PM {abs(angle + 180.0):.0f}°" if filled else f" GM {-gain:.1f} dB"
     top.plot(*decimate(omega, decibels), color=colour, label=label.rstrip(":"))
-    # One turn is shown, so that -180 degrees is one line: a resonance would else take whole turns.
+    # One turn of phase is shown, so -180 degrees is one line even if a resonance adds whole turns.
     for turn in range(int(unwrapped.min() // 360), int(unwrapped.max() // 360) + 1):
         part = unwrapped - 360.0 * (turn + 1)
         shown = (part >= -400.0) & (part <= 40.0)

@@ -1,4 +1,4 @@
-"""What is certified over wind: one step per wind cell, gaps shown as gaps."""
+"""The certified quantities over wind: one step per wind cell; gaps stay visible."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How often each loop rests over constant wind: a bar a law, a colour and a hatch an answer."""
+"""The number of equilibria over constant wind: one bar per law, one colour and hatch per answer."""
 
 from __future__ import annotations
 

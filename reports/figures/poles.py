@@ -1,4 +1,4 @@
-"""Closed-loop poles over wind, beside the decay rate they mean."""
+"""Closed-loop poles over wind, and the decay rate they imply."""
 
 from __future__ import annotations
 

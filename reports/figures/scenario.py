@@ -34,7 +34,7 @@ ROWS = {
     "tower": "tower top\n[p.u.]",
 }
 DEGREES = 180 / np.pi
-# Shared by all lines of the figure, so that nine simulations weigh no more than one.
+# Shared by all lines of the figure, so that nine simulations give no larger file than one.
 POINTS = 5_500
 
 

@@ -1,6 +1,7 @@
-"""The one style of all figures: colours, sizes, axes, and how long series are thinned.
+"""The common style of all figures: colours, sizes, axes, and the thinning of long series.
 
-No pyplot, no display, no global state left behind: settings hold inside ``house_style()`` only.
+It uses no pyplot and no display, and changes no global state: the settings are active only inside
+``house_style()``.
 
 Colours: Okabe & Ito (2008), Color Universal Design, in an order that keeps neighbours apart in
 lightness too.
@@ -39,10 +40,10 @@ __all__ = [
 Real = NDArray[np.float64]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
-# Dashes tell lines apart where colours cannot: black-and-white print.
+# Dashes distinguish lines in black-and-white print, where colours cannot.
 STYLES = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (1, 1)), (0, (8, 3)))
 GREY = "#666666"
-# Surfaces take the map that is the same to every eye, lines the one with more hues to tell apart.
+# Surfaces use the map that is safe for colour-blind readers, lines the one with more hues.
 SEQUENTIAL = "cividis"
 ORDERED = "viridis"
 
@@ -79,7 +80,7 @@ _SETTINGS: Any = {
 
 @contextmanager
 def house_style() -> Iterator[None]:
-    """Hold the settings of all figures while one is drawn or written."""
+    """Activate the settings of all figures while one is drawn or written."""
     import matplotlib
 
     defaults = {k: v for k, v in matplotlib.rcParamsDefault.items() if k not in _NOT_STYLE}

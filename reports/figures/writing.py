@@ -1,4 +1,4 @@
-"""How a figure leaves the house: SVG for HTML, PDF for LaTeX, PNG for looking at it.
+"""Writes a figure: SVG for HTML, PDF for LaTeX, PNG for viewing.
 
 The same numbers give the same bytes, so that reports can be compared.
 """
@@ -33,7 +33,7 @@ def figure_to_svg(figure: Figure, *, name: str, description: str = "") -> str:
     description : text for readers who do not see the figure.
 
     The same figure gives the same text: ids are salted with a constant, no date is written.
-    Letters are outlines, so that the labels sit where they were looked at.
+    Letters are outlines, so that labels have the same position on every computer.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def figure_to_svg(figure: Figure, *, name: str, description: str = "") -> str:
     body = body.replace('href="#', f'href="#{name}-').replace("url(#", f"url(#{name}-")
     body = _shorter(body)
     label = escape(description or name, quote=True)
-    # Narrower than the page it stands in, on a phone too.
+    # Keeps the figure narrower than its page, also on a phone.
     fit = 'style="max-width:100%;height:auto"'
     return body.replace("<svg ", f'<svg role="img" aria-label="{label}" {fit} ', 1)
 
@@ -86,7 +86,7 @@ def _settle(figure: Figure) -> None:
 
     engine = figure.get_layout_engine()
     if isinstance(engine, ConstrainedLayoutEngine):
-        # The second time sees the ticks that the first one has left room for.
+        # The second pass sees the tick labels that the first pass made room for.
         engine.execute(figure)
         engine.execute(figure)
         # No engine, rather than one that does nothing: for any engine savefig draws twice.

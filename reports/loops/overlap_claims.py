@@ -1,7 +1,7 @@
-"""What the claims about a law of the paper say, one per pair of overlaps, in short form.
+"""Short form of the claims about a published law, one per pair of overlaps.
 
-Winds count as proved only where the checker says so: all claimed winds of a PROVED claim; of any
-other the ranges that its words name as proved, and none where these words are not understood.
+Winds count as proved only if the checker says so: all claimed winds of a PROVED claim; for any
+other claim, the ranges that its text names as proved, or none if the text cannot be parsed.
 """
 
 from __future__ import annotations

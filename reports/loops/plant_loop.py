@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class PlantLoop:
-    """The plant under u = u* - sum_i h_i K_i (x - x*), or left alone where there are no gains.
+    """The plant with u = u* - sum_i h_i K_i (x - x*), or without control if there are no gains.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ class PlantLoop:
         members = self.model.premises
         low = np.array([float(p.lower) for p in members])
         width = np.array([float(p.upper - p.lower) for p in members])
-        # A constant premise has weight 1 whatever rounding makes of its value.
+        # A constant premise has weight 1, also if its value is rounded.
         constant = width == 0
         low, width = np.where(constant, -np.inf, low), np.where(constant, 1.0, width)
         return low, width, (np.array(self.model.rules) == 1) | constant

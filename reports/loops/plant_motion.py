@@ -25,7 +25,7 @@ SAMPLES, STEPS = 301, 300
 # The slowest pole has decayed to e^-7, a thousandth.
 TIMES = 7.0
 LONGEST = 1e3
-# A motion that goes this many boxes (or ellipsoids) away is ended.
+# A motion is ended at this multiple of the box (or ellipsoid) size.
 FAR = 20.0
 
 
@@ -40,8 +40,8 @@ class PlantMotion:
     state : (k, n), deviations x - x* in SI units.
     input : (k, m), u itself.
     value : (k,) V / level; empty where there is no proved function or no level.
-    whole : False where the motion left for infinity, or the plant has no value there.
-    acting : (k, 2), what the two actuators of a blend are told; empty without one.
+    whole : False if the motion diverged, or reached a state where the plant is undefined.
+    acting : (k, 2), the commands of the two actuators of a blend; empty without one.
     """
 
     name: str
@@ -130,7 +130,7 @@ def motions(
 
     Parameters
     ----------
-    errors : blended actuator -> delta, by what share it moves the plant more than it is told.
+    errors : blended actuator -> delta, the relative error of its effect on the plant.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def motions(
 
 
 def horizon(loop: PlantLoop, *, longest: float = LONGEST) -> float:
-    """Return how long to look [s]: until the slowest pole at rest has decayed to a thousandth.
+    """Return the duration [s] in which the slowest pole at equilibrium decays to a thousandth.
 
     Parameters
     ----------
@@ -237,7 +237,7 @@ def _box(loop: PlantLoop) -> Floats:
 
 
 def _far(loop: PlantLoop, x0: Floats) -> Floats:
-    """Return per state how far a motion is followed."""
+    """Return per state the deviation at which a motion is ended."""
     reach = np.maximum(_box(loop), np.linalg.norm(x0) / np.sqrt(len(x0)))
     if loop.bounded:
         P, level = loop.ellipsoid

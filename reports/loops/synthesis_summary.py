@@ -1,4 +1,4 @@
-"""How the coherent law's gains were found, and what finding them with the function gained."""
+"""How the coherent law's gains were found, and the improvement by the one-step synthesis."""
 
 from __future__ import annotations
 

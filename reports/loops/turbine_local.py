@@ -1,4 +1,4 @@
-r"""The law at its trims as linear feedback, whichever law it is.
+r"""Linearisation of any law at its trims.
 
 Coherent law, u = gamma (e - x), x' = -nu e, F = psi'(q*): with x = nu x_I and
 x_I' = omega_ref - omega,
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LoopPoint", "loop_points"]
 
-# A share or a gain below this is no action: its loop is left out.
+# A loop is left out if its share or gain is below this value.
 SILENT = 1e-6
 
 

@@ -1,4 +1,4 @@
-"""What a finished sweep leaves in its folder: figures, tables, data and a page.
+"""The files of a finished sweep: figures, tables, data and a page.
 
     effort_sharing_pages                 the effort-sharing law over its parameters: all its files
     effort_sharing_effects, effort_sharing_trade_off, effort_sharing_rows

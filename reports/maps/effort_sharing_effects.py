@@ -114,7 +114,7 @@ def pair_figure(result: SweepResult) -> Figure:
             lost = np.ma.masked_invalid(np.where(np.isfinite(values), np.nan, 1.0))
             panel.pcolor(x, y, lost, hatch=HATCH, cmap="binary", vmin=1, vmax=9)
             if np.isfinite(values).any():
-                # From 0 on: shades of what hardly changes would look like a difference.
+                # The scale starts at 0: otherwise nearly constant values would look different.
                 seen = np.ma.masked_invalid(values)
                 drawn = panel.pcolormesh(x, y, seen, cmap=SEQUENTIAL, vmin=0.0)
                 figure.colorbar(drawn, ax=panel, orientation="horizontal", pad=0.02, aspect=30)

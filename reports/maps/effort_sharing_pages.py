@@ -139,7 +139,7 @@ def _markdown(heads: list[str], rows: list[list[str]]) -> list[str]:
 
 
 def _line(cells: list[str]) -> str:
-    # A stroke inside a cell would end it.
+    # A vertical bar would end the table cell.
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 

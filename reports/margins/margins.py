@@ -37,7 +37,7 @@ INF = float("inf")
 
 @dataclass(frozen=True, slots=True)
 class Margins:
-    """What one loop tolerates.  An unstable closed loop tolerates nothing: all margins are 0.
+    """The margins of one loop. For an unstable closed loop all margins are 0.
 
     Attributes
     ----------
@@ -150,7 +150,7 @@ def _roots(scalar: _Scalar, level: Callable[[Complex], Real]) -> list[float]:
 def _gain_factors(scalar: _Scalar) -> list[tuple[float, float]]:
     """Return (g, omega) with g L(j omega) = -1, the ends 0 and infinity included."""
     found = []
-    # A loop that is real all along would be "crossing" everywhere; only its ends matter.
+    # A loop that is real at all frequencies has no isolated crossing; only its ends matter.
     for w in _roots(scalar, lambda L: np.asarray(L.imag, dtype=np.float64)):
         value = scalar(w)[0]
         # At a jump of a lightly damped pole the sign changes without L being real.

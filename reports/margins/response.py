@@ -1,4 +1,4 @@
-r"""L(j omega) of a square loop, on a grid fine where the loop is lively.
+r"""L(j omega) of a square loop, on a grid that is fine near its modes.
 
 A loop is given in the convention of negative feedback: the closed loop is 1 + L = 0, and the
 sensitivity is S = (I + L)^-1.

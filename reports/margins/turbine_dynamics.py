@@ -1,4 +1,4 @@
-r"""The turbine linearised at a trim, with the lags a real one has.
+r"""The turbine linearised at a trim, with actuator, sensor and computation lags.
 
     omega' = a omega + b beta + d (v - x') - (n_g/J) T_g
     m x''  = F_omega omega + F_beta beta + F_v (v - x') - c x' - k x      (tower, optional)

@@ -1,4 +1,4 @@
-"""What every HTML page is made of.
+"""The elements of every HTML page.
 
 assembly                 a page put together from sections; templates/ has what all share
 labels                   labels of variables, in name and unit

@@ -1,8 +1,8 @@
 r"""The LaTeX of derivations as MathML, which browsers typeset without scripts.
 
-What is read is the part of LaTeX that derivations are written in: fractions, roots, indices,
+Supported is the subset of LaTeX that derivations use: fractions, roots, indices,
 brackets of any height, accents, functions, Greek letters, ``pmatrix``, ``array``, ``gathered``,
-``cases``.  A formula with anything else is refused, so that none is shown wrong.
+``cases``.  A formula with any other command is refused, so that no formula is shown wrongly.
 
 Source: MathML Core, W3C (2025): elements and what browsers make of them (recalled).
 """
@@ -19,7 +19,7 @@ from takagi.reports.page.text import powers
 __all__ = ["mathml"]
 
 TOKEN = re.compile(r"\\[A-Za-z]+\*?|\\.|\d+(?:\.\d+)?|\s+|.", re.DOTALL)
-# What makes the brackets around it grow.
+# Elements that enlarge the brackets around them.
 TALL = ("<mfrac", "<mtable", "<munder", "<msqrt", "<mroot")
 FENCES = {r"\{": "{", r"\}": "}", r"\|": "‖", "|": "|", ".": ""}
 # Environment -> the fences around its table.

@@ -1,4 +1,4 @@
-"""Numbers of proved bounds as text, rounded to the side on which the sentence stays true.
+"""Numbers of proved bounds as text, rounded in the direction that keeps the sentence true.
 
 Every reader of a verdict writes its bounds by these: terminal, page, appendix.  They are the
 checker's own words (``takagi.certificates.checker.words.shown``) for floats, each of which stands

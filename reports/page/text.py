@@ -1,4 +1,4 @@
-"""What a section is made of: numbers as text, tables, figures; the templates print them."""
+"""Elements of a section: numbers as text, tables, figures; the templates print them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The HTML reports: one room each, one section of the page a file.
+"""The HTML reports: one folder for each, one file for each section of the page.
 
 turbine/           the report of a turbine's design
 plant/             the report of a plant's design

@@ -2,7 +2,7 @@
 
 scenarios          the winds to choose from: the paper's, steps, gusts, a ramp
 laws, filed_law    the laws to choose from, made from one design; the law of a gain file
-runs               every law in every wind; what went wrong is said, not hidden
+runs               every law in every wind; failed runs are reported
 tables             rows, Markdown, CSV, JSON; the series of a run
 figures, folder    the figures; everything that is written, by file name
 plant              a plant under its law, from chosen starts

@@ -1,4 +1,4 @@
-"""Everything that a simulation leaves on disk, by file name."""
+"""All files of a simulation, by file name."""
 
 from __future__ import annotations
 

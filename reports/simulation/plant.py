@@ -1,4 +1,4 @@
-"""The nonlinear plant under a law, from chosen starts: tables, figures, and what became of it."""
+"""The nonlinear plant under a law, from chosen starts: tables, figures and results."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ += ["simulation_files"]
 
 Floats = NDArray[np.float64]
 Start = tuple[str, Floats]
-# Corners of a box double with each of its sides.
+# The number of corners of a box doubles with each state.
 MOST_CORNERS = 16
 # A deviation of this share of its start counts as settled.
 SETTLED = 0.02

@@ -1,4 +1,4 @@
-"""Every law in every wind; a loop that diverges or leaves the data is told, not hidden."""
+"""Every law in every wind; a loop that diverges or leaves the data is reported."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from takagi.reports.simulation.laws import ChosenLaws
 __all__ = ["WAKES", "Run", "Simulation", "require_sampling", "run_simulation", "simulation_plant"]
 
 WAKES = ("equilibrium", "dynamic")
-# From these shares on, a reader should know [-].
+# Fractions above which the table gets a remark [-].
 WORTH_TELLING = 0.01
 FIGHTING = 5.0
 # Mean pitch rate of a loop that oscillates [deg/s]; working through turbulence takes about half.
@@ -60,7 +60,7 @@ class Run:
     diverged: float | None = None
 
     def remarks(self) -> tuple[str, ...]:
-        """Return what a reader of the numbers must know, most important first."""
+        """Return the remarks needed to read the numbers, most important first."""
         if self.history is None or self.metrics is None:
             return (f"diverged: the states grew beyond all numbers before {self.diverged:g} s",)
         found = []
@@ -118,7 +118,7 @@ def simulation_plant(turbine: Turbine, wake: str) -> SimulatedTurbine:
 
 
 def require_sampling(sample_time: float, computation_time: float) -> None:
-    """Refuse times that make no program, or whose steps the plant cannot be integrated with.
+    """Refuse times that fit no program, or whose steps are too large to integrate the plant.
 
     Raises
     ------

@@ -17,7 +17,7 @@ from takagi.models.turbine.trim import rated_wind
 
 __all__ = ["LONGEST", "SCENARIOS", "Scenario", "scenario_winds"]
 
-# An hour at 50 samples a second: a longer record says no more, and would fill the memory.
+# An hour at 50 samples a second: a longer record adds no information and needs much memory.
 LONGEST = 3600.0
 # Half the height of the steps around rated wind [m/s].
 HALF_STEP = 1.5
@@ -98,7 +98,7 @@ def _gusts(turbine: Turbine, duration: float, seed: int) -> tuple[WindSeries, ..
     rated = round(rated_wind(turbine), 2)
     means = (rated - 2.5, rated, rated + 4.5)
     radius = turbine.rotor_radius
-    # Early, so that most of the record shows how the loop comes to rest.
+    # Early, so that most of the record shows how the loop settles.
     begin = min(30.0, duration / 4)
     return tuple(gust_wind(v, duration, rotor_radius=radius, begin=begin) for v in means)
 

@@ -41,7 +41,7 @@ PLANT = {
         "sensitivity, linear in pitch, which for pitch movements of several degrees overstates it"
     ),
 }
-# Samples of the written series lie this far apart [s]; finer ones say nothing about the loop.
+# Sample distance of the written series [s]; finer samples add nothing about the loop.
 SERIES_STEP = 0.1
 
 
@@ -144,7 +144,7 @@ def as_json(simulation: Simulation, *, files: Sequence[str] = ()) -> str:
 
 
 def series_csv(history: History) -> str:
-    """Return the record over time, SI units and degrees nowhere: wind, speed, pitch, torque, ..."""
+    """Return the record over time in SI units (no degrees): wind, speed, pitch, torque, ..."""
     step = float(history.time[1] - history.time[0])
     stride = max(1, round(SERIES_STEP / step))
     columns = {

@@ -1,7 +1,8 @@
-"""Brackets of a quantity and of its slopes: forward differentiation in fixed point.
+"""Enclosures of a quantity and its slopes: forward differentiation in fixed point.
 
-``Dual`` carries a bracket of a quantity over a box and one of its derivative along each direction;
-for functions with corners, of all one-sided derivatives, as the mean value theorem needs them.
+``Dual`` holds an enclosure of a quantity over a box and one of its derivative along each direction.
+For functions with corners it encloses all one-sided derivatives, as the mean value theorem
+requires.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ class Dual:
         return Dual(self.value + number, self.slopes)
 
     def clamped(self, low: Interval, high: Interval) -> Dual:
-        """Return the quantity held to [low, high], both known within their brackets."""
+        """Return the quantity clamped to [low, high]; both ends are known as brackets."""
         return lesser(greater(self, still(low, self)), still(high, self))
 
 

@@ -1,10 +1,10 @@
-r"""The ramp by which two actuators share one effort, and its slope.
+r"""The ramp that shares one effort between two actuators, and its slope.
 
     psi(s) = 0                      s <= -eps
              (s + eps)^2 / (4 eps)  -eps <= s <= eps
              s                      eps <= s
 
-Neither falls with s, so that the range of either over an interval is that of its ends.
+Both are nondecreasing in s, so their range over an interval is given by its ends.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Elementary functions of intervals: sin, cos, tan, atan, asin, acos, and by name all others.
+"""Elementary functions of intervals: sin, cos, tan, atan, asin, acos; all others by name.
 
 Increasing functions take their ends to ends (``monotone``); sin and cos look for the extremes
 between.
@@ -44,7 +44,7 @@ def _series(r: int, first: int) -> int:
     total, n = 0, first
     while term:
         total += term
-        # Toward 0, so that the terms end.
+        # Rounding toward 0 makes the terms reach 0, so the loop ends.
         product = abs(term) * square // (FINE * (n + 1) * (n + 2))
         term = -product if term > 0 else product
         n += 2
@@ -64,7 +64,7 @@ def _sine_at(x: int, quarter: int) -> tuple[int, int]:
 
 
 def _sine(a: Interval, quarter: int) -> Interval:
-    """Return sin(a + quarter pi/2); both extremes are looked for between the ends."""
+    """Return sin(a + quarter pi/2); extremes between the ends are included."""
     if a == (0, 0):
         return Interval(quarter * ONE, quarter * ONE)
     low, high = a[0] * GUARD, a[1] * GUARD

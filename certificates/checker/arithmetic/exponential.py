@@ -43,7 +43,7 @@ def exp_at(x: int) -> tuple[int, int]:
 
 
 def exp_below(x: Fraction) -> Fraction:
-    """Return a rational r with 0 <= r < e^-x, for x >= 0; close to it up to 200, 0 from there.
+    """Return a rational r with 0 <= r < e^-x, x >= 0; tight for x <= 200, 0 for larger x.
 
     Raises
     ------
@@ -52,12 +52,13 @@ def exp_below(x: Fraction) -> Fraction:
     _refuse_negative(x)
     if x > NEXT_TO_NOTHING:
         return Fraction(0)
+    # A larger x and the upper end of e^x give a smaller e^-x: a lower bound.
     rounded_up = -(-x.numerator * FINE // x.denominator)
     return Fraction(FINE, exp_at(rounded_up)[1])
 
 
 def exp_above(x: Fraction) -> Fraction:
-    """Return a rational r >= e^-x, for x >= 0; close to it up to 200, that at 200 from there.
+    """Return a rational r >= e^-x, x >= 0; tight for x <= 200, constant for larger x.
 
     Raises
     ------
@@ -65,6 +66,7 @@ def exp_above(x: Fraction) -> Fraction:
     """
     _refuse_negative(x)
     held = min(x, Fraction(NEXT_TO_NOTHING))
+    # A smaller x and the lower end of e^x give a larger e^-x: an upper bound.
     rounded_down = held.numerator * FINE // held.denominator
     return Fraction(FINE, exp_at(rounded_down)[0])
 

@@ -1,9 +1,9 @@
 """Intervals: pairs of integers that bracket a number times 10^36, rounded outward.
 
 Every operation rounds its lower end down and its upper end up, so the exact result lies inside.
-Integers, not Fractions: no greatest common divisors and constant size.  A decimal grid, so that the
-ends of a box and products of them are exact: a bound that is attained, such as x^2 <= 0.01 on
-|x| <= 0.1, can be proved.
+Integers are used, not Fractions: they need no greatest common divisors and keep a constant size.
+The grid is decimal, so the ends of a box and their products are exact. A bound that is attained,
+such as x^2 <= 0.01 on |x| <= 0.1, can therefore be proved.
 
 ``product`` rounds nothing, and takes ends that are fractions as well.
 """
@@ -46,6 +46,7 @@ class Interval(NamedTuple):
         """Return a bracket of the quotient; refuses a divisor that may be zero."""
         if other.low <= 0 <= other.high:
             raise Refused("a division by an interval that contains zero")
+        # -(-x // y) is the ceiling of x / y: floor for the lower end, ceiling for the upper end.
         corners = [(x * ONE, y) for x in self for y in other]
         return Interval(min(x // y for x, y in corners), max(-(-x // y) for x, y in corners)).held()
 
@@ -67,7 +68,7 @@ class Interval(NamedTuple):
         return above and self.high * high.denominator <= high.numerator * ONE
 
     def held(self) -> Interval:
-        """Return the interval; refuses what is beyond 10^320."""
+        """Return the interval; refuses values beyond 10^320."""
         if self.low < -LARGEST or self.high > LARGEST:
             raise Refused("a number beyond 10^320")
         return self
@@ -78,6 +79,7 @@ ZERO, UNIT = Interval(0, 0), Interval(ONE, ONE)
 
 def enclose(low: Fraction, high: Fraction) -> Interval:
     """Return the bracket of [low, high]."""
+    # Floor for the lower end, ceiling for the upper end: rounded outward.
     down = low.numerator * ONE // low.denominator
     return Interval(down, -(-high.numerator * ONE // high.denominator))
 

@@ -1,4 +1,4 @@
-"""Whole powers and roots of intervals; see ``interval``."""
+"""Integer powers and roots of intervals; see ``interval``."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ def whole_power(a: tuple[Exact, Exact], exponent: int) -> tuple[Exact, Exact]:
     first, last = a[0] ** exponent, a[1] ** exponent
     if exponent % 2:
         return first, last
+    # An even power is least at the point of the interval nearest to 0, which is 0 if it is inside.
     least = max(a[0], -a[1], 0 * a[0])
     return least**exponent, max(first, last)
 
@@ -27,10 +28,11 @@ def power(a: Interval, exponent: int) -> Interval:
 
 
 def root(a: Interval, q: int) -> Interval:
-    """Return a bracket of the q-th root >= 0; refuses what may be negative."""
+    """Return a bracket of the q-th root >= 0; refuses an interval that may be negative."""
     if a[0] < 0:
         raise Refused("a root of what may be negative")
     scale = ONE ** (q - 1)
+    # The root is rounded down; the upper end gets one unit more unless the root is exact.
     high = _root(a[1] * scale, q)
     return Interval(_root(a.low * scale, q), high + (high**q < a.high * scale))
 

@@ -1,11 +1,11 @@
 """Rigorous ranges of a bicubic B-spline and its partial derivatives over rectangles.
 
 On each cell between knots the spline is a polynomial.  Its Bernstein net comes from the B-spline
-coefficients by blossoming; derivatives are differences of the net; restricting a net to a
-rectangle is de Casteljau's averaging; and a polynomial lies between the least and the greatest
-entry of its net.  All of it in integers over 10^36: each step errs by one unit at most, the nets
-are bounded by 2^20 and there are fewer than 2^12 steps, each amplified at most 2^20 fold by a
-difference over a cell's width, so that the padding of 2^-40 covers every rounding.
+coefficients by blossoming; derivatives are differences of the net; a net is restricted to a
+rectangle by de Casteljau's averaging; and a polynomial lies between the least and the greatest
+entry of its net. All numbers are integers over 10^36. Each step has an error of at most one unit,
+the nets are bounded by 2^20, and there are fewer than 2^12 steps. A difference over a cell's width
+amplifies each error at most 2^20 fold. The padding of 2^-40 therefore covers every rounding.
 
 Source: Farin (2002), Curves and Surfaces for CAGD, ch. 5 (restriction) and 8 (B-splines).
 """
@@ -49,7 +49,7 @@ class _Axis:
         self._maps: dict[int, list[list[int]]] = {}
 
     def cells(self, low: int, high: int) -> range:
-        """Return the cells that [low, high] (over 10^36) meets; refuses what leaves the table."""
+        """Return the cells that meet [low, high] (over 10^36); refuses one outside the table."""
         # The true knots lie within one unit of breaks_fixed.
         if low < self.breaks_fixed[0] or high > self.breaks_fixed[-1]:
             raise Refused("a range that leaves the coefficient table")

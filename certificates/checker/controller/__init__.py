@@ -1,1 +1,1 @@
-"""What a gain file has to say of the law that a certificate proves: texts, units, programs."""
+"""The contents of the gain file of a proved law: texts, units, programs."""

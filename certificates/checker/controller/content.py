@@ -1,8 +1,8 @@
-"""The gain file that belongs to a certificate, worked out from the model and the law in it.
+"""The gain file that belongs to a certificate, computed from its model and law.
 
-What follows from the two is worked out here: programs, units, limits, rest values, ranges, the
-rotor's inertia and torque table.  What does not follow (observer gains, trim table, words) stands
-in the certificate's member ``controller``, with a hash like its other parts.
+Model and law determine programs, units, limits, equilibrium values, ranges, the rotor's inertia and
+torque table: these are computed here. Observer gains, trim table and texts do not follow from them:
+they are in the certificate's member ``controller``, with a hash like its other parts.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ FORMAT, VERSION = "takagi-gains", 3
 
 
 def file_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the whole gain file of a law, but for the hashes in its member ``certificate``.
+    """Return the whole gain file of a law, except the hashes in its member ``certificate``.
 
     Parameters
     ----------
     model, law : as the certificate states them, read or not yet written.
-    own : the certificate's ``controller``: what does not follow from the two.
+    own : the certificate's ``controller``: members that model and law do not determine.
     """
     head = {"format": FORMAT, "version": Number(str(VERSION)), "language": LANGUAGE, "law": law}
-    # Imported here: a turbine's file needs nothing of a plant's, nor the other way round.
+    # Imported here: a turbine's file does not need the code for plants, and vice versa.
     if law["name"] == "pdc":
         from takagi.certificates.checker.controller.plant_content import plant_content
 

@@ -1,7 +1,7 @@
-"""The language of the programs in a gain file, and the parts that programs are made of.
+"""The language of the programs in a gain file, and the elements of a program.
 
-A program is one sample of a controller, in formulas of the grammar of plant files with a few
-functions more.  It holds no number of its own: names say where in the file each one stands.
+A program computes one sample of a controller. Its formulas use the grammar of plant files and a few
+more functions. A program contains no numbers: names refer to their places in the file.
 """
 
 from __future__ import annotations
@@ -81,5 +81,5 @@ def program(
 
 
 def names_in(formulas: Iterable[str]) -> set[str]:
-    """Return the names that stand in formulas, without those of functions."""
+    """Return the names in formulas, without function names."""
     return {found for formula in formulas for found in WORD.findall(formula)}

@@ -13,7 +13,7 @@ __all__ = ["exact", "short"]
 def exact(value: Any) -> Fraction:
     """Return a number exactly; a text without names, such as ``"sqrt(2)"``, to 36 places."""
     if isinstance(value, str) and not isinstance(value, Number):
-        # Imported here: few numbers stand as text.
+        # Imported here: few numbers are written as text.
         from takagi.certificates.checker.plant.reading import constant_bracket
 
         return sum(constant_bracket(value), Fraction(0)) / 2
@@ -21,5 +21,5 @@ def exact(value: Any) -> Fraction:
 
 
 def short(value: Fraction) -> Number:
-    """Return the nearest float's shortest decimal: what a program computes with."""
+    """Return the shortest decimal of the nearest float, which a program computes with."""
     return Number(repr(float(value)))

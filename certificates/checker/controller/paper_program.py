@@ -1,10 +1,10 @@
-r"""One sample of a law of the paper as a program; premises are secants of the rotor's torque.
+r"""One sample of a published law as a program; premises are secants of the rotor's torque.
 
     u_1 = -k^b_w e - k^b_p beta + k^b_I x_b      torque, gains of partial load
     u_2 = -k^c_w e - k^c_p beta + k^c_I x_c      pitch, gains of full load
     torque = f_2(u_1) u_1,  pitch = f_1(omega) u_2,  both held within their limits
 
-A secant over less than a small step is taken over that step about the same middle.
+A secant over less than a small step is computed over that step about the same midpoint.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def paper_program(law: Any) -> Part:
 
     Raises
     ------
-    CertificateError : a coupling filter or ramp that no program is written for.
+    CertificateError : a coupling filter or ramp that has no program.
     """
     coupling, two = law["coupling"], law["name"] == "paper-two-integrators"
     shape = SHAPES.get(str(coupling["speed_ramp_shape"]))

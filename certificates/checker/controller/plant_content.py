@@ -1,4 +1,4 @@
-"""What follows for the gain file of a plant: program, rests, ranges, what the program looks up."""
+"""The computed part of a plant's gain file: program, equilibrium values, ranges, tables."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def plant_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, Any
         }
         for v in model["disturbances"]
     ]
-    # Of parameters and tables those that the program looks up.
+    # Only the parameters and tables that the program reads.
     used = {entry["value"] for entry in found["programs"][0]["names"].values()}
     found["parameters"] = {
         name: short(exact(value))

@@ -1,8 +1,8 @@
 r"""One sample of a plant's law by rules as a program: u = u* - sum_i h_i(z) K_i (x - x*).
 
-One gain in ``K`` counts for all rules; only a law without premises has no weights.  A law behind a
-blend commands the rate of the effort U, which the program adds up, and shares U between the two
-actuators.
+A single gain in ``K`` applies to all rules; only a law without premises has no weights. With a
+blend the law commands the rate of the effort U. The program integrates this rate and shares U
+between the two actuators.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def plant_program(model: Any, law: Any, own: Any) -> Part:
     Parameters
     ----------
     model, law : the certificate's.
-    own : the gain file's own members: ``removable`` has what stands in for a premise near a point
+    own : the gain file's own members: ``removable`` has the replacement of a premise near a point
         where its expression is 0/0.
     """
     return _Writing(model, law, own).whole()
@@ -104,7 +104,7 @@ class _Writing:
         return found
 
     def signals(self, used: set[str]) -> None:
-        """Write what premises use beside states: disturbances; inputs, which count as at rest."""
+        """Write the signals of premises other than states: disturbances and equilibrium inputs."""
         known = {self.blending["share"]} if self.blending else set()
         for key in ("disturbances", "inputs"):
             listed = self.model.get(key, []) if self.model.get("kind") == "plant" else []
@@ -151,7 +151,7 @@ class _Writing:
         self.sends.append(send(name, unit, held, "the command"))
 
     def held(self, name: str, wanted: str, path: str, unit: str) -> str:
-        """Return what is wanted, held within a range of the file."""
+        """Return the command, limited to a range of the file."""
         ends = [self.own(f"{name}_{word}") for word in ("lowest", "highest")]
         for k, end in enumerate(ends):
             self.names[end] = (f"{path}.{k}", unit)
@@ -160,7 +160,7 @@ class _Writing:
     # ------------------------------------------------------------------ a blend
 
     def share(self) -> None:
-        """Write the share F of the high actuator: the secant of psi from rest."""
+        """Write the share F of the high actuator: the secant of psi from the equilibrium."""
         b, variables = self.blending, self.model["disturbances"]
         share = next(v for v in variables if v["name"] == b["share"])
         U, eps = b["effort"], self.own("overlap")
@@ -180,7 +180,7 @@ class _Writing:
             self.steps.append(step(share["symbol"], "-", f"{share['name']} - {at_rest}"))
 
     def actuators(self) -> None:
-        """Write the sum of the effort, and what the two actuators are told."""
+        """Write the integration of the effort, and the commands of the two actuators."""
         b = self.blending
         U, eps = b["effort"], self.own("overlap")
         following = f"{U} + sample_time*{b['rate']}"
@@ -210,7 +210,7 @@ def _split(label: str) -> tuple[str, str]:
 
 
 def _variables(model: Any, key: str) -> list[Any]:
-    """Return the plant's variables; those that the model names where there is no plant."""
+    """Return the plant's variables, or the variables of the model if there is no plant."""
     if model.get("kind") == "plant":
         return list(model[key])
     labels = model["state_names" if key == "states" else "input_names"]

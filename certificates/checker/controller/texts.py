@@ -1,4 +1,4 @@
-"""What a gain file says in words and units: the same for every law of one name."""
+"""The texts and units of a gain file; they are the same for every law of one name."""
 
 from __future__ import annotations
 

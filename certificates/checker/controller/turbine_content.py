@@ -1,4 +1,4 @@
-"""What follows for the gain file of a turbine: programs, limits, observer, rotor."""
+"""The computed part of a turbine's gain file: programs, limits, observer, rotor."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["turbine_content"]
 
 def turbine_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, Any]:
     coherent = law["name"] == "coherent"
-    # Imported here: one of the two is needed.
+    # Imported here: only one of the two is needed.
     if coherent:
         from takagi.certificates.checker.controller.coherent_program import coherent_program
 

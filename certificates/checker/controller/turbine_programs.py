@@ -1,9 +1,9 @@
-r"""The programs beside a turbine's law: wind observer before it, rate limits behind it.
+r"""The programs around a turbine's law: the wind observer before it, the rate limits after it.
 
     omegahat' = (T_r(omega, beta, vhat) - n_g T) / J + l_1 (omega - omegahat)
     vhat'     = l_2 (omega - omegahat)
 
-in one Euler step a sample, as ``takagi simulate`` runs it.
+with one Euler step per sample, as in ``takagi simulate``.
 """
 
 from __future__ import annotations

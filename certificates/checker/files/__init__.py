@@ -1,1 +1,1 @@
-"""Whether a certificate is about the files that are given beside it: gains, turbine, plant."""
+"""Checks that a certificate is about the given gain, turbine or plant file."""

@@ -1,4 +1,4 @@
-"""Whether a certificate is about the model's file that is given with it, by what the file says."""
+"""Compare a certificate with the given model file, by the contents of the file."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from takagi.certificates.checker.kernel.result import Checked, Verdict
 
 __all__ = ["compare_model", "of_the_files", "unconnected"]
 
-# Kinds whose matrices stand in the claim itself: a gain or model file says nothing about them.
+# Kinds with matrices in the claim itself: a gain or model file says nothing about them.
 SELF_CONTAINED = ("quadratic-decay", "no-common-quadratic")
-# What the model is, which says nothing of the loop.
+# Kinds about the model alone, which say nothing about the loop.
 NO_LOOP = ("sector-embedding", "secant-embedding", "effort-blend")
 LARGEST_FILE = 64_000_000
 EARLIER = (
@@ -32,7 +32,7 @@ EARLIER = (
 
 
 def unconnected(data: dict[str, Any]) -> str:
-    """Return which claims the given files have no part in; to be read after a replay."""
+    """Return the claims that do not depend on the given files; call it after a replay."""
     places = [
         f"claims[{i}]" for i, claim in enumerate(data["claims"]) if claim["kind"] in SELF_CONTAINED
     ]
@@ -40,7 +40,7 @@ def unconnected(data: dict[str, Any]) -> str:
 
 
 def of_the_files(data: dict[str, Any], checked: Checked) -> Checked:
-    """Return the verdict on the loop of the given files: no claim about it proves nothing of it."""
+    """Return the verdict on the loop of the given files; without a claim it is not PROVED."""
     told = unconnected(data)
     if not told:
         return checked
@@ -52,15 +52,15 @@ def of_the_files(data: dict[str, Any], checked: Checked) -> Checked:
 
 
 def compare_model(data: dict[str, Any], model: Path | str) -> str:
-    """Return what a reader has to know of the model file.
+    """Return messages about the model file for the reader.
 
     Contents are compared, not bytes (``model_content``).
 
     Raises
     ------
-    OtherModel : the file says something else than the certificate.
-    CertificateError : it cannot be read, or the certificate is about matrices: whatever hash it
-        holds, no claim says that they are the model of a file.
+    OtherModel : the contents of the file differ from the certificate.
+    CertificateError : it cannot be read, or the certificate is about matrices: no claim says that
+        these are the model of a file, whatever hash the certificate holds.
     """
     if "model" not in data:
         raise CertificateError(
@@ -92,7 +92,7 @@ def compare_model(data: dict[str, Any], model: Path | str) -> str:
 
 def _compare_meaning(data: dict[str, Any], path: Path) -> str:
     """Compare the numbers and equations of a file with those that the claims are about."""
-    # Imported here: one of them at most is needed, and neither for a gain file.
+    # Imported here: at most one of them is needed, and none for a gain file.
     if data["model"]["kind"] == "plant":
         from takagi.certificates.checker.files.plant_file import compare_plant
 
@@ -104,7 +104,7 @@ def _compare_meaning(data: dict[str, Any], path: Path) -> str:
 
 
 def _require_blend_claim(data: dict[str, Any]) -> None:
-    """Refuse a plant behind a blend without the claim that this is the plant of the file."""
+    """Refuse a blended plant without the claim that it is the plant of the file."""
     if "blending" not in data["model"]:
         return
     if not any(claim.get("kind") == "effort-blend" for claim in data["claims"]):
@@ -115,7 +115,7 @@ def _require_blend_claim(data: dict[str, Any]) -> None:
 
 
 def _recorded(data: dict[str, Any]) -> dict[str, Any]:
-    """Return the SHA-256 of the files by name; certificates from before hold it in the model."""
+    """Return the SHA-256 of the files by name; older certificates hold it in the model."""
     provenance = data.get("provenance")
     for owner in (provenance, data["model"]):
         found = owner.get("files_sha256") if isinstance(owner, dict) else None

@@ -1,4 +1,4 @@
-"""Where two values of the strict reader differ, part by part."""
+"""Lists where two values of the strict reader differ, part by part."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LONGEST, BEFORE = 60, 20
 
 
 class Difference(NamedTuple):
-    """One part that is not the same: its keys from the top, and both values; None for no part."""
+    """One part that differs: its path of keys and both values; None for a missing part."""
 
     path: EntryPath
     first: Any
@@ -23,7 +23,7 @@ class Difference(NamedTuple):
 
     @property
     def place(self) -> str:
-        """The path in one word, printable, e.g. ``K[0][1]``."""
+        """The path as printable text, e.g. ``K[0][1]``."""
         return path_in_one_word(self.path)
 
 
@@ -54,10 +54,10 @@ def in_words(value: Any) -> str:
 
 
 def shown(one: Difference) -> tuple[str, str]:
-    """Return both values as short printable texts; of long ones what is about where they differ."""
+    """Return both values as short printable texts; long ones are cut around the difference."""
     first, second = _whole(one.first), _whole(one.second)
     if first == second:
-        # A text and a number of the same letters.
+        # A text and a number with the same characters would look equal.
         first, second = (ascii(canonical(_plain(v)))[1:-1] for v in (one.first, one.second))
     shorter, longer = sorted((len(first), len(second)))
     same = next((k for k in range(shorter) if first[k] != second[k]), shorter)
@@ -82,7 +82,7 @@ def _whole(value: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value of a TOML file without its decimals, dates and times: these as text."""
+    """Return a value of a TOML file, with its decimals, dates and times as text."""
     if isinstance(value, dict):
         return {key: _plain(entry) for key, entry in value.items()}
     if isinstance(value, list):

@@ -1,8 +1,8 @@
 """The section ``[blending]`` of a plant file against the blend of a certificate.
 
-The file has the plant with its two actuators, the certificate the plant behind the blend: one more
-state, the effort, its rate in the place of the actuators, and signals.  What is compared is what
-was written; that it makes the certificate's equations is the claim ``effort-blend``.
+The file has the plant with its two actuators. The certificate has the blended plant: one more state
+(the effort), its rate as the input in place of the actuators, and signals. Here the written
+descriptions are compared. The claim ``effort-blend`` proves that they give the equations.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Comparison(Protocol):
 
 @dataclass(frozen=True)
 class FileBlend:
-    """Both descriptions of a blend: ``file`` and ``model`` are their sections, {} where none is."""
+    """Both descriptions of a blend: the sections of ``file`` and ``model``, {} if there is none."""
 
     file: Mapping[str, Any]
     model: Mapping[str, Any]
@@ -52,7 +52,7 @@ class FileBlend:
 
         Raises
         ------
-        OtherModel : the one has a blend and the other none, or a section is misshapen.
+        OtherModel : only one of them has a blend, or a section is malformed.
         """
         found = cls(
             _object(file.get("blending", {})),
@@ -83,7 +83,7 @@ class FileBlend:
 
     @property
     def states(self) -> dict[str, Any]:
-        """The state that the blend adds, as the file would have it."""
+        """The state that the blend adds, in the format of the file."""
         if not self.file:
             return {}
         effort = self.file["effort"]
@@ -92,7 +92,7 @@ class FileBlend:
 
     @property
     def errors(self) -> dict[str, Any]:
-        """The signals that errors of the actuators add, as the file would have them."""
+        """The signals that the actuator errors add, in the format of the file."""
         found: dict[str, Any] = {}
         for key in ("low", "high") if self.file else ():
             error = self._number(self.file[key].get("error", 0), f"blending.{key}.error")
@@ -111,7 +111,7 @@ class FileBlend:
         return value
 
     def without_share(self, signals: list[Variable]) -> list[Variable]:
-        """Return the certificate's signals without the share, whose range its claim is about."""
+        """Return the certificate's signals without the share; a claim proves the share's range."""
         return [v for v in signals if not self.file or v.name != self.model.get("share")]
 
     def without_actuators(self, inputs: Mapping[str, Any]) -> dict[str, Any]:
@@ -135,9 +135,9 @@ class FileBlend:
     def equations(
         self, states: list[str], plant: PlantNodes, names: dict[str, int]
     ) -> tuple[list[str], list[int]]:
-        """Return states and nodes to compare; with a blend those before the actuators are put in.
+        """Return states and nodes to compare; with a blend, before the actuators are substituted.
 
-        The actuators get variables of their own, under their names.
+        The actuators become variables with their own names.
         """
         if not self.file:
             return states, plant.f
@@ -156,11 +156,11 @@ class FileBlend:
         ]
 
     def compare(self, comparison: Comparison, scope: Scope) -> None:
-        """Compare overlap, directions, effectiveness, idling and limits.
+        """Compare overlap, directions, effectiveness, idle values and limits.
 
         Raises
         ------
-        OtherModel : one of them is another.
+        OtherModel : one of them differs.
         """
         if not self.file:
             return

@@ -1,8 +1,8 @@
-"""Whether a gain file is the one that a certificate is about: law, and all that is read beside it.
+"""Check that a gain file is the one of a certificate: the law and all other members.
 
-Contents are compared, not bytes: numbers by value, keys in any order.  What the file has to say
-follows from model and law (``controller.content``), or stands in the certificate's member
-``controller``.  A certificate without that member, from before there was one, covers the law alone.
+Contents are compared, not bytes: numbers by value, keys in any order. The expected contents follow
+from model and law (``controller.content``), or are in the certificate's member ``controller``. An
+older certificate without that member covers the law alone.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGa
 
 __all__ = ["compare_gains", "expected_file"]
 
-# Differences that are told, and that are counted.
+# The number of differences that are reported, and that are counted.
 MOST_TOLD, MOST_COUNTED = 3, 1000
 
 
 def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
-    """Return what a reader has to know.
+    """Return messages for the reader.
 
     Raises
     ------
-    OtherGains : the file says something else than the certificate.
+    OtherGains : the contents of the file differ from the certificate.
     CertificateError : it cannot be read, or has no law.
     """
     file = read_json(Path(gains))
@@ -62,17 +62,17 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
 
 
 def expected_file(data: dict[str, Any]) -> dict[str, Any]:
-    """Return what the gain file of a certificate with a ``controller`` says.
+    """Return the contents of the gain file of a certificate with a ``controller``.
 
     Raises
     ------
-    CertificateError : model, law or ``controller`` are not such that a file follows from them.
+    CertificateError : no gain file follows from model, law and ``controller``.
     """
     own, law = data["controller"], data.get("gains")
     hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
     try:
         if "version" in own:
-            # A file of an earlier version: there the certificate has all that it says.
+            # A file of an earlier version: its whole content is in the certificate.
             return {"format": FORMAT, **own, "law": law}
         found = file_content(data["model"], law, own)
         return {**found, "certificate": {"sha256": hashes, **found["certificate"]}}

@@ -1,8 +1,8 @@
-"""What a model's TOML file and its tables say, without layout and words: for comparing contents.
+"""The content of a model's TOML file and its tables, without layout and descriptions.
 
-Comments, line ends, the order of keys and the names of files are no part of it, nor are texts
-under ``description`` and ``source``.  Every number is the shortest decimal of its double, so that
-0.10, 0.1 and 1e-1 are one text; a text that looks like a number is marked as a text.  A table is
+Comments, line ends, the order of keys, file names and texts under ``description`` and ``source``
+are left out. Every number becomes the shortest decimal of its double, so 0.10, 0.1 and 1e-1 are
+equal. A text that looks like a number is marked as a text.  A table is
 the SHA-256 of its numbers.  A certificate holds the content of the file it was made from in
 ``model.model_file``.
 
@@ -29,7 +29,7 @@ __all__ += ["inside_folder"]
 WORDS = ("description", "source")
 MOST_TOLD, MOST_COUNTED = 3, 1000
 LARGEST_EXACT, LARGEST_TABLE = 2**53, 16_000_000
-# What a number, date or time becomes; a text like it, or marked already, is marked.
+# The form of a number, date or time; a text of this form, or one marked already, is marked.
 MARK = "text "
 LIKE_A_NUMBER = re.compile(
     rf"{MARK}.*+"
@@ -48,7 +48,7 @@ BY_NAME = {
 }
 NUMBERS = ("value", "values", "range", "rest", "overlap", "rate")
 FORMULAS = ("equations", "mass", "outputs")
-# There every key is a name of the user's, and no text is words.
+# There every key is a name chosen by the user, and no text is a description.
 NAMED_BY_THE_USER = (("equations",), ("premises",), ("mass",))
 EFFORT_KEYS = ("unit", "range", "rest", "overlap", "rate")
 ACTUATOR_KEYS = ("effectiveness", "error")
@@ -69,11 +69,11 @@ WAKE_COLUMNS = ("wind", "factor", "power_sensitivity")
 
 
 class OtherModel(CertificateError):
-    """The model file says something else than the certificate: what is proved is not about it."""
+    """The model file differs from the certificate, so the proofs are not about it."""
 
 
 def model_content(path: Path) -> dict[str, Any]:
-    """Return what the file says, its tables by the SHA-256 of their numbers.
+    """Return the content of the file, with each table as the SHA-256 of its numbers.
 
     Raises
     ------
@@ -92,20 +92,20 @@ def model_content(path: Path) -> dict[str, Any]:
 
 
 def content_differences(content: dict[str, Any], recorded: Any) -> list[Difference]:
-    """Return where a file's content is not the recorded one; no more than are counted."""
+    """Return where a file's content differs from the recorded one, up to a maximum number."""
     return list(islice(differing(content, recorded), MOST_COUNTED))
 
 
 def beside_the_claims(one: Difference, content: dict[str, Any], model: Any, gains: Any) -> bool:
-    """Return whether a difference is one that no comparison by meaning decides."""
+    """Return whether no comparison by meaning covers this difference."""
     of_a_plant = model.get("kind") == "plant"
     left_out = (one.first, one.second) in ((None, "-"), ("-", None))
     if left_out and of_a_plant and _is_unit(one.path):
-        return False  # What a unit is where none is written.
+        return False  # The content if no unit is written.
     if one.path[-1:] == ("unit",) and not _numbers_differ(
         _owner(content, one.path), _owner(model.get("model_file"), one.path)
     ):
-        # Beside the same numbers it may be another dimension, such as s for m.
+        # Equal numbers may have another dimension, such as s instead of m.
         return True
     if of_a_plant:
         return not _of_a_plant(one)
@@ -123,7 +123,7 @@ def _numbers_differ(one: dict[str, Any], other: dict[str, Any]) -> bool:
 
 
 def told(path: Path, found: Sequence[Difference], reason: str = "") -> str:
-    """Return in which fields a file is not the certificate's, with both values."""
+    """Return the fields in which a file differs from the certificate, with both values."""
     parts = [
         f"{one.place} is {there} there, {ours} in the certificate"
         for one in found[:MOST_TOLD]
@@ -139,7 +139,7 @@ def told(path: Path, found: Sequence[Difference], reason: str = "") -> str:
 
 
 def inside_folder(path: Path, name: Any) -> Path:
-    """Return a table's file; refuses what leads out of the folder of the model's file."""
+    """Return a table's file; refuses a path outside the folder of the model's file."""
     place = PurePosixPath(name) if isinstance(name, str) else PurePosixPath()
     plain = isinstance(name, str) and name.isprintable() and not set("\\:") & set(name)
     if not plain or not place.name or place.is_absolute() or ".." in place.parts:
@@ -159,13 +159,13 @@ def _of_a_turbine(path: tuple[str | int, ...], model: Any, gains: Any) -> bool:
         return True
     if path[:2] == ("generator", "torque_rate_limit"):
         return "torque_rate_limit" in model
-    # Without this column of the law the wake is no part of what is compared.
+    # Without this column in the law the wake is not compared.
     wake = isinstance(gains, dict) and "effectiveness_limit" in gains
     return wake and path[:2] in {("frozen_wake", column) for column in WAKE_COLUMNS}
 
 
 def _is_unit(path: tuple[str | int, ...]) -> bool:
-    """Return whether a plant file's unit stands there, which it may leave out."""
+    """Return whether this place holds a unit of a plant file, which is optional."""
     match path:
         case ("tables", str(), "arguments", int(), "unit") | ("blending", "effort", "unit"):
             return True
@@ -179,7 +179,7 @@ def _of_a_plant(one: Difference) -> bool:
         case ("sample_time",):
             return True
         case ("inputs", str(), "rest"):
-            # It may rest elsewhere, where it holds the states.
+            # Its equilibrium value may differ, if it holds the states at equilibrium.
             return False
         case (str(section), str(), str(key), *_) if section in BY_NAME:
             return key in BY_NAME[section]

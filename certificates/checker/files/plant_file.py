@@ -8,9 +8,9 @@ equations are the file's.  Here the TOML file is read again, and compared with t
                                                     the box in every part that the file writes
     names of states, inputs, disturbances           in their order
 
-The certificate may rest its inputs elsewhere, where they hold the states: that every row vanishes
-there is a part of the claim ``sector-embedding``.  Tables have their files' points as knots and
-pass their values nearly (``table_file``).
+The certificate may have other equilibrium inputs if they hold the states at equilibrium. The claim
+``sector-embedding`` proves that every row vanishes there. Tables have the points of their files as
+knots, and nearly interpolate the values (``table_file``).
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ MOST_EXPONENT = 100  # of ten, in a figure
 
 
 def compare_plant(model: Any, path: Path) -> str:
-    """Compare the plant of a certificate with its file; return what a reader has to know.
+    """Compare the plant of a certificate with its file; return messages for the reader.
 
     Raises
     ------
     CertificateError : the file cannot be read.
-    OtherModel : it says something else than the certificate.
+    OtherModel : its content differs from the certificate.
     """
     file, plant = read_toml(path, Decimal, what="plant file"), read_plant(model, "model")
     if file.get("kind") != "plant":
@@ -140,7 +140,7 @@ class Comparison:
 
     def parameters(self) -> None:
         theirs = self.section("parameters")
-        # Those that the blend adds stand in the model's equations, which its claim is about.
+        # Parameters added by the blend are in the model's equations, which a claim covers.
         ours = self.blend.without_parameters(self.model.get("parameters", {}))
         self.same_names(theirs, ours, "parameters")
         for name, entry in theirs.items():
@@ -160,7 +160,7 @@ class Comparison:
         return read_expression(text, self.plant.graph, Scope({}), where)
 
     def variables(self, key: str, theirs: Mapping[str, Any], ours: list[Variable]) -> list[str]:
-        """Compare names and ranges; return the names of those that rest elsewhere."""
+        """Compare names and ranges; return the names of those with other equilibrium values."""
         self.same_names(theirs, [v.name for v in ours], key)
         moved = []
         graph = self.plant.graph
@@ -206,7 +206,7 @@ class Comparison:
                 raise self.error(f"mass.{states[i]} is no row of entries there")
             for j, node in enumerate(row):
                 if given is None or states[j] not in given:
-                    # A row that is not given is that of the identity.
+                    # A row that is not given is a row of the identity matrix.
                     wanted = one if given is None and i == j else nothing
                     if not self.algebra.equal(node, wanted):
                         raise self.error(f"mass.{states[i]}.{states[j]} is another there")
@@ -229,7 +229,7 @@ class Comparison:
                 f"{where} is {in_words(written)} there, which is not shown to be the certificate's"
             )
         if theirs != node:
-            # Algebra says nothing of places where a part of the one or the other has no value.
+            # Algebra does not cover points where a part of either expression is undefined.
             graph = self.plant.graph
             used = {graph[n].name for n in graph.below([theirs]) if graph[n].op == "table"}
             if missing := sorted(used - set(self.plant.tables)):

@@ -1,7 +1,7 @@
-"""Figures of plant files in SI: the closed list of units, read anew.
+"""Numbers of plant files in SI: an independent reading of the closed list of units.
 
-Names with spaces or ``*`` between them, powers with ``^``, one ``/``.  Where pi comes in (deg, rpm)
-the value in SI is the decimal with 12 places nearest to it, as the page on plant files says.
+Names with spaces or ``*`` between them, powers with ``^``, one ``/``.  For units with pi (deg, rpm)
+the value in SI is the nearest decimal with 12 places, as the page on plant files says.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Compares a table of a certificate with the CSV file that it is said to come from.
 
-The knots have to be those of the not-a-knot spline through the file's points, all but the second
-and the last but one; with these as many coefficients as points are left, which the values at the
-points determine.  Figures of a file are decimals in units of its own, so that both are compared to
-within a small share.
+The knots must be those of the not-a-knot spline through the file's points: all points except the
+second and the last but one. There are then as many coefficients as points, and the values at the
+points determine them. Numbers of a file are decimals in its own units, so both are compared up to a
+small relative error.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def compare_table(path: Path, table: Table, units: list[str]) -> None:
 
     Raises
     ------
-    CertificateError : a file that is no such table, or is too large.
+    CertificateError : the file is no such table, or is too large.
     OtherModel : it has other points or values.
     Refused : a unit that is not known.
     """

@@ -1,4 +1,4 @@
-"""Reads a model's TOML file in bounded time: it comes with a certificate, and is not trusted."""
+"""Reads a model's TOML file in bounded time, because the file is not trusted."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 __all__ = ["file_content", "read_toml"]
 
 LARGEST_FILE = 4_000_000
-# The standard library's reader takes time like the square of a dotted key's length.  The first
+# The time of the standard library's reader grows as the square of a dotted key's length.  The first
 # group holds the start of a word, so that a long word is not tried from each of its letters.
 LONG_KEY = re.compile(r"(?<![^\s.,=\[\]{}])(?:[^\s.,=\[\]{}]++\s*+\.\s*+){64}")
 
@@ -47,7 +47,7 @@ def read_toml(path: Path, parse_float: Callable[[str], Any], *, what: str) -> di
 
     Raises
     ------
-    CertificateError : it cannot be read, is too large, not TOML, or made to take long.
+    CertificateError : it cannot be read, is too large, is not TOML, or would take too long.
     """
     data = file_content(path, what=what)
     try:

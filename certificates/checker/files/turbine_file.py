@@ -7,7 +7,7 @@ numbers are the file's.  Here they are computed again from the TOML file and its
     torque constant 1/2 rho pi R^3        to 1e-12 of itself
     lambda c_Q(lambda, beta) = c_P        at every entry of the table, to 1e-9
     the law's frozen-wake limit           at every wind node, to its last decimal
-    the law's rated torque                to 1e-12 of itself, or lower, which is told
+    the law's rated torque                to 1e-12 of itself; a lower one is reported
 
 Numbers are read as the decimals that are written; pi is a rational with 50 digits.
 """
@@ -60,7 +60,7 @@ FIGURES = {
     "pitch_min": ("pitch", "minimum"),
     "pitch_max": ("pitch", "maximum"),
 }
-# Figures that only some claims need: compared where the certificate states them.
+# Quantities that only some claims need: compared if the certificate states them.
 MORE_FIGURES = {"torque_rate_limit": ("generator", "torque_rate_limit")}
 RELATIVE = Fraction(1, 10**12)
 TABLE_TOLERANCE = Fraction(1, 10**9)
@@ -70,7 +70,7 @@ LARGEST_EXPONENT, MOST_DIGITS = 40, 100
 
 
 def compare_turbine(model: Any, gains: Any, path: Path) -> str:
-    """Compare plant and frozen-wake limit with a turbine file; return what a reader has to know.
+    """Compare plant and frozen-wake limit with a turbine file; return messages for the reader.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def _compare(model: Any, gains: Any, file: dict[str, Any], path: Path) -> str:
 
 
 def _derated(held: Fraction, rated: Fraction, path: Path) -> str:
-    """Return words on a law that holds torque below the file's rated one; refuses one above it."""
+    """Return a message if the law's rated torque is below the file's; refuse one above it."""
     if not 0 < held < (1 - RELATIVE) * rated:
         _same(held, rated, "rated_torque", path)
         return ""
@@ -119,7 +119,7 @@ def _derated(held: Fraction, rated: Fraction, path: Path) -> str:
 
 
 def _decimal(written: str) -> Fraction:
-    """Return a decimal exactly; ``Fraction`` alone would write out 1e999999999."""
+    """Return a decimal exactly; ``Fraction`` alone would expand 1e999999999."""
     number = Decimal(written)
     if not number.is_finite() or (number and abs(number.adjusted()) > LARGEST_EXPONENT):
         raise ValueError(f"a number beyond 1e{LARGEST_EXPONENT}: {written[:40]}")
@@ -130,7 +130,7 @@ def _decimal(written: str) -> Fraction:
 
 
 def _figure(file: dict[str, Any], section: str, name: str, path: Path) -> Fraction:
-    """Return one figure in SI units, exactly but for pi."""
+    """Return one quantity in SI units, exact except for pi."""
     entry = file.get(section, {}).get(name) if isinstance(file.get(section), dict) else None
     if not isinstance(entry, dict):
         raise OtherModel(f"{path}: {section}.{name} is missing")
@@ -183,7 +183,7 @@ def _compare_surface(model: Any, file: dict[str, Any], path: Path) -> Spline:
 
 
 def _held(value: Fraction, breaks: list[Fraction]) -> Fraction:
-    """Return a value at the table's edge moved inside by 1e-20; the knots there are rounded."""
+    """Return a value at the table's edge moved inside by 1e-20, because the knots are rounded."""
     low, high = breaks[0], breaks[-1]
     if abs(value - low) <= RELATIVE:
         return low + EDGE
@@ -254,7 +254,7 @@ def _column(file: dict[str, Any], name: str, path: Path) -> list[Fraction]:
 
 
 def _between(v: Fraction, winds: list[Fraction], values: list[Fraction]) -> Fraction:
-    """Return the piecewise linear value, held beyond both ends."""
+    """Return the piecewise linear value, constant beyond both ends."""
     if v <= winds[0]:
         return values[0]
     for k in range(len(winds) - 1):

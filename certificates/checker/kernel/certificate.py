@@ -1,4 +1,4 @@
-"""From a file to verdicts: read strictly, compare hashes and companions, replay every claim."""
+"""From a file to verdicts: strict reading, comparison of hashes, replay of every claim."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ def check(
 
     Parameters
     ----------
-    gains : a gain file; its law and all that it says beside must be the certificate's.
-    model : the model's data file; what it says must be what the certificate was made for.
+    gains : a gain file; its law and all other contents must be those of the certificate.
+    model : the model's data file; its contents must be those the certificate was made for.
 
     Raises
     ------
     CertificateError : a file is unreadable, damaged, or of another version.
     OtherGains : the certificate is not about the given gain file.
-    OtherModel : nor about the given model; the first field that differs is named.
+    OtherModel : the certificate is not about the given model; the first difference is named.
     """
     data = reader.read_json(Path(path))
     _require_whole(data, str(path))
     messages = [WITHOUT.format("gain", "gains"), WITHOUT.format("model", "plant")]
     if gains is None and model is None:
         return _replayed(data, str(path), messages)
-    # Imported here: most of it reads files, which a check without any is not trusted to.
+    # Imported here, so that a check without files does not depend on the code that reads them.
     from takagi.certificates.checker.files import companions
 
     if gains is not None:
@@ -55,7 +55,7 @@ def check(
 
 
 def check_document(document: Mapping[str, Any]) -> Checked:
-    """Return the verdict on a certificate that is not written yet, as a reader would see it.
+    """Return the verdict on a certificate in memory, as if it were read from its file.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def _require_whole(data: dict[str, Any], path: str) -> None:
     if integer(data, "version", "certificate") != VERSION:
         raise CertificateError(f"{path}: this checker reads version {VERSION}; use a matching one")
     hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
-    # A hash guards against accidents; a controller that no claim is about may come without one.
+    # A hash detects accidental changes; a controller without a claim may have no hash.
     told = isinstance(hashes, dict) and "controller" in hashes
     for part in ("model", "gains", "claims", *(["controller"] if told else [])):
         if text(hashes, part, "provenance.sha256") != reader.digest(data.get(part)):
@@ -87,7 +87,7 @@ def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
     model, gains = member(data, "model", "certificate"), data.get("gains")
     family = None
     if any(kind in KINDS for kind in kinds):
-        # Imported here: a turbine's loop is no sum over rules.
+        # Imported here: a turbine's loop does not need it, because it is not a sum over rules.
         from takagi.certificates.checker.kernel.model_loop import read_family
 
         family = read_family(model, gains)
@@ -96,7 +96,7 @@ def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
         text(claim, "name", f"claims[{i}]")
         found.append(replay(claim, data, family, found, f"claims[{i}]"))
     if isinstance(model, dict) and model.get("kind") == "plant":
-        # Imported here: a turbine and matrices have no model that has to contain them.
+        # Imported here: for a turbine or for matrices no model has to contain a plant.
         from takagi.certificates.checker.plant.containment import of_the_plant
 
         found = of_the_plant(found, kinds, path)

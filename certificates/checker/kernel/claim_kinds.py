@@ -1,7 +1,7 @@
 """Which function replays which kind of claim.
 
-Modules stand here by name, and are imported when a certificate has such a claim: what is not
-needed for a verdict is not loaded for it.
+Modules are listed by name and imported only when a certificate has such a claim. So a verdict loads
+only the code that it needs.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["KINDS", "OWN_READING", "RESTING", "replay"]
 
-# Claims about the loop that model and gains make.
+# Claims about the loop of model and gains.
 KINDS = {
     "decay": "kinds.decay.check_decay",
     "no-common-decay": "kinds.no_common_decay.check_no_common_decay",
@@ -34,7 +34,7 @@ KINDS = {
     "observed-feedback": "kinds.observer.check_observed_feedback",
     "transient": "kinds.transient.check_transient",
 }
-# Claims with a reading of model and gains of their own, and those that hold their own matrices.
+# Claims that read model and gains in their own way, or contain their own matrices.
 OWN_READING = {
     "coherent-loop": "turbine.coherent.check_coherent",
     "paper-loop": "turbine.paper.check_paper",
@@ -45,7 +45,7 @@ OWN_READING = {
     "quadratic-decay": "kinds.quadratic.check_quadratic",
     "no-common-quadratic": "kinds.quadratic.check_impossibility",
 }
-# Claims that rest on an earlier one: given the whole file and the verdicts before them.
+# Claims that depend on an earlier claim: they get the whole file and the earlier verdicts.
 RESTING = {
     "wind-rate": "turbine.wind_rate.check_wind_rate",
     "actuator-rates": "turbine.actuator_rates.check_actuator_rates",
@@ -59,8 +59,8 @@ def replay(
 
     Parameters
     ----------
-    data : the whole file; a claim of ``KINDS`` needs none of it, and no other goes without.
-    family : the loop that model and gains make; needed for claims of ``KINDS``.
+    data : the whole file; claims of ``KINDS`` do not need it, all others do.
+    family : the loop of model and gains; needed for claims of ``KINDS``.
     found : the verdicts on the claims before this one.
 
     Raises

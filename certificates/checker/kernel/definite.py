@@ -16,7 +16,7 @@ __all__ = ["is_positive_definite", "is_symmetric", "positive_definite_integers"]
 __all__ += ["to_integers"]
 
 Rows = Sequence[Sequence[int]]
-# Pivots grow to size times bits, and there are size^3 products: about a minute.
+# Pivots grow to about size times bits bits, and there are size^3 products: about a minute.
 MOST_WORK = 10**10
 
 
@@ -25,7 +25,7 @@ def positive_definite_integers(matrix: Rows, *, zero_passes: bool = False) -> bo
 
     Parameters
     ----------
-    zero_passes : semidefinite is enough: a zero pivot needs a zero column, which then drops out.
+    zero_passes : accept semidefinite matrices: a zero pivot needs a zero column, then removed.
     """
     rows = [list(row[: i + 1]) for i, row in enumerate(matrix)]
     previous, size = 1, len(rows)
@@ -34,6 +34,7 @@ def positive_definite_integers(matrix: Rows, *, zero_passes: bool = False) -> bo
         raise Refused(f"an inequality of order {size} with numbers of {bits} bits: too large")
     for k in range(size):
         pivot = rows[k][k]
+        # In a semidefinite matrix a zero on the diagonal needs a zero row and column.
         if zero_passes and pivot == 0 and not any(rows[i][k] for i in range(k + 1, size)):
             continue
         if pivot <= 0:
@@ -41,6 +42,7 @@ def positive_definite_integers(matrix: Rows, *, zero_passes: bool = False) -> bo
         for i in range(k + 1, size):
             row, factor = rows[i], rows[i][k]
             for j in range(k + 1, i + 1):
+                # The division is exact: the result is a minor of the matrix (Bareiss).
                 row[j] = (row[j] * pivot - factor * rows[j][k]) // previous
         previous = pivot
     return True

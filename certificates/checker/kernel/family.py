@@ -1,18 +1,19 @@
-r"""The loop that claims are about, with exact numbers: vertices, gains, and what weighs them.
+r"""The loop that claims are about, with exact numbers: vertices, gains and their weights.
 
     x' = sum_i h_i (A_i x + B_i u + E_i w),   y = sum_i h_i (C_i x + D_i u),   u = -sum_j g_j K_j x
 
-or x+ in the place of x' in discrete time, for any weights >= 0 that sum to one, however they move.
+or x+ in place of x' in discrete time, for any weights >= 0 with sum one that may vary freely.
 The loop is the double sum of h_i g_j (A_i - B_i K_j).  Pairs whose products of weights are equal
 are added up: a matrix inequality that is affine in the matrices of a pair holds along the loop
 when it holds for the mean of each such group, a ``Blend``.  Which products are equal:
 
     (i, j) and (j, i)        where the law has the weights of the model, g = h
     equal corners            where h_i = prod_k w_k,c_ik besides: the corners {c_ik, c_jk} agree
-    a pair by itself         where the law has weights of its own, or would need its own command
-                             to know those of the model; and beside weights that are averages
+    a pair by itself         where the law has its own weights, or the model's weights depend
+                             on the command; and where the weights are averages
 
-One gain for all rules, or one B and one D with g = h, makes the loop affine: its rules suffice.
+One gain for all rules, or one B and one D with g = h, makes the loop affine in the weights. Then it
+suffices to check the rules.
 """
 
 from __future__ import annotations
@@ -34,25 +35,26 @@ Pairs = tuple[tuple[int, int], ...]
 Side = tuple[Fraction, Fraction]
 Box = tuple[Side | None, ...]
 SHAPES = {"A": "nn", "B": "nm", "C": "pn", "D": "pm", "E": "nq"}
-# Weights that are means of slopes along the segment from rest to the state: see ``averaged``.
+# Weights that are mean slopes from the equilibrium to the state: see ``averaged``.
 SECANTS = "secants"
-# Exact elimination takes time like the fourth power of the order: two minutes at most.
+# The time of exact elimination grows as the fourth power of the order: at most two minutes.
 MOST_PAIRS, MOST_WORK = 1 << 20, 10**8
 
 
 @dataclass(frozen=True)
 class Family:
-    """Vertices and gains; a stack of one matrix stands for all rules, an empty one for nothing.
+    """Vertices and gains; a stack of one matrix applies to all rules, an empty stack means none.
 
-    x and u are deviations from where the loop rests; of a ``plant`` that is the law's trim, which
-    the claim ``sector-embedding`` compares, of a model of matrices alone it is what they are about.
+    x and u are deviations from the equilibrium. For a ``plant`` this is the law's trim, which the
+    claim ``sector-embedding`` compares; for matrices alone it is the point they refer to.
 
     ``box`` : per state, its range in the coordinates of x, or None; ``other_box`` : the ranges of
     box variables that are not states.  ``corners`` : c_ik per rule, where weights are products;
     ``weights`` : see ``weights_of``.  ``scheduled_by`` : the variables that the premises depend
-    on, or None where the model does not say.  ``stated_rules`` : how many rules the model has, for
-    all its stacks but those that a claim has put aside.  ``more`` : stacks of a claim, by rule.
-    ``resting_elsewhere`` : which of x, u, y, w stand for deviations from a rest that is not 0.
+    on, or None where the model does not say.  ``stated_rules`` : the number of rules of the model,
+    also when a claim leaves some stacks out. ``more`` : stacks of a claim, by rule.
+    ``resting_elsewhere`` : which of x, u, y, w are deviations from an equilibrium value other than
+    0.
     """
 
     A: Stack
@@ -91,7 +93,7 @@ class Family:
 
     @property
     def averaged(self) -> bool:
-        """Whether the weights are averages along a segment: nothing in the loop can have them."""
+        """Whether the weights are averages along a segment, which no law can evaluate."""
         return self.weights == SECANTS and self.rules > 1
 
     def groups(self) -> list[tuple[str, Pairs]]:
@@ -118,7 +120,7 @@ class Family:
 
 @dataclass(frozen=True)
 class Blend:
-    """A group of pairs; its matrices are means over the pairs, of the closed loop where A or C."""
+    """A group of pairs with the mean matrices over the pairs; A and C are of the closed loop."""
 
     family: Family
     label: str
@@ -143,7 +145,7 @@ class Blend:
         return self.of(self.family.K, 1)
 
     def of(self, stack: Stack, side: int = 0) -> Matrix:
-        """Return the mean of what belongs to the vertices, or to the gains by ``side`` = 1."""
+        """Return the mean of the matrices of the vertices, or of the gains for ``side`` = 1."""
         return mean([_at(stack, pair[side]) for pair in self.pairs])
 
     def _closed(self, X: Stack, Y: Stack) -> Matrix:
@@ -154,7 +156,7 @@ class Blend:
 
 
 def bounded(count: int, order: int) -> None:
-    """Refuse more inequalities of an order than a reader would wait for."""
+    """Refuse a number of inequalities that would take too long to check."""
     if count * order**4 > MOST_WORK:
         raise CertificateError(f"{count} inequalities of order {order}: too many")
 
@@ -200,7 +202,7 @@ def _names(model: Any, key: str, count: int, where: str) -> tuple[str, ...]:
 
 
 def _different(owner: Any, key: str, where: str, count: int) -> tuple[str, ...]:
-    """Return so many different names, each one line of text."""
+    """Return this number of different names, each one line of text."""
     values = reader.member(owner, key, where)
     listed = values if isinstance(values, list) else []
     found = tuple(reader.text({key: value}, key, where) for value in listed)
@@ -228,7 +230,7 @@ def _box(model: Any, states: tuple[str, ...], where: str) -> tuple[Box, dict[str
         raise CertificateError(f"{where}.box: an object of ranges is needed")
     found = {}
     for name in sides:
-        # Sentences and refusals print a name as it stands.
+        # Sentences and messages print a name unchanged.
         if not name or not name.isprintable():
             raise CertificateError(f"{where}.box: {name[:60]!a} is no name of printable text")
         ends = reader.numbers(sides, name, f"{where}.box", 2)
@@ -250,10 +252,10 @@ def _corners(model: Any, where: str, rules: int) -> tuple[tuple[int, ...], ...] 
 
 
 def weights_of(premises: Any, corners: tuple[tuple[int, ...], ...] | None) -> str:
-    """Return what weights are made of, as one text to compare: two laws with the same are equal.
+    """Return the definition of the weights as one text; equal texts mean equal weights.
 
-    Numbers are compared as written, so that equal weights may be taken for different ones, never
-    the other way round.
+    Numbers are compared as written. So equal weights may be treated as different, but never
+    different weights as equal.
     """
     if not premises and not corners:
         return ""
@@ -282,22 +284,22 @@ def closed_by(plain: Family, gains: Any, where: str) -> Family:
     inputs = _names(gains, "input_names", needed[0], where) or plain.inputs
     if states != plain.states or (plain.inputs and inputs != plain.inputs):
         raise CertificateError(f"{where}: states or inputs are not the model's, in its order")
-    # One gain stands for as many rules as the law says; the loop does not depend on their number.
+    # A single gain applies to all rules of the law; the loop does not depend on their number.
     stated = gains.get("rules")
     same = len(stated) if isinstance(stated, list) else plain.rules
     corners = _corners(gains, where, len(K) if len(K) > 1 else same) or plain.corners
     shared = weights_of(gains.get("premises"), corners) == plain.weights
-    # A law whose weights follow from its own command would have to know it beforehand.
+    # A law cannot evaluate weights that depend on its own command.
     circular = len(K) > 1 and not set(plain.inputs).isdisjoint(plain.scheduled_by or ())
     known = shared and not circular and len(K) in (1, plain.rules)
-    # A law that does not say its premises has weights of which nothing is known but their sum.
+    # Without stated premises nothing is known about the law's weights except their sum.
     if not shared and corners is not None and len(K) > 1 and gains.get("premises"):
         _require_every_corner(gains["premises"], corners, where)
     return replace(plain, K=K, shared_weights=known)
 
 
 def _require_every_corner(premises: Any, corners: tuple[tuple[int, ...], ...], where: str) -> None:
-    """Refuse weights that are products, but not of all corners: their sum is not 1.
+    """Refuse products of weights that do not cover all corners, because their sum is not 1.
 
     Where no premises are stated, one that is at the same end in all rules counts as constant.
     """

@@ -1,4 +1,4 @@
-"""Exact matrices: whole numbers over one positive denominator, so that no fraction is reduced."""
+"""Exact matrices: integers over one positive denominator, which avoids reducing fractions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 
 __all__ = ["LARGEST", "Matrix", "mean", "read_matrix", "read_stack"]
 
-# Exact elimination beyond this would keep a reader waiting for minutes.
+# Exact elimination of larger matrices would take minutes.
 LARGEST = 80
 
 
@@ -89,7 +89,7 @@ class Matrix:
         return Matrix(rows, self.below * other.below)
 
     def reduced(self) -> Matrix:
-        """Return the same matrix without a factor that rows and denominator have in common."""
+        """Return the same matrix without the common factor of rows and denominator."""
         common = gcd(self.below, *(entry for row in self.rows for entry in row))
         rows = [[entry // common for entry in row] for row in self.rows]
         return Matrix(rows, self.below // common)

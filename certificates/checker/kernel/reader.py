@@ -1,6 +1,6 @@
 """A strict JSON reader for untrusted certificates.
 
-Numbers stay the text they were written as, so that what is proved is about the emitted decimals.
+Numbers are kept as the text in the file, so that a proof is about the emitted decimals.
 Duplicate keys, non-finite numbers, huge numbers, deep nesting and large files are refused.
 """
 
@@ -23,13 +23,13 @@ __all__ += ["numbers", "read_json", "read_text", "text"]
 LARGEST_FILE = 16_000_000
 DEEPEST, MOST_PARTS = 40, 2_000_000
 LONGEST_NUMBER, LARGEST_EXPONENT = 60, 40
-# Strings are skipped whole, so that brackets inside them neither add nor take away depth; the
-# possessive repeat keeps a string without an end from being tried twice.
+# Strings are skipped as a whole, so brackets inside them do not change the depth. The possessive
+# repeat prevents a second attempt at a string without an end.
 STRING_OR_BRACKET = re.compile(r'"(?:[^"\\]|\\.)*+"?|[\[{]|[\]}]', re.DOTALL)
 
 
 class Number(str):
-    """A number as it stands in the file."""
+    """A number as the text in the file."""
 
     __slots__ = ()
 
@@ -42,7 +42,7 @@ def read_json(path: Path) -> dict[str, Any]:
     CertificateError : unreadable, too large, not strict JSON, or not an object.
     """
     try:
-        if path.exists() and not path.is_file():  # A pipe may keep a reader waiting for ever.
+        if path.exists() and not path.is_file():  # Reading a pipe may block forever.
             raise CertificateError(f"{path}: a folder, pipe or device; a plain file is needed")
         with path.open("rb") as file:
             written = file.read(LARGEST_FILE + 1).decode("utf-8")
@@ -67,7 +67,7 @@ def read_text(written: str, source: str) -> dict[str, Any]:
             object_pairs_hook=_object,
         )
     except CertificateError as error:
-        # Imported here: only a file that is refused has its entry looked for.
+        # Imported here: only a refused file needs the search for its entry.
         from takagi.certificates.checker.kernel.refused_entry import place
 
         raise CertificateError(f"{source}: {place(written, error, _literal)}{error}") from error
@@ -79,7 +79,7 @@ def read_text(written: str, source: str) -> dict[str, Any]:
 
 
 def _check_size(written: str, source: str) -> None:
-    """Refuse deep nesting, and more parts than memory should hold, before they are made."""
+    """Refuse deep nesting and too many parts before any object is created."""
     if sum(map(written.count, ",[{")) > MOST_PARTS:
         raise CertificateError(f"{source}: over {MOST_PARTS} entries; no certificate has so many")
     depth = 0
@@ -90,7 +90,7 @@ def _check_size(written: str, source: str) -> None:
 
 
 def _literal(written: str) -> Number:
-    if not written[-1].isdigit():  # JSON has no such numbers, Python's reader has.
+    if not written[-1].isdigit():  # Python's reader accepts such numbers, JSON does not.
         raise CertificateError(f"{written} is not a number; a finite decimal is needed")
     if len(written) > LONGEST_NUMBER:
         raise CertificateError(f"a number of {len(written)} characters; at most {LONGEST_NUMBER}")
@@ -126,14 +126,14 @@ def digest(value: Any) -> str:
 
 
 def member(owner: Any, key: str, where: str) -> Any:
-    """Return owner[key]; refuses with the place when it is missing."""
+    """Return owner[key]; if it is missing, the error names the place."""
     if not isinstance(owner, dict) or key not in owner:
         raise CertificateError(f"{where}: {key!r} is missing; `takagi certify` writes one anew")
     return owner[key]
 
 
 def text(owner: Any, key: str, where: str) -> str:
-    """Return one line of text; refuses what a terminal would not print as it stands."""
+    """Return one line of text; refuses characters that a terminal does not print."""
     value = member(owner, key, where)
     if not isinstance(value, str) or isinstance(value, Number) or not value.isprintable():
         raise CertificateError(f"{where}.{key}: one line of printable text is needed")
@@ -158,7 +158,7 @@ def numbers(owner: Any, key: str, where: str, count: int | None = None) -> list[
 
 
 def listed(owner: Any, key: str, where: str, least: int, most: int) -> list[Any]:
-    """Return a list of so many entries, of whatever kind."""
+    """Return a list with this number of entries of any type."""
     values = member(owner, key, where)
     if not isinstance(values, list) or not least <= len(values) <= most:
         raise CertificateError(f"{where}.{key}: a list of {least} to {most} is needed")

@@ -1,4 +1,4 @@
-"""Why the checker refuses to go on: the file is not what it has to be."""
+"""The exceptions by which the checker refuses a file."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ class CertificateError(ValueError):
 
 
 class Refused(CertificateError):
-    """A computation met something that no sound certificate contains."""
+    """A computation met a value that no valid certificate contains."""
 
 
 class OtherGains(CertificateError):
-    """The gain file says something else than the certificate: what is proved is not about it."""
+    """The gain file differs from the certificate, so the proofs are not about it."""

@@ -1,4 +1,4 @@
-"""What a check returns: a verdict per claim, and one for the certificate."""
+"""The result of a check: a verdict per claim, and one for the certificate."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Found:
-    """What replaying one claim found, before it is put in words.
+    """The result of replaying one claim, before its sentence is written.
 
     Attributes
     ----------
-    verdict : stands; what makes words of the rest is asked afterwards and cannot change it.
-    words : the module of ``takagi.certificates.checker.words`` that says it.
-    given : what that module's ``said`` is given; it returns (name, text).
+    verdict : final; the code that writes the sentence runs afterwards and cannot change it.
+    words : the module of ``takagi.certificates.checker.words`` that writes the sentence.
+    given : the arguments of that module's ``said``, which returns (name, text).
     """
 
     verdict: Verdict
@@ -36,9 +36,9 @@ class Found:
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim of the file: its name, the verdict on it, and why or about what.
+    """One claim of the file: its name, its verdict, and the reason or the statement.
 
-    ``assumes`` : what the verdict rests on beside the proof, as short phrases.
+    ``assumes`` : the assumptions of the verdict beside the proof, as short phrases.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Checked:
     ----------
     verdict : PROVED when every claim is; DISPROVED when one is; UNDECIDED otherwise.
     claims : in the file's order.
-    messages : what the reader has to know, e.g. that only embedded copies were checked.
+    messages : notes for the reader, e.g. that only embedded copies were checked.
     """
 
     verdict: Verdict
@@ -67,5 +67,5 @@ class Checked:
 
     @property
     def assumes(self) -> tuple[str, ...]:
-        """What the claims rest on beside the proof, each phrase once."""
+        """The assumptions of the claims beside the proof, each phrase once."""
         return tuple(dict.fromkeys(phrase for claim in self.claims for phrase in claim.assumes))

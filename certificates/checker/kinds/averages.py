@@ -1,9 +1,9 @@
-"""What cannot be claimed of a loop whose weights are averages along a segment.
+"""Claims that are impossible for a loop whose weights are averages along a segment.
 
-The weights of a secant embedding belong to means of slopes between rest and the present state.  No
-observer, output or function of Lyapunov that is written with them can be evaluated, and with the
-slopes at the present state in their place the claim is false: an observer of x' = -x - x^3 + u that
-measures x = y and has the slope there keeps an error while x rests at 0.9.
+The weights of a secant embedding belong to mean slopes between the equilibrium and the present
+state. No observer, output or Lyapunov function that uses these weights can be evaluated. With the
+slopes at the present state instead, the claim is false: an observer of x' = -x - x^3 + u that
+measures y = x and uses the slope there keeps an error while x stays at 0.9.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ CURES = {
 
 
 def why_averages_fail(family: Family, what: str) -> str:
-    """Return why a claim makes no sense of this model, and what to do; empty where it does.
+    """Return why a claim is impossible for this model, and what to do; empty if it is possible.
 
     Parameters
     ----------

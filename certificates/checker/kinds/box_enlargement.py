@@ -1,4 +1,4 @@
-r"""``box-enlargement``: the claim ``decay`` where the premises' ranges are theta times as wide.
+r"""``box-enlargement``: the claim ``decay`` for premise ranges that are theta times as wide.
 
 Weights that are products, h_i = prod_k w_k,c_ik with w_k1 = (z_k - lower_k)/(upper_k - lower_k),
 make the loop affine in each premise z_k by itself.  With every range enlarged about its middle by
@@ -15,9 +15,8 @@ hull, and is shown by it.
 
 Evidence: ``P``, ``decay_rate``, ``enlargement`` theta.
 
-Not claimed: that the plant is affine in its premises beyond its box as the model is within; of a
-sector model the matrices are, and the ranges of the premises are what grows, not those of the
-states.
+Not claimed: that outside its box the plant is still affine in its premises. In a sector model only
+the matrices are affine, and the ranges of the premises are enlarged, not those of the states.
 
 Source: derived here.
 """
@@ -45,7 +44,7 @@ def check_box_enlargement(claim: Any, family: Family, where: str) -> Outcome:
     theta = number(claim, "enlargement", where)
     if theta < 0:
         return Claim(name, Verdict.UNDECIDED, "the enlargement is negative")
-    if theta < 1:  # Not all of the model is shown, so that nothing may be said of its plant.
+    if theta < 1:  # A part of the model only: nothing holds for the plant.
         family = replace(family, box=(), other_box=None)
     wider = replace(
         family,

@@ -1,11 +1,11 @@
-r"""Whether an ellipsoid {x'Px <= c} lies where the model says something about its plant.
+r"""Check that an ellipsoid {x'Px <= c} lies in the box where the model represents its plant.
 
     |a x| <= b on the ellipsoid   exactly when   c a P^-1 a' <= b^2:   [[P, a'], [a, b^2 / c]] >= 0
 
-for P > 0, by Schur.  The box of a model gives ranges to states, which the ellipsoid is to keep; to
-inputs, which u = -K_j x is to keep for every gain, or u = 0 without gains; to disturbances, which
-are bounded by the claim or taken for granted; and to other signals that the premises depend on,
-which are taken for granted, and the verdict names them.
+for P > 0, by Schur.  The box of a model has ranges of states, which the ellipsoid must satisfy, and
+of inputs, which u = -K_j x must satisfy for every gain (u = 0 without gains). Ranges of
+disturbances are bounded by the claim or assumed. Ranges of other signals in the premises are
+assumed, and the verdict names them.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.2.2.
 """
@@ -44,7 +44,7 @@ def row_of(matrix: Matrix, k: int) -> Matrix:
 
 
 def outside_of(family: Family, P: Matrix, level: Fraction, added: Sequence[Fraction] = ()) -> str:
-    """Return which side of the box {x'Px <= level} may cross; empty when it crosses none.
+    """Return the side of the box that {x'Px <= level} may cross; empty if it crosses none.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def bounded_inputs(family: Family) -> dict[int, Range]:
 def beyond_range(family: Family, bounds: Sequence[Fraction]) -> str:
     """Return which disturbance |w_k| <= bounds_k may leave its range in the box; empty for none.
 
-    One that only schedules, without a column of E that is not zero, is left to ``words.validity``.
+    A signal that only schedules (its column of E is zero) is left to ``words.validity``.
     """
     moved = pushing(family)
     for name, side in (family.other_box or {}).items():
@@ -91,7 +91,7 @@ def beyond_range(family: Family, bounds: Sequence[Fraction]) -> str:
 
 
 def pushing(family: Family) -> set[str]:
-    """Return the disturbances that move the state by themselves."""
+    """Return the disturbances with a nonzero column of E."""
     return {
         name
         for k, name in enumerate(family.disturbances)

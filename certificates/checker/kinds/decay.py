@@ -52,10 +52,12 @@ def decrease_factor(family: Family, alpha: Fraction) -> Fraction:
     if family.sample_time is None:
         return 2 * alpha
     if not alpha:
+        # alpha = 0 is stability alone; here e^0 = 1 is exact.
         return Fraction(1)
     # Imported here: continuous time needs no exponential.
     from takagi.certificates.checker.arithmetic.exponential import exp_below
 
+    # Rounded down: a smaller rho^2 makes the inequality stronger.
     return exp_below(2 * alpha * family.sample_time)
 
 

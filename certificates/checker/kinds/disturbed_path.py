@@ -1,15 +1,15 @@
-r"""The path from a disturbance to an output through the loop, blend by blend, exactly.
+r"""The exact channel from a disturbance to an output through the loop, blend by blend.
 
     x' = A x + B w,   y = C x + D w        (x+ in the place of x' in discrete time)
 
-with A and C of the closed loop.  Which path is said by the claim:
+with A and C of the closed loop. The claim selects the channel:
 
     "disturbance": "disturbances"   B = E_i, D = 0
     "disturbance": "inputs"         B = B_i, D = D_i: w is added to the input, u = -K x + w
     "output": absent                C = C_i - D_i K_j of the model
     "output": {"C", "D", "F"}       y = C x + D u + F w of its own, stacks of one or r matrices;
-                                    D and F may be left out; one each beside a secant embedding,
-                                    whose weights nobody can evaluate
+                                    D and F may be left out; one of each for a secant embedding,
+                                    because its weights cannot be evaluated
 
 Means over the pairs of a ``Blend`` are taken of every matrix alike, so the loop is a blend of these
 paths, and what is convex in (A, B, C, D) holds for the loop when it holds for each of them.
@@ -36,7 +36,7 @@ Stack = tuple[Matrix, ...]
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """One blend's path; ``D`` is None where nothing leads from w to y directly."""
+    """The channel of one blend; ``D`` is None if there is no direct feedthrough from w to y."""
 
     label: str
     A: Matrix
@@ -78,11 +78,11 @@ def paths(claim: Any, family: Family, where: str) -> Iterator[Path]:
 
 
 def entrance(claim: Any, family: Family, where: str) -> tuple[str, Stack]:
-    """Return which way w comes in, and its matrices: E, or B.
+    """Return how w enters the loop, and its matrices: E, or B.
 
     Raises
     ------
-    CertificateError : a way that is not known, or that the model does not have.
+    CertificateError : an unknown kind of disturbance, or one that the model does not have.
     """
     way = text(claim, "disturbance", where)
     if way not in ("disturbances", "inputs"):
@@ -94,7 +94,7 @@ def entrance(claim: Any, family: Family, where: str) -> tuple[str, Stack]:
 
 
 def _with_output(claim: Any, family: Family, width: int, where: str) -> tuple[Family, Stack]:
-    """Return the family with the claim's output in the place of its own, and F."""
+    """Return the family with the claim's output in place of its own, and F."""
     if "output" not in claim:
         return family, ()
     place = f"{where}.output"

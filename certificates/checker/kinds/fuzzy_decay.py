@@ -1,8 +1,8 @@
 r"""``fuzzy-decay``: V = x'P(w)x decays, with P a polynomial in the weights.
 
-w are the weights of the premises where rules are products of them, else those of the rules.  With
-the closed loop G(w), and every monomial of these polynomials, raised by ``polya``, of the sign
-that is asked for:
+w are the weights of the premises if the rules are products of them, else the weights of the rules.
+G(w) is the closed loop. After multiplication by ``polya``, every coefficient of these polynomials
+must have the required sign:
 
     P(w) > 0
     continuous   -(P(w) G(w) + G(w)'P(w) + 2 alpha P(w) + sum_kc v_kc dP/dw_kc) > 0
@@ -10,8 +10,8 @@ that is asked for:
     discrete     [ rho^2 P(w)   G(w)'P_b ]
                  [ P_b G(w)     P_b      ] > 0     for every P_b
 
-with rho^2 <= e^(-2 alpha T).  In discrete time the weights may jump as they like: P at the next
-sample is a convex combination of the P_b, the Bernstein coefficients of P.  In continuous time
+with rho^2 <= e^(-2 alpha T).  In discrete time the weights may jump freely: P at the next sample is
+a convex combination of the P_b, the Bernstein coefficients of P.  In continuous time
 they keep to the rates [1/s], which is taken for granted; a rate that is null is no bound, and P
 then must not depend on that weight.  Weights of a secant embedding are averages that nobody can
 evaluate: there P must not depend on any.
@@ -69,7 +69,7 @@ def check_fuzzy_decay(claim: Any, family: Family, where: str) -> Outcome:
 def inequalities(
     claim: Any, family: Family, where: str
 ) -> tuple[list[tuple[Polynomial, str]], Rates | None]:
-    """Return what has to be positive, each with words for where it is not; and weights' rates.
+    """Return the matrices to be positive definite, each with a message, and the weights' rates.
 
     These are None in discrete time, where weights may move as they like.
     """
@@ -77,7 +77,7 @@ def inequalities(
     P, coefficients = _scheduled(claim, family, where)
     if any(P.degrees):
         refuse_averages(family, "function", where)
-    # No pieces is refused later; the work before that is bounded as for one.
+    # An empty list of pieces is refused later; until then the work is bounded as for one piece.
     cut = max(1, len(claim["halvings"])) if isinstance(claim.get("halvings"), list) else 1
     raise_by = [polya] * len(P.sizes)
     _bounded(cut * len(exponents(P.sizes, [d + polya for d in P.degrees])), family.order, where)

@@ -1,4 +1,4 @@
-r"""``gain-rounding``: the claim ``decay`` for all gains near those that are emitted.
+r"""``gain-rounding``: the claim ``decay`` for all gains near the emitted gains.
 
 Every K_j may be replaced by K_j + D_j, |D_j,kl| <= delta_j,kl = absolute_kl + relative |K_j,kl|,
 all at once, even while the loop runs.  With b_ik = P B_i e_k, any tau_k > 0, and
@@ -57,7 +57,7 @@ def check_gain_rounding(claim: Any, family: Family, where: str) -> Outcome:
     factor = decrease_factor(family, alpha)
     effects = [_effect(P @ B, tau) for B in family.B]
     steps = [_step(absolute, relative, K, tau) for K in family.K]
-    # Both are convex, so that on a piece of the weights their means at its corners bound them.
+    # Both are convex, so on a piece of the weights the means at its corners are upper bounds.
     blends = blends_of(replace(family, more=(tuple(effects), tuple(steps))), claim, where)
     bounded(len(blends), 2 * n if family.is_discrete else n)
     for blend in blends:

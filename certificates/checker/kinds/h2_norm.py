@@ -6,16 +6,17 @@ With V = x'Px, P > 0 and F of V' (or V(x+) - V) = -x'Fx, for every blend
 
 and in continuous time D = 0: white noise must not reach the output directly.  Both are convex in
 the blend, so they hold along the loop: E V' <= nu - E|y|^2, for weights that may depend on the
-state and on time, not on noise still to come.  The energies of y after an impulse in each w_k at
+state and on time, but not on future noise.  The energies of y after an impulse in each w_k at
 one instant, from rest, sum to at most nu.
 
-Where B differs between the rules it may move with the state, and in continuous time the integral
-is Ito's, B before the step.  Noise of a wide band that is smooth tends to Stratonovich's, where a
+If B differs between the rules, it may depend on the state. In continuous time the integral is then
+that of Ito (B is evaluated before the step).  Noise of a wide band that is smooth tends to
+Stratonovich's, where a
 state that moves B by itself pushes besides: x1' = -x1 + w, x2' = -x2/5 + tanh(5 x1) w has the mean
 of x2^2 at most 2.52 by this claim, and 7.96 in a simulation with noise of 500 rad/s.
 
-Not bounded: E|y|^2 at one instant.  Noise is not bounded, so it drives a plant out of any box some
-time; of a plant the claim holds as long as its state stays in the model's box.
+Not bounded: E|y|^2 at one instant. Noise is unbounded, so at some time it drives a plant out of any
+box. For a plant the claim holds as long as its state stays in the model's box.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1 (output energy).
 """
@@ -67,7 +68,7 @@ def check_h2_norm(claim: Any, family: Family, where: str) -> Outcome:
 
 
 def _of_the_noise(claim: Any, family: Family) -> str:
-    """Return what premises depend on that carries the noise at the same instant; empty if none."""
+    """Return a premise variable that contains the noise of the same instant; empty if none."""
     noisy = family.disturbances if claim["disturbance"] == "disturbances" else family.inputs
     return ", ".join(name for name in family.scheduled_by or () if name in noisy)
 

@@ -1,8 +1,8 @@
-r"""The weights cut into pieces, on each of which the claim is shown by itself.
+r"""Subdivision of the weights into pieces; the claim is proved on each piece separately.
 
 The loop is sum_ij h_i h_j G_ij.  On a piece of the weights with corners v^1, ..., v^r it is the
-same sum with A(v^k), B(v^k), K(v^k) in the place of A_i, B_i, K_i: what is shown for the means of
-its pairs holds for every weight of the piece.  On the whole simplex (G_ij + G_ji)/2 may fail though
+same sum with A(v^k), B(v^k), K(v^k) in the place of A_i, B_i, K_i: a proof for the means of its
+pairs holds for every weight of the piece.  On the whole simplex (G_ij + G_ji)/2 may fail though
 no blend does; on pieces of size d the means are within d^2 of blends.
 
 A halving cuts between two corners i and j: the one piece has the middle in the place of j, the

@@ -1,5 +1,4 @@
-r"""``input-limits``: |u_k| <= ubar_k, and |u_k'| or |u_k(x+) - u_k(x)|, along every solution from a
-set that none leaves.
+r"""``input-limits``: bounds of |u_k|, and of |u_k'| or |u_k(x+) - u_k(x)|, on an invariant set.
 
 On an invariant set {x'Px <= c} of ``invariant_set``, for u = -sum_j g_j K_j x, every gain j and
 every input k,
@@ -57,7 +56,7 @@ def check_input_limits(claim: Any, family: Family, where: str) -> Outcome:
 def _rates(
     claim: Any, family: Family, held: InvariantSet, where: str
 ) -> tuple[list[Fraction] | None, list[Fraction], str]:
-    """Return (limits of rates, what they take for granted, why they fail); None for no limits."""
+    """Return (rate limits, their assumptions, why they fail); None for no limits."""
     if "rate_limits" not in claim:
         return None, [], ""
     limits = numbers(claim, "rate_limits", where, family.K[0].shape[0])

@@ -1,4 +1,4 @@
-r"""How fast u = -sum_j h_j K_j x moves on an invariant set {x'Px <= c}, input by input.
+r"""Bounds of the rate of u = -sum_j h_j K_j x on an invariant set {x'Px <= c}, input by input.
 
 Continuous time, with G_il = A_i - B_i K_l and the disturbance v = E_i w:
 
@@ -45,7 +45,7 @@ MOST_RULES, MOST_MOVING = 24, 10
 def why_rate_fails(
     claim: Any, family: Family, held: InvariantSet, limits: Sequence[Fraction], where: str
 ) -> tuple[list[Fraction], str]:
-    """Return (rates of memberships taken for granted, why the limits are not shown to be kept).
+    """Return (assumed rates of memberships, why the limits are not proved).
 
     Raises
     ------
@@ -78,12 +78,12 @@ def why_rate_fails(
 
 
 def motion_rows(family: Family, where: str, later: Stack | None = None) -> Iterator[Matrix]:
-    """Yield the matrices whose rows, times x, blend into u' or u(x+) - u(x) of a standing h.
+    """Yield matrices whose rows, times x, have u' or u(x+) - u(x) for constant h in their hull.
 
     Parameters
     ----------
-    later : gains K_l that the next sample may blend, where ``family`` is a piece of the weights:
-        those of all pieces, for h+ is not held in the piece of h.
+    later : the gains K_l of the next sample if ``family`` is a piece of the weights: those of all
+        pieces, because h+ may lie outside the piece of h.
     """
     r, (m, n) = family.rules, family.K[0].shape
     if len(family.K) == 1:

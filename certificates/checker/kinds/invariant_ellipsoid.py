@@ -1,7 +1,8 @@
 r"""``invariant-ellipsoid``: {x'Px <= c} lies in the model's box, and no solution leaves it.
 
-So the model is its plant along every solution that starts inside.  Without disturbance it is a
-region of attraction: each of them tends to 0.  ``invariant_set`` has the inequalities and the
+So the model equals its plant along every solution that starts inside. Without disturbance the set
+is a region of attraction: every such solution tends to 0.  ``invariant_set`` has the inequalities
+and the
 evidence, ``box_of_validity`` those about the box: states, and inputs by u = -K_j x.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 5.2 and 6.1.3.

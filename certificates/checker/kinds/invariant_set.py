@@ -51,10 +51,10 @@ MOST_DISTURBANCES = 10
 
 @dataclass(frozen=True)
 class InvariantSet:
-    """What the claim says of the set; nothing is checked before ``why_not``.
+    """The claim's set as stated; ``why_not`` checks it.
 
     ``bounds`` : on |w_k|, one a disturbance, or on |w|_2 where ``is_ball``; None for w = 0.
-    ``E`` : the matrices by which w comes in; ``claim``, ``where`` : what it was read from.
+    ``E`` : the input matrices of w; ``claim``, ``where`` : the source in the file.
     """
 
     P: Matrix
@@ -68,7 +68,7 @@ class InvariantSet:
     where: str = ""
 
     def why_not(self, family: Family) -> str:
-        """Return why the set is not shown to be invariant and inside the box; empty if it is."""
+        """Return why the set is not proved invariant and inside the box; empty if it is proved."""
         if not self.P.is_positive_definite:
             return "P is not symmetric positive definite"
         for label, whole in self._inequalities(family):
@@ -86,6 +86,7 @@ class InvariantSet:
         """Bounds on |w_k|; () without disturbance."""
         if self.bounds is None:
             return ()
+        # |w|_2 <= b implies |w_k| <= b for every k.
         return self.bounds * self.E[0].shape[1] if self.is_ball else self.bounds
 
     def _inequalities(self, family: Family) -> Iterator[tuple[str, Matrix]]:
@@ -111,11 +112,12 @@ class InvariantSet:
                 )
 
     def _corners(self) -> Iterator[Matrix]:
-        """Yield b I of a ball, or the corners of the box as columns; opposite ones are alike."""
+        """Yield b I of a ball, or the corners of the box as columns, one of each opposite pair."""
         assert self.bounds is not None
         if self.is_ball:
             yield scaled_identity(self.E[0].shape[1], self.bounds[0])
             return
+        # w and -w give the same inequality, so the first sign is fixed.
         for signs in product((1, -1), repeat=len(self.bounds) - 1):
             yield Matrix.of([[s * b] for s, b in zip((1, *signs), self.bounds, strict=True)])
 
@@ -130,6 +132,7 @@ def read_invariant_set(claim: Any, family: Family, where: str) -> InvariantSet:
     n = family.order
     P = read_matrix(claim, "P", where, (n, n))
     level, multiplier = (_positive(claim, key, where) for key in ("level", "multiplier"))
+    # V(x+) <= (1 - s) V + s c keeps V <= c from V <= c only for s <= 1.
     if family.is_discrete and multiplier > 1:
         raise CertificateError(f"{where}.multiplier: at most 1 in discrete time")
     if "disturbance" not in claim:

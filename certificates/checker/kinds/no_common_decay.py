@@ -1,7 +1,7 @@
 r"""``no-common-decay``: no P > 0 makes V = x'Px decay at this rate along every blend of the loop.
 
-Blends G_k = G(h^k) of weights h^k that the loop takes by itself, and for them either multipliers
-Z_k = L_k L_k', not all zero,
+The evidence uses blends G_k = G(h^k) at weights h^k that the loop can attain. Either there are
+multipliers Z_k = L_k L_k', not all zero,
 
     continuous   S = sum_k (G_k Z_k + Z_k G_k' + 2 alpha Z_k) >= 0
     discrete     S = sum_k (G_k Z_k G_k' - rho^2 Z_k) >= 0,        rho^2 >= e^(-2 alpha T),
@@ -13,14 +13,14 @@ with a symmetric P that decreases along it as ``decay`` asks for, with the large
 positive definite: then G has an eigenvalue with real part > -alpha, or of size > rho (Lyapunov's
 and Stein's theorems), along which no other V falls as fast.
 
-Which weights a loop takes by itself: a rule alone, h = e_i; or h of shares that the file names,
+Weights that a loop can attain: a single rule, h = e_i; or h of shares that the file names,
 with G(h) = A(h) - B(h) K(h) formed here.  Where weights are products of those of premises, the
-shares are those of each premise, and h_i = prod_k w_k,c_ik.  The mean of G_ij and G_ji is no such
-blend: there h_i h_j never stands alone.  Of a law with weights of its own it is not known which of
-its gains meet which rule, so that nothing is excluded.
+shares are those of each premise, and h_i = prod_k w_k,c_ik.  The mean of G_ij and G_ji is not such
+a blend, because h_i h_j never occurs without h_i^2 and h_j^2. For a law with its own weights it is
+not known which gain meets which rule, so nothing can be disproved.
 
-What is disproved is the function, not the loop: another kind of function may exist; and it is about
-the weights, which a plant that the model contains need not all take.
+The claim disproves a common quadratic function, not stability: another kind of function may exist.
+It concerns the weights; a plant contained in the model need not attain all of them.
 
 Evidence: ``decay_rate``, and ``multipliers`` [{blend, factor}] or ``blend`` and ``P``.  A ``blend``
 is the number of a rule, from 0, or the shares: one row of numbers >= 0 for each premise, or for all
@@ -76,6 +76,7 @@ def _factor(family: Family, alpha: Fraction) -> Fraction:
     """Return 2 alpha in continuous time, rho^2 >= e^(-2 alpha T) in discrete time."""
     if family.sample_time is None:
         return 2 * alpha
+    # Rounded up: a larger rho^2 makes it harder to disprove a common P.
     return exp_above(2 * alpha * family.sample_time) if alpha else Fraction(1)
 
 
@@ -99,6 +100,7 @@ def _multipliers_exclude(
         blends.append(h)
         size += sum(Z[k, k] for k in range(len(Z.rows)))
         total = (total + _dual(family, G, Z, factor)).reduced()
+    # For alpha > 0 the claimed decay allows equality, so a zero sum would not contradict it.
     if nonzero and not any(any(row) for row in total.rows):
         return blends, False
     return blends, size > 0 and total.is_positive_semidefinite
@@ -112,7 +114,7 @@ def _dual(family: Family, G: Matrix, Z: Matrix, factor: Fraction) -> Matrix:
 
 
 def _blend(owner: Any, family: Family, where: str) -> tuple[Weights, Matrix]:
-    """Return h of a blend, and G(h)."""
+    """Return the weights h of a blend, and G(h)."""
     h = _weights(owner, family, where)
     A = _at(family.A, h)
     return h, A - _at(family.B, h) @ _at(family.K, h) if family.K and family.B else A
@@ -137,6 +139,7 @@ def _weights(owner: Any, family: Family, where: str) -> Weights:
         prod((row[c] / sum(row) for row, c in zip(w, rule, strict=True)), start=Fraction(1))
         for rule in corners
     ]
+    # Products of weights sum to 1 only if the rules cover every combination of corners.
     if sum(h) != 1:
         raise CertificateError(f"{where}.blend: the rules leave out a combination of corners")
     return h

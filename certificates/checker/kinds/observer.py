@@ -1,11 +1,11 @@
 r"""``observer``: the error e = x - xhat of an observer decays, with one P > 0 for all blends.
 
 The observer xhat' = sum_i h_i (A_i xhat + B_i u + L_i (y - yhat)) (xhat+ in discrete time) knows
-the weights h of the plant: its premises are measured.  Where the model says what they depend on,
-each of these has to be an input, or a state that is an output by itself, to which no input is
-added; else it is taken for granted.  Weights of a secant embedding are averages between rest and
-the state, which nothing measures: both claims are refused there, unless A, B, C and D are the same
-in all rules.  Then what the input does cancels, and
+the weights h of the plant: its premises are measured.  If the model says what they depend on, each
+such variable must be an input, or a state that is itself an output without feedthrough of an input.
+Otherwise this is assumed. The weights of a secant embedding are averages between the equilibrium
+and the state, which cannot be measured. Both claims are refused for it, unless A, B, C and D are
+the same in all rules. Then the effect of the input cancels, and
 
     e' = sum_ij h_i h_j (A_i - L_j C_i) e.
 
@@ -97,13 +97,13 @@ def _verdict(
 
 
 def _hidden_premises(family: Family) -> str:
-    """Return what premises depend on that no output shows by itself; empty if all is measured."""
+    """Return a premise variable that no output measures directly; empty if all are measured."""
     for name in family.scheduled_by or ():
         if name in family.inputs:
             continue
         k = family.states.index(name) if name in family.states else -1
         rows = family.C[0].rows if len(family.C) == 1 else []
-        # What an input adds to an output, by rule, would have to be known to take it away.
+        # A feedthrough that differs by rule could not be subtracted from the output.
         if not any(
             _only(row) == k and not any(any(line) for D in family.D for line in D.rows[i : i + 1])
             for i, row in enumerate(rows)
@@ -113,13 +113,13 @@ def _hidden_premises(family: Family) -> str:
 
 
 def _only(row: list[int]) -> int | None:
-    """Return where the only entry that is not zero stands; None for none or several."""
+    """Return the place of the only nonzero entry; None for none or several."""
     places = [j for j, entry in enumerate(row) if entry]
     return places[0] if len(places) == 1 else None
 
 
 def _gains(claim: Any, family: Family, where: str) -> Stack:
-    """Return L, and check that it fits what is measured."""
+    """Return L, and check that it fits the outputs."""
     if not family.C:
         raise CertificateError(f"{where}: the model has no output to observe from")
     L = read_stack(claim, "L", where)
@@ -161,7 +161,7 @@ def joint_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, M
     rest = zero(family.order, family.order)
     error, both = _of_error(family, L), replace(family, C=(), D=(), E=())
     if len(both.groups()) != len(error.groups()):
-        # One of the two is affine in h: all pairs, for both.
+        # One of the two is affine in h, so both use all pairs.
         error, both = _pair_by_pair(error), _pair_by_pair(both)
     blends = blends_of(both, claim, where)
     bounded(len(blends), 2 * family.order)

@@ -1,8 +1,8 @@
 r"""Claims that hold their own matrices: ``quadratic-decay`` and ``no-common-quadratic``.
 
-They are about the vertices ``A``, and ``B`` and ``K`` where they are there, that stand in the claim
-itself, in continuous time; otherwise they are the claims ``decay`` and ``no-common-decay`` (see
-there), the second with one ``multiplier_factors`` L_i a vertex, Z_i = L_i L_i'.  Nothing ties them
+They are about the vertices ``A``, and ``B`` and ``K`` if present, in the claim itself, in
+continuous time. Apart from that they equal the claims ``decay`` and ``no-common-decay``; the second
+has one ``multiplier_factors`` L_i per vertex, Z_i = L_i L_i'.  Nothing ties them
 to the model or the gains of the file, and their sentences say so.
 """
 

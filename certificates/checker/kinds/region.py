@@ -1,4 +1,4 @@
-r"""``region``: the eigenvalues of every blend, with weights at rest, lie in a region of the plane.
+r"""``region``: the eigenvalues of every blend, for constant weights, lie in a region of the plane.
 
     L (x) P + M (x) (P G) + M' (x) (G'P) < 0,   P > 0
 
@@ -7,7 +7,8 @@ L symmetric; the region is the intersection of its parts.  For G v = z v the lef
 y (x) v on both sides, is (v*Pv) y* (L + z M + conj(z) M') y < 0 for every y.  It is affine in G, so
 that blends suffice.
 
-Evidence: ``P``, ``parts`` [{L, M}].  What a part is in words is found from its numbers.
+Evidence: ``P``, ``parts`` [{L, M}].  The description of a part in words is derived from its
+numbers.
 
 Source: Chilali and Gahinet (1996), IEEE Trans. Automatic Control 41(3), theorem 2.2.
 """

@@ -1,4 +1,4 @@
-r"""Matrix polynomials in weights: homogeneous in each of several simplexes, by their monomials.
+r"""Matrix polynomials in weights, homogeneous in each of several simplexes.
 
     X(w) = sum_a w^a X_a,    w^a = prod_k prod_c w_kc^(a_kc),   sum_c a_kc = degree_k for every k,
 

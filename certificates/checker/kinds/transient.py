@@ -1,4 +1,4 @@
-r"""``transient``: how far the state overshoots, and after how long it has settled.
+r"""``transient``: a bound of the overshoot of the state, and of its settling time.
 
 With V = x'Px falling as in ``decay`` at the rate alpha, weights S = diag(scales) > 0 and a number
 p > 0,
@@ -57,6 +57,7 @@ def check_transient(claim: Any, family: Family, where: str) -> Outcome:
     for blend in blends_of(family, claim, where):
         if not decrease(family, P, blend.A, factor).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
+    # e^(-alpha t_s) is rounded up, so the test is never too weak.
     if kappa * exp_above(alpha * time) > share:
         return Claim(name, Verdict.UNDECIDED, "the state may not have settled by then")
     said = {"name": name, "family": family, "alpha": alpha, "scales": scales}

@@ -1,11 +1,11 @@
-"""Atoms of one ring: variables, functions of arguments told apart by algebra, and roots.
+"""Atoms of one ring: variables, functions of arguments compared by algebra, and roots.
 
 A root stands for a^(1/q) >= 0 where a >= 0.  A number c > 0 is taken out of it,
 
     (c a)^(p/q) = c^(p/q) a^(p/q),      c^(1/q) = product of the roots of the factors of c,
 
-so that sqrt(2) sqrt(g h) and sqrt(2 g h) are one for a number g.  No more is used of roots than
-that, and r^q = a.
+so that sqrt(2) sqrt(g h) and sqrt(2 g h) are one for a number g.  No other property of roots is
+used except r^q = a.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Rule = tuple[int, Polynomial]
 
 
 class Atoms:
-    """A ring and what its atoms stand for.
+    """A ring and the meaning of its atoms.
 
     Raises
     ------
@@ -40,7 +40,7 @@ class Atoms:
         self._factors: dict[Fraction, list[tuple[int, int]]] = {}
 
     def named(self, key: object, rule: Rule | None = None) -> int:
-        """Return the atom of this key; it is made, with its rule, where it is new."""
+        """Return the atom of this key; a new one is created with its rule."""
         if key not in self.keys:
             number = self.keys[key] = len(self.keys)
             if rule is not None:
@@ -79,7 +79,7 @@ class Atoms:
             return found
         rule = None if base.bottom else (q, base.top)
         atom = ring.atom(self.opaque(("root", q), (base,), rule))
-        # r^q is the base even where no rule of the ring can say so.
+        # r^q is the base even if the ring has no rule for it.
         whole, rest = divmod(exponent.numerator, q)
         return ring.multiply(found, ring.multiply(ring.power(base, whole), ring.power(atom, rest)))
 
@@ -100,8 +100,8 @@ class Atoms:
 def _factors(value: Fraction) -> list[tuple[int, int]]:
     """Return whole numbers > 1 with powers, whose product is the value > 0.
 
-    They are primes but for one that is left when all small ones are found, and for a number too
-    large to be taken apart: the product is exact all the same.
+    They are primes, except the cofactor that remains after the small primes and a number too large
+    to factor. The product is exact in every case.
     """
     found = Counter[int]()
     for number, sign in ((value.numerator, 1), (value.denominator, -1)):

@@ -1,4 +1,4 @@
-"""The blend of a certificate's plant: two actuators, one effort, read strictly into nodes."""
+"""The blend of a certificate's plant, two actuators and one effort, as nodes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["Acting", "Blend", "read_blend", "secant"]
 class Acting:
     """One actuator: ``sign`` is 1 for the high one, -1 for the low one.
 
-    ``effectiveness`` is a node; ``error`` the signal delta, None where it does what it is told.
+    ``effectiveness`` is a node; ``error`` is the signal delta, None for an exact actuator.
     """
 
     name: str
@@ -35,7 +35,7 @@ class Acting:
 
 @dataclass(frozen=True)
 class Blend:
-    """All that is said of the blend; ``names`` are those that the plant as written may use."""
+    """All data of the blend; ``names`` are those that the plant as written may use."""
 
     effort: Variable
     rate: Variable
@@ -55,7 +55,7 @@ class Blend:
 
 
 def secant(s: Fraction, rest: Fraction, overlap: Fraction) -> Fraction:
-    """Return the slope of psi from rest to s; its derivative where they are one."""
+    """Return the secant slope of psi from the equilibrium to s; its derivative if they coincide."""
     if s != rest:
         return (psi(s, overlap) - psi(rest, overlap)) / (s - rest)
     return share(s, overlap)
@@ -89,7 +89,7 @@ def read_blend(model: Any, plant: PlantNodes, where: str) -> Blend:
     for key in ("low", "high"):
         named = member(member(given, key, where), "error", f"{where}.{key}")
         added |= {named} if isinstance(named, str) else set()
-    # The plant as it was written knows nothing of what the blend adds.
+    # The plant as written does not contain the variables that the blend adds.
     own = {name: node for name, node in names.items() if name not in added}
     scope = Scope(own, tables)
     low, high = (

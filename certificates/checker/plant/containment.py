@@ -1,4 +1,4 @@
-"""What claims about a model are worth: nothing where it is not proved to contain its plant."""
+"""Claims about a model are PROVED only if the model is proved to contain its plant."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ EMBEDDINGS = ("sector-embedding", "secant-embedding")
 
 
 def of_the_plant(found: Sequence[Outcome], kinds: Sequence[str], where: str) -> list[Outcome]:
-    """Return the outcomes; none about the loop is PROVED unless the model contains its plant.
+    """Return the outcomes; a claim about the loop is PROVED only if the model contains its plant.
 
     Raises
     ------

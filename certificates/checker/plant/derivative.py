@@ -1,4 +1,4 @@
-"""Partial derivatives and substitution, from parts to wholes."""
+"""Partial derivatives and substitution, computed bottom-up in the graph."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _slope(graph: Graph, number: int, node: Node, slopes: Mapping[int, int]) -> 
         a, b = parts
         return g.add(_scaled(g, b, first), _scaled(g, a, slopes[b]))
     if node.op == "divide":
-        # (a / b)' = (a' - (a / b) b') / b, so that a / b is worked out once.
+        # (a / b)' = (a' - (a / b) b') / b, so that a / b is computed only once.
         b = parts[1]
         above = g.subtract(first, _scaled(g, number, slopes[b]))
         return above if g.value(above) == 0 else g.divide(above, b)

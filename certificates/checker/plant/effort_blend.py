@@ -1,4 +1,4 @@
-r"""Claims of kind ``effort-blend``: two actuators behind a blend are the plant of the certificate.
+r"""Claims of kind ``effort-blend``: the blended plant equals the plant with two actuators.
 
 The model of the certificate has one effort U as a state, U' as an input, and signals: the share F
 and, where stated, errors delta.  Its member ``blending`` has the equations with two actuators.
@@ -17,8 +17,8 @@ and an actuator with an error is at v* + (1 + delta)(v - v*), v* its command at 
 3. The equations with both actuators put in are those of the model, as functions, where the state
    lies in the box; U' is the input.  Share and errors stand in A and B alone, their columns of E
    are 0: what is proved without disturbance holds however they move.
-4. A law with gains K_i asks no more than it knows: gains of rules that differ only in premises with
-   an error in them are equal.  F it knows: it follows from U, its own state.
+4. A law with gains K_i depends only on known signals: gains of rules that differ only in premises
+   with an actuator error are equal. The law knows F, which follows from its own state U.
 
 Source: derived here; the ramp is that of the coherent law of a wind turbine.
 """
@@ -84,7 +84,7 @@ def check_effort_blend(claim: Any, model: Any, gains: Any, where: str) -> Outcom
 
 
 def _proved(plant: PlantNodes, blend: Blend) -> tuple[Fraction, Fraction]:
-    """Return between which values the share lies; Refused names what could not be proved."""
+    """Return the range of the share; Refused names the step that could not be proved."""
     algebra = Algebra(plant.graph, plant.tables)
     ranges = Ranges(plant.evaluator, algebra, plant.box)
     low, high = (secant(end, blend.rest, blend.overlap) for end in blend.ends)
@@ -101,7 +101,7 @@ def _check_share(plant: PlantNodes, blend: Blend, low: Fraction, high: Fraction)
     if rest is None or side is None:
         raise Refused("the share has no range")
     if not (rest + side[0] <= low and high <= rest + side[1]):
-        # Imported here, as in every refusal: what it says is no part of a proof.
+        # Imported here, as in every refusal: the message is not a part of a proof.
         from takagi.certificates.checker.words.shown import at_least, at_most
 
         raise Refused(
@@ -201,7 +201,7 @@ def _check_own_row(plant: PlantNodes, own: int) -> None:
 
 
 def _check_known(plant: PlantNodes, blend: Blend, gains: Any) -> None:
-    """Refuse gains that differ between rules which differ in what no law knows alone."""
+    """Refuse gains that differ between rules which differ only in signals unknown to the law."""
     K = read_stack(gains, "K", "gains")
     if len(K) == 1:
         return
@@ -218,7 +218,7 @@ def _check_known(plant: PlantNodes, blend: Blend, gains: Any) -> None:
     for i, corner in enumerate(corners):
         picks = [pick for pick, _ in corner.values()]
         j = first.setdefault(tuple(picks[k] for k in known), i)
-        # As they are read, equal gains have equal rows over one denominator.
+        # Equal gains are read as equal rows over one denominator.
         if K[i] != K[j]:
             raise Refused(
                 f"gains {j + 1} and {i + 1} differ, and the rules differ only in an error of "
@@ -227,6 +227,6 @@ def _check_known(plant: PlantNodes, blend: Blend, gains: Any) -> None:
 
 
 def _check_weights(model: Any, gains: Any) -> None:
-    """Refuse gains by rule whose weights are made of other premises than the plant's."""
+    """Refuse scheduled gains whose weights use other premises than the plant's."""
     if not closed_by(plant_family(model), gains, "gains").shared_weights:
         raise Refused("the law's gains go by other weights than the model's rules")

@@ -1,4 +1,4 @@
-"""Nodes over boxes: every part is enclosed once, in the order of the graph."""
+"""Interval evaluation of nodes over boxes; every part is enclosed once, in graph order."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ MOST_BITS = 20_000  # of an end that is not rounded
 
 
 class TooLong(Refused):
-    """More was asked than a sound certificate needs."""
+    """The work limit, which no valid certificate reaches, was exceeded."""
 
 
 class Evaluator:
@@ -41,7 +41,7 @@ class Evaluator:
 
     Raises
     ------
-    TooLong : after so much work that no certificate of a plant needs.
+    TooLong : the work limit is exceeded, which no valid certificate needs.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class Evaluator:
         sides: Mapping[str, Ends] | None = None,
     ) -> None:
         self.graph, self.tables = graph, tables
-        # Ends of the whole box that are no decimals, by what they were rounded to.
+        # Exact ends of the whole box that are not decimals, by their rounded values.
         self.sides: dict[str, Ends] = {}
         self._ends: dict[tuple[str, int, int], Fraction] = {}
         for name, side in (sides or {}).items():
@@ -92,9 +92,10 @@ class Evaluator:
         return self.values((root,), box)[0]
 
     def exact_ends(self, root: int, box: Box) -> tuple[Fraction, Fraction] | None:
-        """Return a bracket whose ends are not rounded but where functions are evaluated.
+        """Return a bracket whose ends are exact, except where functions are evaluated.
 
-        For a bound that is attained, at a number that is no decimal: 1/(2 + cos(x)) >= 1/3.
+        This proves a bound that is attained at a number that is not a decimal: 1/(2 + cos(x)) >=
+        1/3.
         """
         found: dict[int, Ends | None] = {}
         for number in self.graph.below([root]):
@@ -126,7 +127,7 @@ class Evaluator:
         high = self._ends.get((name, 1, last), Fraction(last, ONE))
         if first < last:
             return low, high
-        # A face of the box: the one end that it is.
+        # On a face of the box the variable has a single value.
         end = low if (name, 0, first) in self._ends else high
         return end, end
 

@@ -5,9 +5,9 @@
     table name a [b]   a spline, or with ``orders`` a partial derivative of it
     sign a             the slope of |a|, which only derivatives contain
 
-Equal nodes are one node, so that evaluating the graph in the order of its numbers does all work
-once.  Constants are folded exactly.  What has no value somewhere is never folded away: 0 log(x) is
-a product and 0/x a quotient, whose parts have to be defined, and a^0 is a/a.
+Equal nodes are stored once, so evaluating the graph in the order of its numbers computes each part
+once. Constants are folded exactly. A part that may be undefined somewhere is never removed: 0
+log(x) stays a product and 0/x a quotient, whose parts must be defined, and a^0 is a/a.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = ["FUNCTIONS", "Graph", "Node", "largest_bits"]
 FUNCTIONS = frozenset(
     "sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log sqrt abs erf".split()
 )
-# Those that have no value somewhere; so have quotients, roots, negative powers and tables.
+# Functions that are undefined somewhere, like quotients, roots, negative powers and tables.
 PARTIAL = frozenset({"tan", "asin", "acos", "acosh", "atanh", "log"})
 MOST_NODES = 50_000
 MOST_BITS = 20_000  # of numerator and denominator of a constant
@@ -47,7 +47,7 @@ def largest_bits(value: Fraction) -> int:
 
 
 class Graph:
-    """Nodes that are made once; numbers, not nodes, are handed around.
+    """The nodes, each stored once; functions pass node numbers, not nodes.
 
     Raises
     ------
@@ -136,7 +136,7 @@ class Graph:
         """Return a^(p/q); a whole power of a constant is folded."""
         p, x = Fraction(exponent), self.value(a)
         if largest_bits(p) > MOST_BITS or max(abs(p.numerator), p.denominator) > MOST_POWER:
-            # Python puts no number of more than 4,300 digits into words.
+            # Python refuses to print a number of more than 4,300 digits.
             shown = str(p)[:40] if largest_bits(p) <= MOST_SHOWN else "has too many digits to print"
             raise Refused(f"the exponent {shown}; at most {MOST_POWER}, above and below")
         if x == 0 and p <= 0:
@@ -172,7 +172,7 @@ class Graph:
         return self._number(Node("table", parts, name=name, orders=orders))
 
     def below(self, roots: Iterable[int]) -> list[int]:
-        """Return the nodes that the roots are made of, parts before wholes."""
+        """Return all nodes below the given roots, operands before results."""
         seen: set[int] = set()
         left = list(roots)
         while left:

@@ -1,7 +1,7 @@
-"""Whether two nodes are the same function, shown by exact algebra.
+"""Prove by exact algebra that two nodes are the same function.
 
-A node becomes a quotient of polynomials over opaque atoms: variables, pi, and values of functions
-whose arguments are told apart up to equality of quotients.  What is known of the atoms:
+A node becomes a quotient of polynomials over opaque atoms: variables, pi, and values of functions,
+whose arguments are compared as quotients. The known properties of the atoms are:
 
     sin(sum c_i m_i)          expanded by the addition theorem into sin and cos of each part c m,
                               multiples of one part by De Moivre;  s^2 = 1 - c^2;  tan = s / c
@@ -11,8 +11,8 @@ whose arguments are told apart up to equality of quotients.  What is known of th
     table(numbers)            the spline's exact value
     |a|^2 = a^2               and f(0) of every function where it is a number
 
-Two quotients with equal cross products are equal wherever their denominators are not 0.  Nothing
-else is assumed of an atom, so that "not shown" does not mean "different".
+Two quotients with equal cross products are equal wherever their denominators are not 0.  No other
+property is used, so "not shown" does not mean "different".
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ AT_ZERO = {
 
 
 class _Finer(Exception):
-    """A multiple that is not whole was met: the unit of a part has been made smaller."""
+    """Raised when a multiple is not an integer and the unit of a part was made smaller."""
 
 
 class Algebra:
@@ -177,7 +177,7 @@ class Algebra:
     # ------------------------------------------------------------------ sums as arguments
 
     def _whole(self, kind: str, part: object, c: Fraction) -> int:
-        """Return c over the unit of this part; the unit is made finer where that is not whole."""
+        """Return c over the unit of this part; a finer unit is used if it is no integer."""
         unit = self.units.setdefault((kind, part), abs(c))
         count = c / unit
         if count.denominator != 1:
@@ -189,7 +189,7 @@ class Algebra:
     def _parts(self, kind: str, a: Quotient) -> list[tuple[object, Fraction, int]]:
         """Return (key, coefficient, multiple of the unit) of each term of an argument.
 
-        An argument that is no sum of few terms, or a large multiple, is one part by itself.
+        An argument that is not a sum of few terms, or is a large multiple, is a single part.
         """
         named = self._terms(a)
         if len(named) <= MOST_PARTS:
@@ -202,7 +202,7 @@ class Algebra:
     def _terms(self, a: Quotient) -> list[tuple[object, Fraction]]:
         """Return (key, coefficient) of the terms that an argument is the sum of.
 
-        Of N/D a constant is taken out, c + (N - c D)/D, so that exp(a - b/T) and
+        From N/D a constant is separated, c + (N - c D)/D, so that exp(a - b/T) and
         exp(a) exp(-b/T) have the same parts; any c makes that true, and this c cancels the leading
         term of D in N.
         """

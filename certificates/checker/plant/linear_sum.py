@@ -18,7 +18,7 @@ from takagi.certificates.checker.plant.graph import Graph, largest_bits
 
 __all__ = ["Ends", "LinearSum", "vanishing_sums", "with_variable"]
 
-# An interval with rational ends, which are not rounded.
+# An interval with exact rational ends.
 Ends: TypeAlias = tuple[Fraction, Fraction]
 
 MOST_BITS = 2_000  # of a coefficient
@@ -32,7 +32,7 @@ class LinearSum(NamedTuple):
     constant: Fraction
 
     def name(self, number: int) -> str:
-        """Return words for the sum that are no variable's name; sums have different numbers."""
+        """Return a unique name for the sum that is not the name of a variable."""
         if len(self.factors) > 4 or any(largest_bits(c) > MOST_SHOWN for _, c in self.factors):
             return f"sum {number} of variables"
         parts = (v if abs(c) == 1 else f"{abs(c)}*{v}" for v, c in self.factors)
@@ -76,8 +76,8 @@ def _linear(graph: Graph, root: int) -> dict[int, LinearSum]:
 def vanishing_sums(graph: Graph, root: int, sides: Mapping[str, Ends]) -> dict[LinearSum, Ends]:
     """Return the sums without constant that are factors of denominators and may vanish.
 
-    With 1 as the first variable's factor, and with their exact ranges over the box; variables as
-    they stand are left out, and sums of variables without a range.
+    Each sum has the factor 1 at its first variable, and its exact range over the box. Single
+    variables, and sums with a variable without a range, are left out.
     """
     linear = _linear(graph, root)
     found: dict[LinearSum, Ends] = {}

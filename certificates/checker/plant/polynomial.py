@@ -4,7 +4,7 @@ A monomial is a sorted tuple of (atom, power > 0); a polynomial maps monomials t
 are not 0.  An atom t may have a rule t^k = q with a polynomial q in atoms of smaller numbers, e.g.
 s^2 = 1 - c^2; products are reduced by the rules, so that for atoms without further relations a
 polynomial is zero as a function exactly if it is the empty one here.  In a quotient the factors of
-the denominator are kept apart.
+the denominator are stored separately.
 """
 
 from __future__ import annotations
@@ -173,7 +173,7 @@ class Ring:
         return found
 
     def equal(self, a: Quotient, b: Quotient) -> bool:
-        """Return whether a - b has the numerator 0; False may mean that no rule shows it."""
+        """Return whether a - b has the numerator 0; False may only mean that no rule proves it."""
         return not self.add(a, Quotient(self.scaled(b.top, Fraction(-1)), b.bottom)).top
 
     def _factor(self, a: Polynomial) -> int:
@@ -184,7 +184,7 @@ class Ring:
         return self._numbers[key]
 
     def _cancelled(self, top: Polynomial, bottom: Mapping[int, int]) -> Quotient:
-        """Return the quotient without single atoms that all terms of the top have in common."""
+        """Return the quotient after cancelling atoms common to all terms of the numerator."""
         if not top:
             return Quotient({})
         left = dict(bottom)

@@ -29,14 +29,14 @@ Poles = dict[str, int]
 def parted(graph: Graph, root: int, vanishing: frozenset[str]) -> tuple[int, Poles]:
     """Return (N, powers) with node = N / product of powers of variables that may vanish.
 
-    The node itself and no powers, where no such variable stands in an outer denominator.
+    If no such variable is in an outer denominator, this is the node itself and no powers.
     """
     found: dict[int, tuple[int, Poles]] = {}
     for number in graph.below([root]):
         node, tops = graph[number], [found[part] for part in graph[number].parts]
         whole = node.op == "power" and node.value.denominator == 1
         if graph.has_zero_factor(number):
-            # 0/x and 0 (1/x) are no quotients with a limit: nobody needs to write them.
+            # 0/x and 0 (1/x) are not treated as quotients with a limit, since no plant needs them.
             found[number] = number, {}
         elif node.op == "add":
             first, second = tops[0][1], tops[1][1]
@@ -101,7 +101,7 @@ def _factored(graph: Graph, root: int, vanishing: frozenset[str]) -> tuple[int, 
 
 
 class Form:
-    """A quotient with the forms that take its limits; each is made when it is first needed."""
+    """A quotient and the forms for its limits; each form is made when it is first needed."""
 
     def __init__(self, evaluator: Evaluator, algebra: Algebra, top: int, poles: Poles) -> None:
         self.evaluator, self.algebra, self.graph = evaluator, algebra, evaluator.graph
@@ -158,7 +158,7 @@ class Form:
         return self._slopes[name]
 
     def continued(self, name: str) -> Form | None:
-        """Return the form of T by this variable; None where 0 is not shown to be removable."""
+        """Return the form of T for this variable; None if 0 is not proved removable."""
         if name not in self._continued:
             try:
                 self._continued[name] = self._continuation(name)
@@ -174,7 +174,7 @@ class Form:
             if not self.algebra.vanishes(substituted(graph, numerator, origin)):
                 return None
             numerator = derivative(graph, numerator, name)
-        # The slope of an absolute value jumps: there is no limit.
+        # The slope of an absolute value jumps, so there is no limit.
         if any(graph[number].op == "sign" for number in graph.below([numerator])):
             return None
         taylor = graph.multiply(graph.constant(Fraction(1, factorial(power))), numerator)

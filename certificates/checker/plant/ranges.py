@@ -1,9 +1,9 @@
 """Bounds and signs of nodes over a box, proved by bisection.
 
-On each box: the plain enclosure; then a variable in which the node is monotone is put to its ends,
-and for the others the mean-value form f(m) + sum_i f_i(X) (X_i - m_i) is taken.  A box that these
-do not settle is halved, at 0 where a denominator vanishes.  The search is the checker's own: a
-certificate states bounds and no boxes.  Slopes of |a| lie between -1 and 1 where a vanishes, which
+On each box the plain enclosure is tried first. Then each variable in which the node is monotone is
+set to its ends, and for the others the mean-value form f(m) + sum_i f_i(X) (X_i - m_i) is used. An
+undecided box is halved, at 0 if a denominator vanishes there. The search is part of the checker: a
+certificate states bounds, but no boxes.  Slopes of |a| lie between -1 and 1 where a vanishes, which
 suffices for both, since the function is absolutely continuous along each axis.
 """
 
@@ -39,8 +39,8 @@ class Ranges:
 
     Attributes
     ----------
-    box : range of each variable that may matter; a variable without one has no bound.
-    boxes : how many boxes were looked at so far.
+    box : range of each relevant variable; a variable without a range is unbounded.
+    boxes : the number of boxes examined so far.
     """
 
     def __init__(self, evaluator: Evaluator, algebra: Algebra, box: Box) -> None:
@@ -54,7 +54,7 @@ class Ranges:
     # ------------------------------------------------------------------ claims
 
     def prove_within(self, root: int, lower: Fraction, upper: Fraction, what: str) -> None:
-        """Prove lower <= node <= upper on the box, limits included; and that it is defined there.
+        """Prove that the node is defined on the box and lower <= node <= upper, limits included.
 
         Raises
         ------
@@ -69,7 +69,7 @@ class Ranges:
         self._prove(form, (low, high), what, (lower, upper))
 
     def prove_continuous(self, root: int, what: str) -> None:
-        """Prove that the node is defined and continuous on the box, but for removable zeros."""
+        """Prove that the node is defined and continuous on the box, except at removable zeros."""
         self.form(root, what)
 
     def prove_nonzero(self, root: int, what: str) -> None:
@@ -174,7 +174,7 @@ class Ranges:
         what: str,
         limits: tuple[Fraction, Fraction] | None = None,
     ) -> None:
-        """Prove the bounds on the grid; ``limits`` are the same where they are no decimals."""
+        """Prove the bounds on the grid; ``limits`` are the exact bounds if no decimals."""
         limits = limits or (Fraction(bounds[0], ONE), Fraction(bounds[1], ONE))
         left: list[dict[str, Interval]] = [{n: self._side(n, what) for n in form.variables}]
         done = 0
@@ -194,7 +194,7 @@ class Ranges:
                 continue
             for value in attained:
                 if value[1] < bounds[0] or value[0] > bounds[1]:
-                    # With a sum as a variable the place may be none of the box's.
+                    # With a sum as an extra variable this point may not belong to the box.
                     word = "may leave" if {*self._sums.values()} & box.keys() else "leaves"
                     raise Refused(f"{what} {word} its bounds {_near(box)}")
             left += _halves(form, box, slopes, what)
@@ -220,7 +220,7 @@ def _attained(
     high: dict[str, Interval],
     limits: tuple[Fraction, Fraction],
 ) -> bool:
-    """Return whether ends that are not rounded are inside, where rounding alone is outside."""
+    """Return whether the exact ends are inside when only rounding puts them outside."""
     if found is None:
         return False
     slack = Fraction(ROUNDING, ONE) * max(1, abs(found[0]) // ONE, abs(found[1]) // ONE)

@@ -2,8 +2,8 @@
 
     M(x) x' = f(x, u, w),   y = g(x, u),   x = x* + dx,  u = u* + du,  w = w* + dw
 
-A variable that does not rest at 0 has a ``symbol`` for its deviation besides its name; equations
-are in names, premises in names and symbols, entries in premise names alone.
+A variable with an equilibrium value other than 0 has a name and a ``symbol`` for its deviation.
+Equations use names, premises use names and symbols, entries use only premise names.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Premise:
-    """A premise variable: what it is, and the bounds that are claimed of it."""
+    """A premise variable: its expression and its claimed bounds."""
 
     name: str
     node: int
@@ -55,7 +55,7 @@ class Premise:
 
 @dataclass
 class PlantNodes:
-    """All that a certificate says of its plant, in the nodes of one graph."""
+    """All data of a certificate about its plant, as nodes of one graph."""
 
     graph: Graph
     tables: dict[str, Table]
@@ -144,7 +144,7 @@ class _Reading:
         return found
 
     def take(self, name: str, key: str) -> None:
-        """Refuse what is no name, and a name that stands for something else already."""
+        """Refuse an invalid name, and a name that is already in use."""
         if name in self.taken or not NAME.fullmatch(name):
             raise CertificateError(f"{self.where}.{key}: {name[:60]!a} is no new name")
         self.taken.add(name)

@@ -5,11 +5,11 @@ For x' = f(x, u, w), continuously differentiable on a box that contains the rest
     f(x, u, w) - f(x*, u*, w*) = (\int_0^1 Df(x* + s (x - x*), ...) ds) (x - x*, u - u*, w - w*).
 
 Where the entries of Df are affine in premises z, the integral has the entries of the mean of z
-along the segment, which lies within the bounds of z.  So the loop lies in the blends of the
-vertices, with weights that are no function of the present state: a law cannot have them, and gains
-that differ from rule to rule are taken for gains with weights of their own.  Proved are:
+along the segment, which lies within the bounds of z.  So the loop lies in the convex hull of the
+vertices, with weights that are not a function of the present state. A law cannot evaluate them, so
+gains that differ between rules are treated as gains with their own weights.  Proved are:
 
-1. f and its derivatives are defined on the box, without |.|, and the point of rest is at rest.
+1. f and its derivatives are defined on the box, without |.|, and f vanishes at the equilibrium.
 2. Df = (A(z(x)), B(z(x)), E(z(x))), entry by entry as in ``plant_embedding``; outputs likewise.
 3. lower <= z_k <= upper on the box; every entry is affine in the premises.
 
@@ -37,7 +37,7 @@ __all__ = ["check_secant_embedding"]
 
 
 def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
-    """Return PROVED if differences of the plant from rest are blends of the vertices on its box.
+    """Return PROVED if differences of the plant are blends of the vertices on its box.
 
     UNDECIDED names the step that failed.
 
@@ -69,7 +69,7 @@ def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Ou
 
 
 def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
-    """Return the ranges that it was proved with; Refused names what could not be."""
+    """Return the ranges used in the proof; Refused names the step that could not be proved."""
     g, algebra = plant.graph, Algebra(plant.graph, plant.tables)
     ranges = Ranges(plant.evaluator, algebra, plant.box)
     variables = (*plant.states, *plant.inputs, *plant.disturbances)

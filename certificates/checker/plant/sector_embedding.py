@@ -3,8 +3,8 @@ r"""Claims of kind ``sector-embedding``: the plant is the blend of the certifica
     M(x) x' = f(x, u, w)  and  y = g(x, u)  on the box  imply
     dx' = sum_i h_i (A_i dx + B_i du + E_i dw),   dy = sum_i h_i (C_i dx + D_i du),
 
-with h_i the products of the premises' weights.  It is proved in five steps from the equations as
-they stand in the file, their trim, and the entries A(z), B(z), ... of the embedding:
+with h_i the products of the premises' weights.  The proof has five steps. It uses the equations in
+the file, their trim, and the entries A(z), B(z), ... of the embedding:
 
 1. Every part of the equations, of M and of the premises is defined on the box: no denominator
    vanishes, no root or logarithm leaves its domain, no argument its table; det M has no zero.
@@ -12,14 +12,15 @@ they stand in the file, their trim, and the entries A(z), B(z), ... of the embed
    polynomials over the functions that stand in them (in discrete time f - M x*).
 3. lower <= z_k(x) <= upper on the box, by outward-rounded intervals and bisection.
 4. Each entry is a polynomial of degree one at most in each premise; step 2 is about it.
-5. So A(z) is the blend of the vertices A_i that are worked out here, at the corners of the bounds.
+5. So A(z) is the blend of the vertices A_i, which are computed here at the corners of the bounds.
 
 The one exception in step 1 is a variable x_j whose range contains 0 and that stands as a power in
 a denominator, as in sin(x)/x, or a sum of multiples of variables in its place, as in
-sin(x + y)/(x + y) (``linear_sum``).  Where it vanishes a premise means its limit, whose existence
-is a part of step 3 (Taylor's formula, see ``quotient_form``).  The identity of step 2 holds where
+sin(x + y)/(x + y) (``linear_sum``).  Where it vanishes, the premise is defined by its limit; step 3
+proves that the limit exists (Taylor's formula, see ``quotient_form``).  The identity of step 2
+holds where
 it is not 0, which is dense in the box; both sides are continuous, so that it holds on the whole
-box.  An equation that is itself written with such a quotient means its limit there too.
+box.  An equation that contains such a quotient is defined by its limit there too.
 """
 
 from __future__ import annotations
@@ -88,27 +89,27 @@ def plant_family(model: Any, where: str = "model") -> Family:
 
 
 def _resting_elsewhere(plant: PlantNodes) -> str:
-    """Return the letters of what does not rest at 0, or is not known to."""
+    """Return the letters of the quantities whose equilibrium value is not known to be 0."""
     g, variables = plant.graph, (*plant.states, *plant.inputs, *plant.disturbances)
     origin = {v.symbol: g.constant(0) for v in variables}
     groups = {"x": plant.states, "u": plant.inputs, "w": plant.disturbances}
     found = "".join(a for a, group in groups.items() if any(g.value(v.rest) != 0 for v in group))
     try:
         at_rest = [g.value(substituted(g, node, origin)) for node in plant.outputs]
-    except CertificateError:  # 0/0 there: what it tends to is not asked
+    except CertificateError:  # 0/0 there; the limit is not needed
         at_rest = [None]
     return found + ("y" if any(value != 0 for value in at_rest) else "")
 
 
 def _weights(plant: PlantNodes, model: Any, corners: tuple[tuple[int, ...], ...]) -> str:
-    """Return what the weights are made of; those of secants are averages that no law has."""
+    """Return the definition of the weights; those of secants are averages no law can evaluate."""
     if plant.form == "secant":
         return SECANTS
     return weights_of(model["embedding"]["premises"], corners)
 
 
 def _scheduling(plant: PlantNodes) -> tuple[str, ...]:
-    """Return the labels of the variables that premises which vary depend on."""
+    """Return the labels of the variables in premises that are not constant."""
     varying = [premise.node for premise in plant.premises if premise.lower < premise.upper]
     used = set().union(*(plant.graph.variables(node) for node in varying))
     variables = (*plant.states, *plant.inputs, *plant.disturbances)
@@ -143,7 +144,7 @@ def check_embedding(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
 
 
 def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
-    """Return the ranges that it was proved with; Refused names what could not be."""
+    """Return the ranges used in the proof; Refused names the step that could not be proved."""
     algebra = Algebra(plant.graph, plant.tables)
     ranges = Ranges(plant.evaluator, algebra, plant.box)
     for state, node in zip(plant.states, plant.f, strict=True):

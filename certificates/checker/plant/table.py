@@ -22,8 +22,8 @@ SIZE, CELL = Fraction(500), Fraction(1, 10)  # coefficients and cells that a ``S
 class Table:
     """s(x) or s(x, y) = sum c N, clamped cubic B-splines over the knots of each argument.
 
-    The spline is worked out in units in which its coefficients are below 500 and its narrowest
-    cell is 0.1 to 1 wide, powers of ten away from its own.
+    The spline is computed in units, scaled by powers of ten, in which its coefficients are below
+    500 and its narrowest cell is 0.1 to 1 wide.
     """
 
     def __init__(self, knots: list[list[Fraction]], rows: list[list[Fraction]]) -> None:
@@ -56,11 +56,11 @@ class Table:
         return _at_point(knots, column, point[0], orders[0])
 
     def bounds(self, parts: list[Interval], orders: tuple[int, ...]) -> Interval:
-        """Return a bracket of a partial derivative over a box, as far as the box meets the table.
+        """Return a bracket of a partial derivative over the part of a box inside the table.
 
         Parameters
         ----------
-        parts : the arguments; that they stay in the table is for the caller to prove.
+        parts : the arguments; the caller must prove that they stay in the table.
         """
         fixed: list[Interval] = []
         axes = (self._spline.x, self._spline.y)
@@ -84,7 +84,7 @@ class Table:
 
 
 def _near(knots: list[Fraction], x: Fraction) -> tuple[int, list[Fraction]]:
-    """Return the first coefficient that matters at x, and the knots of those that do."""
+    """Return the index of the first coefficient active at x, and the knots of the active ones."""
     first = min(bisect_right(knots, x) - 1, len(knots) - DEGREE - 2) - DEGREE
     return first, knots[first + 1 : first + 2 * DEGREE + 1]
 

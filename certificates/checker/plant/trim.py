@@ -1,4 +1,4 @@
-"""The trim of a law, u = u* - K (x - x*), against the point where its plant rests."""
+"""The trim of a law, u = u* - K (x - x*), compared with the equilibrium of its plant."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ SLACK = Fraction(1, 10**12)
 
 
 def compared_trim(plant: PlantNodes, gains: Any, where: str) -> Fraction:
-    """Return how far the law's trim is from the plant's rest at most; 0 where it is the rest.
+    """Return a bound of the distance from the law's trim to the plant's equilibrium; 0 if equal.
 
-    A rest such as 5/18 or sin(1/2) is no decimal: up to 1e-12 (of itself, where it exceeds one)
-    is allowed, and said.
+    An equilibrium value such as 5/18 or sin(1/2) is not a decimal. A difference up to 1e-12
+    (relative if the value exceeds one) is allowed, and the sentence states it.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def compared_trim(plant: PlantNodes, gains: Any, where: str) -> Fraction:
 
 
 def _apart(name: str, rest: Fraction, stated: Fraction) -> str:
-    # Imported here: with this the check ends, and no verdict follows.
+    # Imported here: the check ends here without a verdict.
     from takagi.certificates.checker.words.shown import at_least
 
     places = f"{at_least(rest, 12)} in the plant, at {at_least(stated, 12)} in the law"

@@ -56,8 +56,8 @@ def _multi_affine(algebra: Algebra, node: int, where: str) -> MultiAffine:
 def entry_node(graph: Graph, entry: MultiAffine, places: Mapping[str, int]) -> int:
     """Return an entry with its premises replaced by nodes, as a sum of products.
 
-    What is compared with the equations is the polynomial that the vertices are made of, not the
-    text: in ``z*q/q`` the quotient says nothing where the premise q vanishes.
+    The polynomial that defines the vertices is compared with the equations, not the text: in
+    ``z*q/q`` the quotient is undefined where the premise q vanishes.
     """
     total = graph.constant(0)
     for members, c in entry.items():
@@ -83,7 +83,7 @@ def corners_of(premises: list[Premise]) -> list[dict[str, tuple[int, Fraction]]]
 def vertex_stack(
     rows: list[list[MultiAffine]], corners: list[dict[str, tuple[int, Fraction]]]
 ) -> list[list[list[Fraction]]]:
-    """Return a matrix for each corner; one alone where no entry varies."""
+    """Return a matrix for each corner, or a single matrix if no entry varies."""
     varying = any(any(members for members in entry) for row in rows for entry in row)
     places = corners if varying else corners[:1]
     if len(places) * len(rows) * len(rows[0]) > MOST_NUMBERS:
@@ -93,7 +93,7 @@ def vertex_stack(
 
 
 def _values(entry: MultiAffine, corners: list[dict[str, tuple[int, Fraction]]]) -> list[Fraction]:
-    """Return an entry at every corner; each value of the premises in it is worked out once."""
+    """Return an entry at every corner; each combination of its premise values is computed once."""
     names = sorted(set().union(*entry))
     known: dict[tuple[int, ...], Fraction] = {}
     values = []

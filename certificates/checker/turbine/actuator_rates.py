@@ -1,4 +1,4 @@
-r"""``actuator-rates``: how fast pitch and torque move on the set of a coherent loop's claim.
+r"""``actuator-rates``: bounds of the pitch and torque rates on the set of a coherent loop's claim.
 
 For V <= 1 and the wind class of the claim that ``loop`` names, in the symbols of
 docs/coherent-loop.md, in each wind cell:
@@ -19,7 +19,7 @@ by
 
     E max_s |held(f_1 s, g_1) - held(f_2 s, g_2)|,  |s| <= min(rho_1, rho_2)       (torque_step)
 
-as the feed-forward's f and g are constant between nodes.  Limits of torque only slow it down.
+as the feed-forward's f and g are constant between nodes.  Torque limits can only reduce the rate.
 
 Not promised: the rate of the pitch *asked for*, which moves with v_s''; anything outside the set.
 """
@@ -44,7 +44,7 @@ __all__ = ["CellRates", "cell_rates", "check_actuator_rates", "largest_bends", "
 
 
 class CellRates:
-    """What one cell's numbers bound, but for B.
+    """The bounds from the numbers of one cell, without B.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class CellRates:
     """
 
     def __init__(self, at: Loop, cell: Stated, lag: Fraction, signal: Fraction) -> None:
-        """Take the set's peaks: ``lag`` of the effort that pitch owes, ``signal`` of e - x."""
+        """Take the set's peaks: ``lag`` of the effort lag of pitch, ``signal`` of e - x."""
         law, k = at.law, at.k
         self.pitch = min(at.plant.rate_limit, lag / (at.least_b * at.plant.lag) + at.led())
         ends = product(*(cell.ranges[name] for name in ("stiffness", "loop_gain", "lag_gain")))
@@ -72,7 +72,7 @@ class CellRates:
 
 
 def cell_rates(subject: Subject, loop: Any, where: str) -> list[CellRates]:
-    """Return what the decimals of model, gains and the loop's claim bound, cell by cell."""
+    """Return the bounds from the decimals of model, gains and the loop's claim, cell by cell."""
     peaks = member(loop, "peaks", where)
     lag, signal = (number(peaks, name, where) for name in ("effort_lag", "speed_signal"))
     cells = [Stated.read(cell, where) for cell in member(loop, "cells", where)]
@@ -88,7 +88,8 @@ def torque_step(law: Law, rates: list[Fraction]) -> Fraction:
     ahead = list(zip(law.inertia, law.inertia_limit, rates, strict=True))
     for (f1, g1, rho1), (f2, g2, rho2) in pairwise(ahead):
         reach = min(rho1, rho2)
-        # Lines between the rates at which one of them meets its limit; odd, so s >= 0 is enough.
+        # Piecewise linear in s with breaks where one term reaches its limit; odd, so s >= 0
+        # suffices.
         bends = [reach, *(min(reach, g / abs(f)) for f, g in ((f1, g1), (f2, g2)) if f)]
         steps += [abs(_held(f1 * s, g1) - _held(f2 * s, g2)) for s in bends]
     return law.effort_torque * max(steps)
@@ -99,7 +100,7 @@ def _held(value: Fraction, limit: Fraction) -> Fraction:
 
 
 def largest_bends(wind_rate: Any, law: Law, wind_filter: Fraction, where: str) -> list[Fraction]:
-    """Return for each cell the largest |v_s''| [m/s^3] that a claim ``wind-rate`` leaves."""
+    """Return for each cell the largest |v_s''| [m/s^3] that a claim ``wind-rate`` allows."""
     ranges = read_ranges(wind_rate, where)
     return [max(one.bend(*ends, wind_filter) for one in ranges) for ends in pairwise(law.wind)]
 
@@ -109,7 +110,7 @@ def check_actuator_rates(claim: Any, data: Any, found: list[Outcome], where: str
 
     Raises
     ------
-    CertificateError : a part is missing or is not what it has to be.
+    CertificateError : a part is missing or malformed.
     """
     loop, unproved = earlier_claim(claim, data, found, where, "loop", "coherent-loop")
     if unproved:
@@ -151,7 +152,7 @@ def check_actuator_rates(claim: Any, data: Any, found: list[Outcome], where: str
 
 
 def _failure(cell: Any, bound: CellRates, P: list[list[Fraction]], where: str) -> str:
-    """Return what is not proved about one cell, or nothing."""
+    """Return the first property of one cell that is not proved, or nothing."""
     names = ("pitch_rate", "signal_rate", "schedule_bend", "torque_rate")
     pitch, B, bend, torque = (number(cell, name, where) for name in names)
     if min(pitch, B, bend) < 0:

@@ -1,6 +1,6 @@
 r"""Replays a claim about the loop with the coherent law: embedding, LMIs, bounds, consequences.
 
-State (e, zeta, x): speed error, effort that pitch still owes, the law's integral.  For schedule
+State (e, zeta, x): speed error, the effort by which pitch lags, the law's integral.  For schedule
 winds v_s in a cell, |v - v_s| <= wind_error and |v_s'| <= wind_rate, the loop's matrix and
 disturbance lie in the hull of the corners of
 
@@ -10,8 +10,8 @@ disturbance lie in the hull of the corners of
 
 with T - (b'/b) v_s' in the place of T while v_s moves.  Its eleven coefficients are enclosed here
 from the tables of the law and the plant's surface (``coherent_loop``, ``coherent_moving``), and
-compared with those the certificate states.  A cell also states what it was proved for: its winds,
-and how far pitch effectiveness may reach (``effectiveness_limit``, the frozen wake's).  Then,
+compared with those the certificate states.  A cell also states its conditions: its winds, and the
+limit of pitch effectiveness (``effectiveness_limit``, the frozen wake's).  Then,
 exactly, at every corner
 
     -[[A'P + PA + alpha P, P d], [d'P, -alpha]] > 0    so  {V <= 1} is invariant, V = xi' P xi,
@@ -19,10 +19,10 @@ exactly, at every corner
     -(A'R + RA + 2 r R) > 0       so  (xi - xi*)' R (xi - xi*) does with one rate r for all winds,
 
 and P > h h' / peak^2 bounds each state on {V <= 1}, which must lie inside the enclosed box.  The
-secants between two points of the set lie in the same ranges as those from the trim, which is why
-decay is to the equilibrium xi* = (0, 0, x*) that the tables' residual leaves.
+secants between two points of the set lie in the same ranges as those from the trim. Therefore the
+decay is towards the equilibrium xi* = (0, 0, x*), which is shifted by the residual of the tables.
 
-v_s' is the rate that the law itself feeds forward: its schedule wind is the output of its filter.
+v_s' is the rate that the law feeds forward, since its schedule wind is the output of its filter.
 
 Not promised: anything outside {V <= 1}; pitch that starts below its lower limit; a wake with
 states of its own (pitch effectiveness is a static map, the same at all times where decay is
@@ -83,7 +83,7 @@ def check_coherent(claim: Any, model: Any, gains: Any, where: str) -> Found:
 
 
 def _set_failures(P: Rows, claim: Any, subject: Subject, where: str) -> Iterator[str]:
-    """Check that {V <= 1} lies inside the stated peaks of h xi, and those inside the box."""
+    """Check that the stated peaks bound h xi on {V <= 1}, and that they lie inside the box."""
     peaks = member(claim, "peaks", where)
     for name, limit, h in (
         ("speed_error", subject.box.speed_error, (1, 0, 0)),

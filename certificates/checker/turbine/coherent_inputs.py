@@ -1,4 +1,4 @@
-"""What a claim about the coherent loop speaks of, read exactly: plant, law, box, uncertainty."""
+"""The exact inputs of a claim about the coherent loop: plant, law, box, uncertainty."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Plant:
 class Law:
     """The law's tables, one entry per wind node; per interval ``nu`` and the torque's feed-forward.
 
-    ``inertia`` f and ``inertia_limit`` g: f v_s' held within +-g;  ``lead`` tau_lead of the pitch.
+    ``inertia`` f and ``inertia_limit`` g: f v_s' limited to +-g;  ``lead`` tau_lead of the pitch.
     """
 
     wind: list[Fraction]
@@ -113,7 +113,7 @@ class Law:
         if min(law.lead, *law.inertia_limit) < 0:
             raise CertificateError("gains: pitch_lead and feedforward_limit must not be negative")
         if law.lead > 0 or any(law.inertia):
-            # Without the filter the wind's rate, which is fed forward, is not known.
+            # Without the filter the law does not know the wind rate that it feeds forward.
             _positive(gains, "wind_filter", "gains")
         return law
 
@@ -146,7 +146,7 @@ class Box:
 class Uncertainty:
     """True over nominal inertia, whether pitch may work as with a frozen wake, true over table c_P.
 
-    A file without ``power_coefficient`` speaks of the table's c_P.
+    A file without ``power_coefficient`` means the c_P of the table.
     """
 
     inertia: tuple[Fraction, Fraction]
@@ -178,7 +178,7 @@ class Uncertainty:
 
 @dataclass(frozen=True)
 class Settling:
-    """A second quadratic function, with the decay rate that it shows at every wind."""
+    """A second quadratic function, with its proved decay rate at every wind."""
 
     P: list[list[Fraction]]
     decay_rate: Fraction
@@ -195,7 +195,7 @@ class Settling:
 
 @dataclass(frozen=True)
 class Subject:
-    """What one claim is about."""
+    """The exact inputs of one claim."""
 
     plant: Plant
     law: Law

@@ -39,7 +39,7 @@ class Loop(Moving):
         return next((name for name, size in self.sizes() if size > stated[name]), "")
 
     def limits_failure(self) -> str:
-        """Return why the set may demand what the actuators cannot deliver, or nothing."""
+        """Return why commands in the set may exceed the actuator limits, or nothing."""
         if self.least_torque() < 0:
             return "negative torque may be demanded"
         most = self.law.pitch_max
@@ -54,7 +54,7 @@ class Loop(Moving):
         (least, most), eps = self.ends(self.law.gamma), self.law.overlap
         low, high = share(self.low, eps) * least, share(self.high, eps) * most
         yield "share_gain", enclose(low, high)
-        # A lead beyond the rate limit is refused by limits_failure; here it leaves no secant.
+        # A lead beyond the rate limit is refused by limits_failure; here no secant exists then.
         yield "lag_rate", enclose(*self.lag_rates() or (-1 / self.plant.lag, 1 / self.plant.lag))
         kappa, power = enclose(*self.uncertainty.kappa), enclose(*self.uncertainty.power)
         ratio = self._tip_speed(self.box.speed_error, Fraction(0))
@@ -94,7 +94,7 @@ class Loop(Moving):
         return enclose(*self.uncertainty.power) * (inner * wind * self.c)
 
     def _sigma(self, ratio: Interval, pitch: Interval) -> Interval:
-        """Return -s dT_r/dbeta / (J b), up to the frozen wake's where that is asked."""
+        """Return -s dT_r/dbeta / (J b), up to the frozen wake's value if that is requested."""
         steep = self.plant.surface.bounds(ratio, pitch, 0, 1) * self.wind.square() * self.c
         sigma = enclose(*self.uncertainty.power) * (-steep / self.b)
         if not self.uncertainty.frozen_wake:
@@ -115,7 +115,7 @@ class Loop(Moving):
         return hull(*found)
 
     def _pieces(self) -> Iterator[tuple[Fraction, Fraction]]:
-        """Return the efforts the set can demand, cut finely where the ramp bends."""
+        """Return the efforts the set can demand, subdivided finely where the ramp is curved."""
         eps, cuts = self.law.overlap, {self.low, self.high}
         start, stop = max(self.low, -eps), min(self.high, eps)
         if start < stop:

@@ -1,15 +1,15 @@
-r"""What a moving schedule wind does to the loop in one cell, after what the law feeds forward.
+r"""The effect of a moving schedule wind in one cell, after the law's feed-forward.
 
 For |v_s'| <= rho, with N = F(U) (q*' + gamma' (e - x)) - psi(U) b' / b:
 
     drive     h_min = min(1, (limit - lead rho |N / b|) / y_max) with lead = tau_lead / tau: the
               least secant of the pitch rate limit from the lead's own rate
     torque    |omega*' - kappa m mu f| for mu from min(1, g / |f| rho, psi(-U_high) / |f| rho) to 1:
-              what reaches the generator of f v_s' held within +-g, below rated torque
-    lag       |w_zeta| <= max(|1 - lead| rho |N|, rho |N| - psi(U) / tau): the lead cancels
-              v_s' N but where the lower pitch limit cuts it
+              the part of f v_s', limited to +-g, that reaches the generator below rated torque
+    lag       |w_zeta| <= max(|1 - lead| rho |N|, rho |N| - psi(U) / tau): the lead cancels v_s' N
+              except where the lower pitch limit is active
 
-All in rationals but for |N|, which is bracketed.
+All values are rational, except |N|, which is bracketed.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class Moving:
         return Fraction(N.magnitude(), ONE), Fraction((N / self.b).magnitude(), ONE)
 
     def led(self) -> Fraction:
-        """Return a bound of the pitch rate that the lead itself asks for."""
+        """Return a bound of the pitch rate that the lead alone commands."""
         return self.lead * self.rate * self.asked[1]
 
     def lag_rates(self) -> tuple[Fraction, Fraction] | None:
@@ -124,12 +124,12 @@ class Moving:
         return max(ZERO, A * F - c * eps * F * F)
 
     def least_torque(self) -> Fraction:
-        """Return the least torque that the law may ask for, before its limits."""
+        """Return the least torque that the law may command, before its limits."""
         law = self.law
         ahead = min(abs(law.inertia[self.k]) * self.rate, law.inertia_limit[self.k])
         return law.rated_torque - law.effort_torque * (psi(-self.low, law.overlap) + ahead)
 
     def largest_pitch(self) -> Fraction:
-        """Return the largest pitch that the law may ask for, before its limits."""
+        """Return the largest pitch that the law may command, before its limits."""
         asked = self.law.pitch_min + psi(self.high, self.law.overlap) / self.least_b
         return asked + self.plant.lag * self.led()

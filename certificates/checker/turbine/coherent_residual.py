@@ -1,11 +1,11 @@
-r"""How far the law's tables leave the trim between their nodes: r(v), enclosed over one interval.
+r"""The trim error r(v) of the law's tables between their nodes, enclosed over one interval.
 
     r(v) = c v^2 c_Q(lambda(v), beta(v)) - (n_g / J) (T_rated - E psi(-q*(v)))
 
 with lambda = R omega* / v, beta = beta_min + psi(q*) / b, and omega*, q*, b linear in v.  r' is
 Lipschitz, so |r| <= max(|r(v_1)|, |r(v_2)|) + (width^2 / 8) sup |r''|.
 
-With a true power coefficient s times the table's the trim is left by r + (s - 1) T_r* / J, where
+If the true power coefficient is s times the table's, the trim error is r + (s - 1) T_r* / J, with
 T_r* / J = r + (n_g / J) (T_rated - E psi(-q*)).
 """
 
@@ -42,7 +42,7 @@ def _at_node(cell: Moving, i: int) -> Interval:
 
 
 def _demanded(cell: Moving, i: int) -> Fraction:
-    """Return (n_g / J) (T_rated - E psi(-q*)), what the law's torque takes at node i."""
+    """Return (n_g / J) (T_rated - E psi(-q*)), the deceleration by the law's torque at node i."""
     law = cell.law
     reserve = psi(-law.effort[i], law.overlap)
     return (law.rated_torque - law.effort_torque * reserve) * cell.plant.gear_per_inertia

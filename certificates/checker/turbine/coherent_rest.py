@@ -1,7 +1,7 @@
-r"""Where the loop with the coherent law rests at a constant wind, v_s = v.
+r"""The equilibria of the loop with the coherent law at a constant wind, v_s = v.
 
-Rest asks for beta = beta_ref and x' = 0: e = 0, or the integrator held at a limit X by a speed
-error that pushes it outward.  Each case leaves one balance,
+An equilibrium requires beta = beta_ref and x' = 0: e = 0, or the integrator is at a limit X and the
+speed error drives it outward. Each case leads to one torque balance,
 
     f = T_r(omega* + e, beta, v)/J - n_g T/J,        U    = q* + gamma (e - x)
     T = T_rated - E psi(-U) held at 0,               beta = beta_min + psi(U)/b held at beta_max
@@ -38,13 +38,13 @@ from takagi.certificates.checker.turbine.rest_count import ANY_SIGN, Count, Piec
 __all__ = ["CoherentRests", "coherent_rests"]
 
 MOST_PARTS = 64
-# The table's ends are rounded in fixed point: stay a hair inside.
+# The table's ends are rounded in fixed point, so the range stays slightly inside.
 EDGE = Fraction(1, 10**20)
 
 
 @dataclass(frozen=True)
 class CoherentRests:
-    """How many rests each case has at every wind of a cell."""
+    """The number of equilibria of each case at every wind of a cell."""
 
     inside: Count
     upper: Count
@@ -150,8 +150,8 @@ class _Rest:
         pitch = shed.plus(point(self.law.pitch_min)).clamped(point(self.law.pitch_min), limit)
         table = self.plant.surface.y
         if self.law.pitch_max <= table.breaks[-1]:
-            # No pitch leaves the table, also one at its limit where both end together; that the
-            # end is rounded down by less than 10^-36 is far below what brackets are widened by.
+            # A pitch at its limit is inside the table if both end together: the end is rounded down
+            # by less than 10^-36, far below the widening of the brackets.
             end = table.breaks_fixed[-1]
             return Dual(Interval(*(min(value, end) for value in pitch.value)), pitch.slopes)
         last = point(table.breaks[-1] - EDGE)[0]

@@ -1,4 +1,4 @@
-"""The earlier claim of the same file that a claim rests on."""
+"""The earlier claim of the same file that a claim depends on."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["earlier_claim"]
 def earlier_claim(
     claim: Any, data: Any, found: list[Outcome], where: str, name: str, kind: str
 ) -> tuple[Any, Outcome | None]:
-    """Return the claim whose place in the file a member names, and its verdict if it is not PROVED.
+    """Return the claim at the place that a member names, and its verdict if it is not PROVED.
 
     Parameters
     ----------

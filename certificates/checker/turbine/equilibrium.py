@@ -1,17 +1,17 @@
-"""Replays a claim about where a turbine's loop rests at constant winds, wind cell by wind cell.
+"""Replays a claim about the equilibria of a turbine's loop at constant winds, cell by cell.
 
-A cell names winds [v_1, v_2] and what the loop does at every one of them:
+A cell has winds [v_1, v_2] and the number of equilibria at every one of them:
 
-    one                 exactly one rest (coherent: with e = 0, whatever the wake)
+    one                 exactly one equilibrium (coherent: with e = 0, for any wake)
     one at the trim     exactly one, at the reference speed with smallest pitch or rated torque
     one off the trim    exactly one, and it is not the trim
-    none                no rest at all
+    none                no equilibrium
     several             at least two
-    continuum           an interval of pitches, each at rest with e = 0
+    continuum           an interval of pitches, each an equilibrium with e = 0
 
-Every answer is found again here from model and gains (``coherent_rest``, ``paper_rest``) and
-compared.  All of them speak of states whose tip-speed ratio and pitch lie inside the coefficient
-table, and nothing else is at rest there; v_hat = v.  Stability is no part of it.
+Every answer is computed again here from model and gains (``coherent_rest``, ``paper_rest``) and
+compared. All answers are about states with tip-speed ratio and pitch inside the coefficient table;
+there are no other equilibria there; v_hat = v. Stability is not claimed.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ __all__ = ["ANSWERS", "RestReader", "check_equilibrium", "rest_reader"]
 
 ANSWERS = ("one", "one at the trim", "one off the trim", "none", "several", "continuum")
 MOST_CELLS = 2000
-# Of winds: what the loop does at each of them.  Raises Refused where that is not known.
+# Winds -> the answer at each of them; raises Refused if it is not known.
 RestReader = Callable[[Span], str]
 
 
 def rest_reader(model: Any, gains: Any) -> tuple[str, Span, RestReader]:
-    """Return the law's name, the winds it knows, and what answers for a cell.
+    """Return the law's name, its wind range, and the function that gives a cell's answer.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def rest_reader(model: Any, gains: Any) -> tuple[str, Span, RestReader]:
 
 
 def check_equilibrium(claim: Any, model: Any, gains: Any, where: str) -> Found:
-    """Return the verdict on one claim of kind ``equilibrium``.
+    """Return the verdict on a claim of kind ``equilibrium``.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def _coherent(plant: Plant, law: Law, winds: Span) -> str:
     inside, upper, lower = rests.inside, rests.upper, rests.lower
     held = (upper, 1), (lower, -1)
     away = all(not c.blocks and {c.start, c.end} <= {sign, 0} for c, sign in held)
-    # It rises with x, so that any wake between only adds to its slope.
+    # The balance rises with x, so that any admitted wake only increases its slope.
     if (inside.exact, inside.start, inside.end) == (1, -1, 1) and away:
         return "one"
     if _least(rests) > 1 and _least(coherent_rests(plant, law, winds, common=True)) > 1:

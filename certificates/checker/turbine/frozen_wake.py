@@ -5,8 +5,8 @@ r"""The frozen wake of a turbine file that states a factor kappa: dP/dbeta at ea
 
     lambda = omega_rated R / v,   k = 1/2 rho pi R^3
 
-The root is found from the top of the pitch range downwards: every piece above it is shown to hold
-none, by the enclosure of c_Q, so that it is the largest one.
+The root is searched from the top of the pitch range downwards. The enclosure of c_Q proves that no
+piece above it contains a root, so it is the largest one.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ def scaled_slopes(
 
     Raises
     ------
-    CertificateError : a wind at which no pitch balances rated torque, or the table does not reach.
+    CertificateError : a wind at which no pitch balances rated torque, or outside the table.
     """
     radius, speed = (number(model, key, "model") for key in ("rotor_radius", "rated_rotor_speed"))
     constant = number(model, "torque_constant", "model")
     needed = number(model, "gear_ratio", "model") * rated_torque
     low = number(model, "pitch_min", "model")
-    # The table's last knot is rounded in fixed point: the range stays a hair inside.
+    # The table's last knot is rounded in fixed point, so the range stays slightly inside.
     high = min(number(model, "pitch_max", "model"), spline.y.breaks[-1] - EDGE)
     found = []
     for wind, factor in zip(*stated, strict=True):
@@ -65,7 +65,7 @@ def _largest_root(
     """Return a short bracket of the largest pitch at which c_Q is not certainly below needed."""
     if not _below(spline, ratio, point(high), needed):
         raise Refused("the largest pitch still leaves too much torque")
-    # Pieces to look at, the highest last; a piece that may hold a root is halved.
+    # Pieces to examine, the highest last; a piece that may contain a root is halved.
     waiting = [(low, high)]
     while waiting:
         left, right = waiting.pop()

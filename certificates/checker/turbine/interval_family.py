@@ -74,7 +74,7 @@ def _spare(P: Integers, scale: int, low: Integers, high: Integers) -> tuple[Inte
     n, one = len(P), 1 << SHIFT
     middle = [[a + b for a, b in zip(*rows, strict=True)] for rows in zip(low, high, strict=True)]
     radius = [[b - a for a, b in zip(*rows, strict=True)] for rows in zip(low, high, strict=True)]
-    # w_i = 1 / sqrt(P_ii) is a good weight where the set touches its box; any would be sound.
+    # w_i = 1 / sqrt(P_ii) gives a tight bound if the set touches its box; any w_i > 0 is sound.
     weight = [max(isqrt((scale << 2 * SHIFT) // P[i][i]), 1) for i in range(n)]
     inverse = [-(-one * one // w) for w in weight]
     PM = [[sum(P[i][k] * middle[k][j] for k in range(n)) for j in range(n)] for i in range(n)]
@@ -107,9 +107,9 @@ def _invariant(
 ) -> bool:
     base = _minus(spare, P, alpha, factor // scale)
     whole = factor * alpha.denominator
-    # d over UNIT and P over its scale: both divide the factor.
+    # d is over UNIT and P over its scale; both divide the factor, so the result is an integer.
     border = whole // (scale * UNIT)
-    # Opposite signs give the mirrored inequality, so that the first sign is free.
+    # Opposite signs of d give the same inequality, so the first sign can be fixed.
     for signs in product((1, -1), repeat=len(P) - 1):
         d = [s * x for s, x in zip((1, *signs), delta, strict=True)]
         Pd = [-sum(p * x for p, x in zip(row, d, strict=True)) * border for row in P]

@@ -1,16 +1,16 @@
-r"""Replays a claim about the loop with a law of the paper, at constant winds, v_hat = v.
+r"""Replays a claim about the loop with a published law, at constant winds, v_hat = v.
 
 Per wind cell a centre z_0(v), linear in v, a box |z_i - z_0i(v)| <= r_i (pitch no less than the
 smallest) and P are stated.  With y = (z - z_0)/r the loop is y' = A y + d, A in the hull of the
 Jacobian over box and cell, d the field at the centre.  Both are enclosed here from plant and law
-and compared with what is stated; then for the stated family, exactly,
+and compared with the stated ranges. Then it is proved exactly for the stated family:
 
     {y'Py <= 1} lies in the box and is invariant, so that it holds an equilibrium (Brouwer);
     any two motions in it approach each other as exp(-rho t) in the norm of P, so that there is
     exactly one, and every motion from the set tends to it.
 
-The claim is PROVED when such cells cover the winds that it names; otherwise the winds for which
-they do are listed.
+The claim is PROVED when such cells cover the winds that it names; otherwise the covered winds are
+listed.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def _square(owner: Any, key: str, where: str, n: int) -> Rows:
 
 
 def check_paper(claim: Any, model: Any, gains: Any, where: str) -> Found:
-    """Return the verdict on one claim of kind ``paper-loop``, with the winds that it holds for.
+    """Return the verdict on one claim of kind ``paper-loop``, with the winds for which it holds.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def check_paper(claim: Any, model: Any, gains: Any, where: str) -> Found:
         raise CertificateError("gains: pitch limits differ from the model's")
     overlaps = Overlaps.read(claim, where, law.rated_torque)
     if law.rated_torque + overlaps.torque / 2 > law.top_torque:
-        # Only then does the filter hold rated torque all the way from the rounded corner on.
+        # Only then does the filter command rated torque everywhere beyond the rounded corner.
         raise CertificateError("gains.coupling.top_torque: the rounded corner goes beyond it")
     winds = _spans(matrix(claim, "winds", where), f"{where}.winds")
     cells = listed(claim, "cells", where, 0, MOST_CELLS)
@@ -115,7 +115,7 @@ def check_paper(claim: Any, model: Any, gains: Any, where: str) -> Found:
 
 
 def _left_out(claim: Any, winds: list[Span], where: str) -> list[Span]:
-    """Return the winds that the file names as not proved and does not claim."""
+    """Return the winds that the file lists as not proved and does not claim."""
     stated = listed(claim, "unproved", where, 0, MOST_CELLS)
     rows = [numbers(gap, "wind", f"{where}.unproved[{k}]", 2) for k, gap in enumerate(stated)]
     spans = _spans(rows, f"{where}.unproved") if rows else []

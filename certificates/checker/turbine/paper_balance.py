@@ -1,4 +1,4 @@
-r"""Places where a loop with a law of the paper may rest, bracketed; see ``paper_rest``."""
+r"""Enclosures of possible equilibria of a loop with a published law; see ``paper_rest``."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from takagi.certificates.checker.turbine.rest_count import Span
 
 __all__ = ["EDGE", "PaperBalance", "RestPlace"]
 
-# The table's ends are rounded in fixed point: stay a hair inside.
+# The table's ends are rounded in fixed point, so the range stays slightly inside.
 EDGE = Fraction(1, 10**20)
 
 
@@ -44,8 +44,8 @@ class RestPlace(Loop):
     def _ratio(self, region: Region | None, of_state: bool, of_trim: bool) -> Interval:
         """Return the range of tip-speed ratios; the state's end where the table does.
 
-        With the wind itself, or a larger one in its place, a ratio is the state's or less.  A trim
-        beyond the table is not cut: what a premise is there, no table says.
+        For the wind itself, or a larger one, the ratio is at most that of the state. A trim beyond
+        the table is not cut, because the table does not define a premise there.
         """
         parts = []
         if of_trim and region is not None:
@@ -71,7 +71,7 @@ class RestPlace(Loop):
 
 
 class PaperBalance:
-    """What the balances of both laws share: table ends, reference speed, coupling factor."""
+    """Common parts of the balances of both laws: table ends, reference speed, coupling factor."""
 
     def __init__(self, plant: Plant, law: PaperLaw) -> None:
         self.plant, self.law = plant, law
@@ -99,12 +99,12 @@ class PaperBalance:
         return s * s * (3 - 2 * s) if self.law.smooth else s
 
     def reference_range(self, winds: Span) -> Span:
-        """Return the range of omega_ref over winds in which it is a line."""
+        """Return the range of omega_ref over winds in which it is linear."""
         ends = [self.reference(v) for v in winds]
         return min(ends), max(ends)
 
     def speed(self, winds: Span) -> Dual:
-        """Return omega_ref, with its slope where the winds are no point."""
+        """Return omega_ref, with its slope unless the wind is a single point."""
         ends, width = [self.reference(v) for v in winds], winds[1] - winds[0]
         pace = point((ends[1] - ends[0]) / width) if width else ZERO
         return Dual(enclose(min(ends), max(ends)), (pace, ZERO))

@@ -1,4 +1,4 @@
-"""What a claim about a law of the paper speaks of, read exactly: law, schedules, overlaps."""
+"""The exact inputs of a claim about a published law: law, schedules, overlaps."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ MOST_WINDS = 2000
 
 @dataclass(frozen=True)
 class Region:
-    """A region's trim table, premise bounds and gains; the premise d must not matter.
+    """A region's trim table, premise bounds and gains; gains must not depend on the premise d.
 
     ``gains[kind][corner]``: kind 0 speed, 1 pitch, 2 integral; corner over a, or over (a, b).
     """
@@ -79,7 +79,7 @@ class Region:
 
 @dataclass(frozen=True)
 class Overlaps:
-    """The ramp in speed and the rounding in torque that a claim speaks of."""
+    """The ramp in speed and the rounding in torque of a claim."""
 
     start: Fraction
     width: Fraction
@@ -121,7 +121,7 @@ class PaperLaw:
 
     @classmethod
     def read(cls, gains: Any) -> PaperLaw:
-        """Return the law; refuses another one, another filter, and numbers of the wrong sign."""
+        """Return the law; refuses other laws, other filters, and numbers of the wrong sign."""
         name = text(gains, "name", "gains")
         if name not in LAWS:
             raise CertificateError(f"gains.name: one of {', '.join(LAWS)} is needed")

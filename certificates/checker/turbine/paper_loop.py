@@ -1,4 +1,4 @@
-r"""The closed loop with a law of the paper, bracketed with its slopes.
+r"""Enclosure of the closed loop with a published law, and of its slopes.
 
     omega' = T_r(omega, beta, v)/J - n_g T/J,     T = max(phi(u_1), 0)
     beta'  = (beta_ref - beta)/tau_beta,          beta_ref = f_1(omega) u_2 within pitch limits
@@ -87,8 +87,8 @@ class Loop:
 
         Parameters
         ----------
-        torque_end : which end of the range of phi' stands for it; None the whole range.
-        free : whether pitch is taken as free or as held at a limit; None both.
+        torque_end : the end of the range of phi' to use; None uses the whole range.
+        free : whether pitch is free or at a limit; None covers both.
         """
         plant, law = self.plant, self.law
         torque, torque_rest = self._torque(torque_end)
@@ -208,7 +208,7 @@ class Loop:
         return _quotient(found, rise, self.pitch.value - trim.value)
 
     def _held_wind(self, lowest: Fraction, highest: Fraction) -> Dual:
-        """Return the wind held to a range; exact, for cells end where ranges do."""
+        """Return the wind limited to a range; this is exact, since cells end where ranges end."""
         low, high = self.ends.wind
         held = [min(max(v, lowest), highest) for v in (low, high)]
         moving = low < highest and high > lowest
@@ -349,7 +349,7 @@ def _joined(value: Interval, parts: list[Dual]) -> Dual:
 
 
 def _quotient(found: Dual, rise: Interval, step: Interval) -> Dual:
-    """Return the average slope as a quotient, where the step is surely not zero."""
+    """Return the average slope as a quotient, if the step is certainly not zero."""
     if step[0] <= 0 <= step[1]:
         return found
     sharp = rise / step
@@ -365,7 +365,7 @@ def _weight(premise: Dual, bounds: tuple[Fraction, Fraction]) -> Dual:
 
 
 def blended(region: Region, kind: int, weights: list[Dual]) -> Dual:
-    """Return a gain: affine in each weight, so that corners of the weights give all ranges."""
+    """Return a gain; it is affine in each weight, so the corners of the weights give its range."""
     table = region.gains[kind]
     value = _corner_range(table, [w.value for w in weights])
     terms = []

@@ -1,4 +1,4 @@
-r"""The rests of the loop with law ``paper``: one curve of pitch and torque; see ``paper_rest``."""
+r"""The equilibria of the loop with law ``paper``, along one curve; see ``paper_rest``."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from takagi.certificates.checker.turbine.rest_count import (
 __all__ = ["OneIntegrator"]
 
 MOST_PARTS = 48
-# Up to so many times the s of rated torque the curve is followed in s, beyond it in pitch.
+# The curve is followed in s up to this multiple of the s of rated torque, then in pitch.
 LONGEST = 4096
 LOOKS = 14
-# How often a range of s is halved to compare u all over it.
+# How often a range of s is halved to compare u on the whole range.
 HALVINGS = 7
 
 
@@ -37,7 +37,7 @@ class OneIntegrator(PaperBalance):
     """f(s) = T_r/J - n_g phi(u)/J along the curve."""
 
     def count(self, winds: Span) -> Count:
-        """Return the number of rests, all of them with e = 0."""
+        """Return the number of equilibria, all of them with e = 0."""
         zero, shares = Fraction(0), [self.share(self.reference(v)) for v in winds]
         saturated = self._saturated(winds)
         last, open_end = saturated, max(shares) > 0
@@ -57,7 +57,7 @@ class OneIntegrator(PaperBalance):
         return found
 
     def at_trim(self, winds: Span) -> bool | None:
-        """Return whether the one rest has rated torque, or smallest pitch; None if not known."""
+        """Return whether the equilibrium has rated torque or smallest pitch; None if unknown."""
         shares = [self.share(self.reference(v)) for v in winds]
         if max(shares) == 0:
             return True
@@ -71,7 +71,8 @@ class OneIntegrator(PaperBalance):
         for _ in range(LOOKS):
             s = (low + high) / 2
             sign = sign_over(self._excess, winds, (s, s))
-            # u need not rise with s, as gains go with pitch: compare wherever the rest may be.
+            # u need not rise with s, as gains depend on pitch: compare wherever the equilibrium may
+            # be.
             if sign == -1 and self._keeps(winds, (leaves, s), -1, corner):
                 return False
             if sign == 1 and self._keeps(winds, (s, saturated), 1, corner):
@@ -82,7 +83,7 @@ class OneIntegrator(PaperBalance):
     def _keeps(
         self, winds: Span, span: Span, side: int, corner: Fraction, left: int = HALVINGS
     ) -> bool:
-        """Return whether u < corner (side -1) or u >= corner (side 1) all over the span."""
+        """Return whether u < corner (side -1) or u >= corner (side 1) on the whole span."""
         curve, at = self._curve(winds, span), point(corner)
         if curve is None:
             return True
@@ -116,7 +117,7 @@ class OneIntegrator(PaperBalance):
         return at, parameter * self._factor(at, share), held is pitch
 
     def _factor(self, at: RestPlace, share: Dual) -> Dual:
-        """Return u/s = (1 + f_1 k_p) k_I^b / k_I^c; refuses one that is not surely positive."""
+        """Return u/s = (1 + f_1 k_p) k_I^b / k_I^c; refuses one that is not certainly positive."""
         factor = (share * at.gain(True, 1)).plus(UNIT)
         ratio = at.gain(False, 2) / at.gain(True, 2)
         if min(factor.value[0], ratio.value[0]) <= 0:

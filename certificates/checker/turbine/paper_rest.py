@@ -1,12 +1,13 @@
-r"""Where the loop with a law of the paper rests at a constant wind, v_hat = v.
+r"""The equilibria of the loop with a published law at a constant wind, v_hat = v.
 
-One integrator: x' = 0 asks for e = 0.  Pitch at rest is beta = f_1 (k_I^c x - k_p beta) held to
+One integrator: x' = 0 requires e = 0. At equilibrium pitch is beta = f_1 (k_I^c x - k_p beta) held
+to
 its range, torque T = phi(u), u = k_I^b x.  With s = u k_I^c / (k_I^b (1 + f_1 k_p))
 
     beta = max(f_1 s, beta_min),     u = s (1 + f_1 k_p) k_I^b / k_I^c,
     f(s) = T_r(omega_ref, beta, v)/J - n_g phi(u)/J,
 
-one curve that holds every rest, also where f_1 = 0.  For s < 0 there is no torque.
+one curve that contains every equilibrium, also where f_1 = 0. For s < 0 there is no torque.
 
 Two integrators: e = (u_1 - T)/(tau |k_I^b|) = (u_2 - beta_ref)/(tau |k_I^c|), T = phi(u_1).
 
@@ -39,12 +40,12 @@ __all__ = ["PaperRests", "bends", "paper_rests"]
 
 @dataclass(frozen=True)
 class PaperRests:
-    """The rests at every wind of a cell: their number, or that they are a continuum.
+    """The equilibria at every wind of a cell: their number, or a continuum.
 
     Attributes
     ----------
     count : zeros of the balance.
-    at_trim : whether the one rest is the turbine's trim; None where it is not known.
+    at_trim : whether the one equilibrium is the turbine's trim; None if it is not known.
     continuum : pitches [rad] each of which is at rest at every wind of the cell, if there are.
     """
 

@@ -1,4 +1,4 @@
-r"""The rests of the loop with law ``paper-two-integrators``; see ``paper_rest``."""
+r"""The equilibria of the loop with law ``paper-two-integrators``; see ``paper_rest``."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ STEEP = Interval(0, ONE << 60)
 
 
 class TwoIntegrators(PaperBalance):
-    """The balance over torque at e = 0, then over the speed error e > 0 that both carry."""
+    """The torque balance as a function of torque at e = 0, then of the speed error e > 0."""
 
     def count(self, winds: Span) -> Count:
-        """Return the number of rests; refuses where e < 0 or a fast rotor cannot be excluded."""
+        """Return the number of equilibria; refuses if e < 0 or a fast rotor cannot be excluded."""
         radius, zero = self.plant.radius, Fraction(0)
         speeds = [self.reference(v) for v in winds]
         ratios = [radius * w / v for w, v in zip(speeds, winds, strict=True)]
@@ -45,7 +45,7 @@ class TwoIntegrators(PaperBalance):
             raise Refused("a rest below the reference speed cannot be excluded")
         over = self.law.overlaps
         room = min(self.longest * v / radius - w for v, w in zip(winds, speeds, strict=True))
-        # So far that f_1 = 1 beyond it, at each of the winds.
+        # Chosen so that f_1 = 1 beyond it, at each of the winds.
         full = (over.start + over.width) * winds[1] / winds[0] - min(speeds)
         last = min(full, room * Fraction(999, 1000))
         if last <= 0:
@@ -127,7 +127,7 @@ class TwoIntegrators(PaperBalance):
             return None
         wind = Dual(enclose(*winds), (UNIT, ZERO))
         sloped = pitch if pitch.slopes else Dual(pitch.value, (ZERO, ZERO))
-        # The part of a range of tip-speed ratios beyond the table has no balance to speak of.
+        # Tip-speed ratios beyond the table have no defined balance.
         at = RestPlace(self, winds, speeds, speed, sloped, wind)
         gain = -at.gain(False, 2)
         pace = point(self.law.tracking_time or Fraction(0))
@@ -181,7 +181,7 @@ class TwoIntegrators(PaperBalance):
         held, wanted = self._held_to(gain.value, size.value, held)
         if held is None:
             return None
-        if high == 1:  # Where f_1 nears 1 any pitch may be asked for, however small the error is.
+        if high == 1:  # Near f_1 = 1 any pitch may be commanded, even for a small error.
             return Dual(Interval(held.low, point(self.top).high), ())
         steady = UNIT - size.value * gain.slopes[2]
         if wanted[1] > point(self.top)[0] or steady[0] <= 0:
@@ -197,7 +197,7 @@ class TwoIntegrators(PaperBalance):
     def _held_to(
         self, gain: Interval, size: Interval, known: Interval | None = None
     ) -> tuple[Interval | None, Interval]:
-        """Return the pitch that size times gain asks for within its range, and what it asks for."""
+        """Return the pitch limited to its range, and the unlimited command size times gain."""
         wanted, bottom = size * gain, point(self.law.pitch_min)
         known = known or enclose(self.law.pitch_min, self.top)
         if wanted[0] > point(self.top)[1]:

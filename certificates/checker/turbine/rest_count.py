@@ -1,8 +1,8 @@
-r"""How many zeros a family f(v, s) has in s, at every one wind v of a cell: a branch and bound.
+r"""The number of zeros of f(v, s) in s, for every wind v of a cell, by branch and bound.
 
 The range of s is cut into pieces.  A piece is decided when f keeps one sign on it for all winds of
-the cell, or when df/ds keeps one sign: then f has at most one zero there at each wind.  Anything
-else is halved.  Pieces without a sign that touch each other make a *block*; where df/ds keeps one
+the cell, or when df/ds keeps one sign: then f has at most one zero there at each wind.  Any other
+piece is halved.  Pieces without a sign that touch each other make a *block*; where df/ds keeps one
 sign all over a block, f has at most one zero in it, and exactly one when f has opposite signs at
 the block's two ends.
 
@@ -66,8 +66,8 @@ class Count:
 class _Part:
     """A decided part: the sign of f there, or else that of df/ds; 0 for unknown.
 
-    ``empty`` where f is not defined: it has no zero there, and no sign to hand on; ``whole`` where
-    it is defined all over.
+    ``empty`` if f is not defined there: it has no zero and no sign; ``whole`` if it is defined
+    everywhere in the part.
     """
 
     span: Span
@@ -93,10 +93,11 @@ def count_zeros(f: Excess, winds: Span, pieces: Sequence[Piece], *, most_parts: 
         slopes = {part.slope for part in parts[low:high]}
         monotone = len(slopes) == 1 and 0 not in slopes
         blocks.append((parts[low].span[0], parts[high - 1].span[1]))
+        # Equal signs at both ends of a monotone block exclude a zero inside.
         if monotone and left == right != 0:
             continue
-        # A part that f leaves may have its sign at other winds than those next to the block; a
-        # monotone block is defined all over, its ends included.
+        # A part where f is partly undefined may get its sign from winds that do not border the
+        # block. A monotone block is defined everywhere, its ends included.
         beside = parts[max(low - 1, 0) : low] + parts[high : high + 1]
         if monotone or all(part.whole for part in beside):
             least += int(left * right < 0)
@@ -117,7 +118,7 @@ def sign_over(f: Excess, winds: Span, span: Span) -> int:
 
 
 def _end_sign(f: Excess, winds: Span, beside: Sequence[_Part], at: Fraction) -> int:
-    """Return the sign of f at one s, by the part beside it where that has one."""
+    """Return the sign of f at one s, from the adjacent part if that has a sign."""
     if beside and beside[0].sign:
         return beside[0].sign
     return 0 if beside and beside[0].empty else sign_over(f, winds, (at, at))

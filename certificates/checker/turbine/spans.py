@@ -1,4 +1,4 @@
-"""Ranges of winds: their union, and what they leave open."""
+"""Ranges of winds: their union, and the gaps between them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def merged(spans: list[Span]) -> list[Span]:
 
 
 def gaps(span: Span, covered: list[Span]) -> list[Span]:
-    """Return the parts of a range that no covered one holds; these are disjoint and in order."""
+    """Return the parts of a range outside ``covered``, whose ranges are disjoint and ordered."""
     low, left = span[0], []
     for start, stop in covered:
         if stop <= low or start >= span[1]:

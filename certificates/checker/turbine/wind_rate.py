@@ -1,4 +1,4 @@
-r"""``wind-rate``: how fast the wind that the law knows may move for a coherent loop's wind class.
+r"""``wind-rate``: the wind rates at which the law's filter keeps a coherent loop's wind class.
 
 The law's schedule wind v_s is its own low-pass of the wind estimate w, v_s' = (w - v_s) / tau_f.
 On a range of winds let phi (``schedule_rate``) and r (``estimate_rate``) be lines between nodes,
@@ -36,13 +36,13 @@ from takagi.certificates.checker.turbine.earlier import earlier_claim
 __all__ = ["Range", "check_wind_rate", "left_behind", "read_ranges"]
 
 MOST_RANGES, MOST_NODES = 20, 5000
-# What is not proved, with {} for the wind where.
+# The property that is not proved, with {} for its wind.
 Place = tuple[str, Fraction | None]
 
 
 @dataclass(frozen=True)
 class Range:
-    """Winds that the estimate stays in, and both rates at its nodes."""
+    """The wind range of the estimate, and both rates at its nodes."""
 
     wind: list[Fraction]
     estimate: list[Fraction]
@@ -63,7 +63,7 @@ class Range:
         return cls(wind, estimate, schedule, error)
 
     def at(self, column: list[Fraction], wind: Fraction) -> Fraction:
-        """Return a column between the nodes, and that of the nearer end beyond them."""
+        """Return a column, linear between the nodes and constant beyond them."""
         if wind <= self.wind[0]:
             return column[0]
         if wind >= self.wind[-1]:
@@ -125,7 +125,7 @@ def _outside_class(one: Range, law: Law, cells: list[Any], filter_: Fraction) ->
     """Return where phi leaves the loop's wind class, or nothing."""
     if not law.wind[0] <= one.wind[0] < one.wind[-1] <= law.wind[-1]:
         return "the range leaves the winds of the law", None
-    # The claim about the loop is proved: it has one cell per interval of the law.
+    # The claim about the loop is proved, so it has one cell per interval of the law.
     for (low, high), cell in zip(pairwise(law.wind), cells, strict=True):
         if high <= one.wind[0]:  # The cell's upper end belongs to the next one.
             continue
@@ -150,7 +150,7 @@ def left_behind(one: Range, filter_: Fraction) -> Place | None:
             for s in _bends(one, i, sign * filter_):
                 phi = one.schedule[i] + slope * (s - low)
                 seen = s + sign * filter_ * phi
-                # The estimate stays in the range, so that it is no further ahead than its end.
+                # The estimate stays in the range, so its end limits how far it can be ahead.
                 if one.wind[0] <= seen <= one.wind[-1] and one.at(one.estimate, seen) > phi * ahead:
                     way = "rising" if sign > 0 else "falling"
                     return f"the rates do not fit at {{}} m/s with wind {way}", s

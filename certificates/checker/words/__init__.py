@@ -1,4 +1,4 @@
-"""Sentences of the verdicts, made when all of them stand: a file for each kind of claim.
+"""Sentences of the verdicts, written after all verdicts are final; one file per kind of claim.
 
-Their numbers are rounded to the side on which the sentence stays true.
+Numbers are rounded in the direction that keeps the sentence true.
 """

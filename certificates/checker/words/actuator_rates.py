@@ -35,9 +35,9 @@ def said(
 
     Parameters
     ----------
-    unproved : the claim that this one rests on, where that is not proved.
+    unproved : the claim that this one depends on, if it is not proved.
     failures : what is not proved, with the ends of the wind cell, or none of the whole.
-    fed : of each cell, whether it is fed the schedule wind's rate.
+    fed : for each cell, whether its torque uses the schedule wind's rate.
     kept : the largest |v_s''| there in the winds of the claim on the wind's rate; None where none
         is named.
     """
@@ -77,7 +77,7 @@ def _statement(
             f"is at most {at_least(min(bends), 3)} m/s^3, {held})"
         )
     within = [k for k, one in enumerate(torque) if one <= own]
-    # A limit is never told higher than it is, and what is said to stay below it does so as told.
+    # A limit is rounded down; a value stated to be below it is compared after rounding.
     limit = at_least(most, 6)
     below = sum(one < Fraction(limit) for one in pitch)
     beyond = "".join(f", NOT for {_span(*ends)} m/s" for ends in _beyond(within, law.wind))
@@ -92,7 +92,7 @@ def _statement(
 
 
 def _beyond(within: list[int], wind: list[Fraction]) -> list[list[Fraction]]:
-    """Return the winds of the cells that are not listed, adjacent ones as one range."""
+    """Return the winds of the other cells, with adjacent cells joined."""
     found: list[list[Fraction]] = []
     for k, (low, high) in enumerate(pairwise(wind)):
         if k in within:

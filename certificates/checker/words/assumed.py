@@ -1,8 +1,8 @@
-"""What a verdict about a turbine's loop rests on beside the proof: one list for every reader.
+"""The assumptions of a verdict about a turbine's loop: one list for all outputs.
 
-A verdict is about a model of the machine.  What that model leaves out, and where a claim starts
-from, is named here once, by kind of claim; terminal, JSON, report and continuous integration print
-this list.
+A verdict is about a model of the machine. Effects that the model omits, and conditions on the
+start, are listed here once, by kind of claim. Terminal, JSON, report and continuous integration
+print this list.
 """
 
 from __future__ import annotations
@@ -33,5 +33,5 @@ ASSUMED = {
 
 
 def assumed(kind: str) -> tuple[str, ...]:
-    """Return what a claim of a kind assumes; nothing for a claim about no turbine's loop."""
+    """Return the assumptions of a kind of claim; empty if it is not about a turbine's loop."""
     return ASSUMED.get(kind, ())

@@ -32,7 +32,7 @@ def said(
     failures : what is not proved, with the wind cell or None for all.
     plant, settling : given where the claim is proved.
     """
-    # From what is checked: the file's own name proves nothing, nor that the wake is a turbine's.
+    # Derived from checked numbers: the name in the file, or of its wake, proves nothing.
     wake = "equilibrium wake"
     if _pushed(law, uncertainty):
         wake = f"pitch effectiveness up to {_reach(law)}"
@@ -43,12 +43,12 @@ def said(
 
 
 def _pushed(law: Law, uncertainty: Uncertainty) -> bool:
-    """Return whether the wake that is stated adds effectiveness at every wind."""
+    """Return whether the stated wake adds effectiveness at every wind."""
     return uncertainty.frozen_wake and min(law.limit) > 0
 
 
 def _wake(law: Law, uncertainty: Uncertainty) -> str:
-    """Return up to where pitch may act by the file's numbers: its words prove nothing."""
+    """Return the limit of pitch effectiveness from the file's numbers, not from its texts."""
     if not uncertainty.frozen_wake:
         return "equilibrium wake"
     held = f"of at least {_reach(law)} (by wind)"
@@ -77,7 +77,7 @@ def _listed(failures: Sequence[tuple[int | None, str]], law: Law, cells: int) ->
 
 
 def _span(low: Fraction, high: Fraction) -> str:
-    """Return an interval that is not wider than what was proved."""
+    """Return the interval, rounded so that it is not wider than the proved one."""
     return f"{at_most(low, 6)} to {at_least(high, 6)}"
 
 

@@ -1,4 +1,4 @@
-"""Which letters of a sentence are deviations from rest: those of what does not rest at zero."""
+"""The letters of a sentence that are deviations from an equilibrium value other than zero."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MEANT = {
 
 
 def deviations(family: Family, letters: str) -> str:
-    """Return a clause that says what letters of the sentence stand for; empty where all rest at 0.
+    """Return a clause that explains these letters; empty if all equilibrium values are 0.
 
     Parameters
     ----------

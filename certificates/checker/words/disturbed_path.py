@@ -1,4 +1,4 @@
-"""What a disturbance and an output are in the sentence of a claim about the path between them."""
+"""The disturbance and the output in the sentence of a claim about their channel."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["path_deviations", "shown_path"]
 
 
 def shown_path(claim: Any, family: Family) -> str:
-    """Return in words what w is, and where y comes from."""
+    """Return a text about the source of w and of y."""
     alone = ", without the model's disturbance" if family.E else ""
     given = claim["disturbance"] == "disturbances"
     way = "the model's disturbance" if given else f"added to u{alone}"
@@ -19,7 +19,7 @@ def shown_path(claim: Any, family: Family) -> str:
 
 
 def path_deviations(claim: Any, family: Family, others: str = "") -> str:
-    """Return what w and y, and other letters, stand for where they do not rest at 0.
+    """Return the meaning of w, y and other letters with equilibrium values other than 0.
 
     A w that is added to u is no deviation; an output that the claim writes itself is of x and u.
     """

@@ -1,4 +1,4 @@
-r"""How large {x'Px <= c} is, in numbers rounded so that what is said of them is true.
+r"""The size of {x'Px <= c}, rounded so that each statement stays true.
 
     reach along x_k    the largest |x_k| in it:  sqrt(c (P^-1)_kk)        rounded up
     volume             V_n c^(n/2) / sqrt(det P),  V_n of the unit ball    rounded down

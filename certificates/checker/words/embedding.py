@@ -41,7 +41,7 @@ def said(
 
 
 def _where(plant: PlantNodes) -> str:
-    """Return the box, rounded to its inside: the sentence says no more than what was proved."""
+    """Return the box, rounded inward, so that the sentence claims no more than was proved."""
     box = ", ".join(
         f"{v.label} in [{at_most(v.side[0], 15)}, {at_least(v.side[1], 15)}]"
         for v in (*plant.states, *plant.inputs, *plant.disturbances)

@@ -25,7 +25,7 @@ def said(
     ----------
     law, known : its name, and the winds that it knows.
     proved : winds, and what the loop does at each of them.
-    failures : winds, what is stated of them, and what is found instead.
+    failures : winds, the stated answer, and the answer found instead.
     """
     name = f"rests of the loop with law {law}, constant winds {_shown([known])} m/s"
     parts = _parts(proved, known)
@@ -50,7 +50,7 @@ def _parts(proved: Sequence[tuple[Span, str]], known: Span) -> list[str]:
 
 
 def _shown(spans: list[Span]) -> str:
-    """Return ranges rounded inward: what is said holds for all winds that are named."""
+    """Return ranges rounded inward, so that the statement holds for all named winds."""
     shown = [f"{at_most(low, 9)} to {at_least(high, 9)}" for low, high in spans[:MOST_LISTED]]
     more = f" (+{len(spans) - MOST_LISTED} more)" if len(spans) > MOST_LISTED else ""
     return ", ".join(shown) + more

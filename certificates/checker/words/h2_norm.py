@@ -26,14 +26,14 @@ def said(name: str, claim: Any, family: Family, norm: Fraction, entering: Stack)
 
 
 def _in_which_sense(family: Family, entering: Stack) -> str:
-    """Return the sense of the noise, where it is not the same in every sense."""
+    """Return the stochastic integral (Ito), if the result depends on its definition."""
     if family.is_discrete or all(one == entering[0] for one in entering):
         return ""
     return " in Ito's sense (it enters by a matrix that moves, so that other noise may do more)"
 
 
 def _unforeseeing(family: Family) -> str:
-    """Return the assumption on weights that nothing describes, or that a signal moves."""
+    """Return the assumption on weights that are not described or depend on a signal."""
     granted = family.rules > 1 and family.scheduled_by is None
     granted = granted or (len(family.K) > 1 and not family.shared_weights)
     known = {*family.states, *(family.inputs if family.K else ())}

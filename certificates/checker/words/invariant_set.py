@@ -1,4 +1,4 @@
-"""What is said of an ellipsoid that no solution leaves: its level, its motion, where it lies."""
+"""Texts about an invariant ellipsoid: its level, the motion of V, its location."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def motion(held: InvariantSet, family: Family) -> str:
 
 
 def where_valid(family: Family) -> str:
-    """Return where the set lies, and what is taken for granted."""
+    """Return where the set lies, and the assumptions."""
     held = granted(family, disturbances_too=False)
     return f" and lies in the model's box{held}" if _boxed(family) else ""
 

@@ -1,4 +1,4 @@
-"""What a claim says that disproves a common function of its own matrices: and of what."""
+"""The sentence of a claim that disproves a common function for its own matrices."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a proved claim says that holds its own matrices: the sentence of ``decay``, and of what."""
+"""The sentence of a proved claim with its own matrices: that of ``decay``, and their source."""
 
 from __future__ import annotations
 

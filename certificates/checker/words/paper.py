@@ -37,8 +37,8 @@ def said(
 
     Parameters
     ----------
-    winds : that the claim names;  covered, missing : for which it holds, and which of them not.
-    failures : the winds of a cell, and what is not proved of it.
+    winds : of the claim;  covered, missing : those for which it holds, and the others.
+    failures : the winds of a cell, and the property that is not proved.
     left : winds that the file names as not proved and does not claim.
     """
     reasons = [f"{_shown([wind])} m/s: {why}" for wind, why in failures]
@@ -75,9 +75,9 @@ def _shown(spans: list[Span]) -> str:
 
 
 def _windows(starts: list[Fraction], width: Fraction) -> str:
-    """Return windows of one width by their lower ends, runs of one step taken together.
+    """Return windows of equal width by their lower ends; evenly spaced ones are grouped.
 
-    Lower ends and steps are not rounded, for a window moved to either side is another one.
+    Lower ends and steps are not rounded, because a shifted window would be a different one.
     """
     runs: list[list[Fraction]] = []
     for start in starts:
@@ -126,7 +126,7 @@ def _statement(
 
 
 def _rest(plant: Plant, law: PaperLaw, overlaps: Overlaps, proved: Sequence[Cell]) -> str:
-    """Return how far from the turbine's trim the loop rests at most, from the sets themselves."""
+    """Return a bound of the distance between equilibrium and trim, from the proved sets."""
     error = 0
     for cell in proved:
         loop = Loop(plant, law, overlaps, cell.ends, "none")
@@ -139,9 +139,9 @@ def _rest(plant: Plant, law: PaperLaw, overlaps: Overlaps, proved: Sequence[Cell
 
 
 def _near_trim_pitch(law: PaperLaw, ends: Ends) -> bool:
-    """Return whether pitch is close to that of the trim tables for these winds, all over the set.
+    """Return whether pitch is close to the trim tables for these winds on the whole set.
 
-    Both tables make one: lines between the nodes, held beyond the ends.
+    Both tables form one: linear between the nodes, constant beyond the ends.
     """
     low, high = law.partial, law.full
     above = [k for k, v in enumerate(high.wind) if v > low.wind[-1]]

@@ -18,7 +18,7 @@ DIGITS = 6
 def said(
     name: str, family: Family, parts: Sequence[tuple[Matrix, Matrix]], fails_at: str = ""
 ) -> tuple[str, str]:
-    """Return name and sentence; of the one part that fails at a blend where that is named."""
+    """Return name and sentence; a failure names the part and the blend."""
     region = " and ".join(in_words(L, M) for L, M in parts)
     if fails_at:
         return name, f"the inequality of {region} fails at {fails_at}"

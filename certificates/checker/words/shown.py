@@ -1,4 +1,4 @@
-"""Exact numbers as short decimals, rounded to the side on which the sentence stays true."""
+"""Exact numbers as short decimals, rounded in the direction that keeps a sentence true."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from fractions import Fraction
 
 __all__ = ["at_least", "at_most", "exactly"]
 
-# Products of a few numbers of the reader have fewer digits than this.
+# Products of a few numbers from the reader have fewer digits than this limit.
 MANY = 400
 
 

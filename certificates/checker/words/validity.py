@@ -1,4 +1,4 @@
-"""What a verdict takes for granted about the model's box and its disturbance, in words."""
+"""The assumptions of a verdict about the model's box and its disturbance, in words."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ __all__ = ["granted", "undisturbed", "while_valid"]
 
 
 def granted(family: Family, *, disturbances_too: bool = True) -> str:
-    """Return which ranges of the box nothing shows to be kept; empty for none."""
+    """Return the ranges of the box that are assumed and not proved; empty for none."""
     known = set(family.inputs)
     if not disturbances_too:
-        # Imported here: no kind that grants everything needs it.
+        # Imported here: a kind that assumes all ranges does not need it.
         from takagi.certificates.checker.kinds.box_of_validity import pushing
 
         known |= pushing(family)
@@ -20,9 +20,9 @@ def granted(family: Family, *, disturbances_too: bool = True) -> str:
 
 
 def while_valid(family: Family) -> str:
-    """Return that the model is its plant on a box alone; empty where there is no box.
+    """Return the statement that the model equals its plant only on a box; empty without a box.
 
-    That matrices alone contain a plant is shown by no claim: of them it is an assumption.
+    For matrices alone no claim proves that they contain a plant, so this is an assumption.
     """
     bounded = any(side is not None for side in family.box) or family.other_box
     plant = "a plant that the model contains" if family.scheduled_by is None else "its plant"
@@ -30,7 +30,7 @@ def while_valid(family: Family) -> str:
 
 
 def undisturbed(family: Family) -> str:
-    """Return that the model's disturbance is taken to be zero; empty without one."""
+    """Return the assumption that the model's disturbance is zero; empty without one."""
     return " without disturbance" if family.E else ""
 
 

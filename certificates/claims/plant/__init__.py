@@ -2,5 +2,5 @@
 
 certification       a model with gains: requests tried, claims checked; ``certify``
 certificate         a plant with its law: every claim that was asked for
-sampled_premises    bounds that rest on samples prove nothing
+sampled_premises    refuses bounds that are based on samples
 """

@@ -1,4 +1,4 @@
-"""All that is claimed of a plant and its law in one certificate: what was asked, what was found."""
+"""One certificate with all claims about a plant and its law, requested and found."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ if TYPE_CHECKING:
 __all__ = ["ClaimRequirements", "plant_certificate"]
 
 Floats = NDArray[np.float64]
-# Claims beside decay ask for a few solutions each; of more blends they take minutes.
+# Each claim other than decay needs a few solver runs; with more blends they take minutes.
 MOST_BLENDS = 2500
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClaimRequirements:
-    """What was asked of the gains, and has to be proved of them too.
+    """Requirements for the gains, which must also be proved.
 
     Attributes
     ----------
@@ -62,10 +62,10 @@ def plant_certificate(
     files: Sequence[Path] = (),
     law: Mapping[str, Any] | None = None,
 ) -> Certificate:
-    """Return the certificate: the plant is the model, it decays, what was asked, what follows.
+    """Return the certificate: embedding, decay, requested claims, and further proved claims.
 
-    What was asked for is claimed whether it can be proved or not; of what follows beside it, only
-    what is proved, and ``tried`` says what is not.
+    Requested claims are included even if they cannot be proved. Further claims are included only if
+    they are proved; ``tried`` lists the others.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ LONGEST = 60  # characters of what was given, in a message
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Certificate:
-    """A certificate and what the independent checker says about it.
+    """A certificate and the verdicts of the independent checker.
 
     Attributes
     ----------
@@ -82,16 +82,16 @@ def certify(
     claims: Sequence[Request] | Literal["all"] | None = None,
     law: Mapping[str, Any] | None = None,
 ) -> Certificate:
-    """Return a proof attempt of what is claimed of a model, closed by u = -sum_j h_j K_j x.
+    """Return a proof attempt for claims about a model, closed by u = -sum_j h_j K_j x.
 
-    The claims are about the decimals of A, B and K as they are written, along every blend: the
-    weights h may move as they like.
+    The claims are about the decimals of A, B and K as written, along every blend: the weights h may
+    vary freely.
 
     Parameters
     ----------
     model : in continuous or discrete time; A (r, n, n), B (r, n, m).
     gains : K (r, m, n); one for all rules may be given as (m, n); None for the model as it is.
-    decay_rate : alpha [1/s] that is asked for; None proves what can be found, less a little.
+    decay_rate : required alpha [1/s]; None proves slightly less than the largest rate found.
     claims : what is asked for, from ``takagi.certificates.requests``; None asks for the decay rate
         with one quadratic function, ``[Decay(decay_rate)]``; "all" for that and whatever follows
         from it for this loop and can be proved, ``tried`` says what cannot.
@@ -138,7 +138,7 @@ def certify(
 
 
 def _requests(claims: object) -> list[Request]:
-    """Return what is asked for; refuses what cannot be asked."""
+    """Return the requests; refuses invalid ones."""
     if not isinstance(claims, Iterable):
         raise TypeError(
             f"claims: {_named(claims)} was given; a list of requests is needed, such as [Decay()]"

@@ -1,4 +1,4 @@
-"""Nothing is proved of a plant with bounds that rest on samples."""
+"""Refuses to prove anything about a plant whose bounds are based on samples."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """How fast the actuators move on a certified set: the candidate of a claim ``actuator-rates``.
 
 The bounds themselves are those of the checker (``certificates/checker/turbine/actuator_rates.py``),
-rounded up; what is found here is B, in floating point, and the largest |v_s''| that the torque's
-rate limit leaves.  Nothing is proved here.
+rounded up; computed here, in floating point, are B and the largest |v_s''| that the torque's rate
+limit allows. Nothing is proved here.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ def actuator_rates_claim(
 ) -> dict[str, Any]:
     """Return the claim as plain data.
 
-    A cell's ``torque_rate`` is the least that holds.  Where the schedule wind's rate is fed to
-    torque it is the turbine's limit, with the largest |v_s''| that this leaves, if it leaves any.
+    A cell's ``torque_rate`` is the least bound that holds. If the torque uses the schedule wind's
+    rate, it is the turbine's limit, with the largest |v_s''| that this limit allows, if any.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def _pitch(bound: CellRates, model: Any) -> Fraction:
 
 
 def _torque(bound: CellRates, rest: Fraction, limit: Fraction) -> dict[str, float]:
-    """Return the torque's rate, and |v_s''| [m/s^3]: 0 without a feed-forward or without room."""
+    """Return the torque's rate, and |v_s''| [m/s^3]: 0 without a feed-forward or without margin."""
     if not bound.fed or rest >= limit:
         return {"torque_rate": float(_up(rest)), "schedule_bend": 0.0}
     bend = math.floor((limit - rest) / bound.fed * 10**DIGITS) / 10**DIGITS

@@ -1,4 +1,4 @@
-"""The claim about the coherent loop: enclose it, find one P for all cells, state the class.
+"""The claim about the coherent loop: its enclosure, one P for all cells, its wind class.
 
 Nothing is proved here.  The result is a candidate claim; ``takagi.certificates.checker`` decides.
 """
@@ -50,7 +50,7 @@ DEFAULT_BOX = LoopBox(
     wind_share=Fraction("0.03"),
 )
 DEFAULT_UNCERTAINTY = LoopUncertainty(Interval.of("0.9", "1.1"), frozen_wake=True)
-# All rates are lowered by this factor, so often, where no quadratic function bears them.
+# If no quadratic function exists, all rates are lowered by this factor, at most so often.
 CALMER, ATTEMPTS = 0.5, 6
 
 
@@ -72,14 +72,14 @@ def effort_sharing_candidate(
     box : the region around the trim that is enclosed.
     wind_class : wind rates asked for, and proportions of wind errors; the default follows what
         torque and pitch can do at each wind.
-    P : (3, 3) found elsewhere, its set inside the box; where it does not hold in all cells, and
-        for None, one is found here.
-    rates : |v_s'| of each cell [m/s^2] to try; None takes what the wind class asks for.
-    tell : called with a word on progress.
+    P : (3, 3) from another search, its set inside the box; for None, or if it does not hold in all
+        cells, P is searched here.
+    rates : |v_s'| of each cell [m/s^2] to try; None takes those of the wind class.
+    tell : called with a progress message.
 
     Raises
     ------
-    ModelError : the box asks for what tables or actuators do not have; names the wind cell.
+    ModelError : the box exceeds tables or actuator limits; names the wind cell.
     """
     say = tell or _silent
     shape = wind_class or WindClass()
@@ -171,7 +171,7 @@ def effort_sharing_claim(candidate: EffortSharingCandidate) -> dict[str, Any]:
 
 
 def _name(candidate: EffortSharingCandidate) -> str:
-    """Return what the checker will call the claim: what holds, rounded to the side of less."""
+    """Return the claim's name in the checker's words, rounded so that it does not claim more."""
     cells = candidate.cells
     low, high = _stated(cells[0].wind.lower), _stated(cells[-1].wind.upper)
     least = min(_stated(cell.effectiveness_limit.lower) for cell in cells)
@@ -184,7 +184,7 @@ def _name(candidate: EffortSharingCandidate) -> str:
 
 
 def _stated(value: Fraction) -> Fraction:
-    """Return the decimal that the file has for a number."""
+    """Return the decimal that is written to the file for a number."""
     return Fraction(repr(float(value)))
 
 
@@ -231,4 +231,4 @@ def _cell(candidate: EffortSharingCandidate, k: int) -> dict[str, Any]:
 
 
 def _silent(_: str) -> None:
-    """Say nothing."""
+    """Ignore the progress message."""

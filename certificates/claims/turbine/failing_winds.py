@@ -1,4 +1,4 @@
-"""Says at which winds a joint analysis fails, so that a requirement can be relaxed there."""
+"""Finds the winds at which a joint analysis fails, so that a requirement can be relaxed there."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ Floats = NDArray[np.float64]
 
 
 def failing_winds(cells: Sequence[LoopCell]) -> str:
-    """Return, in words, the winds that stand in the way of one quadratic function for all cells.
+    """Return, in words, the winds that prevent one quadratic function for all cells.
 
-    Three causes are told apart, the plainest first: a corner of a cell is unstable by itself; the
+    Three causes are distinguished, the simplest first: a corner of a cell is unstable by itself;
+    the
     corners of one cell have no common function; each cell has one, but not all have the same.
     In floating point: a hint for the user, never a claim.
     """

@@ -1,6 +1,6 @@
-"""What every cell of the coherent loop bears with one quadratic function: what a claim can state.
+"""The largest wind error of every cell of the coherent loop with one quadratic function.
 
-Floating point: a candidate, which the checker proves or refuses.
+The result is a floating-point candidate, which the checker proves or refuses.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ __all__ = ["SHRINK", "RequestedLoops", "EffortSharingCandidate", "largest_wind_e
 Floats = NDArray[np.float64]
 Tell = Callable[[str], None]
 
-# P is raised by this much, so that rounding its decimals leaves the set inside the box.
+# P is increased by this factor, so that the set stays inside the box after rounding.
 SHRINK = 1 + 1e-5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EffortSharingCandidate:
-    """Everything a claim states, in floating point but for the enclosures.
+    """All data of a claim, in floating point except the enclosures.
 
     Attributes
     ----------
     cells : the enclosed loops.
     P : (3, 3) in (e, zeta, x), or None where no common P was found.
-    multipliers, wind_error, wind_rate, decay_rate : one per cell; a cell that is not believed to
-        hold has wind class and decay 0.
+    multipliers, wind_error, wind_rate, decay_rate : one per cell; a cell without a candidate has
+        wind class and decay 0.
     common_rate : the largest decay rate of one quadratic function over all cells [1/s], and
         settling_P : (3, 3) that function; both for constant wind.
     diagnosis : why there is no P, in words.
@@ -88,7 +88,7 @@ class EffortSharingCandidate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RequestedLoops:
-    """The enclosures of all cells, and what is asked of each.
+    """The enclosures of all cells, and the requested wind class of each.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class RequestedLoops:
 def largest_wind_errors(
     P: Floats, loops: RequestedLoops, *, words: str = "", tell: Tell | None = None
 ) -> EffortSharingCandidate:
-    """Return what every cell bears with P: the largest wind errors, and decay at rest.
+    """Return for every cell the largest wind error with P, and the decay rate at constant wind.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def largest_wind_errors(
 def _settling(P: Floats, corners: list[LoopVertices]) -> tuple[Floats, float]:
     """Return the quadratic function with the largest decay rate over all corners, and the rate.
 
-    The largest rate is a generalised eigenvalue problem; where it fails, P itself serves.
+    The largest rate is a generalised eigenvalue problem; if it fails, P itself is used.
     """
     A = np.concatenate([v.at_rest for v in corners])
     answer = fast_decay(A)

@@ -1,8 +1,8 @@
-"""The claims about a turbine's coherent loop: the loop itself, and what rests on it.
+"""The claims about a turbine's coherent loop, and the claims that depend on it.
 
-What rests on it is kept where the checker proves it, given that the loop's own claim is; so that a
-file is not left undecided by a consequence that a design does not have.  Why one was left out goes
-into the file's provenance.
+A dependent claim is kept only if the checker proves it, assuming the claim about the loop. So a
+consequence that a design does not have cannot make the file UNDECIDED. The reason why a claim was
+left out is recorded in the file's provenance.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def loop_document(
 
     Parameters
     ----------
-    asked : what the provenance records as the configuration.
+    asked : the configuration, as recorded in the provenance.
     files : the turbine's data files; the certificate records what they say.
 
     Raises
@@ -90,7 +90,7 @@ def loop_claims(
         try:
             claim = make()
         except Refused as reason:
-            # The loop's numbers are not such that anything follows; its own verdict says why.
+            # No further claim follows from the loop's numbers; the verdict on the loop says why.
             claim, why = None, str(reason)
         else:
             why = "nothing to claim" if claim is None else _open(claim, model, gains, claims)
@@ -107,7 +107,7 @@ def _open(
     gains: Mapping[str, Any],
     earlier: Sequence[Mapping[str, Any]],
 ) -> str:
-    """Return why the checker would not prove a claim that rests on earlier ones, or nothing."""
+    """Return why the checker would not prove a dependent claim, or nothing."""
     parts = {"model": model, "gains": gains, "claims": [*earlier, claim]}
     data, place = read_text(json.dumps(parts), "candidate"), len(earlier)
     below: list[Outcome] = [

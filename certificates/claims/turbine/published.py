@@ -1,4 +1,4 @@
-"""The claims about a law of the paper: its data, the cells that were found, a grid of overlaps.
+"""The claims about a published law: its data, the cells found, a grid of overlaps.
 
 Nothing is proved here.  The result is candidate claims; ``takagi.certificates.checker`` decides.
 """
@@ -40,21 +40,21 @@ __all__ = [
 
 Span = tuple[float, float]
 
-# Shares of the law's overlaps that the grid of further claims takes.
+# Multiples of the law's overlaps in the grid of further claims.
 SHARES = (0.5, 1.0, 2.0)
-# Of each m/s the grid looks at a window of this width [m/s].
+# In each m/s the grid examines a window of this width [m/s].
 WINDOW = 0.03
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PublishedCandidate:
-    """What is believed of a law over some winds.
+    """The unproved results for a law over some winds.
 
     Attributes
     ----------
     winds : the ranges that were asked for [m/s].
-    cells : those that hold;  unproved : ranges without one, each with a reason.
-    rests : wind [m/s] -> where the law rests, at the ends of all cells that were looked at.
+    cells : those found;  unproved : ranges without a cell, each with a reason.
+    rests : wind [m/s] -> the equilibrium, at the ends of all cells examined.
     """
 
     law: PublishedLaw

@@ -1,6 +1,6 @@
-"""Cell by cell: a centre, a box and a P with which the loop of the paper's law contracts.
+"""Search of cells: a centre, a box and a P with which the loop of a published law contracts.
 
-Floating point; what is found is a candidate that the checker decides.
+The search uses floating point; its result is a candidate that the checker decides.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ __all__ = ["NARROWEST", "FoundCell", "PublishedSearch", "Unproved", "search_cell
 
 Floats = NDArray[np.float64]
 
-# Half widths of the set in rotor speed [rad/s]: where to start, and what to grow to from there.
+# Half widths of the set in rotor speed [rad/s]: the starting value, and those to grow to.
 STARTS = (0.001, 0.0005)
 LARGER = (0.002, 0.005, 0.015)
-# A proved decay rate is good enough at this share of the slowest that the loop has where it rests.
+# A proved decay rate suffices at this fraction of the slowest rate at the equilibrium.
 BRISK = 0.1
-# Units in which the states' sizes are comparable: rad/s, rad, rad, rad.
+# Scales that make the states comparable: rad/s, rad, rad, rad.
 UNITS = np.array([0.01, 0.01, 0.1, 0.1])
 PROBE = 1e-6
 NARROWEST = 0.002
-# Where there is no equilibrium at either end, smaller cells than this are not looked at [m/s].
+# Without an equilibrium at either end, cells smaller than this are not examined [m/s].
 HOPELESS = 0.1
 WIDEST = 0.5
 CENTRE_DIGITS = 9
@@ -50,7 +50,7 @@ ROUNDED = 1 - 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FoundCell:
-    """A cell that is believed to hold: enclosures, P in units of the box, rates, kind of rest."""
+    """A candidate cell: enclosures, P in units of the box, rates, kind of equilibrium."""
 
     cell: PublishedCell
     P: Floats
@@ -61,7 +61,7 @@ class FoundCell:
 
 @dataclass(frozen=True, slots=True)
 class Unproved:
-    """A range of winds without a cell, why, and whether narrower ones are not worth a try."""
+    """A range of winds without a cell, the reason, and whether to skip narrower ranges."""
 
     wind: tuple[float, float]
     reason: str
@@ -70,7 +70,7 @@ class Unproved:
 
 @dataclass(slots=True, eq=False)
 class PublishedSearch:
-    """The law, its figures, and the rest points found so far.
+    """The law, its numbers, and the equilibria found so far.
 
     ``ladder``: half widths in speed [rad/s] to try from the largest down, until one contracts at
     ``BRISK`` of the slowest rate that the loop has where it rests; empty takes the first of
@@ -90,7 +90,7 @@ class PublishedSearch:
         return cls(law, loop_figures(law), narrowest, ladder)
 
     def rest(self, wind: float) -> Equilibrium:
-        """Return where the law rests, computed once."""
+        """Return the equilibrium, computed once."""
         if wind not in self.points:
             self.points[wind] = equilibrium(self.law, wind)
         return self.points[wind]
@@ -117,7 +117,7 @@ class PublishedSearch:
             probe = enclosed_cell(self.figures, wind, centre, units * PROBE, bound)
         except ModelError as error:
             return Unproved(wind, str(error))
-        # The probe's units are all scaled alike, which leaves A as it is.
+        # All units of the probe are scaled equally, which does not change A.
         middle = (probe.low + probe.high) / 2
         candidates = lyapunov_candidates(middle)
         if not candidates:
@@ -175,7 +175,7 @@ class PublishedSearch:
             try:
                 found = self._with(wind, centre, units, P, size, bound)
             except ModelError:
-                # This box leaves what may be enclosed; another shape may not.
+                # This box leaves the range that can be enclosed; another shape may stay inside.
                 continue
             if found is not None:
                 return FoundCell(*found, rest)

@@ -1,4 +1,4 @@
-"""What smaller uncertainty a joint analysis would cover, tried out: a number for the message."""
+"""Searches a smaller uncertainty that a joint analysis covers, for an error message."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from takagi.models.turbine.data import Turbine
 
 __all__ = ["smaller_uncertainty"]
 
-# Shares of the asked interval's excess over 1 that are tried, the largest first.
+# Fractions of the requested interval's excess over 1 that are tried, the largest first.
 SHARES = (Fraction(1, 2), Fraction(1, 4), Fraction(1, 8), Fraction(1, 16))
 DIGITS = 3
 
@@ -22,9 +22,8 @@ def smaller_uncertainty(
 ) -> str:
     """Return, in words, a part of the uncertainty for which a common function is found.
 
-    Tried are an inertia interval of a half to a sixteenth of the excess over nominal, then the
-    wake of the surface alone; in floating point, with the gains as they are.  Empty where none of
-    them helps.
+    It tries an inertia interval of a half to a sixteenth of the excess over nominal, then only the
+    wake of the surface. It uses floating point and the given gains. Empty if none of them helps.
     """
     span = uncertainty.inertia
     for share in SHARES if span.width else ():

@@ -1,4 +1,4 @@
-"""The wind class that a claim about the coherent loop is tried with, cell by cell."""
+"""The wind class to try in a claim about the coherent loop, cell by cell."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ __all__ = ["CellClass", "WindClass", "asked_rates", "calmer", "cell_class"]
 
 Floats = NDArray[np.float64]
 
-# The rate asked for is lowered where it would leave the lag less than this share of the pitch
-# drive's rate, or disturb the speed by more than this share of what gain and signal can answer.
+# The requested rate is lowered if the lag would keep less than this fraction of the pitch drive's
+# rate, or if it disturbs the speed by more than this fraction of the control authority.
 DRIVE_SHARE = 0.45
 ANSWER_SHARE = 0.2
-# A cell gets a lower rate where it would bear less than these shares of the wind error asked for,
-# and of that borne at rest.
+# A cell gets a lower rate if its wind error would be less than these fractions of the requested
+# one, and of the one at constant schedule wind.
 LEAST_ERROR, LEAST_AT_REST = 0.4, 0.7
 LOWER, STEPS = 0.9, 50
-# Kept back from what floating point finds, so that the rounded decimals still prove.
+# Subtracted from the floating-point result, so that the rounded decimals can still be proved.
 RESERVE = 0.985
 
 
 @dataclass(frozen=True, slots=True)
 class WindClass:
-    """What is asked of a claim: wind rates, and the proportions of wind errors.
+    """The requested class of a claim: wind rates, and the proportions of wind errors.
 
     A rate is lowered where the law's feed-forward or the pitch drive cannot follow it; the errors
     that are stated are the largest that are then found.
@@ -50,7 +50,7 @@ class WindClass:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CellClass:
-    """What one cell bears: its enclosure at the rate, multiplier, and wind error [m/s]."""
+    """The result of one cell: its enclosure at the rate, multiplier, and wind error [m/s]."""
 
     cell: LoopCell
     multiplier: float
@@ -85,9 +85,9 @@ def _bearable(loop: CellLoop, rate: Fraction, answer: Fraction) -> bool:
 
 
 def cell_class(P: Floats, loop: CellLoop, rate: Fraction, asked_error: float) -> CellClass:
-    """Return the largest wind error that a cell bears with P, at the rate or a lower one.
+    """Return the largest wind error of a cell with P, at the rate or a lower one.
 
-    The wind error is 0 where even a schedule wind at rest is too much.
+    The wind error is 0 if P fails even at constant schedule wind.
     """
     at_rest = _borne(P, loop.enclosed(0), loop.widest_error)
     least = min(LEAST_ERROR * asked_error, LEAST_AT_REST * at_rest.wind_error)

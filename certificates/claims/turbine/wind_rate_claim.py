@@ -1,4 +1,4 @@
-r"""How fast a wind that the law knows may move: the candidate of a claim of kind ``wind-rate``.
+r"""The candidate of a claim of kind ``wind-rate``: admissible rates of the wind estimate.
 
 From the wind class of a coherent loop's claim, |v - v_s| <= delta_k and |v_s'| <= rho_k by wind
 cell, and the law's filter tau_f: the largest allowed schedule rate
@@ -28,8 +28,8 @@ __all__ = ["RateRange", "rate_range", "wind_rate_claim"]
 
 Floats = NDArray[np.float64]
 
-# tau_f times the slope of phi: its loss in r.  A step of the class is taken at most so steeply, and
-# in wide cells no less steeply than GENTLE, so that all of the cell but its edge has its full rate.
+# tau_f times the slope of phi is the loss in r. A step of the class gets at most this slope. In
+# wide cells the slope is at least GENTLE, so that only the edge of the cell has a lower rate.
 STEEPEST, GENTLE = 0.3, 0.03
 # What is asked for in full load [m/s^2], the share of the wind error that this may take, and the
 # least error of the estimate worth a claim [m/s].
@@ -44,7 +44,7 @@ class RateRange:
     Attributes
     ----------
     wind : (n,) nodes [m/s];  estimate_rate : r, schedule_rate : phi [m/s^2], lines between them.
-    estimate_error : eta, what the estimate may be off by [m/s].
+    estimate_error : eta, the bound of the estimate's error [m/s].
     """
 
     wind: Floats
@@ -114,7 +114,7 @@ def rate_range(
     phi = _down(phi)
     rows, most = _conditions(wind, phi, wind_filter)
     rate = _down((1 - 1e-9) * _largest(rows, most, phi))
-    # The program's float ends a hair below phi where it is phi: taken where that still fits.
+    # The linear program returns slightly less than phi; phi itself is used if it is feasible.
     near = np.where(rate > phi - 2 * 10.0**-DIGITS, phi, rate)
     near = np.where((rows[rows @ near > most + 1e-12] != 0).any(axis=0), rate, near)
     fits = not left_behind(_exact(wind, near, phi, estimate_error), exact(wind_filter))
@@ -194,7 +194,7 @@ def _weights(wind: Floats, at: float) -> Floats:
 
 
 def _down(values: Floats) -> Floats:
-    """Round down to the decimals that are emitted; what is a decimal already stays."""
+    """Round down to the emitted decimals; a value that is such a decimal is unchanged."""
     lowered: Floats = np.floor(values * 10**DIGITS + 1e-6) / 10**DIGITS
     return np.maximum(lowered, 0.0)
 

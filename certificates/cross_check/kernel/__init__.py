@@ -1,4 +1,4 @@
-"""What all of the second checker uses.
+"""Code that all parts of the second checker use.
 
 reading       a certificate file as plain data, with exact rationals
 exact         exact matrices, definite by their characteristic polynomials

@@ -1,4 +1,4 @@
-r"""Exact matrices by FLINT, and whether they are definite.
+r"""Exact matrices by FLINT, and a test of definiteness.
 
 A symmetric matrix has real eigenvalues alone.  With its characteristic polynomial
 
@@ -6,7 +6,7 @@ A symmetric matrix has real eigenvalues alone.  With its characteristic polynomi
 
 c_k the elementary symmetric functions of the eigenvalues, all of these are positive exactly if
 every c_k is, and none is negative exactly if no c_k is (Descartes' rule of signs).  No elimination
-is needed, which is how the first checker and the proof assistant decide.
+is needed, unlike in the first checker and the proof assistant.
 
 Source: Horn and Johnson (2013), Matrix Analysis, theorem 7.2.1 and corollary 7.2.4, recalled.
 """

@@ -1,4 +1,4 @@
-"""What a claim comes down to: matrices that have to be definite, and facts about numbers."""
+"""The conditions of a claim: matrices that must be definite, and facts about numbers."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Definite:
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """Something decided on the way that is no definiteness."""
+    """A decided condition other than definiteness of a matrix."""
 
     label: str
     holds: bool

@@ -38,7 +38,7 @@ class Refusal(ValueError):
 
 
 class NotReplayed(Exception):
-    """A step of a claim that this checker has no way to decide; no word against the claim."""
+    """A step of a claim that this checker cannot decide; the claim may still be true."""
 
 
 class Written(str):

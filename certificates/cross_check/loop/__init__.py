@@ -1,10 +1,10 @@
-"""The second checker's claims about the loop that model and gains make.
+"""The second checker's claims about the loop of model and gains.
 
-loop         vertices, gains, and what the loop is a mixture of
+loop         vertices, gains, and the mixtures whose convex hull contains the loop
 pieces       a loop on pieces of its weights
 decay        decay, its absence, regions of poles, overshoot
 fuzzy        decay with a function that the weights schedule
-disturbed    sets that nothing leaves, gains of energy and of peaks
+disturbed    invariant sets, energy and peak gains
 limits       how large the inputs get, and how fast they move
 observing    an observer's error, and the loop through it
 """

@@ -1,4 +1,4 @@
-r"""Claims about a loop that something pushes: sets nothing leaves, gains, limits of inputs.
+r"""Claims about a loop with disturbance: invariant sets, gains, limits of inputs.
 
     x' (or x+) = A x + E w,     y = C x + D w            along each mixture
 
@@ -160,7 +160,7 @@ def h2_norm(claim: Any, loop: VertexLoop) -> Obligations:
 
 @dataclass(frozen=True)
 class Kept:
-    """{x'Px <= c}, the speed s towards it, and what pushes: |w_k| <= b_k, or |w|_2 <= b."""
+    """{x'Px <= c}, the rate s towards it, and the disturbance: |w_k| <= b_k, or |w|_2 <= b."""
 
     P: fmpq_mat
     c: fmpq
@@ -173,7 +173,7 @@ class Kept:
 
     @property
     def by_entry(self) -> list[fmpq]:
-        """A bound of each |w_k|; empty where nothing pushes."""
+        """A bound of each |w_k|; empty without a disturbance."""
         return self.b * self.E[0].ncols() if self.ball else self.b
 
 
@@ -182,7 +182,7 @@ def kept_set(claim: Any, loop: VertexLoop) -> Kept:
 
     Raises
     ------
-    Refusal : numbers that are not positive, a push that the model does not have.
+    Refusal : numbers that are not positive, a disturbance that the model does not have.
     """
     P = table(claim, "P", (loop.n, loop.n))
     c, s = rational(claim, "level"), rational(claim, "multiplier")

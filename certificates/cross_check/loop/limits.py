@@ -1,4 +1,4 @@
-r"""``input-limits``: how large u = -sum_j g_j K_j x is on a set, and how it moves.
+r"""``input-limits``: bounds of u = -sum_j g_j K_j x on a set, and of its rate.
 
 Amplitude: every row of every K_j reaches at most its limit.  Rate, G_il = A_i - B_i K_l:
 

@@ -5,7 +5,8 @@ r"""``sector-embedding``: on its box the plant is the blend of its vertices.
 3. Every premise keeps its bounds, by bisection of ranges with rational ends.
 4. Entries are of degree one at most in each premise (``plant``).
 
-What is not decided here, such as ranges of tables or N / x^2 at x = 0, ends in ``NotReplayed``.
+Steps that are not decided here, such as ranges of tables or N / x^2 at x = 0, raise
+``NotReplayed``.
 """
 
 from __future__ import annotations
@@ -106,7 +107,7 @@ def _is_not_zero(tree: Tree, box: Box, share: fmpq) -> bool:
 
 
 def trim_fits(plant: TreePlant, gains: Any) -> Obligations:
-    """Yield that the law rests where the plant does."""
+    """Yield the fact that the law's trim is the plant's equilibrium."""
     trim = entry(gains, "trim")
     for key, variables in (("state", plant.states), ("input", plant.inputs)):
         if variables:
@@ -260,7 +261,8 @@ class Search:
                 if reason.surely:
                     return True
                 continue
-            # Two points of the range decide: where neither is good, and both are near, none is.
+            # Two points of the range decide: if both are outside and close together, none is
+            # inside.
             if a is not None and a[1] - a[0] < fmpq(1, 10**30):
                 if not good((a[0], a[0])) and not good((a[1], a[1])):
                     return True

@@ -86,7 +86,7 @@ def _dual(tree: Tree, box: Box, along: str, removable: Removable) -> Dual:
 
 
 def _never(_top: Tree, _name: str) -> bool:
-    """Return False: what is multiplied by 0 is not taken for a limit."""
+    """Return False: a product with 0 is not treated as a limit."""
     return False
 
 
@@ -102,7 +102,7 @@ def _quotient(tree: Tree, box: Box, along: str, removable: Removable) -> Dual:
             slope = _plus(slope, None if fallen is None else (-fallen[1], -fallen[0]))
         return Dual(_times(a.value, inverse), _times(slope, inverse))
     if top == ("number", ZERO):
-        # Nobody needs to write 0/x: it is not taken for a limit.
+        # 0/x is not treated as a limit, since no plant needs it.
         raise Undefined("0 divided by what may be zero", surely=b.value == POINT)
     factor, name = _multiple(bottom)
     side = box.get(name)

@@ -3,7 +3,7 @@
 loop_claim                  the matrix inequalities, cell by cell
 numbers, surface            turbine, law and box; the coefficient surface
 ranges, moving_schedule     the stated ranges enclose the turbine; the schedule wind moves
-effort_ramp                 the ramp by which torque and pitch share an effort
-wind_rate, actuator_rates   what rests on the claim
-equilibrium                 at how many states the loop rests, from its torque_balance
+effort_ramp                 the ramp that shares an effort between torque and pitch
+wind_rate, actuator_rates   claims that depend on the loop claim
+equilibrium                 the number of equilibria, from the torque_balance
 """

@@ -50,7 +50,7 @@ __all__ = ["equilibrium"]
 OF_THE_PAPER = {"one at the trim", "one off the trim", "none", "continuum"}  # never of this law
 ANSWERS = {"one", "several"} | OF_THE_PAPER
 LAWS_OF_THE_PAPER = ("paper", "paper-two-integrators")
-# What may be found without a word against an answer.
+# Results that do not contradict an answer.
 NOT_ONE = "not one"
 OPEN = {"one": (None,), "several": (None, NOT_ONE)}
 MOST_CELLS = 2000

@@ -1,4 +1,4 @@
-r"""What a schedule wind that moves at up to rho does in one cell, after the law's feed-forward.
+r"""The effect of a schedule wind with rate up to rho in one cell, after the feed-forward.
 
 With N = F(U) (q*' + gamma' s) - psi(U) b'/b, |s| <= box, and theta the lead over the drive's tau:
 

@@ -1,4 +1,4 @@
-r"""That the stated ranges of the coherent loop's coefficients enclose the turbine, cell by cell.
+r"""Proves that the stated ranges of the coherent loop's coefficients enclose the turbine.
 
 With c = torque_constant / J, J the inertia on the low-speed side, m = n_g E / J, the efforts U
 between the least and the largest q* + gamma s, |s| <= box, and pitch

@@ -1,4 +1,4 @@
-r"""The balance of torques of a turbine at rest with the coherent law, over rectangles.
+r"""The torque balance of a turbine at equilibrium with the coherent law, over rectangles.
 
     f = c v^2 c_Q(lambda, beta) - (T_rated n_g / J - m psi(-U))_+,     U = q* + gamma (e - x),
     beta = min(beta_min + psi(U) / b, beta_max),      lambda = R (omega* + e) / v
@@ -38,7 +38,7 @@ ZERO, FULL = fmpq(0), fmpq(1)
 
 
 class Looks:
-    """How often a balance may still be enclosed."""
+    """The number of enclosures of a balance that are still allowed."""
 
     def __init__(self) -> None:
         self.left = MOST_LOOKS

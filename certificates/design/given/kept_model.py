@@ -1,15 +1,16 @@
-"""Gains of a file on a plant that has changed since: the file's own model is kept where it can be.
+"""Gains of a file for a plant that has changed: the file's own model is kept if possible.
 
 The law u = u* - sum_j g_j K_j (x - x*) has the weights g of the file: its premises with their
-bounds.  A changed plant may be derived with other premises.  Two ways are left to prove the law:
+bounds.  A changed plant may be derived with other premises.  There are two ways to prove the law:
 
 1.  the model is derived anew with the premises and bounds of the file, so that model and law have
     the same weights: the new equations are the blend of new vertices in the old premises;
-2.  where that does not go (a term needs another premise, or a range has left its bounds), the model
-    has its own premises and the law its weights: what is proved holds for any weights of the law,
-    so that every vertex is taken with every gain.  That asks for more.
+2.  if that is impossible (a term needs another premise, or a range exceeds its bounds), the model
+    has its own premises and the law its own weights: what is proved holds for any weights of the
+    law,
+    so that every vertex is taken with every gain.  This is a stronger requirement.
 
-Why the first way does not go is said.
+The notes give the reason why the first way is impossible.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 __all__ = ["GivenLaw", "law_for"]
 
 Floats = NDArray[np.float64]
-# What has to be the plant's, whatever the premises are.
+# Members that must be those of the plant for any premises.
 SHARED = ("sample_time", "state_names", "input_names", "trim")
 
 

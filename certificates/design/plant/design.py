@@ -1,7 +1,7 @@
 """From a plant to a checked design: model, gains as they are emitted, certificate.
 
-The one place where the floors below meet for plants in general: everything that leaves the house
-(gain file, report, simulation) reads the ``PlantDesign`` made here.
+This module combines models, lmi and certificates for general plants. All outputs (gain file,
+report, simulation) read the ``PlantDesign`` made here.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ __all__ = ["certify_filed", "certify_plant", "design_plant"]
 Floats = NDArray[np.float64]
 # Significant digits of the emitted gains; more where fewer cannot be proved.
 DIGITS = (4, 6, 9)
-# Asking again for what would help takes some fifty designs.
+# The search for a helpful relaxation needs some fifty designs.
 MOST_EXPLAINED = 32
 
 
@@ -156,7 +156,7 @@ def _rounded(work: _Work, found: FoundGains) -> PlantDesign:
 def rounded_gains(gains: Floats, digits: int) -> Floats:
     """Return gains to so many significant digits of the largest of each entry over the rules."""
     largest = np.abs(gains).max(axis=0)
-    # An entry that is noise beside the others of its row: what it does to the command is nothing.
+    # An entry that is noise compared with its row has no effect on the command.
     floor = np.where(largest > 0, largest, 1.0)
     places = digits - 1 - np.floor(np.log10(floor)).astype(int)
     rounded = [

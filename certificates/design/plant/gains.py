@@ -1,4 +1,4 @@
-"""Gains for a plant: what is asked of it turned into a question to the solver layer.
+"""Gains for a plant: translates the settings into a problem for the solver layer.
 
 Where no decay rate is asked for, rates are tried that double, from 1/128 to 1/2 of the plant's own
 fastest pole at a vertex (in discrete time, of 1/T).  The last is taken before a doubling that
@@ -34,7 +34,7 @@ Floats = NDArray[np.float64]
 EFFORT = 2.0
 SIZE = 0.5
 HALVINGS = 7
-# Of the largest decay rate: at the very end gains have no room to be rounded.
+# Fraction of the largest decay rate: at the maximum itself gains have no margin for rounding.
 SHARE = 0.9
 ALL_PAIRS = "wang-tanaka-griffin"
 
@@ -74,7 +74,7 @@ def regional_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundG
 
     None where nothing is unknown to the law, where a relaxation was asked for, where both
     actuators act alike so that there is nothing to schedule, or where there are no such gains.
-    Whether they bear the errors is for the certificate to say.
+    Only the certificate decides whether they are valid with the errors.
     """
     if not any(unknown_premises(model)) or asked.relaxation is not None:
         return None
@@ -263,7 +263,7 @@ def _rates(model: TSModel) -> list[float]:
         top = 1.0 / model.sample_time
     else:
         top = float(np.abs(np.linalg.eigvals(np.asarray(model.A, dtype=np.float64))).max())
-    # Two digits: the rate is a choice, not a result.
+    # Two digits are enough, because the rate is a choice and not a result.
     return [float(f"{top / 2**k:.2g}") for k in range(HALVINGS, 0, -1)] if top > 0 else []
 
 

@@ -1,7 +1,7 @@
 """From a turbine to a checked design: regional models, gains, law, observer, certificate.
 
-The one place where the floors below meet: everything that leaves the house (gain file, report,
-appendix, simulation) reads the ``TurbineDesign`` made here.
+This module combines models, lmi and certificates for turbines. All outputs (gain file, report,
+appendix, simulation) read the ``TurbineDesign`` made here.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Limits that what is asked of a turbine's design must keep, told before the long work begins."""
+"""Checks the limits of the design settings of a turbine before the long work begins."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["check_limits"]
 
-# A command that is held at rated torque must not be rounded off before half of it.
+# A command limited at rated torque must not be rounded off below half of rated torque.
 LARGEST_SHARE = 0.5
 WIND_STEPS = 201
 WIND_STEP = 0.5  # m/s, between the winds whose trim is looked at

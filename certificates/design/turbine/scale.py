@@ -19,7 +19,7 @@ bandwidth of pitch goes down with it and the wind filter's time up.  At 0.4 1/s 
 loop swings at and above rated wind with a wake that needs its time.  Every figure is rounded to two
 digits.
 
-These are starting points, not guarantees: what is designed with them is proved or refused as ever.
+These are starting values without guarantee: each design made with them must still be proved.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Short decimals: a proof is about them, so they need no more digits than its margin asks."""
+"""Short decimals: the proof is about them, and its margin decides how many digits they need."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 __all__ = ["DIGITS", "rounded_down", "rounded_up", "short"]
 
 Floats = NDArray[np.float64]
-# Tried in this order: few digits prove where the margin is wide.
+# Tried in this order: few digits suffice if the margin is large.
 DIGITS = (4, 6, 9, 12)
 
 

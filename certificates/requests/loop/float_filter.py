@@ -1,4 +1,4 @@
-r"""A quick look in floating point that spares the exact arithmetic what cannot pass it.
+r"""A fast floating-point test that sorts out candidates which exact arithmetic would refuse.
 
 Cholesky's factorisation of S + c I in floats breaks down only where S is not positive semidefinite,
 for c = (gamma / (1 - gamma)) tr |S| with gamma = (n + 1) u, u the unit roundoff, and more by what

@@ -1,4 +1,4 @@
-"""What V = x'Px does along blends, in floats: its rate, and the level a disturbance holds it to."""
+"""The decay rate of V = x'Px along blends, and its bound under a disturbance, in floats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How large an ellipsoid may be, in floats: the box of the model, and the inputs it takes."""
+"""The largest level of an ellipsoid in the model's box, and its inputs, in floats."""
 
 from __future__ import annotations
 

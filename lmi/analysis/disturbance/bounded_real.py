@@ -32,7 +32,7 @@ AROUND, DENSITY = 3.0, 20
 LEAST = 1e-6
 # Newton's steps: of gains of 1e4 the first solution misses by more than the room.
 STEPS = 4
-# What of the tolerance is given for the room.
+# The share of the tolerance that is given for the room.
 SHARE = 0.5
 
 

@@ -146,8 +146,8 @@ def hinf_norm(
         energies are then sums over samples.  gamma does not depend on T.
     scales : (n,) engineering range of each state; None looks for units itself.
     tolerance : how far above the least gamma the answer may be, relative: P has a margin then.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------

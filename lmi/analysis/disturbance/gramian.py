@@ -43,7 +43,7 @@ def gramian_with_room(
     if not (least > 0 and added > 0):
         return None
     P = P + tolerance * least / added * more
-    # Floats cannot tell whether an ill-conditioned P is definite; whoever proves it can.
+    # Floats cannot decide whether an ill-conditioned P is definite; whoever proves it can.
     return P / s / s[:, None] if np.isfinite(P).all() and np.diag(P).min() > 0 else None
 
 

@@ -155,7 +155,7 @@ def _confirmed(
     """Return what is found again where the first P is |x|^2, if that is less.
 
     In coordinates that do not suit it a solver may call solved what is a per cent above the least
-    gain; only other coordinates tell.
+    gain; only other coordinates decide.
     """
     assert found.P is not None and found.gain is not None  # a gain comes with its P
     if len(path.A) > ALL_AT_ONCE:

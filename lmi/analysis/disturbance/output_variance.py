@@ -163,8 +163,8 @@ def h2_norm(
     sample_time : T in s of x+ = A x + B w, where arrays are given; a model knows its own.
     scales : (n,) engineering range of each state; None balances the vertices.
     tolerance : how far above the least sqrt(nu) the answer may be, relative: P has a margin then.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------

@@ -32,11 +32,11 @@ __all__ = ["peak_gain"]
 
 # Shares of the largest common decay rate; at the largest itself nothing is left for w.
 SHARES = (0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98)
-# In discrete time a loop may come to rest in some steps: e^-7 in one is fast enough.
+# In discrete time a loop may reach the equilibrium in some steps: e^-7 in one is fast enough.
 FASTEST = 7.0
 # How much of the gain of one vertex is given for room in the states that it is posed in.
 ROOM = 1e-5
-# A rate at which nothing is lost, in units of order one, where there is none.
+# A rate at which nothing is lost, in units of order one, where none exists.
 SMALLEST = 1e-6
 
 
@@ -65,8 +65,8 @@ def peak_gain(
         several between 2 and 98 per cent of the largest common decay rate.
     sample_time : T in s of x+ = A x + B w, where arrays are given; a model knows its own.
     scales : (n,) engineering range of each state; None balances the vertices.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------

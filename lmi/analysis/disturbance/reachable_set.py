@@ -69,7 +69,7 @@ class OneVertex:
         return float(1.0 - np.abs(poles).max() ** 2)
 
     def best_rate(self) -> float | None:
-        """Return about the decay rate with the least gamma in 1/s; None where there is none."""
+        """Return about the decay rate with the least gamma in 1/s; None where none exists."""
         most = self.most
         if not most > 0:
             return None

@@ -4,7 +4,7 @@ With Q = P^-1: the double sums of the loop (one without saturation, several with
 limits on inputs and states on the ellipsoid (``limits``), and a measure of the ellipsoid's size to
 be made as large as possible (``set_size``).  Inside the ellipsoid the limits hold, so inside it
 the loop is what the double sums say, V' <= -2 alpha V, and a trajectory that starts in it stays in
-it.  A model that equals its plant on a box only says so only while the ellipsoid lies in the box.
+it.  A model that equals its plant only on a box is valid only while the ellipsoid lies in the box.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def _gain(
 def _loops(
     task: AttractionRequest, Q: Unknown, gain: Unknown | Array | None
 ) -> tuple[tuple[DoubleSum, ...], tuple[Unknown, ...], tuple[LMI, ...]]:
-    """Return the double sums, the unknowns they need beside Q and M, and the input's limits."""
+    """Return the double sums, the unknowns they need besides Q and M, and the input's limits."""
     A, B = task.A, task.B
     r, m = len(A), B.shape[2]
     options = _Options(weight=_weight(task), discrete=task.step is not None, corners=task.corners)

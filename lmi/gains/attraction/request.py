@@ -1,4 +1,4 @@
-"""What is asked of a region of attraction, checked at the door, in one set of coordinates."""
+"""What is asked of a region of attraction, checked on entry, in one set of coordinates."""
 
 from __future__ import annotations
 

@@ -140,7 +140,7 @@ def dead_zone_sum(
     Parameters
     ----------
     others : as for ``polytope_sums``; ``saturated`` is then the rate of this double sum, and the
-        loop that does not saturate, ``secant_sums`` with s = 1, is posed beside it.
+        loop that does not saturate, ``secant_sums`` with s = 1, is posed in addition.
     """
     m = B.shape[2]
     plain = _open_loop(A, B, Q, weight, discrete, corners, saturated)

@@ -1,4 +1,4 @@
-"""Where an ellipsoid may lie, and what it is measured by: checked at the door."""
+"""Where an ellipsoid may lie, and what it is measured by: checked on entry."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ from takagi.models.errors import ModelError
 
 __all__ = ["initial_factor", "largest_lmi", "lqr_pdc_condition"]
 
-# Largest S in states where P is about 1: keeps S finite where a state costs nothing, at a price of
+# Largest S in states where P is about 1: keeps S finite where a state costs nothing, at a cost of
 # this much of the cost.
 LARGEST_S = 1e6
 

@@ -68,8 +68,8 @@ def lqr_pdc(
         (n, n), where they are correlated with covariance L L'.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------

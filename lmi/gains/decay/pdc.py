@@ -75,8 +75,8 @@ def pdc(
     uncertainty : ``NormBounded``, or several: the decay holds for every plant that they allow.
     overlap : (r, r) bounds on h_i h_j, 0 for rules that never act together, inf for not known.
     active_rules : at most so many rules act at a time.  Of other memberships nothing is said.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def pdc(
     ``decay_rate`` is what its unknowns show, at least what was asked for; of "max", its ``bound``
     is a rate that there are no gains for, to solver accuracy: next to the design's, further off
     where the rates between were not settled, inf where no rate was ruled out (in discrete time a
-    loop may come to rest in one step: rates end where V falls by 1e-8 in a sample).  With "auto"
+    loop may reach zero in one step: rates end where V falls by 1e-8 in a sample).  With "auto"
     ``ladder`` says what was tried.  Nothing is proved here.
 
     Raises

@@ -25,10 +25,11 @@ __all__ = ["RelaxationSearch", "Goal", "search_relaxations", "default_relaxation
 # A decay rate in 1/s, or the largest there is.
 Goal: TypeAlias = float | Literal["max"]
 
-# Rungs without gains, or with less than all, before it is asked what any relaxation can have.
+# Relaxations without gains, or with a smaller rate, before the rate that any relaxation can have is
+# bounded.
 BEFORE_OUTER = 2
 FEW_BLENDS = 40
-# A rate as near as this to what no relaxation exceeds is not worth another rung.
+# A rate as near as this to what no relaxation exceeds does not justify another relaxation.
 NOTHING_LEFT = 1e-3
 
 
@@ -82,9 +83,10 @@ def search_relaxations(
 ) -> RelaxationSearch:
     """Try the relaxations in the given order.
 
-    A rung is left out where a theorem or its size says so.  After two, the condition at single
+    A relaxation is left out where a theorem settles it or its size is too large.  After two, the
+    condition at single
     blends is looked at where it can say something: every relaxation implies it, so where it has
-    no unknowns, no further rung has gains, and the rate that it has, none exceeds.
+    no unknowns, no further relaxation has gains, and the rate that it has, none exceeds.
 
     Parameters
     ----------
@@ -156,7 +158,7 @@ def _try(done: RelaxationSearch, task: DecayRequest, goal: Goal, name: str) -> N
 
 
 def _bought(before: Design | None, design: Design, served: list[Design], goal: Goal) -> str:
-    """Return in words what a rung has over those before it."""
+    """Return in words how a relaxation improves on those before it."""
     if not design.found:
         if served:
             return f"not settled; no less than {served[-1].relaxation}, by a theorem"

@@ -45,8 +45,8 @@ class Ladder:
     Attributes
     ----------
     rungs : one each; "any relaxation" is the condition at single blends, which each implies.
-    best : the design of the largest decay rate that was asked for, by the cheapest rung that has
-        it; None without gains.
+    best : the design of the largest decay rate that was asked for, by the cheapest relaxation that
+        has it; None without gains.
     """
 
     rungs: tuple[RelaxationResult, ...]
@@ -54,7 +54,7 @@ class Ladder:
 
     @property
     def rows(self) -> tuple[Mapping[str, object], ...]:
-        """Return the table, one mapping from the heads for each rung."""
+        """Return the table, one mapping from the heads for each relaxation."""
         return tuple(dict(zip(HEADS, _cells(rung), strict=True)) for rung in self.rungs)
 
     def __str__(self) -> str:
@@ -91,16 +91,18 @@ def relaxation_ladder(
 
     Parameters
     ----------
-    decay_rate : alpha in 1/s, then a rung says whether it has gains; or "max", then how fast they
+    decay_rate : alpha in 1/s, then a row says whether the relaxation has gains; or "max", then how
+    fast they
         can be, for bounded gains (see ``pdc``).
     relaxations : by name, in the order in which they are tried; None takes all that apply, by
         the work of one iteration of the solver, Polya's up to degree 8.
     model and the others : as for ``pdc``.
 
-    A rung that is too large, by an estimate made before it is posed, is left out and says so; so
-    is one that another rung, or the condition at single blends, has settled by a theorem.
+    A relaxation that is too large, by an estimate made before it is posed, is left out, and its row
+    reports that; so is one that another relaxation, or the condition at single blends, has settled
+    by a theorem.
 
-    Not promised: that a rung without gains has none in exact arithmetic (``rigorous_no`` of a
+    Not promised: that a relaxation without gains has none in exact arithmetic (``rigorous_no`` of a
     single design may prove that); times are those of one run.
 
     Raises

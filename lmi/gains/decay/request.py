@@ -1,4 +1,4 @@
-"""What a gain design is asked for, checked at the door and in states and inputs of order one."""
+"""The request for a gain design, checked on entry and in states and inputs of order one."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ __all__ = ["DecayRequest", "decay_request"]
 
 # Bounds how far one guess of Q may move the units.
 SMALLEST_UNIT = 2.0**-20
-# The least unit of a state beside those of the others, in balanced states.
+# The least unit of a state relative to those of the others, in balanced states.
 FLATTEST = 2.0**-5
 
 

@@ -168,7 +168,7 @@ class Regulator(NamedTuple):
 
 
 def guessed_regulator(plant: DisturbedPlant, least_weight: float = WEIGHTS[0]) -> Regulator | None:
-    """Return the regulator of the integral, or sum, of |z|^2; None if there is none.
+    """Return the regulator of the integral, or sum, of |z|^2; None if none exists.
 
     Every state and input is weighed a little, so that P is positive definite.  In which units the
     states are weighed alike is a guess: balanced ones, and the plant's own.  What is taken is that

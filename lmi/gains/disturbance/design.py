@@ -196,7 +196,7 @@ def _confirmed(task: DisturbanceRequest, pose: Pose, meaning: Meaning, found: _S
     """Return the best of what is found where the last P is |x|^2, until two agree.
 
     In coordinates that do not suit it a solver may call solved what is a per cent above the least
-    objective.  Where its multipliers do not tell, other coordinates do.
+    objective.  Where its multipliers do not decide, other coordinates do.
     """
     size = sum(lmi.count * lmi.size**3 for lmi in found.condition.lmis)
     for _ in range(0 if size > LARGE else ROUNDS):

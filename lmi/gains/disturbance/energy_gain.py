@@ -59,14 +59,14 @@ def hinf_pdc(
         approached only as the gains grow without bound; 1e-2 usually makes them a thousand times
         smaller.  Of many rules or states it may be a thousandth where less was asked for.
     sample_time : T in s where the model cannot say.  Energies are then sums over samples.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------
     A ``Design``; its ``answer.gain`` is gamma in units of z over units of w, for which every LMI
     was checked by eigenvalues with the gains as they are returned; P is that of the LMIs.  Without
-    gains its answer says what stands in the way.  The answer's condition is posed in coordinates
+    gains its answer says why none were found.  The answer's condition is posed in coordinates
     where a regulator's cost is |x|^2, so it has no ``coordinates``.  Nothing is proved here.
 
     Not promised: with one relaxation gamma may be larger, or there may be no gains, where a

@@ -48,8 +48,8 @@ def h2_pdc(
     gain_bound : bound on the spectral norm of every K_i, by a sufficient condition.
     tolerance : how far above the least sqrt(nu) the gains may be, relative; see ``hinf_pdc``.
     sample_time : T in s where the model cannot say.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------

@@ -77,8 +77,8 @@ def peak_pdc(
     tolerance : how far above the least gamma of its alpha the gains may be, relative; see
         ``hinf_pdc``.
     sample_time : T in s where the model cannot say.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------

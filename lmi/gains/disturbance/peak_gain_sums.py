@@ -15,7 +15,7 @@ sigma = 2 alpha, or 1 - rho^2 with rho = e^(-alpha T),
 
 with G_ij, and a scaling of the first two block rows, as in ``performance_sums``.
 sum_ij h_i h_j Theta_ij < 0 gives V' <= sigma (|w|^2 - V), or V(x+) <= rho^2 V + sigma |w|^2, for
-V = x' P x: for |w| <= 1 nothing leaves x' P x <= 1, and what starts at rest stays inside.
+V = x' P x: for |w| <= 1 nothing leaves x' P x <= 1, and a trajectory from x = 0 stays inside.
 sum_ij h_i h_j Phi_ij < 0 gives |C x + D12 u|^2 <= kappa there, and
 |z| <= sqrt(kappa) + max_i |D11_i|.
 
@@ -73,7 +73,7 @@ def peak_pdc_condition(
     Parameters
     ----------
     model, performance : the plant, as for ``peak_pdc``.
-    decay_rate : alpha in 1/s, positive.  Not a parameter of the condition: it stands in a constant
+    decay_rate : alpha in 1/s, positive.  Not a parameter of the condition: it appears in a constant
         too, so another rate is another condition.
     relaxation : how the double sums are made LMIs; see ``relaxations``.
     limits : on inputs, states and gains, in the model's coordinates; those on the ellipsoid hold

@@ -1,4 +1,4 @@
-"""What a design against disturbances is asked for, checked at the door."""
+"""The request for a design against disturbances, checked on entry."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@ r"""The least H2 norm of one rule, from the regulator's Riccati equation instead
 
 With one rule the least mean of |z|^2 under white noise is the regulator's cost: gains K from the
 Riccati equation with the weights of |z|^2, and a little on every state and input where z leaves
-them free.  No program is solved, but what is handed back is that of one:
+them free.  No program is solved, but the result has the form of one:
 
     unknowns      Q = P^-1, M = K Q, where P solves A_K' P + P A_K + C_K' C_K + delta R = 0
     multipliers   Y = [P; C_K] W [P; C_K]' of -Theta > 0, and [I; -P E] [I; -P E]' of the noise's,
@@ -44,10 +44,10 @@ __all__ = ["regulated"]
 # Weights of states and inputs that z leaves free, shares of the largest in z: none where z leaves
 # none free; else the largest that does leaves the smallest gains.
 LADDER = (0.0, 1e-8, 1e-10, 1e-12, 1e-14, 1e-16)
-# What of the tolerance is given for a margin of the LMIs, for that of W and of nu.
+# The share of the tolerance that is given for a margin of the LMIs, for that of W and of nu.
 SHARES = (0.25, 0.05, 0.05)
-# Weight at which a regulator's cost is the natural size of a plant's, and the share of that which
-# nobody can tell from zero.
+# Weight at which a regulator's cost has the natural size of a plant's, and the share of that which
+# cannot be distinguished from zero.
 ALL, NOTHING = 1.0, 1e-9
 
 Pose = Callable[[DisturbanceRequest, DisturbanceCoordinates], Condition]

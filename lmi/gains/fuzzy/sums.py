@@ -70,7 +70,7 @@ class SoughtGains:
 
     @property
     def slack(self) -> Member:
-        """Return which member of G stands in Theta_ij."""
+        """Return which member of G appears in Theta_ij."""
         return "first" if self.G.count == 1 else "gain"
 
     @property
@@ -78,7 +78,7 @@ class SoughtGains:
         return self.G.symbol if self.G.count == 1 else f"{self.G.symbol}_{{j}}"
 
     def of_rule(self) -> Member:
-        """Return which member of P stands in Theta_ij: that of the vertex."""
+        """Return which member of P appears in Theta_ij: that of the vertex."""
         return rule_table(self.rules, "vertex", self.members)
 
     def closed(

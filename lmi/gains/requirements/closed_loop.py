@@ -26,7 +26,7 @@ def gain_unknown(r: int, m: int, n: int, relaxation: str) -> Unknown:
 
 
 def gain_member(M: Unknown) -> Member:
-    """Return which member of M stands in Theta_ij."""
+    """Return which member of M appears in Theta_ij."""
     return "first" if M.count == 1 else "gain"
 
 

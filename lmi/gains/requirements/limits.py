@@ -29,7 +29,7 @@ LIMIT_WEIGHT = 1e-3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Limits:
-    """Limits in the coordinates of the condition; None where there is none.
+    """Limits in the coordinates of the condition; None where none exists.
 
     Attributes
     ----------

@@ -4,7 +4,7 @@ With Q = P^-1, M_j = K_j Q and G_ij = A_i Q - B_i M_j, a part {z : L + z M + con
 
     Theta_ij = L (x) Q + M (x) G_ij + M' (x) G_ij',     sum_ij h_i h_j Theta_ij < 0,
 
-which is I (x) Q times the analysis condition times I (x) Q.  For memberships that stand still,
+which is I (x) Q times the analysis condition times I (x) Q.  For constant memberships,
 every eigenvalue of sum_ij h_i h_j (A_i - B_i K_j) then lies in the region.  Where they move,
 the part says what its quadratic function says: a half-plane Re z < -alpha that V' <= -2 alpha V;
 in discrete time a disc |z| < rho that V(x+) <= rho^2 V(x).

@@ -1,4 +1,4 @@
-"""What a structured design is handed back as: gains, what they reach, what the structure costs."""
+"""The result of a structured design: gains, what they reach, what the structure costs."""
 
 from __future__ import annotations
 

@@ -80,8 +80,8 @@ def structured_pdc(
     performance : for "hinf", as for ``hinf_pdc``.
     tolerance : relative gain of a step at which the search ends.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
-    time_limit : seconds for all solver calls together, as they come; an answer that is stopped by
-        it is "unknown" and says so.  None for none.
+    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+        "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------
@@ -90,8 +90,8 @@ def structured_pdc(
     same relaxation.
 
     Not promised: the best structured gains; the problem is not convex, and "unknown" without gains
-    does not say that there are none.  With a gain bound ``unstructured`` is what the same search
-    comes to without the structure, a local optimum too.
+    does not say that there are none.  With a gain bound ``unstructured`` is the result of the same
+    search without the structure, a local optimum too.
 
     Raises
     ------
@@ -171,7 +171,7 @@ def _unstructured(
     performance: Performance | None,
     sample_time: float | None,
 ) -> list[Design]:
-    """Return designs without structure, the best first; only a no where there is none."""
+    """Return designs without structure, the best first; only a no where none exists."""
     name, bound = search.relaxation, search.gain_bound
     if search.objective == "cost":
         assert Q is not None and R is not None  # plant_for has looked

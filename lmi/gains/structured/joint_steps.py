@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 
 # Largest P of a step, in states where it began as I; it only keeps the unknowns bounded.
 LARGEST = 16.0
-# Steps of ``extreme_parameter`` that are worth it where gains move on.
+# Steps of ``extreme_parameter`` that suffice while the gains still move.
 FEW = 3
 
 

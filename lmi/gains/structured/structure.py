@@ -55,7 +55,7 @@ class Structure:
 
     @property
     def member(self) -> Member:
-        """Return which member of an unknown of ``groups`` stands in Theta_ij."""
+        """Return which member of an unknown of ``groups`` appears in Theta_ij."""
         r = len(self.group)
         if self.groups == 1:
             return "first"

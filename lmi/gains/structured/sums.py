@@ -14,7 +14,7 @@ They are affine in P for a given K, and in K for a given P.  For both at once, n
 
     P B K = P B L + B (K - L) + (P - I) B (K - L),
 
-and with U = B' (P - I), W = K - L the last term, wherever it stands in Theta, is
+and with U = B' (P - I), W = K - L the last term, wherever it appears in Theta, is
 
     -He(U' W) = |s U - W / s|^2 / 2 - |s U + W / s|^2 / 2 <= |s U - W / s|^2 / 2,    s > 0,
 
@@ -133,7 +133,7 @@ def _motion(
     moved: int,
     step: bool,
 ) -> tuple[list[SumPart], list[KnownBlock]]:
-    """Return P G_ij, linear about (I, L), and what of V stands beside it."""
+    """Return P G_ij, linear about (I, L), and the terms of V that are added to it."""
     one = np.eye(P.rows)[None]
     steered = plant.B[:, None] @ gains.known
     loop = plant.A[:, None] - steered

@@ -2,8 +2,8 @@
 
 design                    gains at all winds and the functions, by small convex steps
 condition, joint_step     one convex step; steps that lose nothing
-iteration                 from gains to better ones, each step enclosed anew
+iteration                 from gains to better ones; each step is enclosed again
 loop_of_gains             the loop as a function of its gains, corner by corner
-loop_functions, value     what functions and gains bear and reach
+loop_functions, value     the wind error tolerated, the states reached
 objective, motion         what is made better; pitch and tower in turbulence, estimated
 """

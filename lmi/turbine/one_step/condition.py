@@ -1,7 +1,7 @@
 r"""One convex step in the quadratic function, the gains and the wind class together.
 
 The loop's corners A, d are straight lines in the logarithms u of the gains (``loop_of_gains``),
-d = fixed + s_k error with the multiple s_k of the wind error that cell k bears.  In coordinates
+d = fixed + s_k error with the multiple s_k of the wind error that cell k tolerates.  In coordinates
 where the present function is |x|^2, P = I + X, a corner of cell k with multiplier alpha_k (1 + a_k)
 and multiple s_k (1 + c_k) asks for
 

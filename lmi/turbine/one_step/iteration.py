@@ -32,7 +32,7 @@ Floats = NDArray[np.float64]
 # Trust region: of each logarithm, at the start, at most, and where the search ends.
 FIRST_REACH, LARGEST_REACH, LEAST_REACH = 0.1, 0.2, 0.01
 WIDER, NARROWER = 1.5, 0.3
-# Relative gain below which functions at given gains, and the climb, are left.
+# Relative gain below which the search for functions at given gains, and that for gains, stop.
 SETTLED, ENOUGH = 3e-3, 1e-3
 # How far, relative, the mean wind error may fall below what is kept: solvers need some room.
 ROOM = 1e-3
@@ -66,7 +66,7 @@ def first_point(family: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoi
         )
     # The wind class first, whatever else is aimed at: it is what later steps must keep.
     opening = replace(aim, wind_class=max(aim.wind_class, 1.0), decay=0.0)
-    # What the weakest cell bears with the first function, which is made for just that.
+    # What the weakest cell tolerates with the first function, which is made for just that.
     floor = float(functions.scales.min())
     functions = _settled(family, windy, still, functions, opening, AT_START, kept=_Kept(0.0, floor))
     spot = design_point(family, theta, functions, aim)
@@ -97,7 +97,7 @@ class _Kept:
 
 @dataclass(slots=True)
 class Iteration:
-    """A search that remembers its best spot.
+    """A search that keeps its best point.
 
     Attributes
     ----------

@@ -94,7 +94,7 @@ def joint_step(
 
     Parameters
     ----------
-    windy, still : corners under the wind class and at rest; plain ones where gains stay.
+    windy, still : corners under the wind class and undisturbed; plain ones where gains stay.
     directions : (D, 3) rows h_i scaled so that the box is |h_i' x| <= 1; the first is speed.
     room : of the gains; None where they stay.
     """
@@ -185,7 +185,7 @@ class _Posed:
         lmis += limits(self.wider, *self._wider_ends())
         if w.least is not None:
             lmis.append(mean_class(self.wider, w.shares, w.least))
-        # A little weight keeps the reach in speed bounded where nobody asks for it.
+        # A little weight keeps the reached speed bounded where no bound on it is requested.
         objective = {
             "c": -w.wind_class[:, None, None],
             "eta": 0.5 * (w.overspeed or 1e-4) / self.speed_reach * ONE,

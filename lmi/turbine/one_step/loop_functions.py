@@ -1,4 +1,4 @@
-"""The quadratic functions of the loop at some gains, and what they really bear there."""
+"""The quadratic functions of the loop at some gains, and the wind error tolerated there."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class LoopFunctions:
     Attributes
     ----------
     P : (3, 3), {x' P x <= 1} is invariant, and inside the box;  multipliers : (K - 1,) its alpha.
-    scales : (K - 1,) multiple of the wind error asked for that it bears in each cell.
+    scales : (K - 1,) multiple of the wind error asked for that it tolerates in each cell.
     R : (3, 3), x' R x decays at ``decay_rate`` [1/s] while the wind is constant.
     """
 
@@ -51,7 +51,7 @@ def functions_at(
 
     Returns
     -------
-    None where a cell bears no wind error.
+    None where a cell tolerates no wind error.
     """
     found = []
     for k, most in enumerate(limit):

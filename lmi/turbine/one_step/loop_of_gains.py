@@ -3,7 +3,7 @@ r"""The coherent loop as a function of its gains: corners of every wind cell, an
 Around given gains every corner is replaced by straight lines in the logarithms of its cell's three
 gains: gamma at the cell's two ends and nu in it.  The enclosures' ends are minima and maxima, with
 kinks, so each gamma has two secants, one upwards and one downwards; all their combinations are
-corners of their own.  That leans to the safe side at a kink and costs nothing elsewhere, where
+corners of their own.  This is conservative at a kink and exact elsewhere, where
 both are the same and drop out.
 
 Nothing here is a bound: gains that a step proposes are enclosed anew.
@@ -124,7 +124,7 @@ class LoopOfGains:
         return replace(self.law, gains=gains)
 
     def corners(self, theta: Floats) -> tuple[WindCellCorners, WindCellCorners]:
-        """Return the corners of all cells under the wind class, and at rest (undisturbed).
+        """Return the corners of all cells under the wind class, and undisturbed.
 
         Raises
         ------
@@ -146,8 +146,8 @@ class LoopOfGains:
 
         Returns
         -------
-        Under the wind class, at rest, and (G, 2): False where a smaller, or a larger, gain makes a
-        cell leave a table or a limit.
+        Under the wind class, undisturbed, and (G, 2): False where a smaller, or a larger, gain
+        makes a cell leave a table or a limit.
         """
         free = np.ones((len(theta), 2), dtype=np.bool_)
         spans = self.bends(reach)

@@ -17,13 +17,13 @@ class Objective:
 
     Attributes
     ----------
-    wind_class : on the largest multiple of the wind class that the set inside the box bears.
+    wind_class : on the largest multiple of the wind class that the set inside the box tolerates.
     overspeed : on the peak of the speed error under the wind class as it is asked for.
     decay : on the common decay rate at constant wind.
     pitch : on the standard deviation of the pitch rate in turbulence.
     tower : on that of the tower's speed; both are estimates about the trim, no bounds
         (``motion``).
-    kept : share of what the start bears, on the mean over wind and in its weakest cell, that no
+    kept : share of what the start tolerates, on the mean over wind and in its weakest cell, that no
         step may fall below.
     """
 

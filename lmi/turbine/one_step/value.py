@@ -33,7 +33,7 @@ class ReachedValues:
 
     Attributes
     ----------
-    wind_error : geometric mean over wind of the |v - v_s| that {x' P x <= 1} bears [m/s], with
+    wind_error : geometric mean over wind of the |v - v_s| that {x' P x <= 1} tolerates [m/s], with
         schedule winds that move at the rates asked for.
     overspeed : largest |omega - omega*| on that set [rad/s].
     decay_rate : common decay rate at constant wind that R shows [1/s]; nan on the way where the
@@ -64,7 +64,7 @@ class DesignPoint:
 
 
 def mean_error(family: LoopOfGains, functions: LoopFunctions) -> float:
-    """Return the geometric mean over wind of the wind error that P bears [m/s]."""
+    """Return the geometric mean over wind of the wind error that P tolerates [m/s]."""
     return float(np.exp(shares_of(family) @ np.log(functions.scales * family.error)))
 
 

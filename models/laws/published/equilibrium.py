@@ -1,12 +1,12 @@
-r"""Where the published law comes to rest, and whether that is the turbine's trim.
+r"""The equilibrium of the published law, and whether that is the turbine's trim.
 
 Shared integrator.  x_I' = 0 forces omega = omega_ref.  With f_1 = f_1(omega_ref) > 0 the pitch
-channel at rest says
+channel at the equilibrium gives
 
     x_I = (1 + f_1 k^c_p) b / (f_1 k^c_I)                                              (1)
 
-and one balance is left, T_r(omega_ref, b, v) = n_g T(k^b_I x_I(b)).  Below rated torque (1) spends
-pitch that nobody asked for, in proportion to f_1; with f_1 = 0 no pitch is given at all, and above
+and one balance is left, T_r(omega_ref, b, v) = n_g T(k^b_I x_I(b)).  Below rated torque (1) adds
+pitch that is not commanded, in proportion to f_1; with f_1 = 0 no pitch is given at all, and above
 rated wind there is no equilibrium.  A placement with f_1(omega_rated) of a few thousandths comes
 near the trim in both regions on paper, but by (1) its integral must then travel some 1/f_1 as far:
 so none serves regions 2.5 and 3 at once.

@@ -1,7 +1,8 @@
 r"""The closed loop with the coherent law as an interval family, one per wind cell.
 
 Coordinates (e, zeta, x): e = omega - omega*(v_s), zeta = psi(U) - b (beta - beta_min) the effort
-that pitch still owes, x the law's speed integral; v_s is the schedule wind.  With the plant
+that pitch has not delivered yet, x the law's speed integral; v_s is the schedule wind.  With the
+plant
 
     (J / kappa) omega' = s T_r(omega, beta, v) - n_g T,   beta' = sat((beta_ref - beta) / tau)
 

@@ -22,7 +22,7 @@ MOST_VERTICES = 1024
 
 @dataclass(frozen=True, slots=True)
 class SecantFactor:
-    """One number theta in bounds that stands in entries [A, E]_ij = constant + d_ij theta.
+    """One number theta in bounds that appears in entries [A, E]_ij = constant + d_ij theta.
 
     Attributes
     ----------

@@ -40,7 +40,7 @@ MOST_LINES = 6
 
 @dataclass(frozen=True, slots=True)
 class Drawn:
-    """Plates, and file name -> CSV of the numbers that they show."""
+    """Figures with captions, and file name -> CSV of the numbers that they show."""
 
     plates: tuple[CaptionedFigure, ...]
     data: Mapping[str, str] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""The blend of two actuators: who acts where, how well it is known, and the law that is emitted."""
+"""The blend of two actuators: the range of each, its uncertainty, and the emitted law."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["actuators_csv", "blend_section", "hand_overs"]
 
-# Of a motion [s]: a plant of minutes takes hours to settle.
+# The longest motion [s]: a plant with time constants of minutes takes hours to settle.
 LONGEST = 1e5
 
 COLUMNS = (

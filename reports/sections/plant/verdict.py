@@ -1,4 +1,4 @@
-"""The verdict first: what is proved of this plant, in words and numbers, and what is left out."""
+"""The verdict: the proved properties of this plant, and what is not covered."""
 
 from __future__ import annotations
 

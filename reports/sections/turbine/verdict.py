@@ -1,4 +1,4 @@
-"""The verdict first: what is proved, in words and numbers, and what is left out."""
+"""The verdict: the proved properties in words and numbers, and what is not covered."""
 
 from __future__ import annotations
 
