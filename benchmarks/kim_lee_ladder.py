@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from takagi.lmi.gains.decay.design import decided
 from takagi.lmi.gains.decay.relaxation_table import relaxation_ladder
 from takagi.lmi.gains.decay.request import decay_request
+from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.sums.membership_points import at_points, number_of_points
 from takagi.models import TSModel
 from takagi.reports.figures.style import COLOURS, GREY, house_style, new_figure
@@ -104,7 +105,10 @@ def model(b: float) -> TSModel:
 def feasible(b: float, name: str) -> bool:
     """Return whether the relaxation, or the condition that each implies, has gains."""
     pose = at_points(PARTS) if name == "any relaxation" else name
-    return decided(decay_request(model(b), decay_rate=0.0), 0.0, pose).outcome.status == "candidate"
+    return (
+        decided(decay_request(model(b), GivenLimits(), decay_rate=0.0), 0.0, pose).outcome.status
+        == "candidate"
+    )
 
 
 def largest_b(name: str) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from catalogue.entry import GENERAL, Case, Entry, Sizes, plant
 from takagi.lmi import Condition
 from takagi.lmi.gains.attraction.condition import attraction_condition
-from takagi.lmi.gains.attraction.request import AttractionRequest, attraction_request
+from takagi.lmi.gains.attraction.request import AttractionRequest, GivenRegion, attraction_request
 
 __all__ = ["ENTRIES"]
 
@@ -26,14 +26,16 @@ def _task(sizes: Sizes, *, saturation: str | None, limit: bool) -> AttractionReq
         model.A,
         model.B,
         None if limit else np.ones((1, sizes.m, sizes.n)),
-        state_box=np.ones(sizes.n),
-        input_limit=np.ones(sizes.m) if limit else None,
-        saturation=saturation,
-        overdrive=10.0,
-        decay_rates=(0.0, 0.0),
-        relaxation="wang-tanaka-griffin",
-        measure="trace",
-        sample_time=None,
+        GivenRegion(
+            state_box=np.ones(sizes.n),
+            input_limit=np.ones(sizes.m) if limit else None,
+            saturation=saturation,
+            overdrive=10.0,
+            decay_rates=(0.0, 0.0),
+            relaxation="wang-tanaka-griffin",
+            measure="trace",
+            sample_time=None,
+        ),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from takagi.models.equations.equations import Equations, Factored
@@ -19,70 +20,94 @@ if TYPE_CHECKING:
     from takagi.models.ranges.domain import Domain
     from takagi.models.sector.choice import Choice
 
-__all__ = ["factored_problem"]
+__all__ = ["GivenEquations", "factored_problem"]
 
 
-def factored_problem(
-    f: Plant | Sequence[sp.Expr],
-    states: Sequence[sp.Symbol] = (),
-    inputs: Sequence[sp.Symbol] = (),
-    *,
-    rest: EquilibriumOption = "given",
-    box: Mapping[sp.Symbol, tuple[Number, Number]] | None = None,
-    domain: Domain | None = None,
-    disturbances: Sequence[sp.Symbol] = (),
-    outputs: Sequence[sp.Expr] = (),
-    parameters: Mapping[sp.Symbol, Number] | None = None,
-    matrices: Mapping[str, Sequence[Sequence[sp.Expr]]] | None = None,
-    choice: Choice | None = None,
-    premises: Mapping[sp.Symbol, sp.Expr] | None = None,
-    units: Mapping[sp.Symbol, str] | None = None,
-    name: str = "",
-    source: str = "",
-) -> tuple[Problem, Factored]:
-    """Return the equations about their rest, and f = A x + B u + E w in premise symbols.
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class GivenEquations:
+    """The arguments of ``sector_model`` that say what is modelled, not how premises are bounded."""
 
-    Arguments and errors are those of ``sector_model``.
+    f: Plant | Sequence[sp.Expr]
+    states: Sequence[sp.Symbol] = ()
+    inputs: Sequence[sp.Symbol] = ()
+    rest: EquilibriumOption = "given"
+    box: Mapping[sp.Symbol, tuple[Number, Number]] | None = None
+    domain: Domain | None = None
+    disturbances: Sequence[sp.Symbol] = ()
+    outputs: Sequence[sp.Expr] = ()
+    parameters: Mapping[sp.Symbol, Number] | None = None
+    matrices: Mapping[str, Sequence[Sequence[sp.Expr]]] | None = None
+    choice: Choice | None = None
+    premises: Mapping[sp.Symbol, sp.Expr] | None = None
+    units: Mapping[sp.Symbol, str] | None = None
+    name: str = ""
+    source: str = ""
+
+
+# The members of ``GivenEquations`` that a plant carries itself.
+OF_PLANT = (
+    "states",
+    "inputs",
+    "box",
+    "disturbances",
+    "outputs",
+    "parameters",
+    "matrices",
+    "units",
+    "name",
+    "source",
+)
+
+
+def factored_problem(given: GivenEquations) -> tuple[Problem, Factored]:
+    """Return the equations about their equilibrium, and f = A x + B u + E w in premise symbols.
+
+    Raises
+    ------
+    ModelError : as ``sector_model``.
     """
-    if isinstance(f, Plant):
-        _check_only_plant(
-            states, inputs, box, disturbances, outputs, parameters, matrices, units, name, source
+    if isinstance(given.f, Plant):
+        return _of_plant(given.f, given)
+    return _of_expressions(given.f, given)
+
+
+def _of_plant(plant: Plant, given: GivenEquations) -> tuple[Problem, Factored]:
+    if any(bool(getattr(given, name)) for name in OF_PLANT):
+        raise ModelError(
+            "a Plant was given together with states, inputs, box, parameters, matrices or the "
+            "like; the plant carries these itself, leave them out"
         )
-        problem = problem_of_plant(f, premises, rest, domain)
-        return problem, _factored(problem, None, {}, choice or "fewest-rules")
-    values = {symbol: rational(value) for symbol, value in (parameters or {}).items()}
-    if box is None and domain is None:
+    problem = problem_of_plant(plant, given.premises, given.rest, given.domain)
+    return problem, _factored(problem, None, {}, given.choice or "fewest-rules")
+
+
+def _of_expressions(f: Sequence[sp.Expr], given: GivenEquations) -> tuple[Problem, Factored]:
+    values = {symbol: rational(value) for symbol, value in (given.parameters or {}).items()}
+    if given.box is None and given.domain is None:
         raise ModelError("no box was given; give a range for every variable that matters")
     equations = Equations(
         f=cleaned(f, values),
-        states=tuple(states),
-        inputs=tuple(inputs),
-        disturbances=tuple(disturbances),
-        outputs=cleaned(outputs, values),
-        units=dict(units or {}),
+        states=tuple(given.states),
+        inputs=tuple(given.inputs),
+        disturbances=tuple(given.disturbances),
+        outputs=cleaned(given.outputs, values),
+        units=dict(given.units or {}),
     )
     if len(equations.f) != len(equations.states):
         raise ModelError(
             f"f has {len(equations.f)} rows, but there are {len(equations.states)} states; "
             "give one each"
         )
-    wanted = dict(zip(premises or {}, cleaned((premises or {}).values(), values), strict=True))
-    sides = {symbol: Interval.of(*ends) for symbol, ends in (box or {}).items()}
+    premises = given.premises or {}
+    wanted = dict(zip(premises, cleaned(premises.values(), values), strict=True))
+    sides = {symbol: Interval.of(*ends) for symbol, ends in (given.box or {}).items()}
     variables = [*equations.states, *equations.inputs, *equations.disturbances]
-    over = over_box(domain, sides, variables)
-    if domain is not None:
+    over = over_box(given.domain, sides, variables)
+    if given.domain is not None:
         sides |= over.sides(variables)
     bent = None if over.rectangle is not None else over
-    problem = Problem(equations, sides, bent, wanted, name=name, source=source)
-    return problem, _factored(problem, matrices, values, choice)
-
-
-def _check_only_plant(*others: object) -> None:
-    if any(bool(other) for other in others):
-        raise ModelError(
-            "a Plant was given together with states, inputs, box, parameters, matrices or the "
-            "like; the plant carries these itself, leave them out"
-        )
+    problem = Problem(equations, sides, bent, wanted, name=given.name, source=given.source)
+    return problem, _factored(problem, given.matrices, values, given.choice)
 
 
 def _factored(

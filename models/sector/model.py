@@ -9,7 +9,7 @@ from takagi.models.equations.problem import box_in_fractions
 from takagi.models.equations.symbolic_form import SymbolicForm
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.plant.plant import Plant
-from takagi.models.sector.arguments import factored_problem
+from takagi.models.sector.arguments import GivenEquations, factored_problem
 from takagi.models.sector.assembly import assemble
 from takagi.models.sector.domain_steps import domain_steps
 from takagi.models.sector.premise_bounds import (
@@ -148,10 +148,10 @@ def sector_model(
     """
     if tolerance is None:
         tolerance = "1e-3" if isinstance(f, Plant) else "1e-6"
-    problem, factored = factored_problem(
-        f,
-        states,
-        inputs,
+    given = GivenEquations(
+        f=f,
+        states=states,
+        inputs=inputs,
         rest=rest,
         box=box,
         domain=domain,
@@ -165,6 +165,7 @@ def sector_model(
         name=name,
         source=source,
     )
+    problem, factored = factored_problem(given)
     asked = BoundsRequest(bounds or {}, frozenset(sampled_bounds), exact(tolerance))
     members = counted_premises(problem, factored, asked, most_rules)
     return assemble(
@@ -203,7 +204,9 @@ def rule_count(
     """
     given, sampled = options.pop("bounds", None), options.pop("sampled_bounds", ())
     tolerance = options.pop("tolerance", None)
-    problem, factored = factored_problem(f, states, inputs, **options)
+    problem, factored = factored_problem(
+        GivenEquations(f=f, states=states, inputs=inputs, **options)
+    )
     share = ROUGH if tolerance is None else exact(tolerance)
     return counted(
         bounded_premises(problem, factored, BoundsRequest(given or {}, frozenset(sampled), share))

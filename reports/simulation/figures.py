@@ -51,15 +51,15 @@ def _scenario_run(run: Run, turbine: Turbine) -> ScenarioRun:
     assert history is not None
     scaled = history.per_unit(turbine)
     return ScenarioRun(
-        run.law,
-        run.wind.split(",")[0],
-        history.time,
-        history.wind,
-        history.pitch,
-        scaled["torque"],
-        scaled["rotor_speed"],
-        scaled["electrical_power"],
-        scaled["tower_displacement"],
+        law=run.law,
+        wind_label=run.wind.split(",")[0],
+        time=history.time,
+        wind=history.wind,
+        pitch=history.pitch,
+        torque=scaled["torque"],
+        rotor_speed=scaled["rotor_speed"],
+        power=scaled["electrical_power"],
+        tower=scaled["tower_displacement"],
     )
 
 

@@ -149,7 +149,17 @@ def read_invariant_set(claim: Any, family: Family, where: str) -> InvariantSet:
         raise CertificateError(
             f"{where}.disturbance_bounds: at most {MOST_DISTURBANCES}, whose corners are checked"
         )
-    return InvariantSet(P, level, multiplier, way, E, tuple(bounds), ball, claim, where)
+    return InvariantSet(
+        P=P,
+        level=level,
+        multiplier=multiplier,
+        way=way,
+        E=E,
+        bounds=tuple(bounds),
+        is_ball=ball,
+        claim=claim,
+        where=where,
+    )
 
 
 def _positive(claim: Any, key: str, where: str) -> Fraction:

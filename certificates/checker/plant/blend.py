@@ -100,17 +100,17 @@ def read_blend(model: Any, plant: PlantNodes, where: str) -> Blend:
     if low.name == high.name or {low.name, high.name} & taken:
         raise CertificateError(f"{where}: the actuators need names of their own")
     return Blend(
-        effort,
-        rate,
-        share,
-        rest,
-        (rest + effort.side[0], rest + effort.side[1]),
-        overlap,
-        low,
-        high,
-        equations,
-        own,
-        tables,
+        effort=effort,
+        rate=rate,
+        share=share,
+        rest=rest,
+        ends=(rest + effort.side[0], rest + effort.side[1]),
+        overlap=overlap,
+        low=low,
+        high=high,
+        equations=equations,
+        names=own,
+        tables=tables,
     )
 
 

@@ -159,7 +159,17 @@ def read_plant(model: Any) -> TreePlant:
     if form not in ("sector", "secant"):
         raise Refusal(f"embedding.form: {form[:40]!a} is not 'sector' or 'secant'")
     return TreePlant(
-        states, inputs, pushes, step, f, mass, outputs, premises, entries, tuple(tables), form
+        states=states,
+        inputs=inputs,
+        pushes=pushes,
+        step=step,
+        f=f,
+        mass=mass,
+        outputs=outputs,
+        premises=premises,
+        entries=entries,
+        tables=tuple(tables),
+        form=form,
     )
 
 

@@ -193,7 +193,18 @@ class _State:
         left = [rotor.rated - rotor.m * ramp(-u, eps) for u in (efforts.low, efforts.high)]
         f = push * quotient - NumberRange(max(left[0], ZERO), max(left[1], ZERO))
         whole = pitch.high <= table[-1]
-        return cls(rotor, ratio, efforts, kept, b, shed, push, quotient, f, whole)
+        return cls(
+            rotor=rotor,
+            ratio=ratio,
+            efforts=efforts,
+            pitch=kept,
+            b=b,
+            shed=shed,
+            push=push,
+            quotient=quotient,
+            f=f,
+            whole=whole,
+        )
 
     def slope(self, dx: int, dy: int) -> NumberRange:
         """Return the range of a derivative of c_Q."""

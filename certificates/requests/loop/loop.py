@@ -96,7 +96,17 @@ class ClaimedLoop:
         every = np.array([pair for pairs in groups for pair in pairs], dtype=np.intp).T
         sizes = np.array([len(pairs) for pairs in groups], dtype=np.intp)
         shares = np.repeat(1 / sizes, sizes)
-        return cls(model, K, model_data, law, family, every, sizes, shares, family)
+        return cls(
+            model=model,
+            gains=K,
+            model_data=model_data,
+            gains_data=law,
+            family=family,
+            pairs=every,
+            sizes=sizes,
+            shares=shares,
+            seen=family,
+        )
 
     @property
     def is_double_sum(self) -> bool:

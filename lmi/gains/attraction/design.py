@@ -20,7 +20,7 @@ from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import balanced_inputs, balanced_states
 from takagi.lmi.decision.decide import Outcome
 from takagi.lmi.decision.diagnosis import binding_items
-from takagi.lmi.gains.attraction.request import AttractionRequest, attraction_request
+from takagi.lmi.gains.attraction.request import AttractionRequest, GivenRegion, attraction_request
 from takagi.lmi.gains.attraction.search import largest_ellipsoid
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.solver.time_limit import limited
@@ -111,15 +111,17 @@ def attraction_ellipsoid(
         A,
         B,
         K,
-        state_box=state_box,
-        input_limit=input_limit,
-        saturation=saturation,
-        overdrive=overdrive,
-        rates=(input_rate_limit, rate_bounds),
-        decay_rates=(decay_rate, saturated_decay_rate),
-        relaxation=relaxation,
-        measure=measure,
-        sample_time=sample_time,
+        GivenRegion(
+            state_box=state_box,
+            input_limit=input_limit,
+            saturation=saturation,
+            overdrive=overdrive,
+            rates=(input_rate_limit, rate_bounds),
+            decay_rates=(decay_rate, saturated_decay_rate),
+            relaxation=relaxation,
+            measure=measure,
+            sample_time=sample_time,
+        ),
     )
     if all(part is None for part in (task.state_box, task.input_limit, task.rate_limit)):
         raise ModelError(
@@ -174,14 +176,16 @@ def attraction_pdc(
         A,
         B,
         None,
-        state_box=state_box,
-        input_limit=input_limit,
-        saturation=saturation,
-        overdrive=overdrive,
-        decay_rates=(decay_rate, saturated_decay_rate),
-        relaxation=relaxation,
-        measure=measure,
-        sample_time=sample_time,
+        GivenRegion(
+            state_box=state_box,
+            input_limit=input_limit,
+            saturation=saturation,
+            overdrive=overdrive,
+            decay_rates=(decay_rate, saturated_decay_rate),
+            relaxation=relaxation,
+            measure=measure,
+            sample_time=sample_time,
+        ),
     )
     task = replace(task, sought=True)
     s = balanced_states(A)

@@ -18,7 +18,7 @@ from takagi.lmi.gains.attraction.state_box import measure_of, state_box_of
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError, did_you_mean
 
-__all__ = ["AttractionRequest", "attraction_request"]
+__all__ = ["AttractionRequest", "GivenRegion", "attraction_request"]
 
 SATURATIONS = ("secant", "polytope", "dead-zone")
 # Rows of a rate limit, one LMI each, that are still listed.
@@ -85,70 +85,79 @@ class AttractionRequest:
         )
 
 
-def attraction_request(
-    model: object,
-    A: Array,
-    B: Array,
-    gains: Array | None,
-    *,
-    state_box: ArrayLike | None,
-    input_limit: ArrayLike | None,
-    saturation: str | None,
-    overdrive: float,
-    decay_rates: tuple[float, float],
-    relaxation: str,
-    measure: str | ArrayLike,
-    sample_time: float | None,
-    rates: tuple[ArrayLike | None, ArrayLike | None] = (None, None),
-) -> AttractionRequest:
-    """Return the task in the model's own coordinates, for gains that are known.
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class GivenRegion:
+    """What is asked of an ellipsoid, as the keywords of ``attraction_ellipsoid`` give it.
 
-    Parameters
+    Attributes
     ----------
     decay_rates : alpha in 1/s where no input saturates, and where one does.
     rates : limit of the inputs' rates, and bounds of those of the memberships.
     others : as in ``attraction_ellipsoid``.
+    """
+
+    state_box: ArrayLike | None
+    input_limit: ArrayLike | None
+    saturation: str | None
+    overdrive: float
+    decay_rates: tuple[float, float]
+    relaxation: str
+    measure: str | ArrayLike
+    sample_time: float | None
+    rates: tuple[ArrayLike | None, ArrayLike | None] = (None, None)
+
+
+def attraction_request(
+    model: object, A: Array, B: Array, gains: Array | None, given: GivenRegion
+) -> AttractionRequest:
+    """Return the task in the model's own coordinates, for gains that are known.
 
     Raises
     ------
     ModelError : whatever ``attraction_ellipsoid`` raises.
     """
-    relaxation_named(relaxation)
+    relaxation_named(given.relaxation)
     n, m = B.shape[1:]
-    if saturation is not None and saturation not in SATURATIONS:
+    if given.saturation is not None and given.saturation not in SATURATIONS:
         raise ModelError(
-            f"saturation {saturation!r} is not known; there are None, {', '.join(SATURATIONS)}"
-            + did_you_mean(str(saturation), list(SATURATIONS))
+            f"saturation {given.saturation!r} is not known; there are None, "
+            + ", ".join(SATURATIONS)
+            + did_you_mean(str(given.saturation), list(SATURATIONS))
         )
-    limit = None if input_limit is None else positive_vector("input_limit", input_limit, m)
-    if saturation is not None and limit is None:
-        raise ModelError(f"saturation {saturation!r} needs input_limit, where the inputs saturate")
-    if saturation is not None and rates[0] is not None:
+    limit = (
+        None if given.input_limit is None else positive_vector("input_limit", given.input_limit, m)
+    )
+    if given.saturation is not None and limit is None:
+        raise ModelError(
+            f"saturation {given.saturation!r} needs input_limit, where the inputs saturate"
+        )
+    if given.saturation is not None and given.rates[0] is not None:
         raise ModelError(
             "input_rate_limit is about a law that does not saturate; leave saturation out, or "
             "make the inputs states (with_input_states)"
         )
-    step = sample_time_of(model, sample_time)
-    fast, slow = _decay_rates(decay_rates)
+    step = sample_time_of(model, given.sample_time)
+    fast, slow = _decay_rates(given.decay_rates)
     # Without inputs u = 0, which every box of the inputs holds.
-    box = state_box_of(model, state_box, n, np.zeros(_inputs_of(model)) if m == 0 else limit)
-    rows, most = _rate_rows(A, B, gains, rates, discrete=step is not None)
+    held = np.zeros(_inputs_of(model)) if m == 0 else limit
+    box = state_box_of(model, given.state_box, n, held)
+    rows, most = _rate_rows(A, B, gains, given.rates, discrete=step is not None)
     return AttractionRequest(
         A=A,
         B=B,
         gains=gains,
         sought=False,
         input_limit=limit,
-        saturation=saturation,
-        overdrive=float(number("overdrive", overdrive, at_least=1.0)),
+        saturation=given.saturation,
+        overdrive=float(number("overdrive", given.overdrive, at_least=1.0)),
         state_box=box,
         rate_rows=rows,
         rate_limit=most,
         decay_rate=fast,
         saturated_decay_rate=slow,
         step=step,
-        relaxation=relaxation,
-        measure=measure_of(measure, n),
+        relaxation=given.relaxation,
+        measure=measure_of(given.measure, n),
         units=np.ones(n) if box is None else np.where(np.isfinite(box), box, 1.0),
         corners=corners_of(model),
     )

@@ -20,6 +20,7 @@ from takagi.lmi.gains.decay.relaxation_search import (
     search_relaxations,
 )
 from takagi.lmi.gains.decay.request import DecayRequest, decay_request
+from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError
@@ -97,9 +98,7 @@ def pdc(
     if relaxation != "auto":
         relaxation_named(relaxation)
     goal = goal_of(decay_rate)
-    task = decay_request(
-        model,
-        decay_rate=0.0 if goal == "max" else goal,
+    given = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
         state_box=state_box,
@@ -111,6 +110,7 @@ def pdc(
         overlap=overlap,
         active_rules=active_rules,
     )
+    task = decay_request(model, given, decay_rate=0.0 if goal == "max" else goal)
     if goal == "max":
         require_bounded_gains(task)
     if relaxation == "auto":

@@ -19,6 +19,7 @@ from takagi.lmi.gains.decay.relaxation_search import (
     search_relaxations,
 )
 from takagi.lmi.gains.decay.request import decay_request
+from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.relaxation_result import RelaxationResult
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError
@@ -111,9 +112,7 @@ def relaxation_ladder(
     """
     names = None if relaxations is None else _checked(relaxations)
     goal = goal_of(decay_rate)
-    task = decay_request(
-        model,
-        decay_rate=0.0 if goal == "max" else goal,
+    given = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
         state_box=state_box,
@@ -125,6 +124,7 @@ def relaxation_ladder(
         overlap=overlap,
         active_rules=active_rules,
     )
+    task = decay_request(model, given, decay_rate=0.0 if goal == "max" else goal)
     if goal == "max":
         require_bounded_gains(task)
     done = search_relaxations(

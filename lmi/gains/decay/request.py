@@ -16,9 +16,7 @@ from takagi.lmi.argument_checks import (
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.condition.term import Array, Condition
-from takagi.lmi.condition.uncertainty import Uncertainty
 from takagi.lmi.cone.balance import (
     balanced_inputs,
     balanced_states,
@@ -32,8 +30,9 @@ from takagi.lmi.gains.decay.condition import (
     pdc_condition,
     size_of_motion,
 )
-from takagi.lmi.gains.requirements.limits import Limits, limits_of
-from takagi.lmi.gains.requirements.requirements import Requirements, requirements_of
+from takagi.lmi.gains.requirements.given_limits import GivenLimits
+from takagi.lmi.gains.requirements.limits import Limits
+from takagi.lmi.gains.requirements.requirements import Requirements
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import Relaxation
 from takagi.models.ts.premise import Premise
@@ -128,22 +127,8 @@ class DecayRequest:
         return float(-np.log(abs(eigenvalue)) / self.sample_time)
 
 
-def decay_request(
-    model: Controlled,
-    *,
-    decay_rate: float,
-    input_limit: ArrayLike | None = None,
-    initial_box: ArrayLike | None = None,
-    state_box: ArrayLike | None = None,
-    gain_bound: float | None = None,
-    scales: ArrayLike | None = None,
-    sample_time: float | None = None,
-    region: EigenvalueRegion | None = None,
-    uncertainty: Uncertainty | None = None,
-    overlap: ArrayLike | None = None,
-    active_rules: int | None = None,
-) -> DecayRequest:
-    """Return the task in coordinates of order one; parameters as for ``pdc``.
+def decay_request(model: Controlled, given: GivenLimits, *, decay_rate: float) -> DecayRequest:
+    """Return the task in coordinates of order one; ``model`` and ``decay_rate`` as for ``pdc``.
 
     Raises
     ------
@@ -152,23 +137,10 @@ def decay_request(
     """
     A = vertex_stack(model).astype(np.float64)
     B = input_stack(model, A).astype(np.float64)
-    limits = limits_of(
-        A.shape[1],
-        B.shape[2],
-        input_limit=input_limit,
-        initial_box=initial_box,
-        state_box=state_box,
-        gain_bound=gain_bound,
-    )
-    demands = requirements_of(
-        *B.shape,
-        region=region,
-        uncertainty=uncertainty,
-        overlap=overlap,
-        active_rules=active_rules,
-    )
-    step = sample_time_of(model, sample_time)
-    s = _states(motion(A, step), limits, scales)
+    limits = given.limits(A.shape[1], B.shape[2])
+    demands = given.requirements(*B.shape)
+    step = sample_time_of(model, given.sample_time)
+    s = _states(motion(A, step), limits, given.scales)
     scaled = A * s / s[:, None]
     tau = _inputs(scaled, B / s[:, None], limits, decay_rate, step)
     task = DecayRequest(

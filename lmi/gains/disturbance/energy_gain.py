@@ -15,6 +15,7 @@ from takagi.lmi.gains.disturbance.design import Meaning, designed
 from takagi.lmi.gains.disturbance.disturbed_plant import Disturbed, Performance
 from takagi.lmi.gains.disturbance.energy_gain_sums import hinf_pdc_condition
 from takagi.lmi.gains.disturbance.request import DisturbanceRequest, disturbance_request, positive
+from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.errors import ModelError
 
@@ -80,17 +81,20 @@ def hinf_pdc(
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5; Tanaka and Wang (2001).
     """
-    task = disturbance_request(
-        model,
-        performance=performance,
-        relaxation=relaxation,
-        decay_rate=decay_rate,
-        tolerance=tolerance,
-        sample_time=sample_time,
+    given = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
         state_box=state_box,
         gain_bound=gain_bound,
+        sample_time=sample_time,
+    )
+    task = disturbance_request(
+        model,
+        given,
+        performance=performance,
+        relaxation=relaxation,
+        decay_rate=decay_rate,
+        tolerance=tolerance,
     )
     task = replace(
         task,

@@ -15,6 +15,7 @@ from takagi.lmi.gains.disturbance.disturbed_plant import Disturbed, Performance
 from takagi.lmi.gains.disturbance.output_variance_sums import h2_pdc_condition
 from takagi.lmi.gains.disturbance.request import DisturbanceRequest, disturbance_request
 from takagi.lmi.gains.disturbance.riccati_bound import regulated
+from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.errors import ModelError
 
@@ -70,12 +71,11 @@ def h2_pdc(
     """
     task = disturbance_request(
         model,
+        GivenLimits(gain_bound=gain_bound, sample_time=sample_time),
         performance=performance,
         relaxation=relaxation,
         decay_rate=decay_rate,
         tolerance=tolerance,
-        sample_time=sample_time,
-        gain_bound=gain_bound,
     )
     why = infinite_variance(task.plant.D11, task.plant.sample_time)
     if why:

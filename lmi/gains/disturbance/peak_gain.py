@@ -22,6 +22,7 @@ from takagi.lmi.gains.disturbance.design import Meaning, designed
 from takagi.lmi.gains.disturbance.disturbed_plant import Disturbed, Performance
 from takagi.lmi.gains.disturbance.peak_gain_sums import peak_pdc_condition
 from takagi.lmi.gains.disturbance.request import DisturbanceRequest, disturbance_request, positive
+from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.parameter_search.least_over_rate import least_over_rate, unknowns_near_least
 from takagi.lmi.solver.time_limit import limited, out_of_time
 
@@ -98,17 +99,20 @@ def peak_pdc(
     Feron, Balakrishnan (1994), sections 6.1.3 and 7.3; Tanaka and Wang (2001).
     """
     rate = None if decay_rate is None else positive_rate(decay_rate)
-    task = disturbance_request(
-        model,
-        performance=performance,
-        relaxation=relaxation,
-        decay_rate=rate or 0.0,
-        tolerance=tolerance,
-        sample_time=sample_time,
+    given = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
         state_box=state_box,
         gain_bound=gain_bound,
+        sample_time=sample_time,
+    )
+    task = disturbance_request(
+        model,
+        given,
+        performance=performance,
+        relaxation=relaxation,
+        decay_rate=rate or 0.0,
+        tolerance=tolerance,
     )
     peak = positive("disturbance_peak", disturbance_peak)
     # The objective is kappa, the square.

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design, Floats
 from takagi.lmi.argument_checks import number
@@ -19,20 +17,12 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
     check_reachable,
     plant_of,
 )
-from takagi.lmi.gains.requirements.limits import Limits, limits_of
+from takagi.lmi.gains.requirements.given_limits import GivenLimits
+from takagi.lmi.gains.requirements.limits import Limits
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError
 
 __all__ = ["DisturbanceRequest", "positive", "disturbance_request"]
-
-
-class GivenLimits(NamedTuple):
-    """Limits as ``pdc`` takes them."""
-
-    input_limit: ArrayLike | None
-    initial_box: ArrayLike | None
-    state_box: ArrayLike | None
-    gain_bound: float | None
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -77,13 +67,12 @@ class DisturbanceRequest:
     def plain(self) -> Design:
         """Return gains without regard to the disturbance, by ``pdc``."""
         reaching, given = self.plant.reaching, self.given
-        # Merged inputs are not those that the limit is about.
-        inputs = given.input_limit if reaching is self.plant else None
         return pdc(
             reaching,
             decay_rate=self.decay_rate,
             relaxation=self.relaxation,
-            input_limit=inputs,
+            # Merged inputs are not those that the limit is about.
+            input_limit=given.input_limit if reaching is self.plant else None,
             initial_box=given.initial_box,
             state_box=given.state_box,
             gain_bound=given.gain_bound,
@@ -98,16 +87,12 @@ class DisturbanceRequest:
 
 def disturbance_request(
     model: Disturbed,
+    given: GivenLimits,
     *,
     performance: Performance | None,
     relaxation: str,
     decay_rate: float,
     tolerance: float,
-    sample_time: float | None,
-    input_limit: ArrayLike | None = None,
-    initial_box: ArrayLike | None = None,
-    state_box: ArrayLike | None = None,
-    gain_bound: float | None = None,
 ) -> DisturbanceRequest:
     """Return the checked task.
 
@@ -118,16 +103,8 @@ def disturbance_request(
         below 1e-7, which no solver keeps.
     """
     relaxation_named(relaxation)
-    plant = plant_of(model, performance, sample_time)
-    n, m = plant.B.shape[1:]
-    limits = limits_of(
-        n,
-        m,
-        input_limit=input_limit,
-        initial_box=initial_box,
-        state_box=state_box,
-        gain_bound=gain_bound,
-    )
+    plant = plant_of(model, performance, given.sample_time)
+    limits = given.limits(*plant.B.shape[1:])
     check_reachable(plant, getattr(model, "states", ()))
     return DisturbanceRequest(
         plant=plant,
@@ -135,7 +112,7 @@ def disturbance_request(
         decay_rate=float(number("decay_rate", decay_rate, at_least=0.0)),
         limits=limits if limits.level or limits.gain is not None else None,
         tolerance=float(number("tolerance", tolerance, at_least=1e-7)),
-        given=GivenLimits(input_limit, initial_box, state_box, gain_bound),
+        given=given,
     )
 
 

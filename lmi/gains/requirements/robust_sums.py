@@ -90,7 +90,17 @@ def with_uncertainty(
     for k, channel in enumerate(blocks_of(uncertainty, loop.rules, Q.rows, M.rows), start=1):
         count = loop.rules if channel.enters_alike else 1
         entries = _multiplier(loop.name, k, left.shape[1], count)
-        loop = _covered(loop, Q, M, channel, entries, left, right, unit, k)
+        loop = _covered(
+            loop=loop,
+            Q=Q,
+            M=M,
+            channel=channel,
+            entries=entries,
+            left=left,
+            right=right,
+            unit=unit,
+            k=k,
+        )
         unknowns += tuple(S for (c, b), S in entries.items() if c <= b)
     return loop, unknowns
 

@@ -148,15 +148,15 @@ class EffortSharingLaw:
         if feedforward is None and wind_filter <= 0:
             feedforward = no_feedforward(schedule)
         return cls(
-            schedule,
-            gains,
-            feedforward or known_rate_feedforward(turbine, schedule),
-            turbine.rated_torque,
-            turbine.inertia / turbine.gear_ratio,
-            turbine.pitch_min,
-            turbine.pitch_max,
-            wind_filter,
-            integral_limit,
+            schedule=schedule,
+            gains=gains,
+            feedforward=feedforward or known_rate_feedforward(turbine, schedule),
+            rated_torque=turbine.rated_torque,
+            effort_torque=turbine.inertia / turbine.gear_ratio,
+            pitch_min=turbine.pitch_min,
+            pitch_max=turbine.pitch_max,
+            wind_filter=wind_filter,
+            integral_limit=integral_limit,
         )
 
     def initial_state(self, wind: float) -> Array:

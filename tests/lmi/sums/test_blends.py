@@ -9,6 +9,7 @@ from takagi.lmi import pdc, pdc_condition, rigorous_no
 from takagi.lmi.condition.evaluate import lmi_value
 from takagi.lmi.gains.decay.design import decided
 from takagi.lmi.gains.decay.request import decay_request
+from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.sums.membership_points import at_points, number_of_points, points_of
 from takagi.models import Premise, TSModel
 
@@ -22,7 +23,7 @@ def three_rules(b: float) -> TSModel:
 
 
 def status_at_blends(model: TSModel, parts: int, *, active_rules: int | None = None) -> str:
-    task = decay_request(model, decay_rate=0.0, active_rules=active_rules)
+    task = decay_request(model, GivenLimits(active_rules=active_rules), decay_rate=0.0)
     return decided(task, 0.0, at_points(parts)).outcome.status
 
 

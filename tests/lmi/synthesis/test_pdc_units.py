@@ -18,6 +18,7 @@ from takagi.lmi.gains.decay import largest_rate
 from takagi.lmi.gains.decay.design import decided
 from takagi.lmi.gains.decay.limited_outcome import stopped_by_limit
 from takagi.lmi.gains.decay.request import decay_request
+from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.gains.requirements.rate_limits import with_input_states
 from takagi.models import TSModel
 from tests.lmi.synthesis.placed import pendulum
@@ -125,7 +126,9 @@ def test_a_no_without_limits_is_one_with_them() -> None:
 
 def test_a_no_that_leaves_room_for_large_unknowns_is_none() -> None:
     """Multipliers that miss stationarity by 1e-2 bound nothing where Q may be a thousand."""
-    task = decay_request(pendulum(), decay_rate=0.0, initial_box=(0.2, 0.5), input_limit=1.0)
+    task = decay_request(
+        pendulum(), GivenLimits(initial_box=(0.2, 0.5), input_limit=1.0), decay_rate=0.0
+    )
     found = decided(task, 0.0, "wang-tanaka-griffin")
     outcome = found.outcome
     assert outcome.status == "infeasible" and outcome.bound < 0 and not stopped_by_limit(found)
@@ -169,7 +172,7 @@ def test_a_rate_that_no_solver_settled_is_not_a_bound(monkeypatch: pytest.Monkey
         unknown = replace(found.outcome, status="unknown")
         return replace(found, outcome=unknown)
 
-    task = decay_request(pendulum(), decay_rate=0.0, gain_bound=30.0)
+    task = decay_request(pendulum(), GivenLimits(gain_bound=30.0), decay_rate=0.0)
     true = largest_rate.largest(task, "wang-tanaka-griffin")
     monkeypatch.setattr(largest_rate, "decide", gives_up)
     monkeypatch.setattr(largest_rate, "decided", never)
