@@ -7,16 +7,15 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov
 from takagi.lmi.relaxation_result import RelaxationResult
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["Answer", "Design", "Status", "Try"]
 
-Floats = NDArray[np.float64]
 Status: TypeAlias = Literal["candidate", "infeasible", "unknown"]
 
 

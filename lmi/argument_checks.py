@@ -7,10 +7,11 @@ from numbers import Real
 from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.lmi.condition.term import Array
 from takagi.lmi.stabilisability import check_stabilisable, fixed_mode
+from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
 
 __all__ = [
@@ -131,7 +132,7 @@ def rate_parameter(alpha: float | Fraction, step: float | None) -> dict[str, flo
     return {"contraction": float(np.exp(-2.0 * float(alpha) * step))}
 
 
-def corners_of(model: object) -> NDArray[np.intp] | None:
+def corners_of(model: object) -> Indices | None:
     """Return (r, premises), which corner of each premise a rule takes; None without premises."""
     premises, rules = getattr(model, "premises", ()), getattr(model, "rules", ())
     if not premises:

@@ -35,10 +35,10 @@ from takagi.certificates.campaign.motion import (
 from takagi.certificates.campaign.outside import Beyond
 from takagi.certificates.campaign.plants import drawn_starts, inertia_factors, wake_fits
 from takagi.certificates.campaign.winds import PLAYERS, DisturbanceShares, Player, Seen
+from takagi.models.arrays import Floats
 
 __all__ = ["Records", "run_batch"]
 
-Floats = NDArray[np.float64]
 Tell = Callable[[float], None]
 
 # One run in so many is advanced a second time, with steps half as long and the same inputs.

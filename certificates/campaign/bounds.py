@@ -14,15 +14,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.campaign.loop import CertifiedLoop
 from takagi.certificates.campaign.motion import At, Demand, Drive, ramp, rates
 from takagi.certificates.campaign.plants import DIRECTIONS, quadratic
+from takagi.models.arrays import Floats
 
 __all__ = ["BOUNDS", "DECAYS", "RunEquilibrium", "decay_shares", "run_equilibrium", "shares"]
 
-Floats = NDArray[np.float64]
 
 DECAYS = ("decay", "common decay")
 BOUNDS = (

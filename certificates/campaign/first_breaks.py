@@ -9,14 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.campaign.bounds import BOUNDS
 from takagi.certificates.campaign.runs import Campaign
+from takagi.models.arrays import Floats, Indices
 
 __all__ = ["TABLE", "Break", "breaks_of", "first_breaks", "overspeed"]
 
-Floats = NDArray[np.float64]
 TABLE = "coefficient table"
 
 
@@ -63,7 +62,7 @@ def breaks_of(campaign: Campaign) -> list[Break]:
     return found
 
 
-def first_breaks(campaign: Campaign) -> NDArray[np.intp]:
+def first_breaks(campaign: Campaign) -> Indices:
     """Return per run the index in ``(*BOUNDS, TABLE)`` of the first exceeded bound but the set.
 
     -1 means none. Of two at the same time, the one that comes first in ``BOUNDS`` counts.

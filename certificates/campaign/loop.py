@@ -10,14 +10,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.campaign.spline_patches import Patches, spline_patches
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["PEAKS", "CertifiedLoop", "certified_loop"]
 
-Floats = NDArray[np.float64]
 KIND = "coherent-loop"
 PEAKS = ("speed_error", "effort_lag", "speed_signal", "integral")
 # The order of the rows of ``CertifiedLoop.tables``.

@@ -20,9 +20,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.campaign.loop import CertifiedLoop
+from takagi.models.arrays import Floats, Indices
 
 __all__ = [
     "At",
@@ -37,8 +37,7 @@ __all__ = [
     "step",
 ]
 
-Floats = NDArray[np.float64]
-Cells = NDArray[np.intp]
+Cells = Indices
 LEAST_WIND = 0.1
 
 

@@ -21,7 +21,6 @@ from takagi.models.errors import ModelError
 
 __all__ = ["DURATION", "TOLERANCE", "Campaign", "run_campaign"]
 
-Floats = NDArray[np.float64]
 Tell = Callable[[str, float], None]
 
 DURATION = 60.0

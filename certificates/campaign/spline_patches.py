@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import BSpline
 
+from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
 __all__ = ["Patches", "spline_patches"]
 
-Floats = NDArray[np.float64]
 DEGREE = 3
 
 
@@ -32,7 +32,7 @@ class PatchAxis:
     """
 
     breaks: Floats
-    pieces: NDArray[np.intp]
+    pieces: Indices
     per_unit: float
 
     @classmethod
@@ -43,7 +43,7 @@ class PatchAxis:
         pieces = np.searchsorted(breaks[1:-1], starts, side="right")
         return cls(breaks, pieces, float((count - 1) / (breaks[-1] - breaks[0])))
 
-    def placed(self, points: Floats) -> tuple[NDArray[np.intp], Floats]:
+    def placed(self, points: Floats) -> tuple[Indices, Floats]:
         """Return each point's piece, limited to the axis, and its offset from the piece's start."""
         held = np.minimum(np.maximum(points, self.breaks[0]), self.breaks[-1])
         bucket = ((held - self.breaks[0]) * self.per_unit).astype(np.intp)

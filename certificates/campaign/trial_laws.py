@@ -17,16 +17,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.campaign.loop import CertifiedLoop
 from takagi.certificates.campaign.motion import Drive, at_wind, demanded
 from takagi.certificates.campaign.trial_plant import TrialCommand, TrialLaw, TrialRotor
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["effort_sharing_trial", "published_trial"]
 
-Floats = NDArray[np.float64]
 # Smaller steps give a secant over this width around the midpoint [rad/s, rad].
 STEPS = (1e-4, 1e-4)
 

@@ -15,13 +15,11 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.campaign.spline_patches import Patches, spline_patches
+from takagi.models.arrays import Floats
 
 __all__ = ["TrialCommand", "TrialRotor", "TrialLaw", "advance", "rotor_of"]
-
-Floats = NDArray[np.float64]
 
 
 class TrialCommand(NamedTuple):

@@ -15,15 +15,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.campaign.loop import CertifiedLoop
 from takagi.certificates.campaign.motion import At, Demand, Drive, demanded, error_state, rates
 from takagi.certificates.campaign.plants import DIRECTIONS
+from takagi.models.arrays import Floats
 
 __all__ = ["PLAYERS", "DisturbanceShares", "Player", "Seen"]
 
-Floats = NDArray[np.float64]
 
 # Mean times between two switches, and angular frequencies of waves: one decade to either side of
 # the loop's natural frequency, which is near 0.3 rad/s.

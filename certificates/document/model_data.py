@@ -7,15 +7,14 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from takagi.models.arrays import Floats
 
 if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
     from takagi.models.ts.premise import Premise
 
 __all__ = ["pdc_law_data", "ts_model_data"]
-
-Floats = NDArray[np.float64]
 
 
 def ts_model_data(model: TSModel) -> dict[str, Any]:

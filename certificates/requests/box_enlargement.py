@@ -10,16 +10,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["BoxEnlargement"]
 
-Floats = NDArray[np.float64]
 BACK_OFF = (0.999, 0.99, 0.95, 0.9, 0.75, 0.5, 0.0)
 # The limit if the vertices do not differ, so that nothing bounds theta.
 LARGEST = 1e6

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, short
@@ -16,6 +15,7 @@ from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.single_matrix import equation_function, modal_function
 from takagi.certificates.requests.no_common_decay import no_common_decay
 from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Decay", "common_function", "faster_function"]
 
-Floats = NDArray[np.float64]
 LARGEST = 1e38
 # Fractions of the rate found, tried in order until the rounded numbers prove the claim.
 BACK_OFF = (0.999, 0.99, 0.9, 0.5, 0.0)

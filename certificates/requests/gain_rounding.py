@@ -8,17 +8,17 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.certificates.requests.decay import common_function
 from takagi.certificates.requests.loop.decimals import rounded_down, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["GainRounding"]
 
-Floats = NDArray[np.float64]
 # Fraction of the decay rate found: robustness to rounding costs decay rate.
 RATE_SHARE = 0.5
 BACK_OFF = (0.99, 0.9, 0.5, 0.1, 0.0)

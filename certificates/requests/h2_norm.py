@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.requests.loop.decimals import rounded_up, short
 from takagi.certificates.requests.loop.disturbance_channel import (
@@ -17,11 +16,11 @@ from takagi.certificates.requests.loop.disturbance_channel import (
 )
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["H2Norm"]
 
-Floats = NDArray[np.float64]
 # P is searched this far (relative) above the least norm, so that the rounded P keeps a margin.
 INSIDE, AT_LEAST = (1e-4, 4e-4), 5e-7
 # Shares added to P, and digits of it, each tried until the rounded numbers prove.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.kinds.input_rate import membership_corners, motion_rows
 from takagi.certificates.requests.invariant_ellipsoid import candidate_set, claimed_sets
@@ -15,11 +15,11 @@ from takagi.certificates.requests.loop.exact_floats import floats
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.valid_level import input_bounds
 from takagi.certificates.requests.request import Attempt, first_proved, or_else
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["InputLimits"]
 
-Floats = NDArray[np.float64]
 # The checker decides with numbers as they are written; this much is left for their rounding.
 SPARE = 1e-6
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
 from takagi.certificates.requests.decay import common_function
@@ -21,6 +21,7 @@ from takagi.certificates.requests.loop.quadratic_motion import (
 )
 from takagi.certificates.requests.loop.valid_level import box_rows, largest_level, state_halves
 from takagi.certificates.requests.request import Attempt, first_proved, or_else
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
 __all__ = ["InvariantEllipsoid", "candidate_set", "claimed_sets"]
 
-Floats = NDArray[np.float64]
 DIGITS = (6, 9, 12)
 # Shares of the disturbance that are tried where its bounds come from the model's box.
 SHARES = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
 from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up, short
@@ -20,11 +19,11 @@ from takagi.certificates.requests.loop.disturbance_channel import (
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.valid_level import largest_level
 from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["L2Gain"]
 
-Floats = NDArray[np.float64]
 # P is searched this far (relative) above the least gain, so that the rounded P keeps a margin.
 INSIDE, AT_LEAST = 2e-4, 1e-6
 # The same of one vertex, whose P needs no program.

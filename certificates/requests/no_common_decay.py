@@ -7,7 +7,6 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.requests.loop.decimals import short
@@ -15,13 +14,13 @@ from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.single_matrix import equation_function
 from takagi.certificates.requests.loop.weight_points import Point, points_of, weights_at
 from takagi.certificates.requests.request import Attempt
+from takagi.models.arrays import Floats
 
 if TYPE_CHECKING:
     from takagi.lmi.answer import Answer
 
 __all__ = ["no_common_decay"]
 
-Floats = NDArray[np.float64]
 # Numbers beyond are no part of a certificate.
 LARGEST = 1e38
 

@@ -7,18 +7,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.kinds.observer import error_loops, joint_loops, secant_loops
 from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, short
 from takagi.certificates.requests.loop.exact_floats import as_read, stack_of
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["ObservedFeedback", "ObserverError"]
 
-Floats = NDArray[np.float64]
 BACK_OFF = (0.999, 0.99, 0.9, 0.5, 0.0)
 
 

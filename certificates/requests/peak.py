@@ -8,7 +8,6 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.optimize import minimize_scalar
 
@@ -24,11 +23,11 @@ from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.quadratic_motion import best_multiplier
 from takagi.certificates.requests.loop.valid_level import input_bounds, largest_level
 from takagi.certificates.requests.request import Attempt, first_proved, or_else
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["Peak"]
 
-Floats = NDArray[np.float64]
 BACK_OFF = (1e-5, 1e-4, 1e-3, 1e-2, 0.1)
 DIGITS = (6, 9, 12, 15)
 # Of one vertex: how much of the bound is given for room, and the back-off with each, relative.

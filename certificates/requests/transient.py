@@ -8,18 +8,18 @@ from decimal import Decimal
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.certificates.requests.decay import common_function
 from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.valid_level import state_halves
 from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["Transient"]
 
-Floats = NDArray[np.float64]
 DIGITS = (4, 6, 9, 12)
 # Shares of the largest decay rate: a slower one has a rounder ellipsoid, so less overshoot.
 SHARES = (0.95, 0.8, 0.6, 0.4)

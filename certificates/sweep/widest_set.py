@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
 from takagi.certificates.claims.turbine.largest_wind_error import (
@@ -27,13 +26,13 @@ from takagi.lmi.analysis.invariant_ellipsoid import invariant_ellipsoid
 from takagi.lmi.turbine.one_step.joint_step import Weights, joint_step
 from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions, functions_at
 from takagi.lmi.turbine.one_step.loop_of_gains import WindCellCorners
+from takagi.models.arrays import Floats
 from takagi.models.loops.effort_sharing.cells import CellLoop
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
 
 __all__ = ["widest_candidate", "widest_functions"]
 
-Floats = NDArray[np.float64]
 
 # How often all rates are halved where no function bears them, and how often one is improved.
 ATTEMPTS, CALMER, IMPROVEMENTS = 6, 0.5, 8

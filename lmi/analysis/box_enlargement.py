@@ -10,13 +10,14 @@ from numpy.typing import ArrayLike
 from takagi.lmi.analysis.common_quadratic import common_lyapunov, rate_of
 from takagi.lmi.analysis.growth_condition import box_enlargement_condition, growth_allowed
 from takagi.lmi.analysis.loop_growth import EnlargedLoops, Law, enlarged_loops
-from takagi.lmi.answer import Answer, Floats, Try
+from takagi.lmi.answer import Answer, Try
 from takagi.lmi.argument_checks import Vertices, number, sample_time_of
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.outcome import promised
 from takagi.lmi.decision.vertex_rounds import ALL_AT_ONCE
 from takagi.lmi.parameter_search.largest_parameter import Extreme, extreme_parameter
 from takagi.lmi.solver.time_limit import limited
+from takagi.models.arrays import Floats
 
 __all__ = ["max_box_enlargement", "wide_box"]
 

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.mean_states import states_of_mean
 from takagi.lmi.analysis.slow_modes import slow_vertex
-from takagi.lmi.answer import Answer, Floats
+from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import (
     Vertices,
     number,
@@ -32,6 +32,7 @@ from takagi.lmi.decision.decide import Outcome
 from takagi.lmi.decision.diagnosis import binding_items
 from takagi.lmi.decision.vertex_rounds import CHUNK, decide_by_rounds
 from takagi.lmi.solver.time_limit import limited, out_of_time
+from takagi.models.arrays import Floats
 
 __all__ = ["common_lyapunov", "common_lyapunov_condition", "rate_of"]
 

@@ -14,7 +14,7 @@ from takagi.lmi.analysis.common_quadratic import (
     rates_of,
     vertex_weight,
 )
-from takagi.lmi.answer import Answer, Floats, Try
+from takagi.lmi.answer import Answer, Try
 from takagi.lmi.argument_checks import Vertices, number, sample_time_of, vertex_stack
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.condition.term import Condition
@@ -24,6 +24,7 @@ from takagi.lmi.decision.outcome import promised
 from takagi.lmi.decision.vertex_rounds import first_vertices
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.solver.time_limit import limited
+from takagi.models.arrays import Floats
 
 __all__ = ["fast_decay", "max_decay_rate"]
 

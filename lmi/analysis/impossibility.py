@@ -12,15 +12,14 @@ Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3 (theorems of 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.lmi.argument_checks import vertex_stack
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
 from takagi.lmi.decision.decide import decide
+from takagi.models.arrays import Floats
 
 __all__ = ["impossibility_condition", "impossibility_multipliers"]
-
-Floats = NDArray[np.float64]
 
 
 def impossibility_condition(

@@ -21,11 +21,11 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
+
+from takagi.models.arrays import Floats
 
 __all__ = ["Contraction", "contraction", "lyapunov_candidates"]
 
-Floats = NDArray[np.float64]
 MULTIPLIERS = (0.3, 0.6, 0.9, 0.1)
 SHIFTS = (0.0, 0.5, 0.85)
 ROOM = 1e-3

@@ -19,11 +19,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.analysis.common_quadratic import common_lyapunov
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
 from takagi.lmi.decision.decide import optimise
+from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
 __all__ = [
@@ -35,8 +35,7 @@ __all__ = [
     "slacks",
 ]
 
-Floats = NDArray[np.float64]
-Groups = NDArray[np.intp]
+Groups = Indices
 
 FIRST, ADDED, ROUNDS = 60, 60, 25
 MULTIPLIERS = np.geomspace(5e-4, 0.8, 60)

@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.loop_pairs import gain_stack, pairs_of
-from takagi.lmi.answer import Floats
 from takagi.lmi.argument_checks import Vertices, corners_of, input_stack, vertex_stack
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 
 __all__ = ["EnlargedLoops", "Law", "enlarged_loops"]

@@ -13,13 +13,11 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.argument_checks import rate_parameter
+from takagi.models.arrays import Floats
 
 __all__ = ["states_of_mean"]
-
-Floats = NDArray[np.float64]
 
 
 def states_of_mean(A: Floats, alpha: float, step: float | None) -> Floats | None:

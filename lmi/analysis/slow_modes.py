@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi.argument_checks import rate_parameter
+from takagi.models.arrays import Floats
 
 __all__ = ["decays_exactly", "slow_vertex"]
 
-Floats = NDArray[np.float64]
 
 # Vertices that are looked at, slowest first; the others are left to the solver.
 MOST = 8

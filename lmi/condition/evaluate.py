@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.condition.term import LMI, Array, Condition
+from takagi.models.arrays import Floats
 
 __all__ = ["SMALLEST_MARGIN", "holds", "lmi_value", "margin", "shares", "smallest_eigenvalues"]
 
@@ -52,7 +52,7 @@ def lmi_value(
 
 def smallest_eigenvalues(condition: Condition, lmi: LMI, values: Mapping[str, Array]) -> Array:
     """Return lambda_min(sign F_k), (count,), by numpy from the values alone."""
-    F: NDArray[np.float64] = lmi.sign * lmi_value(lmi, values, condition.parameters)
+    F: Floats = lmi.sign * lmi_value(lmi, values, condition.parameters)
     return np.asarray(np.linalg.eigvalsh((F + F.transpose(0, 2, 1)) / 2)[:, 0])
 
 
@@ -62,7 +62,7 @@ def shares(condition: Condition, lmi: LMI, values: Mapping[str, Array]) -> Array
     In the units that ``LMI`` states for its tolerance: a non-strict LMI holds where this is at
     least -tolerance.
     """
-    F: NDArray[np.float64] = lmi.sign * lmi_value(lmi, values, condition.parameters)
+    F: Floats = lmi.sign * lmi_value(lmi, values, condition.parameters)
     root = np.sqrt(_sizes(lmi, values, condition.parameters))
     inside = (F + F.transpose(0, 2, 1)) / 2 / root[:, :, None] / root[:, None, :]
     return np.asarray(np.linalg.eigvalsh(inside)[:, 0])

@@ -20,9 +20,10 @@ from fractions import Fraction
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.lmi.condition.term import Array
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["EigenvalueRegion", "Region", "RegionPart"]
@@ -71,7 +72,7 @@ class RegionPart:
         as_fraction = np.vectorize(Fraction, otypes=[object])
         return as_fraction(L), as_fraction(M)
 
-    def excess(self, z: ArrayLike) -> NDArray[np.float64]:
+    def excess(self, z: ArrayLike) -> Floats:
         """Return the largest eigenvalue of L + z M + conj(z) M', as z has shape; < 0 inside."""
         L, M = (matrix.astype(np.float64) for matrix in self.matrices)
         points = np.asarray(z, dtype=np.complex128)[..., None, None]
@@ -120,7 +121,7 @@ class EigenvalueRegion:
         inside = r",\; ".join(part.latex for part in self.parts)
         return rf"\{{z \in \mathbb{{C}} : {inside}\}}"
 
-    def excess(self, z: ArrayLike) -> NDArray[np.float64]:
+    def excess(self, z: ArrayLike) -> Floats:
         """Return the largest eigenvalue of all parts' L + z M + conj(z) M'; negative inside."""
         return np.asarray(np.max([part.excess(z) for part in self.parts], axis=0))
 

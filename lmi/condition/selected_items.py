@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from takagi.lmi.condition.item_labels import Labels
-from takagi.lmi.condition.term import LMI, Array, Constant, Indices, Term
+from takagi.lmi.condition.term import LMI, Array, Constant, Term
+from takagi.models.arrays import Indices
 
 __all__ = ["selected_items"]
 

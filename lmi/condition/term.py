@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi.condition.unknown import Unknown
+from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
 
 __all__ = ["Condition", "Constant", "LMI", "Term", "Unknown"]
 
 # float64, or objects that are exact fractions: builders pass either through unchanged.
 Array: TypeAlias = NDArray[Any]
-Indices: TypeAlias = NDArray[np.intp]
 Position: TypeAlias = tuple[int, int]
 
 # By how much a non-strict LMI may be missed where nothing else is said, relative to its size.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
 __all__ = ["Unknown", "triangle"]
@@ -69,7 +69,7 @@ class Unknown:
         """Return how many numbers all members have."""
         return self.count * self.entries
 
-    def entry_index(self) -> NDArray[np.intp]:
+    def entry_index(self) -> Indices:
         """Return (rows, cols): where entry (k, l) stands among the numbers of its member.
 
         Symmetric: upper triangle, column by column.  Otherwise row by row.
@@ -80,12 +80,12 @@ class Unknown:
         low, high = np.minimum(row, column), np.maximum(row, column)
         return np.asarray(high * (high + 1) // 2 + low)
 
-    def value(self, numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    def value(self, numbers: Floats) -> Floats:
         """Return (count, rows, cols) from the unknown's own numbers, (length,)."""
         members = np.arange(self.count)[:, None, None] * self.entries
         return np.asarray(numbers[members + self.entry_index()])
 
-    def numbers(self, value: NDArray[np.float64]) -> NDArray[np.float64]:
+    def numbers(self, value: Floats) -> Floats:
         """Return (length,): the inverse of ``value``."""
         flat = np.empty(self.length)
         members = np.arange(self.count)[:, None, None] * self.entries

@@ -11,12 +11,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from takagi.lmi.condition.term import LMI, Array, Condition, Indices, Term
+from takagi.lmi.condition.term import LMI, Array, Condition, Term
 from takagi.lmi.condition.unknown import triangle
+from takagi.models.arrays import Floats, Indices
 
 __all__ = ["Assembled", "Cone", "assemble", "pack", "unpack"]
-
-Floats = NDArray[np.float64]
 
 
 class Cone(NamedTuple):

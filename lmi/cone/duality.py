@@ -8,14 +8,13 @@ times its size is allowed for.  So these bounds are good to solver accuracy, and
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.cone.assemble import pack, unpack
 from takagi.lmi.cone.program import ConeProgram, Raw
+from takagi.models.arrays import Floats
 
 __all__ = ["in_dual_cone", "least_objective_bound", "margin_bound"]
 
-Floats = NDArray[np.float64]
 
 ALLOWED = 10.0
 # Share of |b| . |z| by which b . z must be negative to be told from zero.

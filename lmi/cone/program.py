@@ -7,13 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from takagi.lmi.cone.assemble import Assembled, Cone
+from takagi.models.arrays import Floats
 
 __all__ = ["ConeProgram", "Raw", "SolverRow", "cone_program"]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.answer import Status
 from takagi.lmi.condition.evaluate import holds, margin
@@ -22,10 +21,10 @@ from takagi.lmi.cone.duality import in_dual_cone, margin_bound
 from takagi.lmi.cone.program import ConeProgram, Raw
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.refutation.contradiction import contradiction
+from takagi.models.arrays import Floats
 
 __all__ = ["exactly_judged", "judged", "says_no", "values_of"]
 
-Floats = NDArray[np.float64]
 
 # What the solver's tolerances can distinguish from zero.
 SMALLEST_BOUND = 1e-7

@@ -19,7 +19,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.answer import Try
 from takagi.lmi.condition.evaluate import SMALLEST_MARGIN, holds, margin
@@ -51,7 +50,6 @@ from takagi.lmi.solver.time_limit import limited
 
 __all__ = ["SMALLEST_MARGIN", "Outcome", "decide", "improve", "optimise"]
 
-Floats = NDArray[np.float64]
 
 # Solvers that are asked where none of their multipliers shows a no, though the bound says one.
 DOUBTFUL = 3

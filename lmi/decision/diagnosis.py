@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from takagi.lmi.answer import Floats
 from takagi.lmi.condition.term import LMI, Condition
+from takagi.models.arrays import Floats
 
 __all__ = ["Share", "binding_items", "binding_shares", "shares_in_words"]
 

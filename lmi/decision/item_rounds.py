@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from takagi.lmi.answer import Floats, Try
+from takagi.lmi.answer import Try
 from takagi.lmi.condition.evaluate import (
     SMALLEST_MARGIN,
     holds,
@@ -20,12 +20,13 @@ from takagi.lmi.condition.evaluate import (
     smallest_eigenvalues,
 )
 from takagi.lmi.condition.selected_items import selected_items
-from takagi.lmi.condition.term import LMI, Condition, Indices
+from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.decision.decide import Outcome, decide, optimise
 from takagi.lmi.solver.solve import attempts, cone_program
 from takagi.lmi.solver.time_limit import limited
+from takagi.models.arrays import Floats, Indices
 
 __all__ = ["ALL_AT_ONCE", "decide_by_rounds", "optimise_by_rounds"]
 

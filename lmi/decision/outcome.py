@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.answer import Status, Try
 from takagi.lmi.condition.term import Condition
+from takagi.models.arrays import Floats
 
 __all__ = [
     "Outcome",
@@ -22,7 +22,6 @@ __all__ = [
     "promised",
 ]
 
-Floats = NDArray[np.float64]
 
 # How far above its bound an objective may be to pass for the least, relative, where less was asked
 # for: the bound is good to the solver's accuracy only.

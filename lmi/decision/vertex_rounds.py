@@ -8,19 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from takagi.lmi.answer import Floats, Try
+from takagi.lmi.answer import Try
 from takagi.lmi.condition.evaluate import smallest_eigenvalues
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import Outcome, decide
+from takagi.models.arrays import Floats, Indices
 
 __all__ = ["decide_by_rounds", "first_vertices"]
 
-Indices: TypeAlias = NDArray[np.intp]
 
 # Below this many vertices one solve of all is quicker than rounds.
 ALL_AT_ONCE = 48

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import nnls
 
-from takagi.lmi.answer import Answer, Floats
+from takagi.lmi.answer import Answer
+from takagi.models.arrays import Floats
 
 __all__ = ["UncontrollableBlend", "uncontrollable_blend"]
 

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.answer import Floats
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["secant_vertices"]

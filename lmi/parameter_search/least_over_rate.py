@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.solver.solve import Session, cone_program
+from takagi.models.arrays import Floats
 
 __all__ = ["least_objective", "least_over_rate", "unknowns_near_least"]
 
-Floats: TypeAlias = NDArray[np.float64]
 
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 # Held by this much, in units of order one, the LMIs withstand the solver's tolerances: what is

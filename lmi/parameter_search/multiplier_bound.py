@@ -15,8 +15,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from takagi.lmi.answer import Floats
 from takagi.lmi.condition.term import LMI, Condition, Term, Unknown
+from takagi.models.arrays import Floats
 
 __all__ = ["adjoint", "excluded_from"]
 

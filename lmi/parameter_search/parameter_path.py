@@ -22,9 +22,9 @@ from typing import Any
 
 import numpy as np
 
-from takagi.lmi.answer import Floats
 from takagi.lmi.cone.assemble import Cone, unpack
 from takagi.lmi.parameter_search.parameter_pencil import ParameterPencil, Values
+from takagi.models.arrays import Floats
 
 __all__ = ["follow_path"]
 

@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from takagi.lmi.answer import Floats
 from takagi.lmi.condition.evaluate import lmi_value, shares, smallest_eigenvalues
 from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.cone.assemble import Assembled, assemble, pack
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["WORST", "ParameterPencil", "Values", "allowed_value"]

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from takagi.lmi.condition.term import Indices
 from takagi.lmi.polynomials.simplex_polynomials import Basis, marginals
+from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
 __all__ = ["LyapunovFamily", "PolynomialLyapunov"]
-
-Floats: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

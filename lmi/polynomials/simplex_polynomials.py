@@ -29,13 +29,13 @@ from math import comb, factorial
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from takagi.lmi.condition.term import Array, Indices
+from takagi.lmi.condition.term import Array
+from takagi.models.arrays import Floats, Indices
 
 __all__ = ["Basis", "Degrees", "Known", "Products", "marginals", "products"]
 
-Floats: TypeAlias = NDArray[np.float64]
 Degrees: TypeAlias = tuple[int, ...]
 
 _fraction = np.frompyfunc(Fraction, 2, 1)

@@ -6,17 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations_with_replacement
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from takagi.lmi.condition.term import Array, Indices
+from takagi.lmi.condition.term import Array
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known, products
+from takagi.models.arrays import Floats, Indices
 
 __all__ = ["Contributions", "UnknownPolynomial", "contributions", "substituted"]
 
-Floats: TypeAlias = NDArray[np.float64]
 
 _fraction = np.frompyfunc(Fraction, 1, 1)
 

@@ -17,8 +17,9 @@ from fractions import Fraction
 import numpy as np
 
 from takagi.lmi.condition.exact import fractions
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Indices, Term
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
 from takagi.lmi.condition.unknown import triangle
+from takagi.models.arrays import Indices
 
 __all__ = ["Adjoint", "Block", "adjoint", "over_one_denominator"]
 

@@ -16,15 +16,14 @@ Where every such z is singular, only exact arithmetic finds one (``exact_no``).
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.cone.assemble import pack, unpack
 from takagi.lmi.cone.program import ConeProgram
 from takagi.lmi.refutation.multiplier_equalities import Equalities, equalities_of
+from takagi.models.arrays import Floats
 
 __all__ = ["contradiction"]
 
-Floats = NDArray[np.float64]
 
 # Corrections, one after another; how far each may go towards a singular multiplier.
 STEPS, FARTHEST = 6, 0.9

@@ -7,7 +7,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from takagi.lmi.condition.term import Array, Indices
+from takagi.lmi.condition.term import Array
+from takagi.models.arrays import Indices
 
 __all__ = ["is_definite", "is_semidefinite"]
 

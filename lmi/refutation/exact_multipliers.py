@@ -12,10 +12,10 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import qr
 
-from takagi.lmi.answer import Floats
-from takagi.lmi.condition.term import Array, Indices
+from takagi.lmi.condition.term import Array
 from takagi.lmi.refutation.adjoint import over_one_denominator
 from takagi.lmi.refutation.multiplier_face import Face
+from takagi.models.arrays import Floats, Indices
 
 __all__ = ["exact_near"]
 

@@ -20,12 +20,12 @@ from fractions import Fraction
 
 import numpy as np
 
-from takagi.lmi.answer import Floats
 from takagi.lmi.condition.exact import exact_matrices, fractions
 from takagi.lmi.condition.term import LMI, Array, Condition, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.refutation.adjoint import Adjoint, Block
 from takagi.lmi.refutation.definiteness import is_definite
+from takagi.models.arrays import Floats
 
 __all__ = ["fault_of_function", "function_that_decays"]
 

@@ -10,14 +10,13 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from takagi.lmi.condition.term import Indices
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.cone.assemble import unpack
 from takagi.lmi.cone.program import ConeProgram
+from takagi.models.arrays import Floats, Indices
 
 __all__ = ["Equalities", "equalities_of"]
 
-Floats = NDArray[np.float64]
 
 # Reciprocal condition number below which a row of A' follows from others.
 DEPENDENT = 1e-13

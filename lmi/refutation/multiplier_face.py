@@ -14,10 +14,10 @@ from math import lcm
 import numpy as np
 from scipy.linalg import qr
 
-from takagi.lmi.answer import Floats
-from takagi.lmi.condition.term import Array, Indices
+from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.refutation.adjoint import Adjoint
+from takagi.models.arrays import Floats, Indices
 
 __all__ = ["Face", "faces_near", "open_face", "packed_places", "restricted_to_face"]
 

@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from takagi.lmi.answer import Answer, Design, Floats
-from takagi.lmi.condition.term import Array, Condition, Indices
+from takagi.lmi.answer import Answer, Design
+from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.cone.assemble import Assembled, Cone, assemble, unpack
 from takagi.lmi.refutation.adjoint import Adjoint, adjoint
@@ -32,6 +32,7 @@ from takagi.lmi.refutation.exact_multipliers import exact_near
 from takagi.lmi.refutation.indefinite import function_that_decays
 from takagi.lmi.refutation.multiplier_face import Face, faces_near, open_face, packed_places
 from takagi.lmi.solver.solve import ConeProgram, attempts
+from takagi.models.arrays import Floats, Indices
 
 __all__ = ["exact_no", "rigorous_no"]
 

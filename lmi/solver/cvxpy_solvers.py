@@ -10,15 +10,14 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.cone.program import ConeProgram, Raw
 from takagi.lmi.solver.time_limit import out_of_time, remaining, stopped
+from takagi.models.arrays import Floats
 
 __all__ = ["with_cvxpy", "with_others"]
 
-Floats = NDArray[np.float64]
 
 # Most accurate first.
 OTHERS = ("MOSEK", "CVXOPT", "SCS")

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from takagi.lmi.condition.term import Indices
 from takagi.lmi.cone.program import ConeProgram
 from takagi.lmi.solver.incidence import Incidence, incidence
+from takagi.models.arrays import Indices
 
 __all__ = ["Guide", "guide"]
 

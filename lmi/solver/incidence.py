@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.condition.term import Indices
 from takagi.lmi.cone.program import ConeProgram
+from takagi.models.arrays import Indices
 
 __all__ = ["Incidence", "incidence"]
 

@@ -17,14 +17,13 @@ from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.cone.program import ConeProgram, Raw
+from takagi.models.arrays import Floats
 
 __all__ = ["Scaling", "scaling_of"]
 
-Floats = NDArray[np.float64]
 
 # How far the scales of LMIs, and those of variables, may lie apart.
 FARTHEST = 2.0**40

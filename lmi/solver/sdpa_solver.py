@@ -21,19 +21,18 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-from takagi.lmi.condition.term import Indices
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.cone.assemble import Cone
 from takagi.lmi.cone.program import ConeProgram, Raw
 from takagi.lmi.solver.incidence import incidence
 from takagi.lmi.solver.solver_choice import sdpa_iteration
 from takagi.lmi.solver.time_limit import remaining, stopped
+from takagi.models.arrays import Floats, Indices
 
 __all__ = ["sdpa_is_installed", "with_sdpa"]
 
-Entries: TypeAlias = tuple[Indices, Indices, NDArray[np.float64]]
+Entries: TypeAlias = tuple[Indices, Indices, Floats]
 
 # Where the iterates begin: a multiple of the identity, to be larger than the solution.  Too small
 # and sdpa stops at once without a step; then it is called again with a larger one.

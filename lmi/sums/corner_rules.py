@@ -10,7 +10,7 @@ from typing import Protocol, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.condition.term import Indices
+from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
 
 __all__ = ["Corners", "HasPremises", "ProductRules", "product_rules"]

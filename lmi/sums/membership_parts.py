@@ -14,10 +14,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from takagi.lmi.answer import Floats
-from takagi.lmi.condition.term import Indices, Unknown
+from takagi.lmi.condition.term import Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis
 from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.models.arrays import Floats, Indices
 
 __all__ = ["double_sums", "rate_parts", "rule_table", "swapped_rules"]
 

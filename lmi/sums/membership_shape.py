@@ -28,6 +28,7 @@ from takagi.lmi.condition.term import LMI, Array, Term, Unknown
 from takagi.lmi.sums.corner_rules import Corners, HasPremises, product_rules
 from takagi.lmi.sums.double_sum import DoubleSum, SumPart
 from takagi.lmi.sums.rule_pairs import SLACK_SHARE, slack_unknown
+from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
 __all__ = ["neighbouring_rules", "product_bounds", "with_overlap", "with_shape"]
@@ -159,7 +160,7 @@ def neighbouring_rules(source: HasPremises | Corners) -> NDArray[np.bool_]:
     return np.asarray((np.abs(corners[:, None] - corners[None]) <= 1).all(axis=2))
 
 
-def _largest(exponents: NDArray[np.intp]) -> Fraction:
+def _largest(exponents: Indices) -> Fraction:
     """Return max of w^e on the simplex, prod_c (e_c / |e|)^(e_c)."""
     degree = int(exponents.sum())
     value = Fraction(1)
@@ -168,7 +169,7 @@ def _largest(exponents: NDArray[np.intp]) -> Fraction:
     return value
 
 
-def _checked(bounds: ArrayLike, rules: int) -> NDArray[np.float64]:
+def _checked(bounds: ArrayLike, rules: int) -> Floats:
     """Return float bounds, never below the given ones."""
     try:
         given = np.asarray(bounds)
@@ -198,9 +199,7 @@ def _checked(bounds: ArrayLike, rules: int) -> NDArray[np.float64]:
     return np.where(np.isfinite(b) & (b < given), np.nextafter(b, np.inf), b)
 
 
-def _with_multipliers(
-    loop: DoubleSum, b: NDArray[np.float64], i: NDArray[np.intp], j: NDArray[np.intp]
-) -> Shaped:
+def _with_multipliers(loop: DoubleSum, b: Floats, i: Indices, j: Indices) -> Shaped:
     r, n = loop.rules, loop.size
     one = np.eye(n)
     N = slack_unknown(loop, "N", n, count=len(i))

@@ -6,7 +6,7 @@ from math import comb
 
 import numpy as np
 
-from takagi.lmi.condition.term import Indices
+from takagi.models.arrays import Indices
 
 __all__ = ["count_of", "multisets", "numbers_of"]
 

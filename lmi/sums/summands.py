@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from takagi.lmi.condition.term import Array, Indices, Position, Unknown
+from takagi.lmi.condition.term import Array, Position, Unknown
+from takagi.models.arrays import Floats, Indices
 
 __all__ = ["KnownBlock", "Member", "SumPart", "Summand", "Weights", "changes_with_gain"]
 
-Weights: TypeAlias = NDArray[np.float64]
+Weights: TypeAlias = Floats
 # Which member of its unknown a part takes: the first, that of the vertex, that of the gain; or a
 # table (r, g) of members.
 Member: TypeAlias = Literal["first", "vertex", "gain"] | Indices

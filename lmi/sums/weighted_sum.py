@@ -9,8 +9,9 @@ from fractions import Fraction
 import numpy as np
 import scipy.sparse as sp
 
-from takagi.lmi.condition.term import Array, Constant, Indices, Term
+from takagi.lmi.condition.term import Array, Constant, Term
 from takagi.lmi.sums.summands import KnownBlock, Summand, SumPart, Weights
+from takagi.models.arrays import Indices
 
 __all__ = ["constant_of", "same_term", "term_of"]
 

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi.gains.cost.guaranteed_cost import guaranteed_cost_gain
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule
@@ -31,7 +32,6 @@ from takagi.models.turbine.data import Turbine
 
 __all__ = ["EffortDesign", "EffortSettings", "effort_gains"]
 
-Floats = NDArray[np.float64]
 CURVE_POINTS = 25
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.turbine.regional_condition import ActuatorBound, regional_gain_condition
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
@@ -20,7 +19,6 @@ from takagi.models.turbine.trim import TrimPoint, trim
 
 __all__ = ["FULL_LOAD", "PARTIAL_LOAD", "RegionRequest", "Requirement", "region_request"]
 
-Floats: TypeAlias = NDArray[np.float64]
 
 WIND_SAMPLES = 43
 

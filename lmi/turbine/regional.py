@@ -14,10 +14,8 @@ and an integral that starts elsewhere are not part of it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.analysis.common_quadratic import rate_of
 from takagi.lmi.answer import Status, Try
@@ -25,6 +23,7 @@ from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.turbine.region_diagnosis import why_none
 from takagi.lmi.turbine.region_request import FULL_LOAD, PARTIAL_LOAD, Requirement, region_request
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
@@ -41,7 +40,6 @@ __all__ = [
     "regional_gains",
 ]
 
-Floats: TypeAlias = NDArray[np.float64]
 
 RELAXATION = "none needed: one input matrix in all rules"
 # The least demand is approached to this share; at the least value no inequality has room.

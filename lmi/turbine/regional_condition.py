@@ -23,15 +23,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
 from takagi.lmi.gains.requirements.limits import initial_lmis, input_lmis, state_lmis
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["ActuatorBound", "regional_gain_condition"]
 
-Floats = NDArray[np.float64]
 
 # Largest eigenvalue of Q in scaled states: the ellipsoid may reach this many times (squared) the
 # states' ranges.  It only keeps the unknowns bounded.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from takagi.lmi.answer import Answer, Floats
+from takagi.lmi.answer import Answer
 from takagi.lmi.condition.shown_rate import shown_rate
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import Outcome, decide
@@ -12,6 +12,7 @@ from takagi.lmi.decision.diagnosis import binding_items
 from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov
 from takagi.lmi.polynomials.simplex_polynomials import Basis
 from takagi.lmi.varying.parameter_loop import VaryingLoop
+from takagi.models.arrays import Floats
 
 __all__ = ["decided_lyapunov", "lyapunov_in_states", "no_lyapunov"]
 

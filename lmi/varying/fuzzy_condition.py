@@ -21,7 +21,6 @@ from fractions import Fraction
 import numpy as np
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
-from takagi.lmi.answer import Floats
 from takagi.lmi.argument_checks import rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees
@@ -38,6 +37,7 @@ from takagi.lmi.varying.parameter_condition import (
 )
 from takagi.lmi.varying.parameter_loop import VaryingLoop
 from takagi.lmi.varying.parameter_motion import motion_of, still_motion
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["Question", "RATE_SOURCES", "rate_slack", "slack_unknown"]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
-from takagi.lmi.answer import Answer, Floats
+from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Term, Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis
@@ -28,6 +28,7 @@ from takagi.lmi.varying.parameter_condition import (
 from takagi.lmi.varying.parameter_loop import varying_loop
 from takagi.lmi.varying.parameter_motion import kept_degrees, motion_of
 from takagi.lmi.varying.parameter_space import RateBounds, degrees_of, membership_rates
+from takagi.models.arrays import Floats
 
 __all__ = ["function_at_points"]
 

@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.loop_pairs import gain_stack
 from takagi.lmi.analysis.slow_modes import slow_vertex
-from takagi.lmi.answer import Floats
 from takagi.lmi.argument_checks import Vertices, input_stack, sample_time_of, vertex_stack
 from takagi.lmi.condition.term import Array
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.polynomials.simplex_polynomials import Known, marginals
 from takagi.lmi.varying.parameter_space import Space, space_of
+from takagi.models.arrays import Floats
 
 __all__ = ["VaryingLoop", "varying_loop"]
 

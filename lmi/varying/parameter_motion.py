@@ -11,15 +11,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
 from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial, substituted
 from takagi.lmi.varying.parameter_space import Space
 from takagi.lmi.varying.rate_polytopes import step_corners, velocity_corners
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = [
@@ -32,7 +31,6 @@ __all__ = [
     "still_motion",
 ]
 
-Floats: TypeAlias = NDArray[np.float64]
 
 MOST_CORNERS = 1024
 

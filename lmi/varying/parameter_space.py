@@ -9,10 +9,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.answer import Floats
 from takagi.lmi.argument_checks import corners_of
-from takagi.lmi.condition.term import Array, Indices
+from takagi.lmi.condition.term import Array
 from takagi.lmi.polynomials.simplex_polynomials import Degrees, Known
+from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError, did_you_mean
 
 __all__ = ["RateBounds", "Space", "degrees_of", "membership_rates", "polya_of", "space_of"]

@@ -10,16 +10,14 @@ Peres (2009), Automatica 45(11), for the second.
 from __future__ import annotations
 
 from itertools import product
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["step_corners", "velocity_corners"]
 
-Floats: TypeAlias = NDArray[np.float64]
 
 # Memberships of one simplex that may move with bounds of their own: corners multiply beyond it.
 MOST_MOVING = 12

@@ -32,7 +32,7 @@ from takagi.lmi.analysis.disturbance.channel import (
     disturbance_channel,
     near_least,
 )
-from takagi.lmi.answer import Answer, Floats
+from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, rate_parameter
 from takagi.lmi.condition.evaluate import lmi_value
 from takagi.lmi.condition.term import LMI, Condition, Term, Unknown
@@ -60,6 +60,7 @@ from takagi.lmi.varying.parameter_space import (
     space_of,
 )
 from takagi.lmi.varying.parameter_terms import TermCoefficients
+from takagi.models.arrays import Floats
 
 __all__ = ["robust_hinf_norm", "robust_hinf_norm_condition"]
 

@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.blending.blending import SHARE, Actuator, Blending
 from takagi.models.errors import ModelError
 from takagi.models.ramps.effort_ramp import effort_ramp
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     import sympy as sp
 
 __all__ = ["RunTimeBlending", "RunningBlend"]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,14 +7,13 @@ from math import isfinite
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.files.toml_document import read_text
 
 __all__ = ["CoefficientTable", "read_coefficient_table"]
 
-Array = NDArray[np.float64]
 FIRST_LINE = "takagi coefficient table 1"
 ROWS = "tip-speed ratio [-]"
 COLUMNS = {"collective pitch [deg]": np.pi / 180, "collective pitch [rad]": 1.0}
@@ -25,9 +24,9 @@ NEEDED = ("quantity", "rows", "columns", "source", "licence")
 class CoefficientTable:
     """values[i, j] at tip_speed_ratio[i] [-] and pitch[j] [rad]; header as the file gives it."""
 
-    tip_speed_ratio: Array
-    pitch: Array
-    values: Array
+    tip_speed_ratio: Floats
+    pitch: Floats
+    values: Floats
     header: dict[str, str]
 
 

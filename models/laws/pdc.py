@@ -7,8 +7,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.vertex_arrays import finite_array
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
     from takagi.models.blending.run_time import RunTimeBlending
 
 __all__ = ["PdcLaw"]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

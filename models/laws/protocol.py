@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
+from takagi.models.arrays import Floats
 
 __all__ = ["Command", "Law", "Measurement"]
 
@@ -48,16 +47,14 @@ class Law(Protocol):
         """Names of the controller's states with their units, e.g. ``"integral [rad]"``."""
         ...
 
-    def initial_state(self, wind: float) -> NDArray[np.float64]:
+    def initial_state(self, wind: float) -> Floats:
         """Return the state in which the law rests at the trim of a constant wind [m/s]."""
         ...
 
-    def command(self, state: NDArray[np.float64], measurement: Measurement) -> Command:
+    def command(self, state: Floats, measurement: Measurement) -> Command:
         """Return the command at this state and measurement."""
         ...
 
-    def state_rate(
-        self, state: NDArray[np.float64], measurement: Measurement
-    ) -> NDArray[np.float64]:
+    def state_rate(self, state: Floats, measurement: Measurement) -> Floats:
         """Return the time derivative of the state, same shape and order as ``state_names``."""
         ...

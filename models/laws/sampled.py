@@ -23,21 +23,21 @@ from math import inf, isfinite
 from typing import NamedTuple, Protocol, cast, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Command, Law, Measurement
 
 __all__ = ["ProgramState", "SampledLaw", "Sampling", "require_times", "sampled"]
-
-Array = NDArray[np.float64]
 
 
 @runtime_checkable
 class Sampling(Protocol):
     """A law that discretises itself, better than by an Euler step."""
 
-    def sample(self, state: Array, measurement: Measurement, time: float) -> tuple[Command, Array]:
+    def sample(
+        self, state: Floats, measurement: Measurement, time: float
+    ) -> tuple[Command, Floats]:
         """Return the command at a sample, and the state at the next one, ``time`` [s] later."""
         ...
 
@@ -45,7 +45,7 @@ class Sampling(Protocol):
 class ProgramState(NamedTuple):
     """What the program keeps between two samples: the law's states, and what it sent last."""
 
-    law_state: Array
+    law_state: Floats
     sent: Command
 
 
@@ -129,7 +129,9 @@ def require_times(sample_time: float, computation_time: float) -> None:
         )
 
 
-def sampled(law: Law, state: Array, measurement: Measurement, time: float) -> tuple[Command, Array]:
+def sampled(
+    law: Law, state: Floats, measurement: Measurement, time: float
+) -> tuple[Command, Floats]:
     """Return a law's command at a sample, and its states at the next one, ``time`` [s] later.
 
     By the law's own ``sample`` where it has one, else state + time times its rate.

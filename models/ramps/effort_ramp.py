@@ -11,14 +11,14 @@ not deliver the other does.  In the words of the coupling filter, f1 = psi' and 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from takagi.models.arrays import Floats
 
 __all__ = ["effort_ramp", "effort_ramp_slope"]
 
-Array = NDArray[np.float64]
 
-
-def effort_ramp(effort: ArrayLike, overlap: float) -> Array:
+def effort_ramp(effort: ArrayLike, overlap: float) -> Floats:
     """Return psi(s), the part of the effort above the corner.
 
     Parameters
@@ -31,7 +31,7 @@ def effort_ramp(effort: ArrayLike, overlap: float) -> Array:
     return np.asarray(np.where(s > overlap, s, middle), dtype=np.float64)
 
 
-def effort_ramp_slope(effort: ArrayLike, overlap: float) -> Array:
+def effort_ramp_slope(effort: ArrayLike, overlap: float) -> Floats:
     """Return psi'(s) in [0, 1], the share of a change of effort that pitch delivers."""
     s = np.asarray(effort, dtype=np.float64)
     return np.asarray(np.clip((s + overlap) / (2 * overlap), 0.0, 1.0), dtype=np.float64)

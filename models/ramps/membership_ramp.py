@@ -16,13 +16,13 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 
 __all__ = ["Ramp", "Shape", "rated_speed_ramp"]
 
-Array: TypeAlias = NDArray[np.float64]
 Shape: TypeAlias = Literal["linear", "smooth"]
 
 # max of d/ds over [0, 1]: 1 for s, and 6 s (1 - s) = 3/2 at s = 1/2.
@@ -79,17 +79,17 @@ class Ramp:
             return 1.0
         return s if self.shape == "linear" else s * s * (3.0 - 2.0 * s)
 
-    def __call__(self, x: ArrayLike) -> Array:
+    def __call__(self, x: ArrayLike) -> Floats:
         """Return w_2(x), elementwise."""
         s = np.clip((np.asarray(x, dtype=np.float64) - self.start) / self.width, 0.0, 1.0)
         return np.asarray(s if self.shape == "linear" else s * s * (3.0 - 2.0 * s))
 
-    def weights(self, x: ArrayLike) -> Array:
+    def weights(self, x: ArrayLike) -> Floats:
         """Return (w_1, w_2) stacked on the first axis; both in [0, 1], sum 1."""
         second = self(x)
         return np.stack((1.0 - second, second))
 
-    def slope(self, x: ArrayLike) -> Array:
+    def slope(self, x: ArrayLike) -> Floats:
         """Return dw_2/dx, elementwise; 0 at the two kinks of the linear shape."""
         s = (np.asarray(x, dtype=np.float64) - self.start) / self.width
         inside = (s > 0.0) & (s < 1.0)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, exact
 from takagi.models.ranges.domain import as_domain
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from takagi.models.ranges.domain import Domain, DomainLike
 
 __all__ = ["SampledBounds", "moved_into", "sampled_bounds"]
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class SampledBounds(NamedTuple):
@@ -100,8 +98,8 @@ def sampled_bounds(
 
 
 def moved_into(
-    domain: Domain, symbols: Sequence[sp.Symbol], points: Array, chance: np.random.Generator
-) -> Array:
+    domain: Domain, symbols: Sequence[sp.Symbol], points: Floats, chance: np.random.Generator
+) -> Floats:
     """Return points, (k, number of symbols), with the domain's variables moved into its cells.
 
     Columns of symbols that a cell does not contain stay as they are.
@@ -125,7 +123,7 @@ def moved_into(
 
 def _drawn(
     cell: Cell, symbols: Sequence[sp.Symbol], points: int, chance: np.random.Generator
-) -> Array:
+) -> Floats:
     """Return random points of the cell's box, (points, number of symbols)."""
     shares = chance.random((points, len(symbols)))
     at_ends = chance.random(shares.shape) < 0.5

@@ -15,12 +15,12 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import exact
 
 __all__ = ["Decimals", "residual", "root_above", "row_sums_are_one"]
 
-Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[Any]  # Python integers, of any size
 
 

@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import product
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.equations.equations import Factored
 from takagi.models.intervals.interval import Interval
 from takagi.models.sector.multilinear import MultiAffine, multi_affine
 
 __all__ = ["HullSpread"]
 
-Floats: TypeAlias = NDArray[np.float64]
 DIRECTIONS = 64
 
 

@@ -8,8 +8,9 @@ from fractions import Fraction
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 from takagi.models.reduction.error_bound import LETTERS, ErrorBound, error_bound
 from takagi.models.reduction.exact_residual import residual, row_sums_are_one
@@ -18,8 +19,6 @@ from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import Premise
 
 __all__ = ["MergedModel", "ReducedModel", "bounded_reduction"]
-
-Floats: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +45,7 @@ class ReducedModel:
     model: TSModel
     error: ErrorBound
     modes: tuple[tuple[str, ...], ...]
-    corners: NDArray[np.intp]
+    corners: Indices
     factors: tuple[Floats, ...]
 
     @property

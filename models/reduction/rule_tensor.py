@@ -11,18 +11,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import prod
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 from takagi.models.reduction.error_bound import LETTERS, Place
 from takagi.models.ts.model import TSModel
 
 __all__ = ["RuleTensor", "mode_spectrum", "rule_tensor", "varying_entries"]
 
-Floats: TypeAlias = NDArray[np.float64]
 # Below this share of the largest, a singular value is what rounding leaves of zero.
 NOTHING = 1e-12
 
@@ -42,7 +40,7 @@ class RuleTensor:
 
     modes: tuple[tuple[str, ...], ...]
     sizes: tuple[int, ...]
-    corners: NDArray[np.intp]
+    corners: Indices
     values: Floats
     places: tuple[Place, ...]
 

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["simplex_weights"]
 
-Floats: TypeAlias = NDArray[np.float64]
 PLACES = 12  # of the decimals; sums of so many digits are exact in integers below 2**53
 MOST_STARTS = 32
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.reduction.reduced_model import ReducedModel, bounded_reduction
@@ -18,7 +17,6 @@ from takagi.models.ts.model import TSModel
 
 __all__ = ["reduce_rules"]
 
-Floats: TypeAlias = NDArray[np.float64]
 DIGITS = 14  # of the reduced vertices, so that what is exact in decimals stays so
 ROUNDING = 1e-9  # share of the tolerance by which floats may seem to miss it
 

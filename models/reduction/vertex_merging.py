@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.reduction.reduced_model import ReducedModel, bounded_reduction
@@ -15,8 +14,6 @@ from takagi.models.reduction.rule_tensor import RuleTensor, varying_entries
 from takagi.models.ts.model import TSModel
 
 __all__ = ["merge_vertices"]
-
-Floats: TypeAlias = NDArray[np.float64]
 
 
 def merge_vertices(model: TSModel, tolerance: Number) -> ReducedModel:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import Interval
 from takagi.models.ranges.sampled import moved_into
 from takagi.models.sector.factored_form import FactoredForm, Place
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["HullWidth"]
 
-Array: TypeAlias = NDArray[np.float64]
 SAMPLES = 400
 DIRECTIONS = 64
 
@@ -73,11 +72,11 @@ class HullWidth:
         ranges = [self._range(premise) for premise in form.premises]
         if any(r is None for r in ranges):
             return float("inf")
-        total: Array = np.zeros((DIRECTIONS, *(2,) * len(ranges)))
+        total: Floats = np.zeros((DIRECTIONS, *(2,) * len(ranges)))
         for place, polynomial in form.entries.items():
             letter, row, column = place
             scale = self.half[self.columns[letter][column]] / self.scale[letter][row]
-            value: Array = np.zeros((2,) * len(ranges))
+            value: Floats = np.zeros((2,) * len(ranges))
             for members, coefficient in polynomial.items():
                 term = np.full((1,) * len(ranges), float(coefficient) * scale)
                 for premise in members:

@@ -8,8 +8,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.vertex_product import VertexProduct
 
@@ -102,7 +102,7 @@ def multi_affine(
 
 def corner_values(
     polynomial: MultiAffine, corners: Sequence[tuple[Fraction, ...]]
-) -> tuple[tuple[int, ...], NDArray[np.float64]]:
+) -> tuple[tuple[int, ...], Floats]:
     """Return (premises, values): the polynomial at all corners of the premises it depends on.
 
     Each value is the exact rational, rounded once to the nearest float.

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import product
 
-import numpy as np
-from numpy.typing import NDArray
-
+from takagi.models.arrays import Floats
 from takagi.models.equations.step import Step
 from takagi.models.ts.premise import Premise
 from takagi.models.ts.vertex_product import VertexProduct
@@ -81,7 +79,7 @@ def _listed(varying: Sequence[Premise], corners: Sequence[tuple[int, ...]]) -> S
     return Step("Rules and their corners.", rf"\begin{{array}}{{{columns}}}{body}\end{{array}}")
 
 
-def _vertex(rule: int, stacks: Mapping[str, NDArray[np.float64]]) -> Step:
+def _vertex(rule: int, stacks: Mapping[str, Floats]) -> Step:
     shown = [
         rf"{letter}_{{{rule + 1}}} = " + _matrix(stack[rule])
         for letter, stack in stacks.items()
@@ -90,7 +88,7 @@ def _vertex(rule: int, stacks: Mapping[str, NDArray[np.float64]]) -> Step:
     return Step(f"Vertex {rule + 1}.", r",\quad ".join(shown))
 
 
-def _matrix(rows: NDArray[np.float64]) -> str:
+def _matrix(rows: Floats) -> str:
     body = r"\\".join(" & ".join(_number(value) for value in row) for row in rows)
     return rf"\begin{{pmatrix}}{body}\end{{pmatrix}}"
 

@@ -29,8 +29,8 @@ from dataclasses import dataclass
 from math import radians
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.turbine.data import Turbine
@@ -38,7 +38,6 @@ from takagi.models.turbine.trim import trim
 
 __all__ = ["BaselineLaw"]
 
-Array = NDArray[np.float64]
 # Pitch above its smallest from which torque is that of region 3 whatever the speed: OpenFAST 5-MW
 # controller source, whose smallest pitch is 0.
 REGION_3_PITCH = radians(1.0)
@@ -71,14 +70,14 @@ class BaselineLaw:
         if self.region_3 not in MODES:
             raise ModelError(f"region 3 {self.region_3!r} is not known; choose one of {MODES}")
 
-    def initial_state(self, wind: float) -> Array:
+    def initial_state(self, wind: float) -> Floats:
         """Return (w_f, x) at the trim of this wind [m/s], cut-in to cut-out being held."""
         turbine, figures = self.turbine, self.turbine.baseline
         point = trim(turbine, min(max(wind, turbine.cut_in), turbine.cut_out))
         integral = point.pitch / (self._gain(point.pitch) * figures.integral_gain)
         return np.array([turbine.gear_ratio * point.rotor_speed, integral])
 
-    def command(self, state: Array, measurement: Measurement) -> Command:
+    def command(self, state: Floats, measurement: Measurement) -> Command:
         """Return torque [N m] and pitch reference [rad]; pitch stays inside its range."""
         turbine, figures = self.turbine, self.turbine.baseline
         speed, integral = float(state[0]), float(state[1])
@@ -90,7 +89,7 @@ class BaselineLaw:
         pitch = min(max(wanted, turbine.pitch_min), turbine.pitch_max)
         return Command(self.torque(speed, measurement.pitch), pitch)
 
-    def state_rate(self, state: Array, measurement: Measurement) -> Array:
+    def state_rate(self, state: Floats, measurement: Measurement) -> Floats:
         """Return (w_f', x'); x' is 0 where x is at an end of its range and would leave it."""
         turbine = self.turbine
         speed, integral = float(state[0]), float(state[1])

@@ -13,8 +13,8 @@ from math import isfinite
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Command, Law, Measurement
 from takagi.models.laws.sampled import SampledLaw
@@ -31,21 +31,19 @@ from takagi.models.simulation.wind import WindSeries
 
 __all__ = ["Diverged", "Observer", "simulate"]
 
-Array = NDArray[np.float64]
-
 
 class Observer(Protocol):
     """What estimates the wind from speed [rad/s], pitch [rad] and torque (high-speed) [N m]."""
 
-    def initial_state(self, rotor_speed: float, wind: float) -> Array:
+    def initial_state(self, rotor_speed: float, wind: float) -> Floats:
         """Return the state for a measured speed and a first guess of the wind [m/s]."""
         ...
 
-    def wind_estimate(self, state: Array) -> float:
+    def wind_estimate(self, state: Floats) -> float:
         """Return the estimate [m/s]."""
         ...
 
-    def state_rate(self, state: Array, rotor_speed: float, pitch: float, torque: float) -> Array:
+    def state_rate(self, state: Floats, rotor_speed: float, pitch: float, torque: float) -> Floats:
         """Return the time derivative of the state."""
         ...
 
@@ -72,7 +70,7 @@ class _Sample(NamedTuple):
     command: Command
     torque: float
     loads: Loads
-    law_state: Array
+    law_state: Floats
 
 
 def simulate(
@@ -208,7 +206,7 @@ def _runge_kutta(
 
 
 def _history(
-    plant: SimulatedTurbine, law: SampledLaw, wind: WindSeries, time: Array, record: list[_Sample]
+    plant: SimulatedTurbine, law: SampledLaw, wind: WindSeries, time: Floats, record: list[_Sample]
 ) -> History:
     turbine = plant.turbine
     states = np.array([sample.state for sample in record])
@@ -249,7 +247,7 @@ def _history(
     )
 
 
-def _pitch_rate(plant: SimulatedTurbine, states: Array, references: Array) -> Array:
+def _pitch_rate(plant: SimulatedTurbine, states: Floats, references: Floats) -> Floats:
     if plant.drive == "second-order":
         return np.asarray(states[:, 2].copy(), dtype=np.float64)
     turbine, limit = plant.turbine, plant.pitch_rate_limit

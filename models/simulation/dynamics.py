@@ -7,8 +7,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine
 from takagi.models.simulation.wake import excess_sensitivity, wake_time_constant
 from takagi.models.splines.scalar_surface import scalar_surface
@@ -94,7 +94,7 @@ def plant_derivative(
     torque: float,
     pitch_reference: float,
     wind: float,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the time derivative of the plant's state, same order as ``state_names``.
 
     Parameters

@@ -7,14 +7,13 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.simulation.turbine_plant import Flag
 from takagi.models.turbine.aerodynamics import rotor_thrust
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind, trim
 
 __all__ = ["History"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,24 +37,24 @@ class History:
     law_name, wind_name : words for tables.
     """
 
-    time: Array
-    wind: Array
-    wind_estimate: Array
-    rotor_speed: Array
-    generator_speed: Array
-    pitch: Array
-    pitch_reference: Array
-    pitch_rate: Array
-    torque: Array
-    torque_command: Array
-    electrical_power: Array
-    rotor_torque: Array
-    thrust: Array
-    tower_displacement: Array
-    tower_velocity: Array
-    tower_moment: Array
-    plant_states: Array
-    law_states: Array
+    time: Floats
+    wind: Floats
+    wind_estimate: Floats
+    rotor_speed: Floats
+    generator_speed: Floats
+    pitch: Floats
+    pitch_reference: Floats
+    pitch_rate: Floats
+    torque: Floats
+    torque_command: Floats
+    electrical_power: Floats
+    rotor_torque: Floats
+    thrust: Floats
+    tower_displacement: Floats
+    tower_velocity: Floats
+    tower_moment: Floats
+    plant_states: Floats
+    law_states: Floats
     flags: NDArray[np.int64]
     plant_state_names: tuple[str, ...]
     law_state_names: tuple[str, ...]
@@ -72,7 +71,7 @@ class History:
         """Return the share of samples at which the flag stands [-]."""
         return float(np.mean((self.flags & flag.value) != 0))
 
-    def per_unit(self, turbine: Turbine) -> dict[str, Array]:
+    def per_unit(self, turbine: Turbine) -> dict[str, Floats]:
         """Return the series over their bases [-], by name; ``time`` stays in s.
 
         Bases: wind and its estimate by rated wind; rotor speed, torque and electrical power by

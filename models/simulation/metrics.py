@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 from math import degrees
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.models.errors import ModelError
 from takagi.models.simulation.history import History
@@ -14,7 +14,6 @@ from takagi.models.turbine.data import Turbine
 
 __all__ = ["Metrics", "damage_equivalent_load", "measure"]
 
-Array = NDArray[np.float64]
 # Wohler exponent of welded steel towers; 10 is usual for composite blades.
 TOWER_EXPONENT = 4.0
 REFERENCE_FREQUENCY = 1.0

@@ -10,8 +10,8 @@ from enum import IntFlag
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque
 from takagi.models.turbine.data import Turbine
@@ -101,7 +101,7 @@ class SimulatedTurbine:
                 return place
         return None
 
-    def initial_state(self, wind: float) -> tuple[NDArray[np.float64], TrimPoint]:
+    def initial_state(self, wind: float) -> tuple[Floats, TrimPoint]:
         """Return the resting state at a constant wind [m/s], and the trim it belongs to.
 
         Below cut-in and above cut-out the rotor starts from the trim at that end.

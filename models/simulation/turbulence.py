@@ -25,21 +25,20 @@ from collections.abc import Sequence
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.simulation.wind import TIME_STEP, WindSeries
 
 __all__ = ["kaimal_spectrum", "rotor_share", "same_turbulence", "turbulent_wind"]
 
-Array = NDArray[np.float64]
 # Quadrature points for the mean over the disc: 1e-6 against 2000 points up to 10 Hz.
 NODES = 300
 
 
 def kaimal_spectrum(
-    frequency: Array, mean: float, deviation: float, *, hub_height: float = 90.0
-) -> Array:
+    frequency: Floats, mean: float, deviation: float, *, hub_height: float = 90.0
+) -> Floats:
     """Return the one-sided point spectrum S(f) [(m/s)^2/Hz]; its integral is deviation^2.
 
     Parameters
@@ -54,8 +53,8 @@ def kaimal_spectrum(
 
 
 def rotor_share(
-    frequency: Array, mean: float, *, rotor_radius: float = 63.0, hub_height: float = 90.0
-) -> Array:
+    frequency: Floats, mean: float, *, rotor_radius: float = 63.0, hub_height: float = 90.0
+) -> Floats:
     """Return S_rotor(f) / S(f) = E[C(f, r)] [-]: 1 for a small rotor, falling with frequency.
 
     Source: see the head of this file.
@@ -144,7 +143,7 @@ def same_turbulence(
 
 def _realisation(
     mean: float, duration: float, seed: int, time_step: float, radius: float, height: float
-) -> Array:
+) -> Floats:
     """Return the fluctuation over the point deviation, one period and its first sample again."""
     samples = round(duration / time_step)
     frequency = np.arange(1, (samples + 1) // 2) / (samples * time_step)
@@ -158,7 +157,7 @@ def _realisation(
     return np.asarray(np.append(period, period[0]), dtype=np.float64)
 
 
-def _cut(shape: Array, duration: float, time_step: float) -> tuple[Array, Array]:
+def _cut(shape: Floats, duration: float, time_step: float) -> tuple[Floats, Floats]:
     kept = shape[: round(duration / time_step) + 1]
     return np.arange(len(kept), dtype=np.float64) * time_step, kept
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["WindSeries", "constant_wind", "gust_wind", "ramp_wind", "step_wind"]
 
-Array = NDArray[np.float64]
 TIME_STEP = 0.05
 # IEC 61400-1 (ed. 3), table 1: the NREL 5-MW is a class I B machine.
 REFERENCE_WIND = 50.0
@@ -37,8 +37,8 @@ class WindSeries:
     ModelError : sizes that differ, fewer than 2 samples, NaN, unsorted time, or wind <= 0.
     """
 
-    time: Array
-    speed: Array
+    time: Floats
+    speed: Floats
     name: str = "wind"
 
     def __post_init__(self) -> None:
@@ -65,7 +65,7 @@ class WindSeries:
         """Last time minus first [s]."""
         return float(self.time[-1] - self.time[0])
 
-    def at(self, time: ArrayLike) -> Array:
+    def at(self, time: ArrayLike) -> Floats:
         """Return the speed at these times [m/s]; the end values are held outside."""
         asked = np.asarray(time, dtype=np.float64)
         return np.asarray(np.interp(asked, self.time, self.speed), dtype=np.float64)
@@ -164,7 +164,7 @@ def gust_wind(
     if amplitude is not None:
         size = amplitude
 
-    def shape(time: Array) -> Array:
+    def shape(time: Floats) -> Floats:
         s = np.clip(time - begin, 0.0, GUST_DURATION) / GUST_DURATION
         wave = np.sin(3 * pi * s) * (1 - np.cos(2 * pi * s))
         return np.asarray(mean - 0.37 * size * wave, dtype=np.float64)
@@ -172,7 +172,7 @@ def gust_wind(
     return _sampled(shape, duration, name or f"gust at {mean:g} m/s")
 
 
-def _sampled(shape: Callable[[Array], Array], duration: float, name: str) -> WindSeries:
+def _sampled(shape: Callable[[Floats], Floats], duration: float, name: str) -> WindSeries:
     time = np.linspace(0.0, duration, max(2, round(duration / TIME_STEP) + 1))
     return WindSeries(time, shape(time), name)
 

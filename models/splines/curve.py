@@ -12,9 +12,10 @@ from functools import lru_cache
 from math import lcm
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline, make_interp_spline
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
 from takagi.models.splines.bernstein_coefficients import DEGREE, MAX_ORDER
@@ -22,7 +23,6 @@ from takagi.models.splines.exact_spline import ExactSpline, exact_bounds, exact_
 
 __all__ = ["Curve", "interpolate_curve"]
 
-Array = NDArray[np.float64]
 # A point given in other units lands on the edge only up to rounding: see models/splines/surface.py.
 EDGE = 1e-9
 # A curve is a surface that does not depend on y: one span [0, 1] with four equal coefficients.
@@ -45,8 +45,8 @@ class Curve:
     ModelError : sizes that do not fit, knots that do not increase, a number that is not finite.
     """
 
-    knots: Array
-    coefficients: Array
+    knots: Floats
+    coefficients: Floats
     name: str = "curve"
     x_name: str = "x"
     _spline: BSpline = field(init=False, repr=False)
@@ -74,7 +74,7 @@ class Curve:
         """Smallest and largest x of the table."""
         return float(self.knots[DEGREE]), float(self.knots[-DEGREE - 1])
 
-    def __call__(self, x: ArrayLike, dx: int = 0, *, clip: bool = False) -> Array:
+    def __call__(self, x: ArrayLike, dx: int = 0, *, clip: bool = False) -> Floats:
         """Return d^dx s / dx^dx at the points; orders 0, 1 and 2.
 
         ``clip=True`` moves points outside the table to its edge; without it they are refused.

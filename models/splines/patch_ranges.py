@@ -13,8 +13,8 @@ from functools import lru_cache
 from math import comb, perm
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.dual import Range
 from takagi.models.splines.scalar_surface import patch_coefficients
@@ -23,7 +23,7 @@ from takagi.models.splines.surface import Surface
 __all__ = ["PatchRanges", "patch_ranges"]
 
 DEGREE = 3
-Matrix = NDArray[np.float64]
+Matrix = Floats
 
 
 class PatchRanges:

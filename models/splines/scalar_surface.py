@@ -13,9 +13,9 @@ from functools import lru_cache
 from math import factorial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
+from takagi.models.arrays import Floats
 from takagi.models.splines.surface import Surface
 
 __all__ = ["ScalarSurface", "patch_coefficients", "scalar_surface"]
@@ -26,7 +26,7 @@ ScalarSurface = Callable[[float, float], float]
 
 def patch_coefficients(
     surface: Surface,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats, Floats]:
     """Return (x corners, y corners, c) with s = sum_pq c[i, j, p, q] (x - x_i)^p (y - y_j)^q.
 
     Shapes: (mx + 1,), (my + 1,), (mx, my, 4, 4) for mx times my knot cells.
@@ -77,7 +77,7 @@ def scalar_surface(surface: Surface) -> ScalarSurface:
     return evaluate
 
 
-def _power_form(knots: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _power_form(knots: Floats, values: Floats) -> Floats:
     """Return (power, cell, column) Taylor coefficients at the lower corner of every cell."""
     spline = BSpline(knots, values, DEGREE)
     lower = knots[DEGREE : len(knots) - DEGREE - 1]

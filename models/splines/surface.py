@@ -12,9 +12,10 @@ from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import NdBSpline, make_interp_spline
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
 from takagi.models.splines.bernstein_coefficients import DEGREE, MAX_ORDER
@@ -27,7 +28,6 @@ from takagi.models.splines.exact_spline import (
 
 __all__ = ["DECIMALS", "Surface", "interpolate"]
 
-Array = NDArray[np.float64]
 DECIMALS = 12
 # A point given in other units lands on the edge only up to rounding: 30 deg is 3e-13 rad
 # outside a knot of 12 decimals.  That much is moved to the edge; anything more is refused.
@@ -49,9 +49,9 @@ class Surface:
     ModelError : sizes that do not fit, unsorted knots, NaN, or numbers with more decimals.
     """
 
-    x_knots: Array
-    y_knots: Array
-    coefficients: Array
+    x_knots: Floats
+    y_knots: Floats
+    coefficients: Floats
     name: str = "surface"
     x_name: str = "x"
     y_name: str = "y"
@@ -95,7 +95,7 @@ class Surface:
 
     def __call__(
         self, x: ArrayLike, y: ArrayLike, dx: int = 0, dy: int = 0, *, clip: bool = False
-    ) -> Array:
+    ) -> Floats:
         """Return d^(dx+dy) s / dx^dx dy^dy at the points, broadcast; derivatives are exact.
 
         Parameters
@@ -120,7 +120,7 @@ class Surface:
 
     def _inside(
         self, values: ArrayLike, allowed: tuple[float, float], what: str, clip: bool
-    ) -> Array:
+    ) -> Floats:
         array = np.asarray(values, dtype=np.float64)
         low, high = allowed
         slack = np.inf if clip else EDGE
@@ -200,11 +200,11 @@ def interpolate(
     return Surface(along_x.t, along_y.t, coefficients, name=name, x_name=x_name, y_name=y_name)
 
 
-def _rounded(values: ArrayLike) -> Array:
+def _rounded(values: ArrayLike) -> Floats:
     return np.asarray(np.round(np.asarray(values, dtype=np.float64), DECIMALS), dtype=np.float64)
 
 
-def _check_table(name: str, points: list[Array], table: Array, axes: tuple[str, str]) -> None:
+def _check_table(name: str, points: list[Floats], table: Floats, axes: tuple[str, str]) -> None:
     expected = tuple(len(axis) for axis in points)
     if table.shape != expected:
         raise ModelError(f"{name}: the table has shape {table.shape}, its axes ask for {expected}")

@@ -11,8 +11,9 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.ts.derivation import Derivation
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Matrices", "Premise", "TSModel"]
 
-Array: TypeAlias = NDArray[np.float64]
 Rule: TypeAlias = tuple[int, ...]
 LETTERS = ("A", "B", "C", "D", "E")
 
@@ -34,11 +34,11 @@ LETTERS = ("A", "B", "C", "D", "E")
 class Matrices(NamedTuple):
     """One linear system: xdot = A x + B u + E w, y = C x + D u."""
 
-    A: Array
-    B: Array
-    C: Array
-    D: Array
-    E: Array
+    A: Floats
+    B: Floats
+    C: Floats
+    D: Floats
+    E: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
@@ -80,11 +80,11 @@ class TSModel:
     Source: Tanaka and Wang (2001), Fuzzy Control Systems Design and Analysis, section 2.2.
     """
 
-    A: Array
-    B: Array
-    C: Array
-    D: Array
-    E: Array
+    A: Floats
+    B: Floats
+    C: Floats
+    D: Floats
+    E: Floats
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
@@ -173,7 +173,7 @@ class TSModel:
 
     def memberships(
         self, values: ArrayLike | None = None, /, *, clip: bool = False, **premise_values: ArrayLike
-    ) -> Array:
+    ) -> Floats:
         """Return h(z) of shape (r,), or (r, ...) for premise values given as arrays.
 
         Parameters
@@ -208,7 +208,7 @@ class TSModel:
         stacks = (self.A, self.B, self.C, self.D, self.E)
         return Matrices(*(np.tensordot(h, stack, axes=1) for stack in stacks))
 
-    def premise_values(self, **point: float) -> Array:
+    def premise_values(self, **point: float) -> Floats:
         """Return z, (number of premises,), at an operating point given by keyword.
 
         Which keywords there are is said by the maker of the model.
@@ -229,7 +229,7 @@ class TSModel:
 
     def _premise_array(
         self, values: ArrayLike | None, named: Mapping[str, ArrayLike]
-    ) -> tuple[Array, ...]:
+    ) -> tuple[Floats, ...]:
         names = [premise.name for premise in self.premises]
         if not names:
             raise ModelError(

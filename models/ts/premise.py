@@ -6,11 +6,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
 
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Premise", "round_outward"]
 
-Array: TypeAlias = NDArray[np.float64]
 # A premise computed in floats may leave its exact range by rounding alone: this part of the
 # width (or of the size, for narrow ranges) is moved back to the end, more than that is refused.
 ROUNDING = 1e-12
@@ -117,7 +117,7 @@ class Premise:
         except ModelError as error:
             raise ModelError(f"premise {self.name}: {error}") from error
 
-    def weights(self, value: ArrayLike, *, clip: bool = False) -> Array:
+    def weights(self, value: ArrayLike, *, clip: bool = False) -> Floats:
         """Return (w_1, w_2) stacked on the first axis, or (1,) for a constant premise.
 
         Parameters

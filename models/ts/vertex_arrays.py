@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["check_unique", "finite_array", "vertex_arrays"]
 
-Array: TypeAlias = NDArray[np.float64]
 Names: TypeAlias = tuple[str, ...]
 
 # What the rows and columns of each matrix count.
@@ -36,7 +36,7 @@ def vertex_arrays(
     A: ArrayLike,
     others: Mapping[str, ArrayLike | None],
     labels: Mapping[str, Sequence[str] | None],
-) -> tuple[dict[str, Array], dict[str, Names]]:
+) -> tuple[dict[str, Floats], dict[str, Names]]:
     """Return the matrices as read-only (r, ., .) float64 copies, and the names of their axes.
 
     Parameters
@@ -74,7 +74,7 @@ def check_unique(axis: str, names: Sequence[str]) -> None:
         raise ModelError(f"{axis}: {', '.join(doubled)} named more than once; names must differ")
 
 
-def finite_array(letter: str, value: ArrayLike) -> Array:
+def finite_array(letter: str, value: ArrayLike) -> Floats:
     """Return a stack of matrices, or one matrix.
 
     Raises
@@ -102,7 +102,7 @@ def finite_array(letter: str, value: ArrayLike) -> Array:
     return array
 
 
-def _square_stack(A: ArrayLike, states: Sequence[str] | None) -> Array:
+def _square_stack(A: ArrayLike, states: Sequence[str] | None) -> Floats:
     if isinstance(A, (list, tuple)):
         _check_squares(A, states)
     array = finite_array("A", A)
@@ -148,12 +148,12 @@ def _names(axis: str, given: Sequence[str] | None, letter: str, size: int, symbo
 
 def _stack(
     letter: str,
-    given: Array | None,
+    given: Floats | None,
     count: int,
     rows: Names,
     columns: Names,
     axes: tuple[str, str],
-) -> Array:
+) -> Floats:
     shape = (count, len(rows), len(columns))
     if given is None:
         array = np.zeros(shape)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, TypeAlias, cast
+from typing import Any, cast
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.premise import Premise
 from takagi.models.ts.vertex_arrays import vertex_arrays
@@ -16,13 +16,11 @@ from takagi.models.ts.vertex_product import VertexProduct
 
 __all__ = ["check_corners", "stored_matrices"]
 
-Array: TypeAlias = NDArray[np.float64]
-
 
 def stored_matrices(
     given: Mapping[str, ArrayLike | VertexProduct | None],
     labels: Mapping[str, Sequence[str] | None],
-) -> tuple[Mapping[str, Array], Mapping[str, tuple[str, ...]], Mapping[str, VertexProduct], int]:
+) -> tuple[Mapping[str, Floats], Mapping[str, tuple[str, ...]], Mapping[str, VertexProduct], int]:
     """Return arrays, names, products and the number of vertices; arrays or products are empty.
 
     Raises

@@ -9,14 +9,13 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["VertexProduct"]
 
-Array: TypeAlias = NDArray[np.float64]
-Entry: TypeAlias = tuple[tuple[int, ...], Array]
+Entry: TypeAlias = tuple[tuple[int, ...], Floats]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +62,7 @@ class VertexProduct:
         """Return the number of vertices."""
         return math.prod(self.corners)
 
-    def stack(self) -> Array:
+    def stack(self) -> Floats:
         """Return the read-only (vertices, rows, columns) array."""
         varying = [axis for axis, size in enumerate(self.corners) if size > 1]
         whole = np.zeros((*(self.corners[axis] for axis in varying), self.rows, self.columns))
@@ -74,7 +73,7 @@ class VertexProduct:
         found.flags.writeable = False
         return found
 
-    def first(self) -> Array:
+    def first(self) -> Floats:
         """Return the (1, rows, columns) stack of the first vertex alone."""
         found = np.zeros((1, self.rows, self.columns))
         for (row, column), (_, values) in self.entries.items():

@@ -15,8 +15,9 @@ Source: theory of the ideal actuator disc; Burton et al. (2011), Wind Energy Han
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.turbine.data import Turbine
 
@@ -28,10 +29,8 @@ __all__ = [
     "tip_speed_ratio",
 ]
 
-Array = NDArray[np.float64]
 
-
-def tip_speed_ratio(turbine: Turbine, rotor_speed: ArrayLike, wind: ArrayLike) -> Array:
+def tip_speed_ratio(turbine: Turbine, rotor_speed: ArrayLike, wind: ArrayLike) -> Floats:
     """Return lambda = omega R / v [-]; ModelError where the wind is not above 0."""
     v = np.asarray(wind, dtype=np.float64)
     if not np.all(v > 0):
@@ -47,7 +46,7 @@ def rotor_torque(
     wind: ArrayLike,
     *,
     clip: bool = False,
-) -> Array:
+) -> Floats:
     """Return T_r = (rho pi R^3 / 2) v^2 c_Q(lambda, beta) [N m], low-speed side.
 
     Parameters
@@ -72,7 +71,7 @@ def rotor_torque_gradient(
     wind: ArrayLike,
     *,
     clip: bool = False,
-) -> tuple[Array, Array, Array]:
+) -> tuple[Floats, Floats, Floats]:
     """Return (dT_r/d omega, dT_r/d beta, dT_r/d v), exact derivatives of the spline.
 
     With k = rho pi R^3 / 2:  k R v c_Q,lambda  [N m s/rad];  k v^2 c_Q,beta  [N m/rad];
@@ -103,7 +102,7 @@ def rotor_power(
     wind: ArrayLike,
     *,
     clip: bool = False,
-) -> Array:
+) -> Floats:
     """Return omega T_r [W], mechanical; from c_Q, so that power and torque never disagree.
 
     Parameters and errors as for ``rotor_torque``.
@@ -119,7 +118,7 @@ def rotor_thrust(
     wind: ArrayLike,
     *,
     clip: bool = False,
-) -> Array:
+) -> Floats:
     """Return F = (rho pi R^2 / 2) v^2 c_T(lambda, beta) [N].
 
     Parameters and errors as for ``rotor_torque``.

@@ -16,11 +16,11 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
 from takagi.models.ranges.branch_and_bound import Box, Range, range_over
@@ -30,7 +30,6 @@ from takagi.models.turbine.trim import trim
 
 __all__ = ["OperatingBand", "operating_band", "slope_range"]
 
-Array: TypeAlias = NDArray[np.float64]
 
 NODE_DECIMALS = 9
 
@@ -46,9 +45,9 @@ class OperatingBand:
     """
 
     turbine: Turbine
-    wind: Array
-    rotor_speed: Array
-    pitch: Array
+    wind: Floats
+    rotor_speed: Floats
+    pitch: Floats
     speed_band: Fraction
     pitch_band: Fraction
     wind_band: Fraction
@@ -58,7 +57,7 @@ class OperatingBand:
         """The wind estimates covered [m/s]."""
         return Interval.of(float(self.wind[0]), float(self.wind[-1]))
 
-    def at(self, wind_estimate: ArrayLike, *, clip: bool = False) -> tuple[Array, Array]:
+    def at(self, wind_estimate: ArrayLike, *, clip: bool = False) -> tuple[Floats, Floats]:
         """Return (omega*, beta*) at wind estimates, linear between the nodes.
 
         Raises

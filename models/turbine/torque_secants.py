@@ -20,11 +20,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.equations.step import Step
 from takagi.models.ts.premise import Premise, round_outward
 from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
 
 __all__ = ["TorqueSymbols", "secant_premise", "telescoping_step", "torque_secant", "torque_symbols"]
 
-Array: TypeAlias = NDArray[np.float64]
 # Below this difference (rad/s, rad, m/s) a quotient of floats loses digits and the derivative in
 # the middle is better: it errs by the third derivative times the square of this, below 1e-12.
 SMALL = 1e-6
@@ -148,7 +148,7 @@ def _evaluator(band: OperatingBand, kind: Kind, with_pitch: bool) -> Callable[..
         wind_estimate: ArrayLike,
         pitch: ArrayLike | None = None,
         clip: bool = False,
-    ) -> Array:
+    ) -> Floats:
         trim_speed, trim_pitch = band.at(wind_estimate, clip=clip)
         angle = trim_pitch if pitch is None or not with_pitch else pitch
         values = np.broadcast_arrays(
@@ -165,8 +165,8 @@ def _evaluator(band: OperatingBand, kind: Kind, with_pitch: bool) -> Callable[..
 
 
 def torque_secant(
-    turbine: Turbine, index: int, far: Sequence[Array], near_value: Array, *, clip: bool = False
-) -> Array:
+    turbine: Turbine, index: int, far: Sequence[Floats], near_value: Floats, *, clip: bool = False
+) -> Floats:
     """Return [T_r(far) - T_r(near)] / (far_i - near_i) [N m per unit], derivative where they meet.
 
     Parameters

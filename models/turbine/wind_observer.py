@@ -24,8 +24,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.equations.equations import Equations, Factored
 from takagi.models.equations.step import Step
 from takagi.models.errors import ModelError
@@ -42,7 +43,6 @@ from takagi.models.turbine.torque_secants import torque_secant
 
 __all__ = ["WindObserver", "wind_observer_model"]
 
-Array = NDArray[np.float64]
 STATES = ("rotor speed estimation error [rad/s]", "wind estimation error [m/s]")
 
 
@@ -156,17 +156,17 @@ class WindObserver:
         """Names of the state's entries with units."""
         return ("estimated rotor speed [rad/s]", "estimated wind [m/s]")
 
-    def initial_state(self, rotor_speed: float, wind: float) -> Array:
+    def initial_state(self, rotor_speed: float, wind: float) -> Floats:
         """Return (omegahat, vhat) for a measured speed and a first guess of the wind."""
         low, high = self.limits
         return np.array([rotor_speed, min(max(wind, low), high)])
 
-    def wind_estimate(self, state: Array) -> float:
+    def wind_estimate(self, state: Floats) -> float:
         """Return vhat [m/s], held inside the limits."""
         low, high = self.limits
         return min(max(float(state[1]), low), high)
 
-    def state_rate(self, state: Array, rotor_speed: float, pitch: float, torque: float) -> Array:
+    def state_rate(self, state: Floats, rotor_speed: float, pitch: float, torque: float) -> Floats:
         """Return (omegahat', vhat') for measured speed [rad/s], pitch [rad] and torque [N m].
 
         torque is the generator's, on the high-speed shaft.  vhat' is zero where it would push
@@ -194,7 +194,7 @@ def _secant_between_winds(turbine: Turbine) -> Callable[..., float]:
         wind: ArrayLike,
         wind_estimate: ArrayLike,
         clip: bool = False,
-    ) -> Array:
+    ) -> Floats:
         values = np.broadcast_arrays(rotor_speed, pitch, wind, wind_estimate)
         omega, beta, v, vhat = (np.asarray(value, dtype=np.float64) for value in values)
         return torque_secant(turbine, 2, [omega, beta, v], vhat, clip=clip) / turbine.inertia

@@ -13,8 +13,9 @@ from collections.abc import Iterable, Sequence
 from decimal import Decimal
 from fractions import Fraction
 
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import exact
 
 __all__ = [
@@ -156,7 +157,7 @@ def matrix(values: ArrayLike, *, exactly: bool = False, digits: int = 6) -> Tex:
     """
     import numpy as np
 
-    array: NDArray[np.float64] = np.atleast_2d(np.asarray(values, dtype=np.float64))
+    array: Floats = np.atleast_2d(np.asarray(values, dtype=np.float64))
     write = decimal if exactly else (lambda v: scientific(v, digits))
     rows = [" & ".join(write(float(v)) for v in row) for row in array]
     return Tex(r"\begin{bmatrix} " + r" \\ ".join(rows) + r" \end{bmatrix}")

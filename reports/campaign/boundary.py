@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates.campaign.trials import CYCLES, LOST, STAYS
+from takagi.models.arrays import Floats
 from takagi.reports.csv_text import csv_text
 from takagi.reports.figures.style import COLOURS, house_style, new_figure
 
@@ -41,7 +42,7 @@ class Boundary:
     disturbances: Sequence[str]
     proved: NDArray[np.bool_]
     codes: Mapping[str, NDArray[np.int64]]
-    overspeed: Mapping[str, NDArray[np.float64]]
+    overspeed: Mapping[str, Floats]
 
     def summary(self) -> dict[str, Any]:
         """Return counts: proved places; per drive, runs by outcome, inside and outside of them."""

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.campaign.bounds import BOUNDS, DECAYS
 from takagi.certificates.campaign.first_breaks import TABLE, first_breaks
 from takagi.certificates.campaign.runs import Campaign
+from takagi.models.arrays import Floats
 from takagi.reports.figures.style import COLOURS, GREY, house_style, new_figure, shades, wind_axis
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 __all__ = ["first_breaks_figure", "inside_figure", "leaving_figure"]
 
-Floats = NDArray[np.float64]
 
 # The ratios in the first panel: those that depend on more than the start itself.
 SHOWN = ("set", "speed error", "effort lag", "torque asked")

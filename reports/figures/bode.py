@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
 from takagi.reports.figures.style import (
     GREY,
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 
 __all__ = ["BodeLine", "bode_figure", "bode_line"]
 
-Real = NDArray[np.float64]
 
 LEGEND_COLUMNS = 2
 # Below this gain the loop is treated as open: -200 dB is no gain.
@@ -47,12 +47,12 @@ class BodeLine:
     """
 
     label: str
-    response: NDArray[np.complex128]
+    response: Complex
     crossover: float | None = None
     phase_crossover: float | None = None
 
 
-def bode_line(label: str, loop: LoopResponse, margins: Margins, omega: Real) -> BodeLine:
+def bode_line(label: str, loop: LoopResponse, margins: Margins, omega: Floats) -> BodeLine:
     """Return a loop at the frequencies omega [rad/s], with the places of its margins."""
     places = (margins.phase_frequency, margins.gain_increase_frequency)
     if not margins.stable:
@@ -101,7 +101,7 @@ def bode_figure(
     return figure
 
 
-def _check(omega: Real, lines: Sequence[BodeLine]) -> None:
+def _check(omega: Floats, lines: Sequence[BodeLine]) -> None:
     if not lines:
         raise ModelError("no lines were given; a Bode plot needs at least one loop")
     for line in lines:
@@ -112,7 +112,7 @@ def _check(omega: Real, lines: Sequence[BodeLine]) -> None:
             )
 
 
-def _draw(top: Axes, bottom: Axes, omega: Real, line: BodeLine, colour: str) -> None:
+def _draw(top: Axes, bottom: Axes, omega: Floats, line: BodeLine, colour: str) -> None:
     decibels = 20 * np.log10(np.maximum(np.abs(line.response), SILENT))
     unwrapped = np.degrees(np.unwrap(np.angle(line.response)))
     label = f"{line.label}:"
@@ -134,7 +134,7 @@ def _draw(top: Axes, bottom: Axes, omega: Real, line: BodeLine, colour: str) -> 
         bottom.plot(omega, np.where(near, part, np.nan), color=colour)
 
 
-def _finish(figure: Figure, top: Axes, bottom: Axes, omega: Real) -> None:
+def _finish(figure: Figure, top: Axes, bottom: Axes, omega: Floats) -> None:
     top.set_xscale("log")
     top.set_xlim(omega[0], omega[-1])
     top.set_ylabel("|L| [dB]")

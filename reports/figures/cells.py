@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.reports.figures.style import COLOURS, columns, house_style, new_figure, wind_axis
 
@@ -15,8 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["cells_figure", "cells_panel"]
-
-Real = NDArray[np.float64]
 
 
 def cells_figure(
@@ -69,7 +68,7 @@ def cells_figure(
     return figure
 
 
-def cells_panel(axes: Axes, edges: Real, values: ArrayLike, sound: NDArray[np.bool_]) -> Real:
+def cells_panel(axes: Axes, edges: Floats, values: ArrayLike, sound: NDArray[np.bool_]) -> Floats:
     """Draw a step per cell, hatched where it is not proved; return the values, nan there."""
     heights = np.where(sound, values, np.nan)
     if sound.any():

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.reports.figures.style import SEQUENTIAL, house_style, new_figure
 
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["membership_figure"]
 
-Real = NDArray[np.float64]
 
 RPM = 30 / np.pi
 LEVELS = np.linspace(0.0, 1.0, 11)
@@ -71,7 +71,7 @@ def membership_figure(
     return figure
 
 
-def _panel(axes: Axes, omega: Real, load: Real, weights: Real) -> QuadContourSet:
+def _panel(axes: Axes, omega: Floats, load: Floats, weights: Floats) -> QuadContourSet:
     filled = axes.contourf(omega, load, np.clip(weights, 0.0, 1.0), levels=LEVELS, cmap=SEQUENTIAL)
     # Neighbouring patches would let the paper show between them.
     filled.set_edgecolor("face")
@@ -82,6 +82,6 @@ def _panel(axes: Axes, omega: Real, load: Real, weights: Real) -> QuadContourSet
     return filled
 
 
-def _path(axes: Axes, speeds: Real, loads: Real) -> None:
+def _path(axes: Axes, speeds: Floats, loads: Floats) -> None:
     axes.plot(speeds * RPM, loads / 1e3, color="white", linewidth=2.6)
     axes.plot(speeds * RPM, loads / 1e3, color="black", linewidth=1.2)

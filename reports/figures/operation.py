@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.models.errors import ModelError
 from takagi.reports.figures.style import (
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 __all__ = ["power_surface_figure", "trim_figure"]
 
-Real = NDArray[np.float64]
 
 RPM, DEGREES = 30 / np.pi, 180 / np.pi
 

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
 from takagi.reports.figures.style import COLOURS, GREY, ORDERED, house_style, new_figure, wind_axis
 
@@ -22,7 +23,7 @@ STEPS = 22
 
 def poles_figure(
     winds: ArrayLike,
-    poles: Sequence[NDArray[np.complex128]],
+    poles: Sequence[Complex],
     *,
     decay_rate: float | None = None,
     reach: float = 3.0,
@@ -64,8 +65,8 @@ def poles_figure(
 def _plane(
     figure: Figure,
     axes: Axes,
-    v: NDArray[np.float64],
-    poles: Sequence[NDArray[np.complex128]],
+    v: Floats,
+    poles: Sequence[Complex],
     reach: float,
 ) -> None:
     from matplotlib import colormaps

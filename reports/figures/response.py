@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.reports.figures.style import (
     COLOURS,
@@ -49,11 +50,11 @@ class ResponseLine:
     """
 
     label: str
-    wind: NDArray[np.float64]
-    pitch: NDArray[np.float64]
-    torque: NDArray[np.float64]
-    rotor_speed: NDArray[np.float64]
-    power: NDArray[np.float64]
+    wind: Floats
+    pitch: Floats
+    torque: Floats
+    rotor_speed: Floats
+    power: Floats
 
     @classmethod
     def of(cls, label: str, run: History) -> ResponseLine:
@@ -106,7 +107,7 @@ def response_figure(
 
 def _panel(
     axes: Axes,
-    t: NDArray[np.float64],
+    t: Floats,
     lines: Sequence[ResponseLine],
     quantity: str,
     factor: float,

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.reports.figures.style import COLOURS, columns, decimate, house_style, new_figure
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["ScenarioRun", "scenario_figure"]
 
-Real = NDArray[np.float64]
 
 ROWS = {
     "wind": "wind\n[m/s]",
@@ -50,13 +49,13 @@ class ScenarioRun:
 
     law: str
     wind_label: str
-    time: Real
-    wind: Real
-    pitch: Real
-    torque: Real
-    rotor_speed: Real
-    power: Real
-    tower: Real
+    time: Floats
+    wind: Floats
+    pitch: Floats
+    torque: Floats
+    rotor_speed: Floats
+    power: Floats
+    tower: Floats
 
 
 def scenario_figure(

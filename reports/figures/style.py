@@ -14,8 +14,9 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -37,7 +38,6 @@ __all__ = [
     "wind_axis",
 ]
 
-Real = NDArray[np.float64]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 # Dashes distinguish lines in black-and-white print, where colours cannot.
@@ -117,7 +117,7 @@ def new_figure(
     return figure, list(grid.ravel())
 
 
-def decimate(x: ArrayLike, y: ArrayLike, *, points: int = POINTS) -> tuple[Real, Real]:
+def decimate(x: ArrayLike, y: ArrayLike, *, points: int = POINTS) -> tuple[Floats, Floats]:
     """Return at most ``points`` samples of y(x) that keep every extreme.
 
     The series is cut into bins; of each, the first occurrence of its least and of its greatest
@@ -201,7 +201,7 @@ def wind_axis(axes: Axes, *, ticks: int = 12) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(nbins=ticks, integer=True, steps=[1, 2, 5, 10]))
 
 
-def region_axes(panels: Sequence[Axes], wind: Real, regions: Mapping[str, float]) -> None:
+def region_axes(panels: Sequence[Axes], wind: Floats, regions: Mapping[str, float]) -> None:
     """Let two rows of two panels lie over wind, with a mark where each region begins."""
     for k, axes in enumerate(panels):
         axes.set_xlim(wind[0], wind[-1])
@@ -213,7 +213,7 @@ def region_axes(panels: Sequence[Axes], wind: Real, regions: Mapping[str, float]
                 axes.axvline(begin, color=GREY, linestyle=":", linewidth=1.0)
 
 
-def columns(name: str, values: Sequence[ArrayLike], length: int) -> list[Real]:
+def columns(name: str, values: Sequence[ArrayLike], length: int) -> list[Floats]:
     """Return each value as a float (length,) array; ModelError names the one that is not."""
     arrays = [np.asarray(value, dtype=np.float64) for value in values]
     for k, array in enumerate(arrays):

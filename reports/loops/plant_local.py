@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Complex, Floats
 from takagi.reports.margins import LoopResponse, Margins, loop_margins, loop_response
 
 if TYPE_CHECKING:
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 __all__ = ["PlantLocalLoop", "common_frequencies", "local_loops", "pair_poles"]
 
-Floats = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 POINTS = 1200
 # An undamped open loop has no finite response at its own frequency.
 NUDGE = 1e-9

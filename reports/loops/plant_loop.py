@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.plant.plant import Plant
 from takagi.models.ts.model import Matrices, TSModel
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from takagi.models.blending.run_time import RunTimeBlending
 
 __all__ = ["PlantLoop", "plant_loop"]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 __all__ = ["PlantMotion", "around", "horizon", "motions", "plant_rate", "settling_time",
            "starts"]  # fmt: skip
 
-Floats = NDArray[np.float64]
 # A start lies this far out in the ellipsoid, as a share of its level, or of the box without one.
 INSIDE, SHARE = 0.98, 0.3
 SAMPLES, STEPS = 301, 300

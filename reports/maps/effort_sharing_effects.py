@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.sweep.axis import Axis
 from takagi.certificates.sweep.grid import SweepResult
+from takagi.models.arrays import Floats
 from takagi.reports.figures.style import COLOURS, GREY, SEQUENTIAL, STYLES, house_style, new_figure
 from takagi.reports.maps.effort_sharing_rows import (
     ERROR,
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 __all__ = ["effect_figure", "pair_figure", "side_by_side_figure"]
 
-Floats = NDArray[np.float64]
 
 DECAY = "common_decay [1/s]"
 MARKS = ("o", "s", "^", "D")

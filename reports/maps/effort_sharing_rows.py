@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.sweep.grid import PointResult, SweepResult
+from takagi.models.arrays import Floats
 
 __all__ = ["Line", "column", "flat", "front", "guaranteed_pairs", "range_names", "wind_words"]
 
-Floats = NDArray[np.float64]
 
 ERROR, RATE = "mean_wind_error [m/s]", "mean_wind_rate [m/s^2]"
 LEAST_ERROR, LEAST_RATE = "least_wind_error [m/s]", "least_wind_rate [m/s^2]"

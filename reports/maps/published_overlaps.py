@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.reports.figures.style import GREY, SEQUENTIAL, house_style, new_figure
 from takagi.reports.maps.published_rows import Grid
 
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = ["edges", "overlap_map_figure"]
 
-Floats = NDArray[np.float64]
 
 HATCH = "////"
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.sweep.grid import PointResult, SweepResult
+from takagi.models.arrays import Floats
 
 __all__ = ["SPEED", "TORQUE", "Grid", "grid", "of_windows", "reason_counts", "windows_of"]
 
@@ -18,8 +18,6 @@ SPEED, TORQUE = "speed-overlap", "torque-overlap"
 
 # A number in a sentence, but not the 1 of "1/s".
 NUMBER = re.compile(r"(?<![\w.])\d+(\.\d+)?(e[+-]?\d+)?(?!/s)")
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

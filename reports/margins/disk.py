@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
 from takagi.reports.margins.response import LoopResponse, largest, loop_response
 
@@ -35,8 +35,6 @@ __all__ = [
     "scaled_bound",
 ]
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 # Balancing rows and columns converges in a few sweeps; each sweep leaves a valid upper bound.
 SWEEPS = 12
@@ -131,7 +129,7 @@ def mimo_disk_margins(
     )
 
 
-def scaled_bound(matrices: Complex) -> Real:
+def scaled_bound(matrices: Complex) -> Floats:
     """Return an upper bound of mu over diagonal complex delta: min_D sigma_max(D M D^-1).
 
     For 2 x 2 the scaling d^2 = |m21| / |m12| is optimal, since sigma_1 sigma_2 = |det M| does not
@@ -161,7 +159,7 @@ def scaled_bound(matrices: Complex) -> Real:
     return np.asarray(np.linalg.norm(scaled, ord=2, axis=(1, 2)), dtype=np.float64)
 
 
-def _two_by_two(m: Complex) -> Real:
+def _two_by_two(m: Complex) -> Floats:
     square = np.abs(m[:, 0, 0]) ** 2 + np.abs(m[:, 1, 1]) ** 2
     square = square + 2 * np.abs(m[:, 0, 1] * m[:, 1, 0])
     product = np.abs(m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0])
@@ -169,11 +167,11 @@ def _two_by_two(m: Complex) -> Real:
     return np.asarray(np.sqrt((square + root) / 2), dtype=np.float64)
 
 
-def _smallest(response: LoopResponse, measure: Callable[[Complex], Real]) -> DiskMargin:
+def _smallest(response: LoopResponse, measure: Callable[[Complex], Floats]) -> DiskMargin:
     if response.stable is False:
         return DiskMargin(alpha=0.0, frequency=float("nan"))
 
-    def height(omega: Real) -> Real:
+    def height(omega: Floats) -> Floats:
         return np.asarray(measure(_centred(response.evaluate(omega))), dtype=np.float64)
 
     end = None

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
 from takagi.reports.margins.disk import DiskMargin, disk_margin
 from takagi.reports.margins.response import LoopResponse, largest, loop_response
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Margins", "loop_margins"]
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 INF = float("inf")
 
@@ -135,7 +133,7 @@ class _Scalar:
         return self.response.evaluate(np.array([omega]))[:, 0, 0]
 
 
-def _roots(scalar: _Scalar, level: Callable[[Complex], Real]) -> list[float]:
+def _roots(scalar: _Scalar, level: Callable[[Complex], Floats]) -> list[float]:
     """Return the frequencies at which a real function of L changes sign [rad/s], increasing."""
     grid, sampled = scalar.response.frequencies, level(scalar.values)
     found = [float(w) for w, value in zip(grid, sampled, strict=True) if value == 0.0 and w > 0]
@@ -175,7 +173,7 @@ def _delay(scalar: _Scalar, crossovers: list[float]) -> float:
 
 
 def _bandwidth(scalar: _Scalar) -> float:
-    def excess(L: Complex) -> Real:
+    def excess(L: Complex) -> Floats:
         return np.asarray(0.5 - np.abs(1 + L) ** -2.0, dtype=np.float64)
 
     if excess(scalar.values[:1])[0] <= 0:
@@ -184,13 +182,13 @@ def _bandwidth(scalar: _Scalar) -> float:
 
 
 def _peaks(response: LoopResponse) -> tuple[tuple[float, float], tuple[float, float]]:
-    def sensitivity(L: Complex) -> Real:
+    def sensitivity(L: Complex) -> Floats:
         return np.asarray(1 / np.abs(1 + L), dtype=np.float64)
 
-    def complementary(L: Complex) -> Real:
+    def complementary(L: Complex) -> Floats:
         return np.asarray(np.abs(L / (1 + L)), dtype=np.float64)
 
-    def peak(of: Callable[[Complex], Real]) -> tuple[float, float]:
+    def peak(of: Callable[[Complex], Floats]) -> tuple[float, float]:
         end = response.at_infinity
         limit = None if end is None else float(of(end[0])[0])
         return largest(lambda w: of(response.evaluate(w)[:, 0, 0]), response, limit)

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
+from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
 __all__ = ["LoopResponse", "frequency_grid", "largest", "loop_response"]
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 POINTS_PER_DECADE = 150
 # A pole nearer than this to the axis, relative to the fastest pole, counts as lying at zero.
@@ -44,8 +42,8 @@ class LoopResponse:
         be known (sampled responses).
     """
 
-    evaluate: Callable[[Real], Complex]
-    frequencies: Real
+    evaluate: Callable[[Floats], Complex]
+    frequencies: Floats
     at_infinity: Complex | None
     stable: bool | None
 
@@ -53,7 +51,7 @@ class LoopResponse:
 def loop_response(
     loop: StateSpace | TransferFunction | FrequencyResponseData | LoopResponse,
     *,
-    frequencies: Real | None = None,
+    frequencies: Floats | None = None,
 ) -> LoopResponse:
     """Return the response of a square continuous-time loop.
 
@@ -94,7 +92,7 @@ def loop_response(
     )
 
 
-def frequency_grid(*matrices: Real) -> Real:
+def frequency_grid(*matrices: Floats) -> Floats:
     """Return frequencies [rad/s] that resolve the modes of all given state matrices.
 
     150 points a decade from a hundredth of the slowest to a hundred times the fastest mode, and
@@ -122,7 +120,7 @@ def frequency_grid(*matrices: Real) -> Real:
 
 
 def largest(
-    height: Callable[[Real], Real], response: LoopResponse, at_infinity: float | None
+    height: Callable[[Floats], Floats], response: LoopResponse, at_infinity: float | None
 ) -> tuple[float, float]:
     """Return (sup height, its frequency [rad/s]), refined around the grid's four highest peaks."""
     grid = response.frequencies
@@ -147,10 +145,10 @@ def _matrices(system: Any) -> tuple[Any, Any, Any, Any]:
     return system.A, system.B, system.C, system.D
 
 
-def _evaluator(A: Real, B: Real, C: Real, D: Real) -> Callable[[Real], Complex]:
+def _evaluator(A: Floats, B: Floats, C: Floats, D: Floats) -> Callable[[Floats], Complex]:
     eye = np.eye(len(A))
 
-    def evaluate(omega: Real) -> Complex:
+    def evaluate(omega: Floats) -> Complex:
         shifted = 1j * np.asarray(omega)[:, None, None] * eye - A
         inner = np.linalg.solve(shifted, np.broadcast_to(B, (len(omega), *B.shape)))
         return np.asarray(C @ inner + D, dtype=np.complex128)
@@ -173,7 +171,7 @@ def _sampled(loop: Any) -> LoopResponse:
     start = 1 if omega[0] == 0 else 0
     spline = CubicSpline(np.log(omega[start:]), samples[start:], axis=0)
 
-    def evaluate(frequencies: Real) -> Complex:
+    def evaluate(frequencies: Floats) -> Complex:
         return np.asarray(spline(np.log(frequencies)), dtype=np.complex128)
 
     dense = np.geomspace(omega[start], omega[-1], 4 * len(omega))

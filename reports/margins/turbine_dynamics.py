@@ -19,8 +19,8 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 __all__ = ["PADE_ORDER", "FirstOrderDrive", "SecondOrderDrive", "Tower", "linear_plant"]
 
-Real = NDArray[np.float64]
 
 # Order 2 is exact to 1e-4 rad up to a phase lag of 0.9 rad: at 30 ms, up to 5 Hz.
 PADE_ORDER = 2
@@ -146,7 +145,7 @@ def _core(
     torque: float,
     drive: FirstOrderDrive | SecondOrderDrive,
     tower: Tower | None,
-) -> tuple[Real, Real, Real, Real]:
+) -> tuple[Floats, Floats, Floats, Floats]:
     """Rotor, pitch drive and tower; states omega, beta, (beta'), (x, x')."""
     lags = 1 if isinstance(drive, FirstOrderDrive) else 2
     n = 1 + lags + (0 if tower is None else 2)

@@ -18,8 +18,8 @@ from math import isfinite
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Complex
 from takagi.models.errors import ModelError
 from takagi.models.turbine import Turbine, rotor_torque_gradient, tip_speed_ratio
 from takagi.models.turbine.trim import TrimPoint
@@ -103,7 +103,7 @@ class Loops:
     torque: StateSpace
     pitch: StateSpace
     both: StateSpace
-    poles: NDArray[np.complex128]
+    poles: Complex
 
     @property
     def decay_rate(self) -> float:
@@ -217,7 +217,7 @@ def closed_loop_poles(
     gains: Sequence[LocalGains | StateSpace],
     *,
     kind: Plant = "validation",
-) -> tuple[NDArray[np.complex128], ...]:
+) -> tuple[Complex, ...]:
     """Return the closed-loop poles [1/s] at each trim, slowest first.
 
     Raises

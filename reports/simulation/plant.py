@@ -9,8 +9,8 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 __all__ = ["PlantSimulation", "corner_starts", "simulate_plant", "simulation_data"]
 __all__ += ["simulation_files"]
 
-Floats = NDArray[np.float64]
 Start = tuple[str, Floats]
 # The number of corners of a box doubles with each state.
 MOST_CORNERS = 16

@@ -7,9 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.claims.plant.certification import Certificate
 from takagi.certificates.claims.plant.sampled_premises import refuse_sampled
@@ -23,6 +20,7 @@ from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.on_pieces import attempted
 from takagi.certificates.requests.pole_region import Poles
 from takagi.certificates.requests.request import Attempt, Request
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
 
@@ -32,7 +30,6 @@ if TYPE_CHECKING:
 
 __all__ = ["ClaimRequirements", "plant_certificate"]
 
-Floats = NDArray[np.float64]
 # Each claim other than decay needs a few solver runs; with more blends they take minutes.
 MOST_BLENDS = 2500
 

@@ -11,7 +11,6 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.checker.words.shown import at_least, at_most
 from takagi.certificates.claims.turbine.largest_wind_error import (
@@ -22,6 +21,7 @@ from takagi.certificates.claims.turbine.largest_wind_error import (
 )
 from takagi.certificates.claims.turbine.wind_class import WindClass, asked_rates, calmer
 from takagi.lmi.analysis.invariant_ellipsoid import Ellipsoid, invariant_ellipsoid
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
@@ -40,7 +40,6 @@ __all__ = [
     "effort_sharing_claim",
 ]
 
-Floats = NDArray[np.float64]
 Tell = Callable[[str], None]
 
 DEFAULT_BOX = LoopBox(

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.loops.effort_sharing.loop_cell import LoopCell
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
 
 __all__ = ["failing_winds"]
-
-Floats = NDArray[np.float64]
 
 
 def failing_winds(cells: Sequence[LoopCell]) -> str:

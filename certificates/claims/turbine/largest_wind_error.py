@@ -11,18 +11,17 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.claims.turbine.wind_class import RESERVE, cell_class
 from takagi.lmi.analysis.decay_rate import fast_decay
 from takagi.lmi.analysis.invariant_ellipsoid import decay_rates
+from takagi.models.arrays import Floats
 from takagi.models.loops.effort_sharing.cells import CellLoop
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
 from takagi.models.loops.effort_sharing.vertices import LoopVertices, loop_vertices
 
 __all__ = ["SHRINK", "RequestedLoops", "EffortSharingCandidate", "largest_wind_errors"]
 
-Floats = NDArray[np.float64]
 Tell = Callable[[str], None]
 
 # P is increased by this factor, so that the set stays inside the box after rounding.

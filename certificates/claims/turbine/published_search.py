@@ -9,9 +9,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.analysis.interval_matrices import contraction, lyapunov_candidates
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.published.equilibrium import equilibrium
 from takagi.models.laws.published.equilibrium_point import Equilibrium
@@ -26,7 +26,6 @@ from takagi.models.loops.published.tables import LoopFigures, loop_figures
 
 __all__ = ["NARROWEST", "FoundCell", "PublishedSearch", "Unproved", "search_cells"]
 
-Floats = NDArray[np.float64]
 
 # Half widths of the set in rotor speed [rad/s]: the starting value, and those to grow to.
 STARTS = (0.001, 0.0005)

@@ -8,16 +8,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.analysis.invariant_ellipsoid import largest_scale
+from takagi.models.arrays import Floats
 from takagi.models.loops.effort_sharing.cells import CellLoop
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
 
 __all__ = ["CellClass", "WindClass", "asked_rates", "calmer", "cell_class"]
 
-Floats = NDArray[np.float64]
 
 # The requested rate is lowered if the lag would keep less than this fraction of the pitch drive's
 # rate, or if it disturbs the speed by more than this fraction of the control authority.

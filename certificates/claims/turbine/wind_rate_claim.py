@@ -19,14 +19,13 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.checker.turbine.wind_rate import Range, left_behind
+from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import exact
 
 __all__ = ["RateRange", "rate_range", "wind_rate_claim"]
 
-Floats = NDArray[np.float64]
 
 # tau_f times the slope of phi is the loss in r. A step of the class gets at most this slope. In
 # wide cells the slope is at least GENTLE, so that only the edge of the cell has a lower rate.

@@ -21,13 +21,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.reader import digest, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.controller.content import plain
 from takagi.certificates.design.given.plant_gains import read_gains, read_plant_law
 from takagi.certificates.document.certificate_file import as_read, content_of, files_sha256
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import Plant
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
 
 __all__ = ["GivenLaw", "law_for"]
 
-Floats = NDArray[np.float64]
 # Members that must be those of the plant for any premises.
 SHARED = ("sample_time", "state_names", "input_names", "trim")
 

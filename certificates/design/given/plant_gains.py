@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.matrices import read_stack
 from takagi.certificates.checker.kernel.reader import Number, member, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.requests.loop.loop import ClaimedLoop
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["read_gains", "read_plant_law"]
 
-Floats = NDArray[np.float64]
 NAME = "pdc"
 LONGEST = 120  # characters of a value in a message
 

@@ -12,9 +12,9 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.document.plant_blend import blend_of, unknown_premises
+from takagi.models.arrays import Indices
 from takagi.models.blending.blending import SHARE
 from takagi.models.errors import ModelError
 
@@ -41,7 +41,7 @@ class Errorless:
 
 def errorless(
     plant: Plant, model: TSModel, asked: PlantSettings
-) -> tuple[Errorless, NDArray[np.intp]] | None:
+) -> tuple[Errorless, Indices] | None:
     """Return the plant without errors, and for each rule of ``model`` the rule that it takes.
 
     None where the model without errors has no premise in the share, or one that is not found in
@@ -68,7 +68,7 @@ def errorless(
     return Errorless(nominal, found), np.array(rules, dtype=np.intp)
 
 
-def expanded(design: Design, rules: NDArray[np.intp]) -> Design:
+def expanded(design: Design, rules: Indices) -> Design:
     """Return the design with the gain of ``rules[i]`` in rule i."""
     gains = np.asarray(design.require()[0])
     return replace(design, gains=gains[rules])

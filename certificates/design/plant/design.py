@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.certificates.claims.plant.certificate import ClaimRequirements, plant_certificate
 from takagi.certificates.controller.content import bound
@@ -26,6 +26,7 @@ from takagi.certificates.design.plant.gains import (
 )
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.step_clock import StepClock, Tell
+from takagi.models.arrays import Floats
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import Plant
 
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
 
 __all__ = ["certify_filed", "certify_plant", "design_plant"]
 
-Floats = NDArray[np.float64]
 # Significant digits of the emitted gains; more where fewer cannot be proved.
 DIGITS = (4, 6, 9)
 # The search for a helpful relaxation needs some fifty designs.

@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.design.plant.blend_regions import errorless, expanded, one_gain
 from takagi.certificates.document.plant_blend import unknown_premises
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
 __all__ = ["FoundGains", "requirements_of", "find_gains", "input_limits", "regional_gains"]
 
-Floats = NDArray[np.float64]
 EFFORT = 2.0
 SIZE = 0.5
 HALVINGS = 7

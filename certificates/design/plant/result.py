@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-import numpy as np
-from numpy.typing import NDArray
+from takagi.models.arrays import Floats
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked, Verdict
@@ -19,8 +18,6 @@ if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
 
 __all__ = ["PlantDesign"]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,6 @@ from fractions import Fraction
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.claims.turbine.effort_sharing import (
     EffortSharingCandidate,
@@ -39,7 +38,6 @@ __all__ = [
     "widened",
 ]
 
-Floats = NDArray[np.float64]
 Synthesis = Literal["one-step", "two-step"]
 SYNTHESES: tuple[Synthesis, ...] = ("one-step", "two-step")
 

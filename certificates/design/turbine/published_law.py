@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.claims.turbine.published import (
     overlap_candidates,
@@ -18,6 +17,7 @@ from takagi.certificates.claims.turbine.published import (
 from takagi.certificates.design.step_clock import StepClock
 from takagi.certificates.document.certificate_file import certificate_document, turbine_data
 from takagi.certificates.document.provenance import provenance
+from takagi.models.arrays import Floats
 from takagi.models.turbine.data import Turbine
 
 if TYPE_CHECKING:
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 __all__ = ["claimed_law", "designed_law"]
 
-Floats = NDArray[np.float64]
 
 # Decimals of the emitted gains: N m s/rad and N m/rad; s, - and 1/rad.
 TORQUE_DIGITS, PITCH_DIGITS = 1, 6

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from takagi.models.arrays import Floats
 
 __all__ = ["DIGITS", "rounded_down", "rounded_up", "short"]
 
-Floats = NDArray[np.float64]
 # Tried in this order: few digits suffice if the margin is large.
 DIGITS = (4, 6, 9, 12)
 

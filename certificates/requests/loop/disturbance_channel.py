@@ -6,16 +6,16 @@ from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.kinds.disturbed_path import paths
 from takagi.certificates.requests.loop.exact_floats import as_read, floats
 from takagi.certificates.requests.loop.loop import ClaimedLoop
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["Output", "Path", "WAYS", "disturbance_channel", "channel_evidence"]
 
-Floats = NDArray[np.float64]
 Path: TypeAlias = tuple[Floats, Floats, Floats, Floats]
 Output: TypeAlias = Sequence[ArrayLike | None]
 """(C, D, F) of y = C x + D u + F w, each (r, ., .) or (., .); D and F may be None or left out."""

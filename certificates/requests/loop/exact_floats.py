@@ -7,14 +7,12 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import read_text
+from takagi.models.arrays import Floats
 
 __all__ = ["as_read", "floats", "stack_of"]
-
-Floats = NDArray[np.float64]
 
 
 def floats(matrix: Matrix) -> Floats:

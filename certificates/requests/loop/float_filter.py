@@ -12,11 +12,11 @@ Source: Rump (2006), Verification of positive definiteness, BIT Numerical Mathem
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from takagi.models.arrays import Floats
 
 __all__ = ["cannot_decrease", "cannot_be_definite"]
 
-Floats = NDArray[np.float64]
 ROUNDOFF = float(np.finfo(np.float64).eps)
 
 

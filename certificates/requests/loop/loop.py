@@ -9,7 +9,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.kernel.claim_kinds import replay
 from takagi.certificates.checker.kernel.family import Family
@@ -22,6 +22,7 @@ from takagi.certificates.document.model_data import pdc_law_data, ts_model_data
 from takagi.certificates.document.plant_embedding import law_members
 from takagi.certificates.requests.loop.piece_search import Cuts
 from takagi.certificates.requests.loop.weight_points import Point, seen_at, weights_at
+from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 from takagi.models.ts.vertex_arrays import finite_array
 
@@ -29,9 +30,6 @@ if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
 
 __all__ = ["ClaimedLoop", "Loop"]
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,6 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.claim_kinds import replay
 from takagi.certificates.checker.kernel.family import Blend, Family, Stack
@@ -28,6 +27,7 @@ from takagi.certificates.requests.loop.weight_points import (
     seen_at,
     weights_at,
 )
+from takagi.models.arrays import Floats
 
 __all__ = ["Cuts"]
 
@@ -134,12 +134,12 @@ def _piece(family: Family, path: tuple[tuple[int, int, int], ...]) -> _Piece:
     return _Piece(**{one.name: getattr(family, one.name) for one in fields(Family)}, path=path)
 
 
-def _bend(B: NDArray[np.float64], K: NDArray[np.float64], i: int, j: int) -> float:
+def _bend(B: Floats, K: Floats, i: int, j: int) -> float:
     """Return |(B_i - B_j)(K_i - K_j)|, by how much a mean of pairs is off a blend."""
     if len(B) <= 1 or len(K) <= 1:
         return 0.0
     return float(np.linalg.norm((B[i] - B[j]) @ (K[i] - K[j])))
 
 
-def _floats(stack: Stack) -> NDArray[np.float64]:
+def _floats(stack: Stack) -> Floats:
     return np.array([np.array(M.rows, dtype=float) / float(M.below) for M in stack])

@@ -5,11 +5,11 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
+
+from takagi.models.arrays import Floats
 
 __all__ = ["equation_function", "modal_function"]
 
-Floats = NDArray[np.float64]
 # Beyond this a solution is rounding, not an answer.
 LARGEST = 1e14
 FASTEST = 30.0

@@ -21,8 +21,8 @@ import numpy as np
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 from scipy.optimize import minimize_scalar
 
-from takagi.lmi.answer import Floats
 from takagi.lmi.cone.balance import state_units
+from takagi.models.arrays import Floats
 
 __all__ = ["bounded_real", "norm_seen"]
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.argument_checks import Vertices, sample_time_of, vertex_stack
 from takagi.lmi.cone.balance import motion, nearest_power
 from takagi.lmi.decision.decide import Outcome
+from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 from takagi.models.ts.vertex_arrays import vertex_arrays
 
@@ -22,8 +22,6 @@ __all__ = [
     "largest_response",
     "near_least",
 ]
-
-Floats: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +40,7 @@ class DisturbanceChannel:
     D: Floats
     sample_time: float | None = None
 
-    def at(self, vertices: NDArray[np.intp]) -> DisturbanceChannel:
+    def at(self, vertices: Indices) -> DisturbanceChannel:
         """Return the path at some of the vertices."""
         A, B, C, D = (part[vertices] for part in (self.A, self.B, self.C, self.D))
         return DisturbanceChannel(A, B, C, D, self.sample_time)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from takagi.lmi.answer import Floats
 from takagi.lmi.cone.balance import state_units
+from takagi.models.arrays import Floats
 
 __all__ = ["gramian_with_room"]
 

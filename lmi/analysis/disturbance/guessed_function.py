@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel, Floats, largest_response
+from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel, largest_response
 from takagi.lmi.cone.balance import state_units
+from takagi.models.arrays import Floats
 
 __all__ = ["guessed_of_energy", "guessed_of_variance"]
 

@@ -12,12 +12,13 @@ from numpy.typing import ArrayLike
 from takagi.lmi.analysis.common_quadratic import common_lyapunov
 from takagi.lmi.analysis.disturbance.channel import ChannelUnits, DisturbanceChannel, near_least
 from takagi.lmi.analysis.slow_modes import slow_vertex
-from takagi.lmi.answer import Answer, Floats, Try
+from takagi.lmi.answer import Answer, Try
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.diagnosis import binding_items
 from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, optimise_by_rounds
 from takagi.lmi.decision.outcome import Outcome, not_least, promised
+from takagi.models.arrays import Floats
 
 __all__ = ["Pose", "Shown", "least_gain", "motion_of", "states_of"]
 

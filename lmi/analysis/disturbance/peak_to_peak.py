@@ -20,13 +20,14 @@ from takagi.lmi.analysis.disturbance.channel import (
 from takagi.lmi.analysis.disturbance.least_gain import least_gain, motion_of, states_of
 from takagi.lmi.analysis.disturbance.peak_condition import peak_gain_condition, positive_rate
 from takagi.lmi.analysis.disturbance.reachable_set import OneVertex
-from takagi.lmi.answer import Answer, Floats
+from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import motion, state_units
 from takagi.lmi.decision.vertex_rounds import first_vertices
 from takagi.lmi.parameter_search.least_over_rate import least_over_rate, unknowns_near_least
 from takagi.lmi.solver.time_limit import limited
+from takagi.models.arrays import Floats
 
 __all__ = ["peak_gain"]
 

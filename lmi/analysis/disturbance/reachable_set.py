@@ -20,9 +20,9 @@ import numpy as np
 from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 from scipy.optimize import minimize_scalar
 
-from takagi.lmi.answer import Floats
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.parameter_search.least_over_rate import least_over_rate
+from takagi.models.arrays import Floats
 
 __all__ = ["OneVertex"]
 

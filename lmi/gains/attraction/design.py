@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.loop_pairs import gain_stack
-from takagi.lmi.answer import Answer, Design, Floats
+from takagi.lmi.answer import Answer, Design
 from takagi.lmi.argument_checks import (
     Vertices,
     check_stabilisable,
@@ -24,6 +24,7 @@ from takagi.lmi.gains.attraction.request import AttractionRequest, GivenRegion, 
 from takagi.lmi.gains.attraction.search import largest_ellipsoid
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.solver.time_limit import limited
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["attraction_ellipsoid", "attraction_pdc"]

@@ -13,9 +13,10 @@ from takagi.lmi.analysis.actuator_rates import (
     membership_rates,
 )
 from takagi.lmi.argument_checks import corners_of, number, positive_vector, sample_time_of
-from takagi.lmi.condition.term import Array, Indices
+from takagi.lmi.condition.term import Array
 from takagi.lmi.gains.attraction.state_box import measure_of, state_box_of
 from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError, did_you_mean
 
 __all__ = ["AttractionRequest", "GivenRegion", "attraction_request"]

@@ -34,10 +34,11 @@ from itertools import product
 
 import numpy as np
 
-from takagi.lmi.condition.term import Array, Indices, Unknown
+from takagi.lmi.condition.term import Array, Unknown
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_member, gain_symbol
 from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
 
 __all__ = ["dead_zone_sum", "gain_part", "polytope_sums", "secant_sums"]

@@ -8,12 +8,12 @@ import numpy as np
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.loop_pairs import pairs_of
-from takagi.lmi.answer import Floats
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import balanced_states, nearest_power
 from takagi.lmi.decision.decide import Outcome, optimise
 from takagi.lmi.gains.attraction.condition import attraction_condition
 from takagi.lmi.gains.attraction.request import AttractionRequest
+from takagi.models.arrays import Floats
 
 __all__ = ["largest_ellipsoid"]
 

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.gains.cost.condition import lqr_pdc_condition
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 
 __all__ = ["guaranteed_cost_condition", "guaranteed_cost_gain"]
 
-Floats = NDArray[np.float64]
 
 # Of the least cost: the gain is the best conditioned one that costs no more than this above it.
 SLACK = 1e-4

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.disturbance.channel import near_least
@@ -24,11 +24,11 @@ from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import pdc
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.models.arrays import Floats
 from takagi.models.ts.premise import Premise
 
 __all__ = ["lqr_pdc"]
 
-Floats = NDArray[np.float64]
 
 # Share of the largest cost that a state is taken to have where it has none.
 LEAST_COST = 1e-8

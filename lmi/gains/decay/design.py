@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from takagi.lmi.answer import Answer, Design, Floats
+from takagi.lmi.answer import Answer, Design
 from takagi.lmi.condition.shown_rate import shown_rate
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import Assembled, assemble
@@ -21,6 +21,7 @@ from takagi.lmi.gains.decay.limited_outcome import (
 )
 from takagi.lmi.gains.decay.request import DecayRequest
 from takagi.lmi.sums.relaxations import Relaxation
+from takagi.models.arrays import Floats
 
 __all__ = ["ANY", "decided", "design_at", "design_of", "rate_shown"]
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.answer import Floats
 from takagi.lmi.argument_checks import (
     check_stabilisable,
     fixed_mode,
@@ -35,6 +34,7 @@ from takagi.lmi.gains.requirements.limits import Limits
 from takagi.lmi.gains.requirements.requirements import Requirements
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import Relaxation
+from takagi.models.arrays import Floats
 from takagi.models.ts.premise import Premise
 
 __all__ = ["DecayRequest", "decay_request"]

@@ -10,20 +10,19 @@ by entry, so nothing is changed by it but the rounding.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.condition.term import Array
 from takagi.lmi.cone.balance import motion, nearest_power, state_units
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.requirements.limits import Limits
+from takagi.models.arrays import Complex, Floats
 
 __all__ = ["WEIGHTS", "DisturbanceCoordinates", "Regulator", "guessed_regulator", "is_definite"]
 
-Floats: TypeAlias = NDArray[np.float64]
 
 # Share of the largest weight that a state or an input has where the output does not show it, and
 # how far the states' units may lie apart when it is added.  The second is for outputs that leave
@@ -164,7 +163,7 @@ class Regulator(NamedTuple):
 
     P: Floats
     gains: Floats
-    poles: NDArray[np.complex128]
+    poles: Complex
 
 
 def guessed_regulator(plant: DisturbedPlant, least_weight: float = WEIGHTS[0]) -> Regulator | None:

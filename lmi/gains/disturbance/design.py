@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from takagi.lmi.analysis.disturbance.channel import near_least
-from takagi.lmi.answer import Answer, Design, Floats, Try
+from takagi.lmi.answer import Answer, Design, Try
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import SMALLEST_MARGIN, Outcome, optimise
@@ -24,6 +24,7 @@ from takagi.lmi.gains.disturbance.coordinates import (
 from takagi.lmi.gains.disturbance.request import DisturbanceRequest
 from takagi.lmi.parameter_search.least_over_rate import least_objective
 from takagi.lmi.solver.time_limit import out_of_time
+from takagi.models.arrays import Floats
 
 __all__ = ["Meaning", "Pose", "designed"]
 

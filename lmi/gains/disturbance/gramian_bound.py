@@ -19,7 +19,6 @@ from itertools import islice
 
 import numpy as np
 
-from takagi.lmi.answer import Floats
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.cone.balance import state_units
@@ -27,6 +26,7 @@ from takagi.lmi.cone.duality import least_objective_bound
 from takagi.lmi.cone.program import ConeProgram, Raw, cone_program
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.solver.solve import attempts, rescaled
+from takagi.models.arrays import Floats
 
 __all__ = ["least_variance"]
 

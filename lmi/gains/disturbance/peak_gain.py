@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.disturbance.peak_condition import positive_rate
-from takagi.lmi.answer import Design, Floats
+from takagi.lmi.answer import Design
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.gains.disturbance.coordinates import (
@@ -25,6 +25,7 @@ from takagi.lmi.gains.disturbance.request import DisturbanceRequest, disturbance
 from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.parameter_search.least_over_rate import least_over_rate, unknowns_near_least
 from takagi.lmi.solver.time_limit import limited, out_of_time
+from takagi.models.arrays import Floats
 
 __all__ = ["peak_pdc"]
 

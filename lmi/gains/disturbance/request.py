@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.answer import Design, Floats
+from takagi.lmi.answer import Design
 from takagi.lmi.argument_checks import number
 from takagi.lmi.gains.decay.pdc import pdc
 from takagi.lmi.gains.disturbance.coordinates import DisturbanceCoordinates
@@ -20,6 +20,7 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
 from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.gains.requirements.limits import Limits
 from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["DisturbanceRequest", "positive", "disturbance_request"]

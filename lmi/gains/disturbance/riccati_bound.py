@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from takagi.lmi.answer import Floats, Try
+from takagi.lmi.answer import Try
 from takagi.lmi.condition.evaluate import holds, margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import Assembled, assemble, pack
@@ -38,6 +38,7 @@ from takagi.lmi.gains.disturbance.coordinates import (
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.disturbance.gramian_bound import least_variance
 from takagi.lmi.gains.disturbance.request import DisturbanceRequest
+from takagi.models.arrays import Floats
 
 __all__ = ["regulated"]
 

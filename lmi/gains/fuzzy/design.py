@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.answer import Answer, Floats, Status
+from takagi.lmi.answer import Answer, Status
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["FuzzyDesign"]

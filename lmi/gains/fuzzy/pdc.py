@@ -8,7 +8,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.answer import Floats
 from takagi.lmi.argument_checks import input_stack, number, sample_time_of, vertex_stack
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.gains.decay.condition import Controlled
@@ -18,6 +17,7 @@ from takagi.lmi.gains.fuzzy.search import searched, units_of
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.parameter_space import RateBounds, membership_rates, space_of
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["fuzzy_pdc", "fuzzy_pdc_condition"]

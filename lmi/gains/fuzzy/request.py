@@ -7,7 +7,6 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from takagi.lmi.answer import Floats
 from takagi.lmi.argument_checks import rate_parameter
 from takagi.lmi.condition.term import LMI, Array, Condition, Unknown
 from takagi.lmi.cone.balance import nearest_power
@@ -20,6 +19,7 @@ from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.fuzzy_condition import rate_slack, slack_unknown
 from takagi.lmi.varying.parameter_motion import continuous_motion, kept_degrees
 from takagi.lmi.varying.parameter_space import Space
+from takagi.models.arrays import Floats
 
 __all__ = ["FuzzyRequest", "SlackKind"]
 

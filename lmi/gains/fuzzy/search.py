@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.answer import Answer, Floats, Try
+from takagi.lmi.answer import Answer, Try
 from takagi.lmi.argument_checks import check_stabilisable, fixed_mode
 from takagi.lmi.condition.shown_rate import rate_of_parameter, shown_rate
 from takagi.lmi.condition.term import Condition
@@ -19,6 +19,7 @@ from takagi.lmi.decision.diagnosis import binding_items
 from takagi.lmi.gains.decay.condition import size_of_motion
 from takagi.lmi.gains.fuzzy.design import FuzzyDesign
 from takagi.lmi.gains.fuzzy.request import FuzzyRequest
+from takagi.models.arrays import Floats
 
 __all__ = ["FuzzyUnits", "searched", "units_of"]
 

@@ -18,9 +18,10 @@ import numpy as np
 
 from takagi.lmi.analysis.pole_region import coefficient_latex, region_weight
 from takagi.lmi.condition.region import EigenvalueRegion, RegionPart
-from takagi.lmi.condition.term import Array, Indices, Unknown
+from takagi.lmi.condition.term import Array, Unknown
 from takagi.lmi.gains.requirements.closed_loop import gain_member, gain_symbol
 from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.models.arrays import Indices
 
 __all__ = ["region_sums"]
 

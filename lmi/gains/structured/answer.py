@@ -9,8 +9,8 @@ import numpy as np
 from takagi.lmi.answer import Answer, Status
 from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
 from takagi.lmi.gains.structured.local_search import LocalSearch, LocalStep
-from takagi.lmi.gains.structured.structure import Floats
 from takagi.lmi.gains.structured.sums import Objective
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["StructuredDesign", "found_at", "unsettled", "without"]

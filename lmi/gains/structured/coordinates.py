@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.argument_checks import rate_parameter
 from takagi.lmi.condition.shown_rate import rate_of_parameter
@@ -13,10 +12,9 @@ from takagi.lmi.cone.balance import motion
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.structured.structure import Structure
 from takagi.lmi.gains.structured.sums import Objective
+from takagi.models.arrays import Floats
 
 __all__ = ["LocalUnits"]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -11,8 +11,8 @@ from takagi.lmi.argument_checks import input_stack, sample_time_of, symmetric, v
 from takagi.lmi.gains.cost.condition import initial_factor
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant, Performance, plant_of
-from takagi.lmi.gains.structured.structure import Floats
 from takagi.lmi.gains.structured.sums import Objective
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 __all__ = ["plant_for"]

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.answer import Try
 from takagi.lmi.condition.evaluate import margin
@@ -19,10 +18,10 @@ from takagi.lmi.gains.structured.sums import Objective, StructuredGains, loop_su
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.parameter_search.least_over_rate import unknowns_near_least
 from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.models.arrays import Floats
 
 __all__ = ["StepSearch", "StructuredPoint"]
 
-Floats = NDArray[np.float64]
 
 # Largest P of a step, in states where it began as I; it only keeps the unknowns bounded.
 LARGEST = 16.0

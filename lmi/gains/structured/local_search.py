@@ -12,7 +12,7 @@ from takagi.lmi.cone.balance import motion, state_units
 from takagi.lmi.decision.decide import decide
 from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
 from takagi.lmi.gains.structured.slack_matrix import slack_condition, slack_gains
-from takagi.lmi.gains.structured.structure import Floats
+from takagi.models.arrays import Floats
 
 __all__ = ["LocalSearch", "LocalStart", "LocalStep", "slack_start"]
 

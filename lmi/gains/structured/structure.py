@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi.condition.term import Array, Unknown
 from takagi.lmi.sums.double_sum import Member
+from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
-__all__ = ["Floats", "Structure", "check_movable", "structure_of"]
+__all__ = ["Structure", "check_movable", "structure_of"]
 
-Floats = NDArray[np.float64]
 
 # An eigenvalue that so many arbitrary gains leave where it is, to rounding, is left by all.
 DRAWS, UNMOVED = 3, 1e-9
@@ -33,7 +33,7 @@ class Structure:
 
     pattern: NDArray[np.bool_]
     C: Floats
-    group: NDArray[np.intp]
+    group: Indices
 
     @property
     def groups(self) -> int:
@@ -193,7 +193,7 @@ def _outputs(given: ArrayLike, n: int) -> Floats:
     return C
 
 
-def _groups(given: ArrayLike | None, r: int) -> NDArray[np.intp]:
+def _groups(given: ArrayLike | None, r: int) -> Indices:
     if given is None:
         return np.arange(r)
     labels = np.asarray(given)

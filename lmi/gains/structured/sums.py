@@ -31,17 +31,16 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.argument_checks import corners_of
 from takagi.lmi.condition.term import Array, Position, Unknown
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.structured.structure import Structure
 from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
+from takagi.models.arrays import Floats
 
 __all__ = ["StructuredGains", "Objective", "loop_sum"]
 
-Floats = NDArray[np.float64]
 Objective: TypeAlias = Literal["decay_rate", "cost", "hinf"]
 
 

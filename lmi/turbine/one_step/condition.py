@@ -27,10 +27,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
 from takagi.lmi.turbine.one_step.loop_of_gains import MovingCorners, WindCellCorners
+from takagi.models.arrays import Floats, Indices
 
 __all__ = [
     "Around",
@@ -44,8 +44,6 @@ __all__ = [
     "shortfall",
 ]
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 ONE = np.ones((1, 1, 1))
 EYE = np.eye(3)[None]
 

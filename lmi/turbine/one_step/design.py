@@ -26,19 +26,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.turbine.one_step.iteration import Iteration, first_point, with_largest_decay_rate
 from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
 from takagi.lmi.turbine.one_step.objective import Objective
 from takagi.lmi.turbine.one_step.value import ReachedValues
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 
 __all__ = ["OneStepDesign", "effort_loop_reach", "one_step_gains"]
 
-Floats = NDArray[np.float64]
 Tell = Callable[[str], None]
 
 STEPS = 12

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, largest_scale, slacks
 from takagi.lmi.turbine.one_step.loop_of_gains import WindCellCorners
+from takagi.models.arrays import Floats
 
 __all__ = ["LoopFunctions", "functions_at", "reached_by_function"]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

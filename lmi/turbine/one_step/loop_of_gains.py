@@ -19,6 +19,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
@@ -29,8 +30,6 @@ from takagi.models.turbine.data import Turbine
 
 __all__ = ["LoopFamily", "LoopOfGains", "MovingCorners", "WindCellCorners"]
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 # Decimals of the gains within the search; those that are emitted are rounded at its end.
 DECIMALS = 8

@@ -20,9 +20,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_lyapunov
 
+from takagi.models.arrays import Floats
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Measurement
 from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque
@@ -30,7 +30,6 @@ from takagi.models.turbine.data import Turbine
 
 __all__ = ["PitchAndTowerMotion", "motion"]
 
-Floats = NDArray[np.float64]
 
 TURBULENCE_LENGTH = 8.1 * 42.0  # m
 # Steps of the central differences: rotor speed, pitch, integral, schedule wind, tower, its speed,

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi.turbine.one_step.joint_step import Weights
 from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions, reached_by_function
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
 from takagi.lmi.turbine.one_step.motion import motion
 from takagi.lmi.turbine.one_step.objective import Objective
+from takagi.models.arrays import Floats
 
 __all__ = [
     "ReachedValues",
@@ -23,8 +23,6 @@ __all__ = [
     "weights_at",
     "widest_multiples",
 ]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

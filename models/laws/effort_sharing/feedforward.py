@@ -16,8 +16,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule
 from takagi.models.ramps.effort_ramp import effort_ramp
@@ -25,7 +25,6 @@ from takagi.models.turbine.data import Turbine
 
 __all__ = ["Feedforward", "known_rate_feedforward", "no_feedforward"]
 
-Array = NDArray[np.float64]
 
 # The share of the trim's torque that is left to the gains (``EffortSettings.torque_share``): both
 # together must not ask for negative torque.
@@ -46,8 +45,8 @@ class Feedforward:
     pitch_lead : tau_lead >= 0 [s]; 0 switches the lead off.
     """
 
-    inertia: Array
-    effort_limit: Array
+    inertia: Floats
+    effort_limit: Floats
     pitch_lead: float
 
     def __post_init__(self) -> None:

@@ -32,8 +32,9 @@ from dataclasses import dataclass
 from math import exp
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.feedforward import (
     Feedforward,
@@ -47,7 +48,6 @@ from takagi.models.turbine.data import Turbine
 
 __all__ = ["CoherentLaw", "EffortGains", "EffortSharingLaw"]
 
-Array = NDArray[np.float64]
 # Slow beside tower, flap and wake (0.5 s and 3 to 8 s for 5 MW): an estimate from rotor speed sees
 # their motion as wind, and a schedule that follows at once makes it a feedback that swings.
 DEFAULT_WIND_FILTER = 5.0
@@ -63,8 +63,8 @@ class EffortGains:
     integral_rate : (K - 1,) nu [1/s], constant on each interval between nodes.
     """
 
-    proportional: Array
-    integral_rate: Array
+    proportional: Floats
+    integral_rate: Floats
 
     def __post_init__(self) -> None:
         for name in ("proportional", "integral_rate"):
@@ -159,7 +159,7 @@ class EffortSharingLaw:
             integral_limit=integral_limit,
         )
 
-    def initial_state(self, wind: float) -> Array:
+    def initial_state(self, wind: float) -> Floats:
         """Return x = 0 and the schedule wind at the given wind [m/s]."""
         return np.array([0.0, self._inside(wind)])
 
@@ -189,7 +189,7 @@ class EffortSharingLaw:
             min(max(pitch, self.pitch_min), self.pitch_max),
         )
 
-    def state_rate(self, state: ArrayLike, measurement: Measurement) -> Array:
+    def state_rate(self, state: ArrayLike, measurement: Measurement) -> Floats:
         """Return (x', v_f'); the integrator is held at its limit."""
         x = float(np.asarray(state)[0])
         wind = self._schedule_wind(state, measurement)
@@ -200,7 +200,7 @@ class EffortSharingLaw:
             rate = 0.0
         return np.array([rate, self._wind_rate(wind, measurement)])
 
-    def advance(self, state: ArrayLike, measurement: Measurement, time: float) -> Array:
+    def advance(self, state: ArrayLike, measurement: Measurement, time: float) -> Floats:
         """Return the state ``time`` [s] later, the measurement held.
 
         The filter is discretised exactly, v_f <- v_hat + (v_f - v_hat) exp(-time / tau_f), so that
@@ -217,7 +217,7 @@ class EffortSharingLaw:
 
     def sample(
         self, state: ArrayLike, measurement: Measurement, time: float
-    ) -> tuple[Command, Array]:
+    ) -> tuple[Command, Floats]:
         """Return the command at a sample and the state at the next one, ``time`` [s] later.
 
         What is fed forward is the mean of v_f' until then, (v_f after - v_f) / time: on a ramp of
@@ -273,7 +273,7 @@ class EffortSharingLaw:
         return k, float((wind - nodes[k]) / (nodes[k + 1] - nodes[k]))
 
 
-def _between(column: Array, k: int, share: float) -> float:
+def _between(column: Floats, k: int, share: float) -> float:
     return float(column[k]) + share * float(column[k + 1] - column[k])
 
 

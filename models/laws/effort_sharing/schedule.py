@@ -15,9 +15,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ramps.effort_ramp import effort_ramp
 from takagi.models.turbine.aerodynamics import rotor_torque
@@ -31,7 +31,6 @@ from takagi.models.turbine.trim import (
 
 __all__ = ["EffortSchedule", "effort_schedule", "frozen_wake_effectiveness"]
 
-Array = NDArray[np.float64]
 
 DEFAULT_OVERLAP = 0.01
 DEFAULT_EFFECTIVENESS_SHARE = 0.6
@@ -55,11 +54,11 @@ class EffortSchedule:
     overlap : eps of the effort ramp [rad/s^2].
     """
 
-    wind: Array
-    rotor_speed: Array
-    trim_effort: Array
-    effectiveness: Array
-    effectiveness_limit: Array
+    wind: Floats
+    rotor_speed: Floats
+    trim_effort: Floats
+    effectiveness: Floats
+    effectiveness_limit: Floats
     overlap: float
 
     def __post_init__(self) -> None:

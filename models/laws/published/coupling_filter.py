@@ -29,15 +29,15 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.ramps.membership_ramp import Ramp, Shape, rated_speed_ramp
 from takagi.models.turbine.data import Turbine
 
 __all__ = ["CouplingFilter", "Variant", "coupling_filter"]
 
-Array: TypeAlias = NDArray[np.float64]
 Variant: TypeAlias = Literal["sector", "saturated"]
 
 
@@ -96,16 +96,16 @@ class CouplingFilter:
         return self.rated_torque / self.top_torque, 1.0
 
     @property
-    def corners(self) -> Array:
+    def corners(self) -> Floats:
         """F_1..F_4, (4, 2, 2), acting on (T_g [N m], beta_ref [rad])."""
         low, high = self.torque_corners
         return np.array([np.diag(pair) for pair in ((low, 0), (high, 0), (low, 1), (high, 1))])
 
-    def pitch_share(self, rotor_speed: ArrayLike) -> Array:
+    def pitch_share(self, rotor_speed: ArrayLike) -> Floats:
         """Return f_1(omega) in [0, 1]."""
         return self.speed_ramp(rotor_speed)
 
-    def torque_weights(self, torque: ArrayLike) -> Array:
+    def torque_weights(self, torque: ArrayLike) -> Floats:
         """Return (w_12, w_22) at commanded torques [N m], stacked on the first axis."""
         T = np.asarray(torque, dtype=np.float64)
         if self.variant == "sector":
@@ -116,11 +116,11 @@ class CouplingFilter:
             high = np.clip((self._saturated_factor(T) - low) / (1.0 - low), 0.0, 1.0)
         return np.stack((1.0 - high, high))
 
-    def torque_factor(self, torque: ArrayLike) -> Array:
+    def torque_factor(self, torque: ArrayLike) -> Floats:
         """Return f_2(T_g) = w_12 f_2 low + w_22 f_2 high, the convex sum."""
         return np.asarray(np.tensordot(self.torque_corners, self.torque_weights(torque), axes=1))
 
-    def memberships(self, rotor_speed: ArrayLike, torque: ArrayLike) -> Array:
+    def memberships(self, rotor_speed: ArrayLike, torque: ArrayLike) -> Floats:
         """Return h^a_1..h^a_4, (4, ...), for arrays that broadcast; all >= 0, sum 1.
 
         Parameters
@@ -133,7 +133,7 @@ class CouplingFilter:
         by_speed, by_torque = self.speed_ramp.weights(speed), self.torque_weights(command)
         return np.stack([by_speed[i] * by_torque[j] for i in (0, 1) for j in (0, 1)])
 
-    def matrix(self, rotor_speed: ArrayLike, torque: ArrayLike) -> Array:
+    def matrix(self, rotor_speed: ArrayLike, torque: ArrayLike) -> Floats:
         """Return F = sum_m h^a_m F_m, (..., 2, 2)."""
         h = np.moveaxis(self.memberships(rotor_speed, torque), 0, -1)
         return np.asarray(np.tensordot(h, self.corners, axes=1))
@@ -143,7 +143,7 @@ class CouplingFilter:
         low, high = self.torque_corners
         return low + self._high_weight_at(torque) * (high - low), self.speed_ramp.at(rotor_speed)
 
-    def sector_weight(self, torque: ArrayLike) -> Array:
+    def sector_weight(self, torque: ArrayLike) -> Floats:
         """Return (f_2 - 1)/(T_max/T_min - 1), the published w_22, NaN where outside [0, 1].
 
         For ``saturated`` it is 0 where torque passes and exists nowhere else: f_2 <= 1.
@@ -172,7 +172,7 @@ class CouplingFilter:
         low, high, overlap = self.minimum_torque, self.rated_torque, self.torque_overlap
         return Ramp(low - overlap, overlap, self.shape), Ramp(low, high - low, self.shape)
 
-    def _saturated_factor(self, T: Array) -> Array:
+    def _saturated_factor(self, T: Floats) -> Floats:
         half, limit = self.torque_overlap / 2, self.rated_torque
         # The parabola is only ever divided by torques near rated, never by zero.
         near = np.maximum(T, limit - half)

@@ -26,8 +26,9 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.laws.published.coupling_filter import CouplingFilter
@@ -47,7 +48,6 @@ __all__ = [
     "published_law",
 ]
 
-Array: TypeAlias = NDArray[np.float64]
 PublishedLawName: TypeAlias = Literal["paper", "paper-two-integrators"]
 
 
@@ -79,13 +79,13 @@ class PublishedRule:
     filter_rule: int
     partial_rule: int
     full_rule: int
-    filter_matrix: Array
-    k_x: Array
-    k_I: Array
+    filter_matrix: Floats
+    k_x: Floats
+    k_I: Floats
     partial_corner: dict[str, float]
     full_corner: dict[str, float]
 
-    def command(self, deviation: ArrayLike, integral: ArrayLike) -> Array:
+    def command(self, deviation: ArrayLike, integral: ArrayLike) -> Floats:
         """Return F_m (-k_x dx + k_I x_I), (2,), from dx (2,) and x_I, one or one per region."""
         dx, x = np.asarray(deviation, dtype=np.float64), np.asarray(integral, dtype=np.float64)
         return np.asarray(self.filter_matrix @ (-self.k_x @ dx + self.k_I * x))
@@ -150,7 +150,7 @@ class PublishedLaw:
         optimal = optimal_tip_speed_ratio(self.turbine) * per_ratio
         return min(max(optimal, minimum), self.speed_setpoint)
 
-    def initial_state(self, wind: float) -> Array:
+    def initial_state(self, wind: float) -> Floats:
         """Return the integrals at the law's own equilibrium, or nearest to the trim without one.
 
         See ``equilibrium``: that equilibrium need not be the turbine's trim.
@@ -186,7 +186,7 @@ class PublishedLaw:
 
     def state_rate(
         self, state: ArrayLike, measurement: Measurement, *, reference: float | None = None
-    ) -> Array:
+    ) -> Floats:
         """Return the derivative of the integrals [rad/s]; ``reference`` as in ``blended``."""
         if reference is None:
             reference = self.reference_speed(measurement.wind_estimate)
@@ -195,7 +195,7 @@ class PublishedLaw:
         found = self.blended(state, measurement, reference=reference)
         return self.tracking_rate(found, self.limited(found))
 
-    def tracking_rate(self, blended: BlendedCommands, command: Command) -> Array:
+    def tracking_rate(self, blended: BlendedCommands, command: Command) -> Floats:
         """Return (x_b', x_c') of the two integrators when ``command`` is what is carried out."""
         tau = self.tracking_time
         if tau is None:
@@ -225,7 +225,7 @@ class PublishedLaw:
                         corners[1][j],
                     )
 
-    def rule_memberships(self, state: ArrayLike, measurement: Measurement) -> Array:
+    def rule_memberships(self, state: ArrayLike, measurement: Measurement) -> Floats:
         """Return h^a_m h^b_i h^c_j in the order of ``rules``; sums to 1."""
         h_a = self.coupling.memberships(
             measurement.rotor_speed, self.blended(state, measurement).torque

@@ -13,11 +13,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Complex, Floats
 from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.laws.published.equilibrium import Equilibrium, equilibrium
 from takagi.models.laws.published.law import PublishedLaw
@@ -25,7 +24,6 @@ from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 
 __all__ = ["PublishedLocalGains", "PublishedLocalLoop", "local_gains", "local_loop", "local_loops"]
 
-Array: TypeAlias = NDArray[np.float64]
 
 # Steps in rotor speed [rad/s], pitch [rad], integrals [rad]: small against every overlap, large
 # enough that rounding of the scheduled gains (1e-9 of their size) stays invisible.
@@ -46,9 +44,9 @@ class PublishedLocalGains:
     torque_held, pitch_held : whether the command is held at a limit there, so that it is 0.
     """
 
-    torque: Array
-    pitch: Array
-    integrals: Array
+    torque: Floats
+    pitch: Floats
+    integrals: Floats
     torque_held: bool
     pitch_held: bool
 
@@ -67,8 +65,8 @@ class PublishedLocalLoop:
 
     point: Equilibrium
     gains: PublishedLocalGains | None
-    matrix: Array | None
-    eigenvalues: NDArray[np.complex128]
+    matrix: Floats | None
+    eigenvalues: Complex
 
     @property
     def decay_rate(self) -> float:
@@ -133,8 +131,8 @@ def local_loops(law: PublishedLaw, winds: Iterable[float]) -> tuple[PublishedLoc
 
 
 def _response(
-    law: PublishedLaw, z: Array, wind: float, held: tuple[bool, bool], limits: Command
-) -> Array:
+    law: PublishedLaw, z: Floats, wind: float, held: tuple[bool, bool], limits: Command
+) -> Floats:
     """Return (T, beta_ref, x') with held commands at their limits and the others free of them."""
     found = law.blended(z[2:], Measurement(float(z[0]), float(z[1]), wind))
     torque = limits.torque if held[0] else found.blended_torque

@@ -22,16 +22,15 @@ from dataclasses import dataclass
 from math import exp, isfinite
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.laws.published.law import PublishedLaw
 
 __all__ = ["FilteredReferenceLaw", "ReferenceFilter"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,15 +63,15 @@ class ReferenceFilter:
         if self.order not in (1, 2):
             raise ModelError(f"reference filter of order {self.order!r} was given; take 1 or 2")
 
-    def rest(self, reference: float) -> Array:
+    def rest(self, reference: float) -> Floats:
         """Return the state at which the output is ``reference`` [rad/s] and stays there."""
         return np.array([reference, 0.0][: self.order])
 
-    def rate(self, state: ArrayLike, reference: float) -> Array:
+    def rate(self, state: ArrayLike, reference: float) -> Floats:
         """Return the state's derivative for an input ``reference`` [rad/s]."""
         return np.asarray(self._matrix() @ (np.asarray(state) - self.rest(reference)))
 
-    def after(self, state: ArrayLike, reference: float, time: float) -> Array:
+    def after(self, state: ArrayLike, reference: float, time: float) -> Floats:
         """Return the state ``time`` [s] later, the input held: exactly, by the exponential."""
         rest = self.rest(reference)
         away = np.asarray(state, dtype=np.float64) - rest
@@ -80,7 +79,7 @@ class ReferenceFilter:
             return np.asarray(rest + exp(-time / self.time_constant) * away)
         return np.asarray(rest + expm(time * self._matrix()) @ away)
 
-    def _matrix(self) -> Array:
+    def _matrix(self) -> Floats:
         w = 1 / self.time_constant
         if self.order == 1:
             return np.array([[-w]])
@@ -113,7 +112,7 @@ class FilteredReferenceLaw:
         own = ("filtered reference speed [rad/s]", "its rate [rad/s^2]")
         return (*self.law.state_names, *own[: self.filter.order])
 
-    def initial_state(self, wind: float) -> Array:
+    def initial_state(self, wind: float) -> Floats:
         """Return the law's own rest state, and the filter's at the reference of this wind [m/s]."""
         rest = self.filter.rest(self.law.reference_speed(wind))
         return np.concatenate([self.law.initial_state(wind), rest])
@@ -123,7 +122,7 @@ class FilteredReferenceLaw:
         own, filtered = self._parts(state)
         return self.law.limited(self.law.blended(own, measurement, reference=float(filtered[0])))
 
-    def state_rate(self, state: ArrayLike, measurement: Measurement) -> Array:
+    def state_rate(self, state: ArrayLike, measurement: Measurement) -> Floats:
         """Return the rates of the integrals and of the filter."""
         own, filtered = self._parts(state)
         reference = self.law.reference_speed(measurement.wind_estimate)
@@ -132,7 +131,7 @@ class FilteredReferenceLaw:
 
     def sample(
         self, state: ArrayLike, measurement: Measurement, time: float
-    ) -> tuple[Command, Array]:
+    ) -> tuple[Command, Floats]:
         """Return the command, and the state ``time`` [s] later: the filter exactly, else Euler."""
         own, filtered = self._parts(state)
         reference = self.law.reference_speed(measurement.wind_estimate)
@@ -140,6 +139,6 @@ class FilteredReferenceLaw:
         later = np.concatenate([own + time * rate, self.filter.after(filtered, reference, time)])
         return self.command(state, measurement), later
 
-    def _parts(self, state: ArrayLike) -> tuple[Array, Array]:
+    def _parts(self, state: ArrayLike) -> tuple[Floats, Floats]:
         whole = np.asarray(state, dtype=np.float64)
         return whole[: -self.filter.order], whole[-self.filter.order :]

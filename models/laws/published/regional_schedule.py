@@ -19,8 +19,9 @@ from dataclasses import dataclass, field
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.splines.scalar_surface import scalar_surface
 from takagi.models.ts.model import TSModel
@@ -30,7 +31,6 @@ from takagi.models.turbine.regional_model import WIND_ESTIMATE
 
 __all__ = ["RegionalGainValues", "RegionalSchedule", "premise_evaluators", "regional_schedule"]
 
-Array: TypeAlias = NDArray[np.float64]
 Evaluator: TypeAlias = Callable[[float, float, float], float]
 
 # Steps [rad/s, rad, m/s] below which a secant is taken as a central difference of this width
@@ -65,8 +65,8 @@ class RegionalSchedule:
     """
 
     model: TSModel
-    k_x: Array
-    k_I: Array
+    k_x: Floats
+    k_I: Floats
     evaluators: tuple[Evaluator, ...]
     _bounds: tuple[tuple[float, float], ...] = field(init=False, repr=False)
     _rows: tuple[tuple[float, float, float], ...] = field(init=False, repr=False)

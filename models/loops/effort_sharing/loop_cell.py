@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import Interval
 
 __all__ = ["NOMINAL", "LoopBox", "LoopCell", "LoopUncertainty"]
@@ -33,7 +33,7 @@ class LoopBox:
     wind_share: Fraction
 
     @property
-    def directions(self) -> NDArray[np.float64]:
+    def directions(self) -> Floats:
         """(3, 3) rows h_i: (e, zeta, x) is in the box where |h_i' (e, zeta, x)| <= 1."""
         e, z, y = (float(b) for b in (self.speed_error, self.effort_lag, self.speed_signal))
         return np.array([[1 / e, 0, 0], [0, 1 / z, 0], [1 / y, 0, -1 / y]])

@@ -11,14 +11,12 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import Interval
 from takagi.models.loops.effort_sharing.loop_cell import LoopCell
 
 __all__ = ["LoopVertices", "loop_vertices"]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

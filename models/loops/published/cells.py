@@ -18,8 +18,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.dual import Dual, Range
 from takagi.models.loops.published.tables import LoopFigures
@@ -27,7 +27,6 @@ from takagi.models.loops.published.vector_field import Corner, PublishedVectorFi
 
 __all__ = ["PublishedCell", "disturbance_bound", "enclosed_cell", "wind_breaks"]
 
-Floats = NDArray[np.float64]
 EMITTED_DIGITS = 7
 # Emitted ranges are wider than the computed ones by this share of the largest entry of their
 # row, far above what rounding in floating or fixed point amounts to.

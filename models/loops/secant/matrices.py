@@ -9,8 +9,8 @@ from itertools import product
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 
@@ -128,9 +128,7 @@ class SecantEmbedding:
     sample_time: float | None
     form: str
 
-    def vertex_arrays(
-        self, *, most: int = MOST_VERTICES
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def vertex_arrays(self, *, most: int = MOST_VERTICES) -> tuple[Floats, Floats]:
         """Return (A, E), (N, n, n) and (N, n, q): the vertices of all cells, to nearest floats.
 
         What is proved is said of ``exact_vertices``; floats are for a solver.

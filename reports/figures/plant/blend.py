@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
 from takagi.reports.figures.plant.responses import finish_over_time
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 __all__ = ["BlendCurve", "actuators_figure", "blend_curve", "hand_over_figure"]
 
-Floats = NDArray[np.float64]
 LINE = 401
 SHADE = "#eeeeee"
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.reports.figures.style import COLOURS, GREY, house_style, new_figure
 
 if TYPE_CHECKING:
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["ellipse", "phase_figure", "planes"]
 
-Floats = NDArray[np.float64]
 POINTS = 181
 MOST_PLANES = 4
 LEVELS = (0.25, 0.5, 0.75)

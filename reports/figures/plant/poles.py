@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Complex
 from takagi.reports.figures.style import COLOURS, GREY, house_style, new_figure
 from takagi.reports.loops.plant_local import pair_poles
 
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 __all__ = ["equilibrium_poles", "vertex_poles_figure"]
 
-Complex = NDArray[np.complex128]
 # Beyond this ratio of the fastest to the slowest pole both axes become logarithmic.
 SPREAD = 30.0
 

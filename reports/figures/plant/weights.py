@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.reports.figures.style import COLOURS, SEQUENTIAL, STYLES, house_style, new_figure
 from takagi.reports.page.labels import name_of
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 __all__ = ["PremiseCurve", "premise_curves", "weights_figure"]
 
-Floats = NDArray[np.float64]
 LINE, GRID = 201, 61
 TRIES, SEED = 6, 5
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
 from takagi.reports.figures.cells import cells_panel
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 
 __all__ = ["effort_figure", "gains_figure", "regional_gains_figure", "wind_class_figure"]
-
-Real = NDArray[np.float64]
 
 
 def wind_class_figure(summary: ClaimSummary) -> Figure:

@@ -13,9 +13,9 @@ from takagi.reports.figures import power_surface_figure, trim_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.models.arrays import Floats
 
 __all__ = ["power_surface", "region_starts", "trim_curve", "trim_drawing"]
 
@@ -64,8 +64,8 @@ def power_surface(
     design: TurbineDesign,
     points: Sequence[TrimPoint],
     *,
-    ratio: NDArray[np.float64],
-    pitch: NDArray[np.float64],
+    ratio: Floats,
+    pitch: Floats,
     band: float | None = None,
 ) -> Figure:
     """Return the power coefficient over a grid, with the trim; ``band`` as in the figure."""
