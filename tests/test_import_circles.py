@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 FLOORS = ("models", "lmi", "certificates", "reports", "cli")  # whose modules are in no circle
-ROOMS = ("models", "lmi", "cli")  # whose folders are in no circle either
+ROOMS = ("models", "lmi", "reports", "cli")  # whose folders are in no circle either
 
 Graph = dict[str, set[str]]
 

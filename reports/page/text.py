@@ -6,13 +6,9 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from takagi.reports.figures.writing import figure_to_svg
 from takagi.reports.page import rounded_bounds as bounds
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = [
     "CaptionedFigure",
@@ -23,7 +19,6 @@ __all__ = [
     "complex_words",
     "decimal",
     "with_decimals",
-    "captioned_figure",
     "powers",
     "significant",
     "range_text",
@@ -90,14 +85,6 @@ class Section:
             items = value if isinstance(value, (list, tuple)) else (value,)
             found += [item for item in items if isinstance(item, CaptionedFigure)]
         return tuple(found)
-
-
-def captioned_figure(
-    figure: Figure, name: str, *, caption: str, alternative: str
-) -> CaptionedFigure:
-    """Return a drawn figure as a plate; its SVG stands in the page and in a file of its own."""
-    svg = figure_to_svg(figure, name=name, description=alternative)
-    return CaptionedFigure(name, svg, caption, alternative)
 
 
 def with_decimals(value: float, digits: int) -> str:

@@ -7,14 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.design.claim_summary import ClaimSummary, claim_summary
 from takagi.reports.figures import cells_figure
-from takagi.reports.page.text import (
-    Section,
-    Table,
-    at_least,
-    at_most,
-    captioned_figure,
-    with_decimals,
-)
+from takagi.reports.figures.captioned_figure import captioned_figure
+from takagi.reports.page.text import Section, Table, at_least, at_most, with_decimals
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from takagi.reports.figures.captioned_figure import captioned_figure
 from takagi.reports.loops.synthesis_summary import synthesis_words
-from takagi.reports.page.text import Section, Table, captioned_figure, significant, with_decimals
+from takagi.reports.page.text import Section, Table, significant, with_decimals
 from takagi.reports.sections.turbine.drawings import gains_figure
 from takagi.reports.sections.turbine.operation import region_starts
 from takagi.reports.sections.turbine.synthesis_table import synthesis_table

@@ -11,6 +11,7 @@ import numpy as np
 from takagi.certificates.design.claim_summary import claim_summary
 from takagi.models.turbine.trim import rated_wind
 from takagi.reports.figures import BodeLine, bode_figure, bode_line, poles_figure
+from takagi.reports.figures.captioned_figure import captioned_figure
 from takagi.reports.loops.turbine_local import LoopPoint, loop_points
 from takagi.reports.margins import (
     Loops,
@@ -20,13 +21,7 @@ from takagi.reports.margins import (
     loop_response,
     loops_at_trim,
 )
-from takagi.reports.page.text import (
-    CaptionedFigure,
-    Section,
-    captioned_figure,
-    significant,
-    with_decimals,
-)
+from takagi.reports.page.text import CaptionedFigure, Section, significant, with_decimals
 from takagi.reports.sections.margin_table import margin_table
 
 if TYPE_CHECKING:

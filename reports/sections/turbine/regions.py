@@ -8,11 +8,11 @@ import numpy as np
 
 from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.turbine.trim import trim
+from takagi.reports.figures.captioned_figure import captioned_figure
 from takagi.reports.page.text import (
     CaptionedFigure,
     Section,
     Table,
-    captioned_figure,
     decimal,
     significant,
     with_decimals,

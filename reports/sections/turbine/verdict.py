@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.design.claim_summary import ClaimSummary, claim_summary
+from takagi.reports.figures.captioned_figure import captioned_figure
 from takagi.reports.figures.overlaps import OverlapRow, overlaps_figure
 from takagi.reports.loops.overlap_claims import (
     OverlapClaim,
@@ -23,7 +24,6 @@ from takagi.reports.page.text import (
     Table,
     at_least,
     at_most,
-    captioned_figure,
     decimal,
     range_text,
     with_decimals,
