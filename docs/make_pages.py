@@ -10,7 +10,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from catalogue import page, pendulum, published, trusted, weights
+from catalogue import page, pendulum, published, rooms, trusted, weights
 from catalogue.sheet import sheet
 
 HERE = Path(__file__).parent
@@ -19,6 +19,8 @@ PAGES = {
     "published.md": published.page,
     "pendulum.md": pendulum.page,
     "weights.md": weights.page,
+    "architecture.md": rooms.page,
+    "figures/rooms.svg": rooms.picture,
 }
 # Measured on certificates that take seconds to make: their own tests compare them.
 MEASURED = {"certificate.md": trusted.page}

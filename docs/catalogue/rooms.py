@@ -10,7 +10,7 @@ from graphlib import TopologicalSorter
 from html import escape
 from pathlib import Path
 
-__all__ = ["FLOORS", "Room", "circles", "imports_within", "listing", "page", "picture", "rooms"]
+__all__ = ["FLOORS", "Room", "imports_within", "listing", "page", "picture", "rooms"]
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "architecture.md"
@@ -20,11 +20,11 @@ FLOORS = ("cli", "reports", "certificates", "lmi", "models")
 # Folders of files that are no code of their own.
 DATA = ("templates", "data")
 
-WIDTH, EDGE, GAP = 1000, 14, 8
-LETTER, PAD, LINE, BOX = 6.7, 9, 22, 40
+WIDTH, EDGE, GAP = 720, 6, 6
+LETTER, PAD, LINE, BOX = 6.5, 8, 22, 24
 INK, PAPER, FRAME = "#1a1a1a", "#ffffff", "#8a8a8a"
-# One fill for each floor, by Paul Tol's "light" scheme, which colour-blind readers can tell apart.
-FILLS = dict(zip(FLOORS, ("#eedd88", "#ffaabb", "#99ddff", "#bbcc33", "#dddddd"), strict=True))
+# One fill for each floor, by Paul Tol's "pale" scheme, which colour-blind readers can tell apart.
+FILLS = dict(zip(FLOORS, ("#eeeebb", "#ffcccc", "#bbccee", "#ccddaa", "#dddddd"), strict=True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,11 +99,11 @@ def _band(floor: str, top: int) -> tuple[list[str], int]:
     for level in reversed(_levels(imports_within(floor))):
         left = EDGE + 2 * PAD
         for room in sorted(level):
-            label = room if (ROOT / floor / room).is_dir() else f"{room}.py"
-            wide = round(max(len(label), 4) * LETTER) + 2 * PAD
+            label, count = _label(floor, room)
+            wide = round((len(label) + len(count)) * LETTER) + 2 * PAD
             if left + wide > WIDTH - EDGE - PAD:
-                left, line = EDGE + 2 * PAD, line + BOX + GAP - 12
-            boxes.append(_box(left, line, wide, label, _count(floor, room)))
+                left, line = EDGE + 2 * PAD, line + BOX + GAP
+            boxes.append(_box(left, line, wide, label, count))
             left += wide + GAP
         line += BOX + GAP
     height = line - top
@@ -120,23 +120,20 @@ def _band(floor: str, top: int) -> tuple[list[str], int]:
 
 
 def _box(left: int, top: int, wide: int, label: str, count: str) -> str:
-    middle = left + wide / 2
     return (
-        f'<rect x="{left}" y="{top}" width="{wide}" height="{BOX - 6}" rx="3" fill="{PAPER}" '
+        f'<rect x="{left}" y="{top}" width="{wide}" height="{BOX}" rx="3" fill="{PAPER}" '
         f'stroke="{FRAME}"/>'
-        f'<text x="{middle:g}" y="{top + 15}" font-size="12" text-anchor="middle" fill="{INK}">'
-        f'{label}</text><text x="{middle:g}" y="{top + 28}" font-size="9" text-anchor="middle" '
-        f'fill="{INK}">{count}</text>'
+        f'<text x="{left + wide / 2:g}" y="{top + 16}" font-size="12" text-anchor="middle" '
+        f'fill="{INK}">{label}<tspan font-size="10">{count}</tspan></text>'
     )
 
 
-def _count(floor: str, room: str) -> str:
-    """Return how many modules a room and those inside it have; nothing for a single file."""
+def _label(floor: str, room: str) -> tuple[str, str]:
+    """Return a room's name and the number of modules in it and inside; a module's file name."""
     folder = ROOT / floor / room
     if not folder.is_dir():
-        return ""
-    files = sum(1 for path in folder.rglob("*.py") if path.name != "__init__.py")
-    return f"{files} file{'s' if files != 1 else ''}"
+        return f"{room}.py", ""
+    return room, f" {sum(1 for path in folder.rglob('*.py') if path.name != '__init__.py')}"
 
 
 def _levels(graph: Mapping[str, Iterable[str]]) -> list[list[str]]:
@@ -185,24 +182,3 @@ def _imported(path: Path) -> Iterator[str]:
             yield node.module
             # `from takagi.lmi.gains import observer` may name a module.
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
-
-
-def circles(graph: Mapping[str, Iterable[str]]) -> list[list[str]]:
-    """Return groups of nodes that reach each other, each sorted; none where there is no circle."""
-    reached = {node: _reached(graph, node) for node in graph}
-    groups = {
-        tuple(sorted(other for other in reached[node] if node in reached.get(other, ())))
-        for node in graph
-    }
-    return sorted(list(group) for group in groups if group)
-
-
-def _reached(graph: Mapping[str, Iterable[str]], start: str) -> set[str]:
-    found: set[str] = set()
-    open_nodes = list(graph[start])
-    while open_nodes:
-        node = open_nodes.pop()
-        if node not in found:
-            found.add(node)
-            open_nodes += graph.get(node, ())
-    return found
