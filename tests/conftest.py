@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.certificates import TurbineDesign
 
 # Before anything imports a linear-algebra library: many threads on few cores only add noise.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -52,9 +52,9 @@ def turbine_design() -> TurbineDesign:
 
     The default, gains and function together, takes a minute more and is tested where it is made.
     """
-    from takagi.certificates.design.turbine.design import design_turbine
-    from takagi.certificates.design.turbine.settings import DesignSettings
-    from takagi.models.turbine.loader import model_files, nrel5mw
+    from takagi.certificates import DesignSettings, design_turbine
+    from takagi.models import nrel5mw
+    from takagi.models.turbine.loader import model_files
 
     asked = DesignSettings(synthesis="two-step")
     return design_turbine(nrel5mw(), asked, files=model_files("nrel5mw"))

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from takagi.models import TSModel
-from takagi.models.turbine.full_load import full_load_model
-from takagi.models.turbine.loader import nrel5mw
-from takagi.models.turbine.partial_load import partial_load_model
+from takagi.models import TSModel, full_load_model, nrel5mw, partial_load_model
 
 __all__ = ["regional_models"]
 

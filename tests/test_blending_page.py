@@ -10,11 +10,10 @@ import pytest
 
 from takagi.certificates import Verdict
 from takagi.certificates.design.plant.design import certify_plant
-from takagi.models import ModelError, load_model
+from takagi.models import ModelError, Plant, load_model
 from takagi.models.blending.blending import blending_of
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.entries import ActuatorEntry, EffortEntry
-from takagi.models.plant.plant import Plant
 
 PAGE = (Path(__file__).resolve().parents[1] / "docs" / "blending.md").read_text(encoding="utf-8")
 

@@ -14,9 +14,8 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker.kernel.certificate import check
+from takagi.certificates import Verdict, check
 from takagi.certificates.checker.kernel.reader import number, read_json
-from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.turbine.wind_rate import Range
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -20,11 +20,9 @@ from takagi.certificates.document.certificate_file import (
     effort_sharing_law_data,
     turbine_data,
 )
-from takagi.lmi.turbine.effort import effort_gains
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.effort_sharing.schedule import effort_schedule
-from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.loader import nrel5mw
+from takagi.lmi.turbine import effort_gains
+from takagi.models import Turbine, nrel5mw
+from takagi.models.laws import EffortSharingLaw, effort_schedule
 
 PER_INTERVAL = {"integral_rate", "inertia_feedforward", "feedforward_limit"}
 # Nodes kept in the short certificate: where the effort passes from torque to pitch.

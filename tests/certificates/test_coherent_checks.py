@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from takagi.certificates import CertificateError
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES, Corners, Stated
 from takagi.certificates.checker.turbine.coherent_inputs import Law, Subject
 from takagi.certificates.checker.turbine.coherent_loop import Loop
@@ -22,7 +22,7 @@ from takagi.lmi.analysis.invariant_ellipsoid import largest_scale
 from takagi.models.loops.effort_sharing.cells import CellLoop
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
 from takagi.models.ramps.effort_ramp import effort_ramp
-from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine import rotor_torque
 
 
 def as_read(document: dict[str, Any]) -> dict[str, Any]:

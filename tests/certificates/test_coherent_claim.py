@@ -22,7 +22,7 @@ from takagi.certificates.claims.turbine.effort_sharing import (
     effort_sharing_claim,
 )
 from takagi.certificates.document.certificate_file import certificate_document, dumps
-from takagi.models.intervals.interval import Interval
+from takagi.models import Interval
 
 Document = dict[str, Any]
 Reseal = Callable[[Document], Document]

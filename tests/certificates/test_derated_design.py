@@ -8,9 +8,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker.kernel.certificate import check
-from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates import CertificateError, Verdict, check
 from takagi.certificates.claims.turbine.effort_sharing import (
     effort_sharing_candidate,
     effort_sharing_claim,
@@ -21,9 +19,8 @@ from takagi.certificates.document.certificate_file import (
     turbine_data,
 )
 from takagi.certificates.document.provenance import provenance
-from takagi.lmi.turbine.effort import effort_gains
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.lmi.turbine import effort_gains
+from takagi.models.laws import EffortSharingLaw, effort_schedule
 from takagi.models.turbine import nrel5mw
 from takagi.models.turbine.derating import derated
 from takagi.models.turbine.loader import model_files

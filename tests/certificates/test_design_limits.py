@@ -7,13 +7,12 @@ from dataclasses import replace
 
 import pytest
 
+from takagi.certificates import DesignSettings
 from takagi.certificates.design.turbine.limits import check_limits
 from takagi.certificates.design.turbine.scale import default_settings
-from takagi.certificates.design.turbine.settings import DesignSettings
-from takagi.lmi.turbine.effort import EffortSettings
-from takagi.models.errors import ModelError
-from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.loader import load_turbine, nrel5mw
+from takagi.lmi.turbine import EffortSettings
+from takagi.models import ModelError, Turbine, nrel5mw
+from takagi.models.turbine import load_turbine
 
 TURBINE = nrel5mw()
 ASKED = default_settings(TURBINE)

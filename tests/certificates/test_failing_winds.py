@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
-from takagi.models.intervals.interval import Interval
+from takagi.models import Interval
 from takagi.models.loops.effort_sharing.loop_cell import LoopCell
 
 

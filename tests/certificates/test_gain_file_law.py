@@ -12,14 +12,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates import CertificateError, law_from_gains
+from takagi.certificates import CertificateError, TurbineDesign, law_from_gains
 from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.design.turbine.published_law import designed_law
-from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.certificates.document.certificate_file import effort_sharing_law_data
-from takagi.models.errors import ModelError
-from takagi.models.laws import EffortGains, EffortSharingLaw, Law, Measurement, effort_schedule
-from takagi.models.laws.effort_sharing.feedforward import no_feedforward
+from takagi.models import ModelError
+from takagi.models.laws import (
+    EffortGains,
+    EffortSharingLaw,
+    Law,
+    Measurement,
+    effort_schedule,
+    no_feedforward,
+)
 from takagi.models.turbine import Turbine, nrel5mw
 from takagi.models.turbine.derating import derated
 from takagi.reports.gains_file.envelope import dump_gains

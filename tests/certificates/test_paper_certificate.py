@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from takagi.certificates import CertificateError, Claim, Verdict
 from takagi.certificates.checker.kernel.certificate import check_document
-from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.claims.turbine.published import (
     PublishedCandidate,
     merged,
@@ -25,13 +24,13 @@ from takagi.certificates.claims.turbine.published import (
     with_overlaps,
 )
 from takagi.certificates.document.certificate_file import certificate_document, turbine_data
-from takagi.models.laws.protocol import Measurement
+from takagi.models import nrel5mw
+from takagi.models.laws import Measurement, PublishedLaw, published_law
 from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
+from takagi.models.laws.published.law import PublishedLawName
 from takagi.models.laws.published.regional_schedule import RegionalSchedule, regional_schedule
-from takagi.models.turbine.aerodynamics import rotor_torque
-from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine import rotor_torque
 from tests.paper_models import regional_models
 
 TURBINE = nrel5mw()
@@ -304,7 +303,7 @@ def test_the_report_reads_every_number_of_the_checkers_words(name: PublishedLawN
     from types import SimpleNamespace
     from typing import cast
 
-    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.certificates import TurbineDesign
     from takagi.reports.loops.overlap_claims import overlap_claims
 
     found = candidate(name)

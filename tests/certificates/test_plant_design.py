@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates import Verdict
 from takagi.certificates.design.design import NoDesign
 from takagi.certificates.design.plant.design import certify_plant, design_plant, rounded_gains
 from takagi.certificates.design.plant.result import PlantDesign

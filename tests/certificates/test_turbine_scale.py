@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import pytest
 
+from takagi.certificates import DesignSettings
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_BOX,
@@ -18,20 +19,18 @@ from takagi.certificates.design.turbine.scale import (
     region_requirements,
     scaled_box,
 )
-from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.document.certificate_file import (
     certificate_document,
     effort_sharing_law_data,
     turbine_data,
 )
 from takagi.certificates.document.provenance import provenance
-from takagi.lmi.turbine.effort import EffortSettings, effort_gains
-from takagi.lmi.turbine.regional import FULL_LOAD, PARTIAL_LOAD
-from takagi.models import ModelError
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.effort_sharing.schedule import effort_schedule
-from takagi.models.turbine.loader import load_turbine, model_files, nrel5mw
-from takagi.models.turbine.trim import TABLE_SHARE, reference_speed
+from takagi.lmi.turbine import FULL_LOAD, PARTIAL_LOAD, EffortSettings, effort_gains
+from takagi.models import ModelError, nrel5mw
+from takagi.models.laws import EffortSharingLaw, effort_schedule
+from takagi.models.turbine import load_turbine, reference_speed
+from takagi.models.turbine.loader import model_files
+from takagi.models.turbine.trim import TABLE_SHARE
 
 
 def test_the_reference_keeps_its_settings() -> None:

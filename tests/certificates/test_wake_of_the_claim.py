@@ -11,19 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker.files.turbine_file import compare_turbine
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_UNCERTAINTY,
     effort_sharing_claim,
 )
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.design.given.turbine_law import certify_law
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 from takagi.models.files.library import data_folder
 from tests.certificates.conftest import resealed
 

@@ -13,7 +13,7 @@ import pytest
 from tests.cli.cubic import CUBIC
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.certificates import TurbineDesign
 
 Files = dict[str, bytes | str]
 

@@ -178,7 +178,7 @@ def test_an_answer_for_machines_stays_json(
     """`--json` prints the reason where it prints the summary."""
     import json
 
-    from takagi.models.errors import ModelError
+    from takagi.models import ModelError
 
     def design_turbine(*_: Any, tell: Callable[[str], None], **__: Any) -> None:
         tell("gains of the coherent law")

@@ -16,7 +16,7 @@ from takagi.certificates.document.certificate_file import dumps, effort_sharing_
 from takagi.cli.main import main
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.certificates import TurbineDesign
 
 Capture = pytest.CaptureFixture[str]
 

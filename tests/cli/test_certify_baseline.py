@@ -13,7 +13,7 @@ from takagi.cli.main import main
 from tests.cli.cubic import CUBIC
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.certificates import TurbineDesign
 
 Capture = pytest.CaptureFixture[str]
 

@@ -17,7 +17,7 @@ from takagi.certificates.checker.kernel.certificate import concluded
 from takagi.cli.main import main
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.certificates import TurbineDesign
 
 Capture = pytest.CaptureFixture[str]
 FILES = ["certificate.json", "figures", "figures/bode.svg", "gains.json", "report.html"]

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from takagi.cli.options.design_options import design_settings
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 from takagi.models.turbine import nrel5mw
 
 TURBINE = nrel5mw()

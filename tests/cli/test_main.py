@@ -16,7 +16,7 @@ from takagi.certificates.document.certificate_file import certificate_document
 from takagi.cli.errors import guard
 from takagi.cli.main import main
 from takagi.cli.verb_table import VERBS, Verb
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 
 Capture = pytest.CaptureFixture[str]
 

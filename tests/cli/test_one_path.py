@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates import Verdict
 from takagi.cli.main import main
 from takagi.cli.runs.makers import MAKERS
 from takagi.models.files import toml_document

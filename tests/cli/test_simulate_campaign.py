@@ -13,7 +13,7 @@ from takagi.certificates.checker.kernel.reader import digest, read_text
 from takagi.cli.main import main
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.certificates import TurbineDesign
 
 Capture = pytest.CaptureFixture[str]
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.sweep.grid import Task
+from takagi.certificates.sweep import Task
 from takagi.certificates.sweep.journal import NAME
 from takagi.cli.main import main
 from takagi.cli.verbs import sweep as verb

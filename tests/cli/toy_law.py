@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from takagi.certificates.sweep.axis import Axis, AxisKind
-from takagi.certificates.sweep.grid import SweepMap, SweepResult
-from takagi.models.turbine.data import Turbine
+from takagi.certificates.sweep import Axis, AxisKind, SweepMap, SweepResult
+from takagi.models import Turbine
 from tests.certificates.sweep.toy import product, toy, troubled
 
 __all__ = ["AXES", "build", "pages"]

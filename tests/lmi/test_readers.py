@@ -17,15 +17,15 @@ from takagi.lmi import (
     Constant,
     Term,
     Unknown,
+    common_lyapunov_condition,
     exact_matrices,
     expressed,
+    pdc_condition,
 )
-from takagi.lmi.analysis.common_quadratic import common_lyapunov_condition
 from takagi.lmi.condition.evaluate import lmi_value, smallest_eigenvalues
 from takagi.lmi.condition.exact import fractions
 from takagi.lmi.condition.item_labels import Labels
 from takagi.lmi.cone.assemble import assemble, pack, unpack
-from takagi.lmi.gains.decay.condition import pdc_condition
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]
@@ -144,7 +144,7 @@ def test_cvxpy_says_the_same(seed: int) -> None:
 @pytest.mark.parametrize("relaxation", ["tuan", "kim-lee", "liu-zhang", "polya-2", "tanaka-wang"])
 def test_cvxpy_finds_the_same_margin(relaxation: str) -> None:
     """Solved through cvxpy from its own expressions, the largest margin is the same."""
-    from takagi.lmi.decision.decide import decide
+    from takagi.lmi import decide
 
     A = np.array([[[2.0, -10.0], [1.0, 0.0]], [[2.5, -10.0], [1.0, 0.0]]])
     B = np.array([[[1.0], [0.0]], [[25.0], [0.0]]])

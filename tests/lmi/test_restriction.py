@@ -7,11 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.lmi import common_lyapunov_condition
+from takagi.lmi import LMI, Constant, Term, Unknown, common_lyapunov_condition
 from takagi.lmi.condition.evaluate import lmi_value
 from takagi.lmi.condition.selected_items import selected_items
-from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 
 COUNT = 7
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from takagi.lmi import LMI, Condition, Constant, Term, Unknown, latex, markdown
+from takagi.lmi import LMI, Condition, Constant, Term, Unknown, latex, markdown, pdc_condition
 from takagi.lmi.condition.typeset import lmi_latex
-from takagi.lmi.gains.decay.condition import pdc_condition
 from takagi.models import Premise, TSModel
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 from takagi.models.laws import Law, Measurement
 from takagi.models.simulation import (
     BaselineLaw,

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.models.errors import ModelError
-from takagi.models.laws.published.coupling_filter import CouplingFilter, Variant, coupling_filter
+from takagi.models import ModelError, nrel5mw
+from takagi.models.laws import CouplingFilter
+from takagi.models.laws.published.coupling_filter import Variant, coupling_filter
 from takagi.models.ramps.membership_ramp import Ramp, Shape
-from takagi.models.turbine.loader import nrel5mw
 
 TURBINE = nrel5mw()
 RATED, TOP = TURBINE.rated_torque, TURBINE.maximum_torque

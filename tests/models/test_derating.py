@@ -7,8 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models import ModelError
+from takagi.models.laws import effort_schedule
 from takagi.models.turbine import (
     Turbine,
     nrel5mw,

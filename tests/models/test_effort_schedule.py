@@ -7,17 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.schedule import (
-    EffortSchedule,
-    effort_schedule,
-    frozen_wake_effectiveness,
-)
+from takagi.models import ModelError, Turbine, nrel5mw
+from takagi.models.laws import EffortSchedule, effort_schedule
+from takagi.models.laws.effort_sharing.schedule import frozen_wake_effectiveness
 from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
-from takagi.models.turbine.aerodynamics import rotor_torque
-from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.loader import nrel5mw
-from takagi.models.turbine.trim import reference_speed, trim
+from takagi.models.turbine import reference_speed, rotor_torque
+from takagi.models.turbine.trim import trim
 
 EFFORTS = st.floats(-3, 3)
 OVERLAPS = st.floats(1e-3, 1)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 from takagi.models.ranges import Interval, exact
 
 RATIONALS = st.fractions(min_value=-50, max_value=50, max_denominator=1000)

@@ -13,8 +13,7 @@ from flint import arb, ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.models import interpolate_curve, table_function
-from takagi.models.errors import ModelError
+from takagi.models import ModelError, interpolate_curve, table_function
 from takagi.models.ranges import Cell, Domain, Evidence, Interval, replay, sampled_bounds
 from takagi.models.ranges.table_balls import TableBalls, ball_of
 from takagi.models.sector import expression_range

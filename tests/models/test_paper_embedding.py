@@ -10,13 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.models.errors import ModelError
+from takagi.models import Interval, ModelError, nrel5mw
 from takagi.models.intervals.dual import Dual, larger
-from takagi.models.intervals.interval import Interval
-from takagi.models.laws.protocol import Measurement
+from takagi.models.laws import Measurement, PublishedLaw, published_law
 from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
+from takagi.models.laws.published.law import PublishedLawName
 from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.loops.published.cells import (
     PublishedCell,
@@ -26,8 +25,7 @@ from takagi.models.loops.published.cells import (
 )
 from takagi.models.loops.published.tables import LoopFigures, loop_figures
 from takagi.models.splines.patch_ranges import patch_ranges
-from takagi.models.turbine.aerodynamics import rotor_torque
-from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine import rotor_torque
 from tests.paper_models import regional_models
 
 Floats = NDArray[np.float64]

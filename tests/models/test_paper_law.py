@@ -12,17 +12,16 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from takagi.models.errors import ModelError
-from takagi.models.laws.protocol import Measurement
+from takagi.models import ModelError, nrel5mw
+from takagi.models.laws import Measurement, PublishedLaw, published_law
 from takagi.models.laws.published.coupling_filter import Variant, coupling_filter
 from takagi.models.laws.published.equilibrium import equilibria, equilibrium
-from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
+from takagi.models.laws.published.law import PublishedLawName
 from takagi.models.laws.published.linearisation import local_gains, local_loop
 from takagi.models.laws.published.placement import placement_rows
 from takagi.models.laws.published.regional_schedule import RegionalSchedule, regional_schedule
 from takagi.models.ramps.membership_ramp import Shape
-from takagi.models.turbine.aerodynamics import rotor_torque
-from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine import rotor_torque
 from takagi.models.turbine.trim import trim
 from tests.paper_models import regional_models
 

@@ -8,15 +8,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing.schedule import EffortSchedule
+from takagi.models import Interval, ModelError, Turbine, nrel5mw
+from takagi.models.laws import EffortGains, EffortSchedule, EffortSharingLaw
 from takagi.models.loops.effort_sharing.cells import CellLoop
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.splines.approximate_ranges import quick_ranges
-from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.loader import nrel5mw
 
 BOX = LoopBox(Fraction("0.04"), Fraction("0.008"), Fraction("0.03"), Fraction("0.03"))
 UNCERTAINTY = LoopUncertainty(Interval.of("0.9", "1.1"), frozen_wake=True)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 from takagi.models.ramps.membership_ramp import Ramp, Shape, rated_speed_ramp
 
 RATED = 1.267109  # rad/s, 12.1 rpm of the NREL 5-MW reference turbine

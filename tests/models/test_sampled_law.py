@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 from takagi.models.laws import (
     Command,
     EffortGains,
@@ -113,7 +113,7 @@ def test_a_ramp_is_fed_forward_at_its_own_rate(law: EffortSharingLaw, filter_tim
 
 def test_without_a_filter_the_state_keeps_its_wind(law: EffortSharingLaw) -> None:
     """tau_f = 0: nothing to discretise."""
-    from takagi.models.laws.effort_sharing.feedforward import no_feedforward
+    from takagi.models.laws import no_feedforward
 
     direct = replace(law, wind_filter=0.0, feedforward=no_feedforward(law.schedule))
 

@@ -16,13 +16,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from takagi.models import Interval, ModelError
-from takagi.models.loops.secant.embedding import SecantRegion, secant_embedding
+from takagi.models import (
+    Feedback,
+    Interval,
+    ModelError,
+    Plant,
+    SecantEmbedding,
+    SecantRegion,
+    Variable,
+    blended_feedback,
+    product_memberships,
+    secant_embedding,
+)
 from takagi.models.loops.secant.entries import Form
-from takagi.models.loops.secant.feedback import Feedback, blended_feedback, product_memberships
-from takagi.models.loops.secant.matrices import SecantCell, SecantEmbedding
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Variable
+from takagi.models.loops.secant.matrices import SecantCell
 
 X, V, U, W, P = sp.symbols("x v u w p", real=True)
 ROUNDING = 1e-9

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from takagi.models.errors import ModelError
+from takagi.models import ModelError, WindObserver
 from takagi.models.laws import Command, Measurement
 from takagi.models.simulation import (
     BaselineLaw,
@@ -26,7 +26,6 @@ from takagi.models.simulation import (
 )
 from takagi.models.simulation.dynamics import plant_derivative
 from takagi.models.turbine import nrel5mw
-from takagi.models.turbine.wind_observer import WindObserver
 
 Array = NDArray[np.float64]
 

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.models.errors import ModelError
+from takagi.models import ModelError, Surface
 from takagi.models.simulation import SimulatedTurbine, design_plant, validation_plant
 from takagi.models.simulation.dynamics import dynamics, plant_derivative
 from takagi.models.simulation.wake import wake_time_constant
 from takagi.models.splines.scalar_surface import patch_coefficients, scalar_surface
-from takagi.models.splines.surface import Surface, interpolate
+from takagi.models.splines.surface import interpolate
 from takagi.models.turbine import nrel5mw, rotor_thrust, rotor_torque
 from takagi.models.turbine.trim import trim
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from takagi.models.errors import ModelError
+from takagi.models import ModelError, WindObserver
 from takagi.models.simulation import (
     BaselineLaw,
     published_scenario,
@@ -14,7 +14,6 @@ from takagi.models.simulation import (
     transition_winds,
 )
 from takagi.models.turbine import nrel5mw, rated_wind
-from takagi.models.turbine.wind_observer import WindObserver
 
 
 def test_paper_winds_lie_as_the_paper_says() -> None:

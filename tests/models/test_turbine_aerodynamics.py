@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 from takagi.models.turbine import (
     nrel5mw,
     optimal_tip_speed_ratio,

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from takagi.models.errors import ModelError
-from takagi.models.files.library import built_in_models, data_folder, resolve_model
+from takagi.models import ModelError, built_in_models
+from takagi.models.files.library import data_folder, resolve_model
 from takagi.models.files.turbine_units import UNITS, to_si
 from takagi.models.turbine import load_turbine, nrel5mw
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 from takagi.models.simulation import (
     WindSeries,
     constant_wind,

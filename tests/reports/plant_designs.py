@@ -6,8 +6,7 @@ from functools import cache
 
 from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
-from takagi.models import load_model
-from takagi.models.plant.plant import Plant
+from takagi.models import Plant, load_model
 
 __all__ = ["design_of"]
 

@@ -14,13 +14,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.kernel.certificate import concluded
-from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.reports.appendix import appendix_files
 from takagi.reports.appendix.tex import Tex, decimal, escape, scientific, unit, with_decimals
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.certificates import TurbineDesign
 
 HOSTILE = r"50 % of a_1 & b^2 {x} \input{y} #3 $z$ ~ <|>"
 
@@ -58,8 +58,8 @@ def undrawn(patch: pytest.MonkeyPatch) -> None:
 
 def with_paper_law(design: TurbineDesign) -> TurbineDesign:
     """The same turbine with the published law and a claim that the checker leaves open."""
+    from takagi.models.laws import published_law
     from takagi.models.laws.published.coupling_filter import coupling_filter
-    from takagi.models.laws.published.law import published_law
     from takagi.models.laws.published.regional_schedule import regional_schedule
 
     turbine = design.turbine

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.kernel.certificate import concluded
-from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.reports.appendix import appendix_files
 from takagi.reports.output import write_folder
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.certificates import TurbineDesign
 
 pytestmark = pytest.mark.tex
 
@@ -32,8 +32,9 @@ def design(turbine_design: TurbineDesign) -> TurbineDesign:
 
 def paper_design(design: TurbineDesign, name: str) -> TurbineDesign:
     """The same turbine with a published law and a claim of another kind, in hostile words."""
+    from takagi.models.laws import published_law
     from takagi.models.laws.published.coupling_filter import coupling_filter
-    from takagi.models.laws.published.law import PublishedLawName, published_law
+    from takagi.models.laws.published.law import PublishedLawName
     from takagi.models.laws.published.regional_schedule import regional_schedule
 
     turbine = design.turbine

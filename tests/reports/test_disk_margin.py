@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 from takagi.reports.margins import DiskMargin, disk_margin, loop_margins, mimo_disk_margins
 from takagi.reports.margins.disk import scaled_bound
 

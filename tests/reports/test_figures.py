@@ -18,7 +18,7 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from takagi.certificates.equilibrium import EquilibriumCell
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 from takagi.reports.figures import (
     BodeLine,
     OverlapRow,

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from takagi.certificates import TurbineDesign
 from takagi.certificates.checker import CertificateError, check
-from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.certificates.document.certificate_file import dumps
-from takagi.models.laws.protocol import Measurement
+from takagi.models.laws import Measurement
 from takagi.models.turbine.trim import trim
 from takagi.reports.gains_file.envelope import dump_gains
 from takagi.reports.gains_file.turbine import GainFile, gain_file, gain_file_schema

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from takagi.certificates import TurbineDesign
 from takagi.certificates.checker.kernel.certificate import concluded
 from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.controller.content import bound, gain_file_of
 from takagi.certificates.controller.plant_members import plant_members
 from takagi.certificates.design.turbine.published_law import designed_law
-from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.certificates.document.certificate_file import (
     certificate_document,
     effort_sharing_law_data,
@@ -26,16 +26,19 @@ from takagi.certificates.document.certificate_file import (
 from takagi.certificates.document.model_data import pdc_law_data
 from takagi.certificates.document.plant_blend import unknown_premises
 from takagi.certificates.document.plant_embedding import law_members, plant_data
-from takagi.models.blending.modelling import blended_model
+from takagi.models import Plant, sector_model
+from takagi.models.blending import blended_model
 from takagi.models.files.library import built_in_kinds, data_folder
-from takagi.models.laws.effort_sharing.feedforward import no_feedforward
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.pdc import PdcLaw
-from takagi.models.laws.protocol import Law, Measurement
-from takagi.models.laws.sampled import SampledLaw, sampled
-from takagi.models.plant.plant import Plant
+from takagi.models.laws import (
+    EffortSharingLaw,
+    Law,
+    Measurement,
+    PdcLaw,
+    SampledLaw,
+    no_feedforward,
+)
+from takagi.models.laws.sampled import sampled
 from takagi.models.plant_files.loader import load_plant
-from takagi.models.sector.model import sector_model
 from takagi.models.turbine.trim import trim
 from takagi.reports.gains_file.envelope import dump_gains
 from takagi.reports.gains_file.turbine import gain_file

@@ -14,18 +14,15 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from takagi.certificates import Claim, DesignSettings, TurbineDesign, Verdict
 from takagi.certificates.checker.kernel.certificate import concluded
-from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.design.claim_summary import claim_summary
-from takagi.certificates.design.turbine.result import TurbineDesign
-from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.document.certificate_file import dumps
 from takagi.cli.terminal.turbine_summary import as_text
-from takagi.models.laws.protocol import Measurement
+from takagi.models import nrel5mw
+from takagi.models.laws import Measurement, published_law
 from takagi.models.laws.published.coupling_filter import coupling_filter
-from takagi.models.laws.published.law import published_law
 from takagi.models.laws.published.regional_schedule import regional_schedule
-from takagi.models.turbine.loader import nrel5mw
 from takagi.reports.design_folder import design_files
 from takagi.reports.loops.overlap_claims import gap_words, overlap_claims, wind_words
 from takagi.reports.loops.turbine_local import loop_points

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.models.errors import ModelError
-from takagi.models.turbine import Turbine, nrel5mw, rotor_thrust, rotor_torque
-from takagi.models.turbine.trim import TrimPoint, trim
+from takagi.models import ModelError
+from takagi.models.turbine import TrimPoint, Turbine, nrel5mw, rotor_thrust, rotor_torque
+from takagi.models.turbine.trim import trim
 from takagi.reports.margins import (
     FirstOrderDrive,
     LocalGains,

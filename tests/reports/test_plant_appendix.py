@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.kernel.certificate import concluded
-from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.reports.appendix import plant_appendix
 from takagi.reports.output import write_folder

@@ -10,7 +10,7 @@ import pytest
 
 from takagi.certificates.checker.kernel.certificate import concluded
 from takagi.certificates.design.plant.result import PlantDesign
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 from takagi.reports.figures.plant.phase_plane import ellipse, planes
 from takagi.reports.figures.plant.weights import premise_curves
 from takagi.reports.loops.plant_local import local_loops, pair_poles
@@ -66,7 +66,7 @@ def test_a_claim_that_is_not_proved_gives_no_ellipsoid() -> None:
     """P of an undecided claim is nobody's function."""
     design = design_of(PENDULUM)
     checked = design.certificate.checked
-    from takagi.certificates.checker.kernel.result import Claim, Verdict
+    from takagi.certificates import Claim, Verdict
 
     doubted = concluded([Claim(c.name, Verdict.UNDECIDED, c.text) for c in checked.claims], [])
     loop = plant_loop(replace(design, certificate=replace(design.certificate, checked=doubted)))

@@ -10,10 +10,7 @@ import pytest
 import scipy.linalg
 import sympy as sp
 
-from takagi.models import load_model, sector_model
-from takagi.models.intervals.interval import Interval
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Parameter, Variable
+from takagi.models import Interval, Parameter, Plant, Variable, load_model, sector_model
 from takagi.reports.figures.plant.captioned import Drawn
 from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
 from takagi.reports.loops.plant_motion import (

@@ -15,11 +15,11 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.kernel.certificate import concluded
-from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
-from takagi.models.plant.plant import Plant
+from takagi.models import Plant
 from takagi.reports.loops.proved_kinds import proved_kinds
 from takagi.reports.page.assembly import ReportFiles
 from takagi.reports.page.text import decimal

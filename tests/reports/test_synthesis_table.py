@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from takagi.certificates import TurbineDesign
 from takagi.certificates.design.turbine.effort_sharing_gains import EffortSharingGainDesign
-from takagi.certificates.design.turbine.result import TurbineDesign
-from takagi.lmi.turbine.one_step.design import OneStepDesign
+from takagi.lmi.turbine import OneStepDesign
 from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions
 from takagi.lmi.turbine.one_step.value import ReachedValues
 from takagi.reports.loops.synthesis_summary import synthesis_summary, synthesis_words

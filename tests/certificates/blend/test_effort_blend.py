@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates import Verdict
+from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker.kernel.certificate import check_document
-from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.design.plant.design import certify_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models.plant.design_settings import PlantSettings

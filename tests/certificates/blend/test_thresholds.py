@@ -15,7 +15,7 @@ import pytest
 from takagi.certificates import Verdict
 from takagi.certificates.design.plant.design import certify_plant
 from takagi.certificates.design.plant.result import PlantDesign
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.reports.loops.plant_loop import plant_loop
 from takagi.reports.loops.plant_motion import motions

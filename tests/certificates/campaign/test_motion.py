@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.campaign.loop import CertifiedLoop, certified_loop
+from takagi.certificates.campaign import CertifiedLoop, certified_loop
 from takagi.certificates.campaign.motion import (
     At,
     Drive,
@@ -19,8 +19,8 @@ from takagi.certificates.campaign.motion import (
 )
 from takagi.certificates.campaign.plants import drawn_starts, quadratic, wake_fits
 from takagi.certificates.campaign.winds import Seen, error_rate
-from takagi.models.laws.protocol import Measurement
-from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
+from takagi.models.laws import Measurement
+from takagi.models.turbine import rotor_torque, rotor_torque_gradient
 
 Scene = tuple[CertifiedLoop, np.ndarray, At, Drive]
 COUNT = 200

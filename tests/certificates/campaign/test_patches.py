@@ -9,7 +9,7 @@ import pytest
 from scipy.interpolate import NdBSpline
 
 from takagi.certificates.campaign.spline_patches import PatchAxis, spline_patches
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 
 
 def table(document: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

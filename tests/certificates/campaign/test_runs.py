@@ -16,7 +16,7 @@ from takagi.certificates.campaign import (
     breaks_of,
     run_campaign,
 )
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 
 
 @pytest.fixture(scope="module")

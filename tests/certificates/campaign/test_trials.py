@@ -7,20 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.campaign.loop import certified_loop
+from takagi.certificates.campaign import certified_loop
 from takagi.certificates.campaign.trial_laws import effort_sharing_trial, published_trial
 from takagi.certificates.campaign.trial_plant import TrialCommand, TrialRotor, advance, rotor_of
 from takagi.certificates.campaign.trials import CYCLES, LOST, STAYS, Disturbance, tried
 from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.document.certificate_file import turbine_data
-from takagi.models.laws.protocol import Measurement
+from takagi.models import Turbine, full_load_model, nrel5mw, partial_load_model
+from takagi.models.laws import Measurement, PublishedLaw, published_law
 from takagi.models.laws.published.coupling_filter import coupling_filter
-from takagi.models.laws.published.law import PublishedLaw, published_law
 from takagi.models.laws.published.regional_schedule import regional_schedule
-from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.full_load import full_load_model
-from takagi.models.turbine.loader import nrel5mw
-from takagi.models.turbine.partial_load import partial_load_model
 
 NAMES = ("paper", "paper-two-integrators")
 

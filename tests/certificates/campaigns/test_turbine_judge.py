@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.design.turbine.result import TurbineDesign
+from takagi.certificates import TurbineDesign
 
 campaign: Any = import_module("mutations")
 damage: Any = import_module("damage")

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.design.turbine.result import TurbineDesign
+from takagi.certificates import TurbineDesign
 
 campaign: Any = import_module("mutations")
 damage: Any = import_module("damage")

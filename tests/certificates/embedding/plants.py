@@ -7,17 +7,16 @@ from collections.abc import Callable
 from copy import deepcopy
 from typing import Any
 
+from takagi.certificates import Checked, Claim
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.kernel.result import Checked, Claim
 from takagi.certificates.checker.plant.sector_embedding import check_embedding
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.plant_embedding import embedding_claim, plant_data
+from takagi.models import TSModel, sector_model
 from takagi.models.blending import blended_model
 from takagi.models.plant_files.loader import load_plant
-from takagi.models.sector.model import sector_model
-from takagi.models.ts.model import TSModel
 
 CLAIM = {"name": "the plant is its model", "kind": "sector-embedding"}
 

@@ -6,10 +6,8 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates import Verdict
+from takagi.certificates import CertificateError, Claim, Verdict
 from takagi.certificates.checker.kernel.certificate import check_document
-from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim
 from takagi.certificates.document.certificate_file import certificate_document
 
 Data = dict[str, Any]

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from takagi.certificates import Verdict
 from takagi.certificates.checker import CertificateError
-from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.graph import Graph
 from tests.certificates.embedding.plants import one_state, said_of

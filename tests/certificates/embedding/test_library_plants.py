@@ -7,8 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from takagi.certificates import certify
-from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates import Verdict, certify
 from takagi.certificates.checker.plant.sector_embedding import plant_family
 from takagi.certificates.document.plant_embedding import plant_data
 from takagi.lmi import pdc

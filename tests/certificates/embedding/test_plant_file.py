@@ -12,15 +12,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from takagi.certificates import CertificateError
 from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.checker.files.plant_units import in_si
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.document.plant_embedding import plant_data
-from takagi.models import load_model, sector_model
+from takagi.models import Plant, load_model, sector_model
 from takagi.models.files.library import built_in_kinds, data_folder
 from takagi.models.files.units import parse_unit
-from takagi.models.plant.plant import Plant
 
 PLANTS = sorted(name for name, kind in built_in_kinds().items() if kind == "plant")
 FILE = """

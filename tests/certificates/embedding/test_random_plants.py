@@ -13,14 +13,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates import Verdict
 from takagi.certificates.checker.plant.sector_embedding import plant_family
 from takagi.certificates.document.plant_embedding import plant_data
-from takagi.models.intervals.interval import Interval
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Output, Parameter, Variable
+from takagi.models import Interval, Output, Parameter, Plant, Variable, sector_model
 from takagi.models.ranges.expression_range import expression_range, expression_value
-from takagi.models.sector.model import sector_model
 from takagi.models.ts.premise import round_outward
 from tests.certificates.embedding.plants import as_read, said_of
 

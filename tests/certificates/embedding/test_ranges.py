@@ -11,19 +11,22 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates import certify
+from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import CertificateError
-from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.document.plant_embedding import plant_data
-from takagi.models.intervals.interval import Interval
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Variable
-from takagi.models.ranges.domain import Domain
-from takagi.models.sector.model import sector_model
-from takagi.models.splines.curve import Curve, interpolate_curve
-from takagi.models.splines.surface import Surface, interpolate
-from takagi.models.splines.table_function import table_function
-from takagi.models.ts.model import TSModel
+from takagi.models import (
+    Curve,
+    Domain,
+    Interval,
+    Plant,
+    Surface,
+    TSModel,
+    Variable,
+    interpolate_curve,
+    sector_model,
+    table_function,
+)
+from takagi.models.splines.surface import interpolate
 from tests.certificates.embedding.plants import changed, one_state, said_of
 
 Data = dict[str, Any]

@@ -8,17 +8,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from takagi.certificates import certify
+from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import CertificateError
-from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.plant.secant_embedding import check_secant_embedding
 from takagi.certificates.checker.plant.sector_embedding import check_embedding, plant_family
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document.plant_embedding import plant_data
-from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import Interval
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Output, Variable
+from takagi.models import Interval, ModelError, Output, Plant, Variable
 from takagi.models.plant_files.loader import load_plant
 from tests.certificates.embedding.plants import as_read, changed
 

@@ -7,10 +7,9 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates import certify
+from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import CertificateError
 from takagi.certificates.checker.kernel.certificate import check_document
-from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.plant.sector_embedding import check_embedding
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.plant_embedding import plant_data

@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates import Verdict
 from takagi.certificates.equilibrium import ClosedLoopEquilibria, closed_loop_equilibria
-from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.protocol import Measurement
+from takagi.models import ModelError
+from takagi.models.laws import EffortSharingLaw, Measurement
 from takagi.models.laws.published.equilibrium import equilibrium
 from takagi.models.laws.published.law import PublishedLawName
-from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine import rotor_torque
 from tests.certificates.conftest import Built, resealed
 from tests.certificates.test_paper_certificate import TURBINE, make_law
 

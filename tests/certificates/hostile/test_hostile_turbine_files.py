@@ -12,7 +12,8 @@ from takagi.certificates.checker import CertificateError
 from takagi.certificates.checker.files.turbine_file import compare_turbine
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.document.certificate_file import dumps, turbine_data
-from takagi.models.turbine.loader import model_files, nrel5mw
+from takagi.models import nrel5mw
+from takagi.models.turbine.loader import model_files
 
 
 @pytest.fixture(scope="module")

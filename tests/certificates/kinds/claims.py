@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from takagi.certificates import Claim
 from takagi.certificates.checker.kernel.certificate import check_document
-from takagi.certificates.checker.kernel.result import Claim
 from takagi.certificates.document.certificate_file import certificate_document
 
 __all__ = ["law_data", "model_data", "said_of"]

@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from takagi.certificates import CertificateError
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import Number
-from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.turbine.actuator_rates import torque_step
 from takagi.certificates.checker.words.actuator_rates import said
 from takagi.certificates.claims.turbine.actuator_rates import actuator_rates_claim
 from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.models.laws.protocol import Measurement
+from takagi.models.laws import Measurement
 from takagi.models.ramps.effort_ramp import effort_ramp
-from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine import rotor_torque
 
 PROVED, UNDECIDED = "PROVED", "UNDECIDED"
 

@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.checker.arithmetic.exponential import exp_above, exp_below
 from takagi.certificates.requests import Decay
-from takagi.models import TSModel
-from takagi.models.errors import ModelError
+from takagi.models import ModelError, TSModel
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Data = dict[str, Any]

@@ -10,8 +10,7 @@ import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.requests import GainRounding
-from takagi.models import TSModel
-from takagi.models.errors import ModelError
+from takagi.models import ModelError, TSModel
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Data = dict[str, Any]

@@ -12,8 +12,7 @@ from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.requests import ClaimedLoop, H2Norm
-from takagi.models import TSModel
-from takagi.models.errors import ModelError
+from takagi.models import ModelError, TSModel
 from tests.certificates.kinds.claims import model_data, said_of
 
 Data = dict[str, Any]

@@ -15,7 +15,7 @@ from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kinds.halvings import pieces
-from takagi.certificates.coq.coq_export import coq_file
+from takagi.certificates.coq import coq_file
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.cross_check.loop.pieces import leaves
 from takagi.certificates.document.certificate_file import certificate_document

@@ -10,8 +10,7 @@ import pytest
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.requests import ClaimedLoop, InputLimits
 from takagi.lmi import input_rate_bound, pdc
-from takagi.models import TSModel, sector_model
-from takagi.models.errors import ModelError
+from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 

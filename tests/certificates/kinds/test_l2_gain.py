@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.requests import ClaimedLoop, L2Gain
 from takagi.lmi import hinf_norm
-from takagi.models import TSModel
-from takagi.models.errors import ModelError
+from takagi.models import ModelError, TSModel
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Data = dict[str, Any]

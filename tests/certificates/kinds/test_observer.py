@@ -15,8 +15,7 @@ from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.requests import ClaimedLoop, ObservedFeedback, ObserverError
 from takagi.certificates.requests.loop.exact_floats import as_read
 from takagi.lmi import observer, pdc, secant_vertices
-from takagi.models import TSModel, sector_model
-from takagi.models.errors import ModelError
+from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 

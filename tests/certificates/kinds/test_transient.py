@@ -9,8 +9,7 @@ import pytest
 
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.requests import ClaimedLoop, Transient
-from takagi.models import TSModel
-from takagi.models.errors import ModelError
+from takagi.models import ModelError, TSModel
 from tests.certificates.kinds.claims import model_data, said_of
 
 Data = dict[str, Any]

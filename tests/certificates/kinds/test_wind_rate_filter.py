@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from takagi.certificates.checker.turbine.wind_rate import Range, left_behind
 from takagi.certificates.claims.turbine.wind_rate_claim import rate_range, wind_rate_claim
-from takagi.models.laws.protocol import Measurement
+from takagi.models.laws import Measurement
 
 
 def pushed(one: Range, tau: float, start: float, way: int) -> float:

@@ -19,9 +19,9 @@ from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import content_of, dumps
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.cli.main import main
+from takagi.models import sector_model
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import load_plant, plant_files
-from takagi.models.sector.model import sector_model
 from takagi.reports.baseline.changes import changes
 from takagi.reports.gains_file.envelope import dump_gains
 from takagi.reports.gains_file.plant import plant_gain_file

@@ -19,13 +19,13 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from takagi.certificates import CertificateError, Claim
 from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.exponential import FINE
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Found
+from takagi.certificates.checker.kernel.result import Found
 from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.pinned import loops, shapes, texts
 

@@ -17,8 +17,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from takagi.certificates import CertificateError, check
-from takagi.certificates.checker.kernel.result import Checked
+from takagi.certificates import CertificateError, Checked, check
 
 FOLDER = Path(__file__).parent
 Answer = list[list[str]]

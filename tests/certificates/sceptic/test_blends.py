@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from takagi.certificates import CertificateError
 from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.design.plant.design import certify_plant
 from takagi.models.plant.design_settings import PlantSettings
 from tests.certificates.blend.test_effort_blend import GAIN, blend, changed, design, verdicts

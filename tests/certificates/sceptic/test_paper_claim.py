@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Found, Verdict
+from takagi.certificates import CertificateError, Verdict
+from takagi.certificates.checker.kernel.result import Found
 from takagi.certificates.checker.turbine import paper
 from tests.certificates.pinned.turbine.inputs import as_read, document
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates import Verdict
 from takagi.certificates.checker.plant.secant_embedding import check_secant_embedding
 from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.embedding.plants import as_read, one_state, said_of

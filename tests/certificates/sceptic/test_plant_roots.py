@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates import Verdict
 from takagi.certificates.checker.plant.atoms import Atoms
 from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.graph import Graph

@@ -10,10 +10,10 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates import Verdict
 from takagi.certificates.document.plant_embedding import plant_data
+from takagi.models import sector_model
 from takagi.models.plant_files.loader import load_plant
-from takagi.models.sector.model import sector_model
 from tests.certificates.embedding.plants import changed, said_of
 
 Data = dict[str, Any]

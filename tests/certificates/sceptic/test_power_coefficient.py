@@ -6,9 +6,8 @@ from typing import Any
 
 import pytest
 
+from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker.kernel.certificate import check_document
-from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Verdict
 from tests.certificates.conftest import resealed
 
 WIDER = {

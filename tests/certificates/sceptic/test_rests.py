@@ -27,7 +27,7 @@ from takagi.certificates.checker.turbine.rest_count import Piece, Span, count_ze
 from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.document.certificate_file import turbine_data
 from takagi.models.laws.published.law import PublishedLawName
-from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine import rotor_torque
 from tests.certificates.conftest import Built
 from tests.certificates.test_paper_certificate import TURBINE, make_law
 

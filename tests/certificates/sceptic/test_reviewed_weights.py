@@ -11,8 +11,7 @@ import pytest
 
 from takagi.certificates.checker import CertificateError, Verdict
 from takagi.certificates.checker.kernel.certificate import check_document
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check import Refusal, judge_document
 from tests.certificates.kinds.test_damage import resealed
 
 Document = dict[str, Any]

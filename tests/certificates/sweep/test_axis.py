@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from takagi.certificates.sweep.axis import Axis, AxisKind, parse_axes
-from takagi.models.errors import ModelError
+from takagi.certificates.sweep import Axis, AxisKind, parse_axes
+from takagi.models import ModelError
 
 KINDS = (
     AxisKind("speed-overlap", "rad/s", "overlap in speed"),

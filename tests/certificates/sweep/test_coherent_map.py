@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from takagi.certificates import Verdict
 from takagi.certificates.checker.kernel.certificate import check_document
-from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.claims.turbine.effort_sharing import (
     effort_sharing_candidate,
     effort_sharing_claim,
@@ -22,20 +22,17 @@ from takagi.certificates.document.certificate_file import (
     effort_sharing_law_data,
     turbine_data,
 )
-from takagi.certificates.sweep.axis import Axis, parse_axes
+from takagi.certificates.sweep import Axis, Task, parse_axes
 from takagi.certificates.sweep.effort_sharing_map import build, point
-from takagi.certificates.sweep.grid import Task, canonical
+from takagi.certificates.sweep.grid import canonical
 from takagi.certificates.sweep.loop_answer import checked, energy_cost
 from takagi.certificates.sweep.loop_limits import COEFFICIENTS, what_limits
 from takagi.certificates.sweep.loop_settings import AXES, LoopSettings, loop_at, model_numbers
 from takagi.certificates.sweep.trade_off import READY_MADE, claim_on
 from takagi.certificates.sweep.widest_set import widest_candidate
 from takagi.certificates.sweep.wind_ranges import WindRange, law_on, wind_ranges
-from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing.schedule import effort_schedule
-from takagi.models.laws.protocol import Measurement
-from takagi.models.turbine.loader import nrel5mw
+from takagi.models import ModelError, nrel5mw
+from takagi.models.laws import EffortGains, EffortSharingLaw, Measurement, effort_schedule
 
 # A few cells, so that a claim takes a second: where torque hands over to pitch.
 HAND_OVER = WindRange("hand-over", 11.46, 11.64)

@@ -11,10 +11,8 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.sweep.axis import Axis
-from takagi.certificates.sweep.grid import SweepResult
-from takagi.certificates.sweep.journal import NAME, Journal, JournalError
-from takagi.certificates.sweep.runner import run_sweep
+from takagi.certificates.sweep import Axis, Journal, JournalError, SweepResult, run_sweep
+from takagi.certificates.sweep.journal import NAME
 from tests.certificates.sweep.toy import toy
 
 

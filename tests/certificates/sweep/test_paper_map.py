@@ -7,26 +7,23 @@ from typing import Any
 
 import pytest
 
+from takagi.certificates import Checked, TurbineDesign, Verdict
 from takagi.certificates.checker.kernel.certificate import check_document
-from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.certificates.claims.turbine.published import (
     published_candidate,
     published_claim,
     published_law_data,
     with_overlaps,
 )
-from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.certificates.document.certificate_file import certificate_document, turbine_data
+from takagi.certificates.sweep import Axis, Task, parse_axes
 from takagi.certificates.sweep import published_point as paper_point
-from takagi.certificates.sweep.axis import Axis, parse_axes
 from takagi.certificates.sweep.effort_sharing_row import effort_sharing_row
-from takagi.certificates.sweep.grid import Task
 from takagi.certificates.sweep.published_map import AXES, build, default_winds, point, windows
 from takagi.certificates.sweep.published_point import LADDER, certified_windows, overlap_point
-from takagi.models.errors import ModelError
+from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.published.equilibrium import equilibrium
 from takagi.models.laws.published.law import PublishedLawName
-from takagi.models.turbine.loader import nrel5mw
 from tests.certificates.test_paper_certificate import LAWS, make_law
 
 TURBINE = nrel5mw()

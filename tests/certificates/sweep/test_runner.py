@@ -13,11 +13,10 @@ from types import MappingProxyType
 
 import pytest
 
+from takagi.certificates.sweep import run_sweep
 from takagi.certificates.sweep.journal import NAME
-from takagi.certificates.sweep.runner import run_sweep
 from takagi.certificates.sweep.sending import received, sent
-from takagi.models.errors import ModelError
-from takagi.models.turbine.loader import nrel5mw
+from takagi.models import ModelError, nrel5mw
 from tests.certificates.sweep.toy import deadly, toy, troubled
 
 ROOT = Path(__file__).parents[3]

@@ -8,9 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.sweep.axis import Axis
-from takagi.certificates.sweep.grid import SweepMap, Task
-from takagi.models.errors import ModelError
+from takagi.certificates.sweep import Axis, SweepMap, Task
+from takagi.models import ModelError
 
 __all__ = ["deadly", "product", "slow_product", "toy", "troubled"]
 

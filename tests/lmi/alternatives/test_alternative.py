@@ -21,6 +21,7 @@ from takagi.lmi import (
     Unknown,
     common_lyapunov,
     common_lyapunov_condition,
+    decide,
     exact_matrices,
     exact_no,
     hinf_norm_condition,
@@ -29,7 +30,6 @@ from takagi.lmi import (
     rigorous_no,
 )
 from takagi.lmi.condition.term import Array
-from takagi.lmi.decision.decide import decide
 from takagi.lmi.gains.requirements.limits import limits_of
 from takagi.lmi.refutation.adjoint import adjoint
 from takagi.lmi.refutation.definiteness import is_definite, is_semidefinite

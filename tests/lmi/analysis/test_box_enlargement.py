@@ -10,10 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi import common_lyapunov, latex, max_box_enlargement, pdc
-from takagi.lmi.analysis.growth_condition import box_enlargement_condition
-from takagi.lmi.analysis.loop_growth import Law, enlarged_loops
-from takagi.lmi.answer import Answer
+from takagi.lmi import (
+    Answer,
+    box_enlargement_condition,
+    common_lyapunov,
+    enlarged_loops,
+    latex,
+    max_box_enlargement,
+    pdc,
+)
+from takagi.lmi.analysis.loop_growth import Law
 from takagi.models import ModelError, Premise, TSModel
 
 Floats = NDArray[np.float64]

@@ -13,7 +13,7 @@ from takagi.lmi.analysis.invariant_ellipsoid import (
     largest_scale,
     slacks,
 )
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 
 Floats = NDArray[np.float64]
 

@@ -19,12 +19,12 @@ from takagi.lmi import (
     common_lyapunov,
     common_lyapunov_condition,
     d_stability,
+    decide,
     pdc,
     polynomial_lyapunov,
 )
 from takagi.lmi.analysis.slow_modes import decays_exactly, slow_vertex
 from takagi.lmi.condition.exact import fractions
-from takagi.lmi.decision.decide import decide
 from takagi.lmi.refutation.definiteness import is_definite
 from takagi.models import TSModel
 

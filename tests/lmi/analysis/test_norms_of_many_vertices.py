@@ -6,12 +6,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.lmi import Answer, h2_norm, h2_norm_condition, hinf_norm, hinf_norm_condition, peak_gain
+from takagi.lmi import (
+    Answer,
+    h2_norm,
+    h2_norm_condition,
+    hinf_norm,
+    hinf_norm_condition,
+    optimise,
+    peak_gain,
+)
 from takagi.lmi.analysis.disturbance.channel import disturbance_channel
 from takagi.lmi.analysis.disturbance.energy_gain import energy_gain_of
 from takagi.lmi.analysis.disturbance.output_variance import variance_shown
 from takagi.lmi.analysis.disturbance.peak_to_peak import peak_shown
-from takagi.lmi.decision.decide import optimise
 from takagi.models import TSModel
 
 Floats = NDArray[np.float64]

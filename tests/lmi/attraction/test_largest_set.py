@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.lmi import LMI, Condition, Constant, Term, Unknown
-from takagi.lmi.decision.decide import optimise
+from takagi.lmi import LMI, Condition, Constant, Term, Unknown, optimise
 from takagi.lmi.gains.attraction.set_size import (
     Measure,
     points_measure,

@@ -6,12 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.lmi import LMI, Unknown, latex
+from takagi.lmi import LMI, Condition, DoubleSum, Unknown, latex, relaxation_named
 from takagi.lmi.condition.evaluate import lmi_value
-from takagi.lmi.condition.term import Condition
 from takagi.lmi.gains.attraction.saturation import dead_zone_sum, polytope_sums, secant_sums
-from takagi.lmi.sums.double_sum import DoubleSum
-from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models import ModelError
 
 Floats = NDArray[np.float64]

@@ -11,11 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates import certify
-from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.requests.h2_norm import H2Norm
-from takagi.certificates.requests.l2_gain import L2Gain
-from takagi.certificates.requests.peak import Peak
+from takagi.certificates import Verdict, certify
+from takagi.certificates.requests import H2Norm, L2Gain, Peak
 from takagi.lmi import h2_pdc, hinf_norm, hinf_pdc, pdc, peak_pdc
 from takagi.lmi.cone.balance import balanced_states
 from takagi.lmi.solver import solve

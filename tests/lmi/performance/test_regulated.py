@@ -13,12 +13,9 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
-from takagi.certificates import certify
-from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.requests.h2_norm import H2Norm
-from takagi.lmi import h2_pdc
-from takagi.lmi.answer import Design
-from takagi.lmi.decision.decide import optimise
+from takagi.certificates import Verdict, certify
+from takagi.certificates.requests import H2Norm
+from takagi.lmi import Design, h2_pdc, optimise
 from takagi.lmi.gains.disturbance import design
 from takagi.lmi.gains.disturbance import riccati_bound as regulated
 from takagi.lmi.gains.disturbance.coordinates import guessed_regulator

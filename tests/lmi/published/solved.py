@@ -13,6 +13,7 @@ import sympy as sp
 
 from takagi.lmi import (
     LMI,
+    Condition,
     Constant,
     Term,
     Unknown,
@@ -29,7 +30,6 @@ from takagi.lmi import (
     polynomial_lyapunov_condition,
     robust_hinf_norm,
 )
-from takagi.lmi.condition.term import Condition
 from takagi.models import Premise, TSModel, sector_model
 from tests.lmi.compleib import SYSTEMS
 from tests.lmi.norms import third_order

@@ -10,13 +10,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi import common_lyapunov_condition, expressed, pdc_condition
-from takagi.lmi.analysis.growth_condition import box_enlargement_condition
-from takagi.lmi.analysis.loop_growth import enlarged_loops
-from takagi.lmi.condition.term import Condition
-from takagi.lmi.decision.decide import decide
+from takagi.lmi import (
+    Condition,
+    box_enlargement_condition,
+    common_lyapunov_condition,
+    decide,
+    enlarged_loops,
+    expressed,
+    extreme_parameter,
+    pdc_condition,
+)
 from takagi.lmi.gains.requirements.limits import limits_of
-from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.parameter_search.multiplier_bound import adjoint, excluded_from
 from takagi.lmi.parameter_search.parameter_pencil import allowed_value
 from takagi.models import ModelError, TSModel

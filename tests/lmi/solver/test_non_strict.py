@@ -20,6 +20,7 @@ from takagi.lmi import (
     decide,
     decide_by_rounds,
     exact_no,
+    extreme_parameter,
     latex,
     optimise,
     optimise_by_rounds,
@@ -28,7 +29,6 @@ from takagi.lmi import (
 from takagi.lmi.condition.evaluate import margin, shares
 from takagi.lmi.cone.program import ConeProgram, Raw
 from takagi.lmi.decision import decide as stages
-from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.solver.solve import Session, attempts
 from takagi.models import ModelError, TSModel
 

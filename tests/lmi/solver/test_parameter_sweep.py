@@ -9,8 +9,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.lmi import Condition, common_lyapunov_condition, decide, optimise, sweep
-from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
+from takagi.lmi import (
+    LMI,
+    Condition,
+    Constant,
+    Term,
+    Unknown,
+    common_lyapunov_condition,
+    decide,
+    optimise,
+    sweep,
+)
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.parameter_search import parameter_sweep
 from takagi.lmi.solver.solve import Session

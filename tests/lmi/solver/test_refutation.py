@@ -12,10 +12,12 @@ from scipy.linalg import solve_continuous_are
 
 from takagi.lmi import (
     Answer,
+    Condition,
     EigenvalueRegion,
     common_lyapunov,
     common_lyapunov_condition,
     d_stability_condition,
+    decide,
     exact_matrices,
     exact_no,
     hinf_norm_condition,
@@ -26,8 +28,6 @@ from takagi.lmi import (
     pdc_condition,
     rigorous_no,
 )
-from takagi.lmi.condition.term import Condition
-from takagi.lmi.decision.decide import decide
 from takagi.lmi.gains.requirements.limits import Limits, limits_of
 from takagi.lmi.refutation.definiteness import is_definite, is_semidefinite
 from takagi.models import ModelError, TSModel

@@ -9,7 +9,7 @@ import pytest
 
 from takagi.lmi import LMI, Condition, Constant, Term, Unknown, exact_no
 from takagi.lmi.refutation.adjoint import over_one_denominator
-from takagi.models.errors import ModelError
+from takagi.models import ModelError
 
 
 def scalar(factor: object, value: object) -> Condition:

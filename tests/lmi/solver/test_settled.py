@@ -12,6 +12,7 @@ from takagi.lmi import (
     LMI,
     Condition,
     Constant,
+    Outcome,
     Term,
     Unknown,
     attraction_ellipsoid,
@@ -25,7 +26,7 @@ from takagi.lmi.analysis import box_enlargement
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.cone.program import ConeProgram, Raw
 from takagi.lmi.decision import decide as stages
-from takagi.lmi.decision.outcome import NEAR, Outcome, measured
+from takagi.lmi.decision.outcome import NEAR, measured
 from takagi.lmi.solver.solve import Session, again, attempts
 from takagi.models import TSModel
 

@@ -10,8 +10,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from takagi.lmi import LMI, Condition, Constant, Term, Unknown, common_lyapunov
-from takagi.lmi.analysis.common_quadratic import common_lyapunov_condition
+from takagi.lmi import (
+    LMI,
+    Condition,
+    Constant,
+    Term,
+    Unknown,
+    common_lyapunov,
+    common_lyapunov_condition,
+)
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.decision import decide as stages

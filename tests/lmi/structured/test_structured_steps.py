@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.lmi import Unknown, structured_pdc_condition
+from takagi.lmi import Unknown, decide, structured_pdc_condition
 from takagi.lmi.condition.evaluate import lmi_value
-from takagi.lmi.decision.decide import decide
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.structured.slack_matrix import slack_gains
 from takagi.lmi.gains.structured.structure import structure_of

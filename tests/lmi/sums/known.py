@@ -7,10 +7,16 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi import LMI, Condition, Unknown
-from takagi.lmi.decision.decide import optimise
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
-from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.lmi import (
+    LMI,
+    Condition,
+    DoubleSum,
+    KnownBlock,
+    SumPart,
+    Unknown,
+    optimise,
+    relaxation_named,
+)
 
 Floats = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from takagi.lmi.sums.membership_shape import with_overlap, with_shape
+from takagi.lmi import with_overlap, with_shape
 from takagi.models import ModelError
 from tests.lmi.sums.known import known_sum, random_theta
 

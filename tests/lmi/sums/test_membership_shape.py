@@ -11,16 +11,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.lmi import pdc
-from takagi.lmi.sums.corner_rules import ProductRules
-from takagi.lmi.sums.membership_shape import (
+from takagi.lmi import (
+    ProductRules,
     neighbouring_rules,
+    pdc,
     product_bounds,
+    relaxation_named,
+    relaxation_size,
     with_overlap,
     with_shape,
 )
-from takagi.lmi.sums.relaxation_sizes import relaxation_size
-from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models import TSModel
 from tests.lmi.sums.known import (
     bound,

@@ -8,14 +8,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi import LMI, Condition, Constant, Term, Unknown, pdc
+from takagi.lmi import (
+    LMI,
+    Condition,
+    Constant,
+    DoubleSum,
+    ProductRules,
+    SumPart,
+    Term,
+    Unknown,
+    decide,
+    pdc,
+    product_rules,
+    relaxation_named,
+    relaxation_size,
+)
 from takagi.lmi.condition.evaluate import lmi_value
-from takagi.lmi.decision.decide import decide
 from takagi.lmi.gains.requirements.closed_loop import closed_loop
-from takagi.lmi.sums.corner_rules import ProductRules, product_rules
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
-from takagi.lmi.sums.relaxation_sizes import relaxation_size
-from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models import ModelError, Premise, TSModel
 from tests.lmi.sums.known import (
     bound,

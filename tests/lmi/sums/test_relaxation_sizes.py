@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from takagi.lmi import relaxation_size
-from takagi.lmi.sums.relaxations import RELAXATIONS, relaxation_named
+from takagi.lmi import relaxation_named, relaxation_size
+from takagi.lmi.sums.relaxations import RELAXATIONS
 from takagi.models import ModelError
 from tests.lmi.sums.known import combinations_of, known_sum, random_theta
 

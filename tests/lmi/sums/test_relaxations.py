@@ -13,13 +13,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi import Unknown, exact_matrices
+from takagi.lmi import (
+    DoubleSum,
+    KnownBlock,
+    SumPart,
+    Unknown,
+    exact_matrices,
+    pdc_condition,
+    relaxation_named,
+)
 from takagi.lmi.condition.evaluate import lmi_value
 from takagi.lmi.condition.exact import fractions
-from takagi.lmi.gains.decay.condition import pdc_condition
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
 from takagi.lmi.sums.multisets import count_of, multisets, numbers_of
-from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models import ModelError
 from tests.lmi.sums.known import (
     bound,

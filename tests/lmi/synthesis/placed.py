@@ -7,11 +7,17 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi import LMI, Condition, Unknown, pdc_condition
-from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi import (
+    LMI,
+    Condition,
+    DoubleSum,
+    Outcome,
+    Unknown,
+    decide,
+    pdc_condition,
+    relaxation_named,
+)
 from takagi.lmi.gains.requirements.limits import Limits
-from takagi.lmi.sums.double_sum import DoubleSum
-from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models import TSModel
 
 Floats = NDArray[np.float64]

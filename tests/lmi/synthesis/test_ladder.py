@@ -8,9 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi import Ladder, RelaxationResult, lqr_pdc, pdc, pdc_condition, relaxation_ladder
+from takagi.lmi import (
+    Ladder,
+    RelaxationResult,
+    lqr_pdc,
+    pdc,
+    pdc_condition,
+    relaxation_ladder,
+    relaxation_size,
+)
 from takagi.lmi.sums.relaxation_order import contains, work_of
-from takagi.lmi.sums.relaxation_sizes import relaxation_size
 from takagi.models import ModelError, Premise, TSModel
 from tests.lmi.sums.known import bound, random_theta
 

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.lmi import EigenvalueRegion, NormBounded, Unknown, robust_lyapunov
+from takagi.lmi import DoubleSum, EigenvalueRegion, NormBounded, Unknown, robust_lyapunov
 from takagi.lmi.condition.uncertainty import Uncertainty
 from takagi.lmi.gains.requirements.closed_loop import closed_loop
 from takagi.lmi.gains.requirements.region_sums import region_sums
 from takagi.lmi.gains.requirements.robust_sums import with_uncertainty
-from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.models import ModelError, TSModel
 from tests.lmi.synthesis.placed import Added, More, blends, nothing, pendulum, placed
 

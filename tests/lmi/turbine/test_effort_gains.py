@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.lmi.turbine.effort import EffortDesign, EffortSettings, effort_gains
-from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
+from takagi.lmi.turbine import EffortDesign, EffortSettings, effort_gains
+from takagi.models import ModelError, Turbine, nrel5mw
+from takagi.models.laws import EffortSchedule, effort_schedule
 from takagi.models.ramps.effort_ramp import effort_ramp
-from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.loader import nrel5mw
 
 SETTINGS = EffortSettings()
 

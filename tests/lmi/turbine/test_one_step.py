@@ -11,21 +11,21 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from takagi.lmi import Unknown
 from takagi.lmi.condition.evaluate import lmi_value
-from takagi.lmi.condition.term import Unknown
+from takagi.lmi.turbine import (
+    LoopOfGains,
+    Objective,
+    OneStepDesign,
+    effort_loop_reach,
+    one_step_gains,
+)
 from takagi.lmi.turbine.one_step.condition import Around, motion_lmi, shortfall
-from takagi.lmi.turbine.one_step.design import OneStepDesign, effort_loop_reach, one_step_gains
-from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
 from takagi.lmi.turbine.one_step.motion import motion
-from takagi.lmi.turbine.one_step.objective import Objective
-from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import Interval
-from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
+from takagi.models import Interval, ModelError, Turbine, nrel5mw
+from takagi.models.laws import EffortGains, EffortSchedule, EffortSharingLaw, effort_schedule
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
-from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque_gradient
-from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine import rotor_thrust, rotor_torque_gradient
 
 Floats = NDArray[np.float64]
 BOX = LoopBox(Fraction("0.04"), Fraction("0.008"), Fraction("0.03"), Fraction("0.03"))

@@ -7,8 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from takagi.lmi import LMI, Condition, Constant, Term, Unknown, polynomial_lyapunov_condition
-from takagi.lmi.decision.decide import optimise
+from takagi.lmi import (
+    LMI,
+    Condition,
+    Constant,
+    Term,
+    Unknown,
+    optimise,
+    polynomial_lyapunov_condition,
+)
 
 
 @pytest.mark.parametrize("polya", range(5))

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models import Turbine, nrel5mw
+from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
 from takagi.models.loops.effort_sharing.cells import effort_sharing_cells
 from takagi.models.loops.effort_sharing.loop_cell import LoopCell
-from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.loader import nrel5mw
 from tests.models.loop.loop_points import (
     BOX,
     WIDE,

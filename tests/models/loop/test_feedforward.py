@@ -7,12 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from takagi.models.laws.effort_sharing.feedforward import Feedforward, known_rate_feedforward
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.protocol import Measurement
+from takagi.models import Turbine
+from takagi.models.laws import EffortSharingLaw, Feedforward, Measurement, known_rate_feedforward
 from takagi.models.loops.effort_sharing.cells import effort_sharing_cells
 from takagi.models.loops.effort_sharing.loop_cell import LoopCell
-from takagi.models.turbine.data import Turbine
 from tests.models.loop.loop_points import (
     BOX,
     ROUNDING,

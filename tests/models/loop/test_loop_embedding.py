@@ -9,14 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import Interval
+from takagi.models import Interval, ModelError, Turbine
 from takagi.models.intervals.jet import Jet
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws import EffortSharingLaw
 from takagi.models.loops.effort_sharing.cells import effort_sharing_cells
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
-from takagi.models.turbine.data import Turbine
 from tests.models.loop.loop_points import (
     BOX,
     FAST,

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models import Turbine
+from takagi.models.laws import EffortSharingLaw
 from takagi.models.loops.effort_sharing.cells import effort_sharing_cells
 from takagi.models.loops.effort_sharing.loop_cell import LoopCell
-from takagi.models.turbine.aerodynamics import rotor_torque
-from takagi.models.turbine.data import Turbine
+from takagi.models.turbine import rotor_torque
 from tests.models.loop.loop_points import (
     BOX,
     ROUNDING,

@@ -24,7 +24,7 @@ from takagi.models import (
 )
 from takagi.models.plant_files.loader import load_plant, plant_files
 from takagi.models.splines.table_function import TableFunction
-from takagi.models.turbine.loader import load_turbine
+from takagi.models.turbine import load_turbine
 
 ROOT = Path(__file__).resolve().parents[3]
 

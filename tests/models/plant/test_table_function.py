@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from takagi.models import Curve, Interval, ModelError, interpolate_curve, table_function
-from takagi.models.splines.surface import Surface, interpolate
+from takagi.models import Curve, Interval, ModelError, Surface, interpolate_curve, table_function
+from takagi.models.splines.surface import interpolate
 from takagi.models.splines.table_function import TableFunction
 
 X, Y = sp.symbols("x y", real=True)

@@ -13,10 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import (
+    Domain,
     Interval,
     ModelError,
     Plant,
     Premise,
+    ReducedModel,
     TSModel,
     load_model,
     mode_spectrum,
@@ -24,8 +26,7 @@ from takagi.models import (
     sector_model,
 )
 from takagi.models.intervals.interval import exact
-from takagi.models.ranges.domain import Domain
-from takagi.models.reduction.reduced_model import ReducedModel, bounded_reduction
+from takagi.models.reduction.reduced_model import bounded_reduction
 from takagi.models.reduction.rule_tensor import rule_tensor
 
 

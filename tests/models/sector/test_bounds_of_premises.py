@@ -14,14 +14,14 @@ from takagi.lmi.explaining.smaller_box import with_narrower_premise
 from takagi.models import (
     Interval,
     ModelError,
+    Plant,
     Premise,
     TSModel,
+    Variable,
     load_model,
     sampled_bounds,
     sector_model,
 )
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Variable
 
 Q, P, U = sp.symbols("q p u", real=True)
 Z1 = sp.Symbol("z1", real=True)

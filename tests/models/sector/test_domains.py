@@ -14,9 +14,17 @@ from hypothesis import strategies as st
 from takagi.certificates.document.model_data import ts_model_data
 from takagi.certificates.document.plant_embedding import is_embedded
 from takagi.lmi.gains.attraction.state_box import state_box_of
-from takagi.models import Cell, Domain, Interval, ModelError, TSModel, rule_count, sector_model
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Variable
+from takagi.models import (
+    Cell,
+    Domain,
+    Interval,
+    ModelError,
+    Plant,
+    TSModel,
+    Variable,
+    rule_count,
+    sector_model,
+)
 
 X, V, U, W = sp.symbols("x v u w", real=True)
 TENTH = sp.Rational(1, 10)

@@ -11,9 +11,16 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.models import Interval, ModelError, TSModel, sector_model
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Output, Parameter, Variable
+from takagi.models import (
+    Interval,
+    ModelError,
+    Output,
+    Parameter,
+    Plant,
+    TSModel,
+    Variable,
+    sector_model,
+)
 
 Q, P, R, S, U, W = sp.symbols("q p r s u w", real=True)
 NARROW = Interval.of(-1, 1)

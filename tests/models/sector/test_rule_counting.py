@@ -5,8 +5,15 @@ from __future__ import annotations
 import pytest
 import sympy as sp
 
-from takagi.models import Interval, ModelError, Plant, load_model, rule_count, sector_model
-from takagi.models.plant.variables import Variable
+from takagi.models import (
+    Interval,
+    ModelError,
+    Plant,
+    Variable,
+    load_model,
+    rule_count,
+    sector_model,
+)
 
 STATES = sp.symbols("x1:13", real=True)
 HALVES = [sp.Rational(k + 1, 10) for k in range(12)]

@@ -11,9 +11,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.models import Domain, Interval, ModelError, sector_model
-from takagi.models.plant.plant import Plant
-from takagi.models.plant.variables import Variable
+from takagi.models import Domain, Interval, ModelError, Plant, Variable, sector_model
 from takagi.models.ranges import evidence_data, evidence_of_data
 from takagi.models.ranges.linear_combination import combined
 from takagi.models.sector import expression_range, expression_value

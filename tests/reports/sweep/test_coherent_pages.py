@@ -10,8 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from takagi.certificates.sweep.axis import Axis
-from takagi.certificates.sweep.grid import PointResult, SweepMap, SweepResult, Task
+from takagi.certificates.sweep import Axis, PointResult, SweepMap, SweepResult, Task
 from takagi.reports.maps.effort_sharing_pages import pages
 from takagi.reports.maps.effort_sharing_rows import Line, front, guaranteed_pairs
 

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.sweep.axis import Axis
-from takagi.certificates.sweep.grid import PointResult, SweepMap, SweepResult
+from takagi.certificates.sweep import Axis, PointResult, SweepMap, SweepResult
 from takagi.certificates.sweep.published_point import WindowResult, point_result
 from takagi.reports.maps.published_overlaps import edges
 from takagi.reports.maps.published_pages import figures, tables

@@ -7,10 +7,10 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.arithmetic.interval import enclose, point
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import Number
-from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.turbine import (
     actuator_rates,
     earlier,

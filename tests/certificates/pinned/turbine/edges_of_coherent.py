@@ -9,10 +9,10 @@ from types import SimpleNamespace as Told
 from typing import Any
 from unittest.mock import patch
 
+from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.interval import ONE, UNIT, ZERO, Interval, point
 from takagi.certificates.checker.kernel.reader import Number, matrix
-from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.turbine import (
     actuator_rates,
     coherent,

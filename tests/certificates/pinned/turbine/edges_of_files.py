@@ -10,6 +10,7 @@ from types import SimpleNamespace as Told
 from typing import Any
 from unittest.mock import patch
 
+from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.controller import plant_program
 from takagi.certificates.checker.files import (
@@ -23,8 +24,6 @@ from takagi.certificates.checker.files import (
 from takagi.certificates.checker.files.differing import Difference
 from takagi.certificates.checker.files.plant_units import in_si
 from takagi.certificates.checker.kernel.reader import Number
-from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Verdict
 from tests.certificates.pinned.turbine.inputs import read
 from tests.certificates.pinned.turbine.pairs_and_limits import refused
 from tests.certificates.pinned.turbine.values import Named, said

@@ -8,10 +8,10 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.interval import UNIT, ZERO
 from takagi.certificates.checker.kernel.reader import Number
-from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.turbine import (
     actuator_rates,
     frozen_wake,

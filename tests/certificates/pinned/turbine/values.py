@@ -8,8 +8,9 @@ from dataclasses import fields, is_dataclass
 from fractions import Fraction
 from typing import Any
 
+from takagi.certificates import CertificateError
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval
-from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+from takagi.certificates.checker.kernel.refusal import Refused
 
 # What is longer is told by its beginning and a hash.
 LONGEST, LONGEST_WORDS = 44, 200
