@@ -1,8 +1,8 @@
 """The quadratic function whose set admits the largest wind errors, for some cells of the loop.
 
-``coherent_candidate`` looks for the function that bears most of the whole wind class in its worst
-cell.  Here that function is improved further, so that the mean over wind of the logarithms of the
-wind errors grows (``lmi.turbine.one_step.joint_step`` with its gains fixed), and the cells may be
+``effort_sharing_candidate`` looks for the function that admits most of the whole wind class in its
+worst cell.  Here that function is improved further, so that the mean over wind of the logarithms of
+wind errors grows (``lmi.turbine.one_step.joint_step`` with its gains fixed). The cells may be
 those of a part of the winds.  The result is a candidate, as ever; the checker decides.
 """
 

@@ -50,7 +50,9 @@ def test_without_the_frozen_wake_the_table_does_not_count(
     def begun(*_: Any, **__: Any) -> None:
         raise RuntimeError("begun")
 
-    monkeypatch.setattr("takagi.certificates.design.given.turbine_law.coherent_candidate", begun)
+    monkeypatch.setattr(
+        "takagi.certificates.design.given.turbine_law.effort_sharing_candidate", begun
+    )
     asked = replace(DEFAULT_UNCERTAINTY, frozen_wake=False)
     with pytest.raises(RuntimeError, match="begun"):
         certify_law(built.turbine, replace(built.law, schedule=schedule), uncertainty=asked)

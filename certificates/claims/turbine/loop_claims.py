@@ -74,7 +74,8 @@ def loop_claims(
 
     Parameters
     ----------
-    model, gains : as the certificate states them.   loop : the claim ``coherent_claim`` states.
+    model, gains : as the certificate states them.
+    loop : the claim ``effort_sharing_claim`` states.
     """
     claims, left_out = [dict(loop)], {}
 

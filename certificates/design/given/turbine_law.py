@@ -48,7 +48,7 @@ def read_law(path: Path) -> Mapping[str, Any]:
 def effort_sharing_law_from_data(
     data: Mapping[str, Any], *, source: str = "gains"
 ) -> EffortSharingLaw:
-    """Return the law that ``coherent_law_data`` wrote.
+    """Return the law that ``effort_sharing_law_data`` wrote.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ def scene(built: Any) -> Scene:
 
 
 def test_commands_are_those_of_the_law(built: Any, scene: Scene) -> None:
-    """Torque and pitch reference of ``CoherentLaw``, which reads another object."""
+    """Torque and pitch reference of ``EffortSharingLaw``, which reads another object."""
     loop, state, at, drive = scene
     law, demand = built.law, demanded(loop, state, at, drive)
     inside = (at.wind + law.wind_filter * drive.rate > 3) & (
