@@ -24,7 +24,7 @@ help:
 	@echo "make bench       measure the times that the documentation promises"
 	@echo "make campaigns   count false verdicts, changed certificates and broken checker lines (an hour;"
 	@echo "                 of the checker's lines those that were not tried since they changed)"
-	@echo "make docs        write the pages that are made from the code: conditions, published"
+	@echo "make docs        write the pages that are made from the code: conditions, published, rooms"
 	@echo "make format      write the code as the linter wants it"
 	@echo "make clean       remove all that was made, the environment included"
 

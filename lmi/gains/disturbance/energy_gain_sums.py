@@ -11,7 +11,7 @@ With Q = P^-1, M_j = K_j Q, u = -sum_j h_j K_j x, and Z_ij = C_i Q - D12_i M_j,
                             [ .          .          -Q      0        ]
                             [ .          .          .       -gamma I ]
 
-with G_ij and a scaling of the first block row as in ``performance_sums``.
+with G_ij and a scaling of the first block row as in ``lmi.gains.disturbance.sums``.
 sum_ij h_i h_j Theta_ij < 0 is, by a congruence with diag(P, I, ...) and a Schur complement, the
 bounded real lemma: V', or V(x+) - V(x), is at most gamma |w|^2 - |z|^2 / gamma for V = x' P x.
 

@@ -13,7 +13,7 @@ sigma = 2 alpha, or 1 - rho^2 with rho = e^(-alpha T),
     both           Phi_ij = [ -Q   Z_ij'    ]
                             [ .    -kappa I ]
 
-with G_ij, and a scaling of the first two block rows, as in ``performance_sums``.
+with G_ij, and a scaling of the first two block rows, as in ``lmi.gains.disturbance.sums``.
 sum_ij h_i h_j Theta_ij < 0 gives V' <= sigma (|w|^2 - V), or V(x+) <= rho^2 V + sigma |w|^2, for
 V = x' P x: for |w| <= 1 nothing leaves x' P x <= 1, and a trajectory from x = 0 stays inside.
 sum_ij h_i h_j Phi_ij < 0 gives |C x + D12 u|^2 <= kappa there, and

@@ -37,7 +37,7 @@ def fuzzy_pdc_condition(
     epsilon: float = 1.0,
     sample_time: float | None = None,
 ) -> Condition:
-    """Pose the double sums of ``fuzzy_sums``, 0 < P_i <= I, and the input effort nu.
+    """Pose the double sums of ``fuzzy.sums``, 0 < P_i <= I, and the input effort nu.
 
     Parameters
     ----------

@@ -99,7 +99,7 @@ def structured_pdc(
         objective, what an objective needs left out, a vertex with an undamped mode that no input
         moves, or none by the pattern.
 
-    Source: derived in ``structured_sums`` and ``structured_slack``, with the literature there.
+    Source: derived in ``structured.sums`` and ``structured.slack_matrix``, with the literature.
     """
     relaxation_named(relaxation)
     if objective not in get_args(Objective):

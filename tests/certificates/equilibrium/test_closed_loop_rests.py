@@ -50,7 +50,7 @@ def coherent_rests(law: EffortSharingLaw, low: float, high: float) -> set[str]:
 def test_the_float_study_finds_the_same(
     name: PublishedLawName, placement: float, wind: float
 ) -> None:
-    """``models.law.paper_equilibrium`` looks for roots on a grid; the proof agrees with it."""
+    """``models.laws.published.equilibrium`` looks for roots on a grid; the proof agrees with it."""
     study = equilibrium(make_law(name, placement), wind + WIDTH / 2)
 
     found = paper_rests(name, placement, wind)
