@@ -79,7 +79,7 @@ if TYPE_CHECKING:
     from takagi.lmi.refutation.refutation import exact_no, rigorous_no
     from takagi.lmi.relaxation_result import RelaxationResult, Rung
     from takagi.lmi.sums.corner_rules import ProductRules, product_rules
-    from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
+    from takagi.lmi.sums.double_sum import DoubleSum, Fixed, KnownBlock, Part, SumPart
     from takagi.lmi.sums.membership_shape import (
         neighbouring_rules,
         product_bounds,
@@ -105,6 +105,7 @@ __all__ = [
     "EigenvalueRegion",
     "Explanation",
     "Extreme",
+    "Fixed",
     "FuzzyDesign",
     "KnownBlock",
     "LMI",
@@ -112,6 +113,7 @@ __all__ = [
     "LyapunovFamily",
     "NormBounded",
     "Outcome",
+    "Part",
     "PolynomialLyapunov",
     "ProductRules",
     "Region",
@@ -201,6 +203,7 @@ _HOME = {
     "Explanation": "explaining.explanation",
     "Extreme": "parameter_search.largest_parameter",
     "FuzzyDesign": "gains.fuzzy.design",
+    "Fixed": "sums.double_sum",
     "KnownBlock": "sums.double_sum",
     "LMI": "condition.term",
     "Ladder": "gains.decay.relaxation_table",
@@ -214,6 +217,7 @@ _HOME = {
     "RelaxationSize": "sums.relaxation_sizes",
     "Rung": "relaxation_result",
     "StructuredDesign": "gains.structured.answer",
+    "Part": "sums.double_sum",
     "SumPart": "sums.double_sum",
     "Term": "condition.term",
     "Try": "answer",

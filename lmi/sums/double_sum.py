@@ -22,7 +22,17 @@ from takagi.lmi.sums.weighted_sum import constant_of, same_term, term_of
 from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
 
-__all__ = ["DoubleSum", "KnownBlock", "Member", "SumPart", "Posed", "Summand", "selections"]
+__all__ = [
+    "DoubleSum",
+    "Fixed",
+    "KnownBlock",
+    "Member",
+    "Part",
+    "Posed",
+    "SumPart",
+    "Summand",
+    "selections",
+]
 
 # What a relaxation makes of a double sum: unknowns of its own, and LMIs.
 Posed: TypeAlias = tuple[tuple[Unknown, ...], tuple[LMI, ...]]
@@ -212,3 +222,8 @@ def selections(rules: int, states: int) -> Array:
     block = np.arange(rules)[:, None] * states + np.arange(states)
     E[np.arange(rules)[:, None], block, np.arange(states)] = 1.0
     return E
+
+
+# Names that earlier versions had.
+Fixed = KnownBlock
+Part = SumPart

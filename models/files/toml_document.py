@@ -25,7 +25,10 @@ class Document:
 
     def in_floats(self) -> Document:
         """Return the same file with its decimals as floats, those nearest to them."""
-        return replace(self, data=_in_floats(self.data))
+        try:
+            return replace(self, data=_in_floats(self.data))
+        except RecursionError as error:
+            raise _too_deep(self.path) from error
 
     def error(self, field: str, problem: str) -> ModelError:
         """Return (not raise) an error that names file, line if it can be found, and field."""
@@ -66,6 +69,10 @@ def read_text(path: Path) -> str:
         raise ModelError(f"{path}: cannot be read ({error.strerror})") from error
 
 
+def _too_deep(path: Path) -> ModelError:
+    return ModelError(f"{path}: nested deeper than any model file; check its brackets and dots")
+
+
 def _in_floats(value: Any) -> Any:
     if isinstance(value, Decimal):
         return float(value)
@@ -92,6 +99,8 @@ def read_document(path: Path, *, parse_float: Callable[[str], Any] = float) -> D
     text = read_text(path)
     try:
         return Document(path, text, tomllib.loads(text, parse_float=parse_float))
+    except RecursionError as error:
+        raise _too_deep(path) from error
     except tomllib.TOMLDecodeError as error:
         found = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
         place = f"{path}:{found.group(1)}:{found.group(2)}" if found else f"{path}"

@@ -1,4 +1,4 @@
-r"""Claims of kind ``secant-embedding``: differences of the plant are blends of the vertices.
+r"""Claims of kind ``secant-embedding``: differences from the equilibrium are blends of vertices.
 
 For x' = f(x, u, w), continuously differentiable on a box that contains the rest x*, u*, w*,
 
@@ -37,7 +37,7 @@ __all__ = ["check_secant_embedding"]
 
 
 def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
-    """Return PROVED if differences of the plant are blends of the vertices on its box.
+    """Return PROVED if differences from the equilibrium are blends of the vertices on the box.
 
     UNDECIDED names the step that failed.
 
