@@ -42,7 +42,9 @@ VERBS = (
         "Map where a turbine's law is proved, over a grid of its parameters",
     ),
     Verb(
-        "export", "takagi.cli.verbs.export", "Write a certificate's matrices for a proof assistant"
+        "export",
+        "takagi.cli.verbs.export",
+        "Write a law as code for other tools, or a certificate's matrices for a proof assistant",
     ),
     Verb("report", "takagi.cli.verbs.report", "Write the report and its figures alone"),
     Verb(

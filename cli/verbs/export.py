@@ -1,4 +1,4 @@
-"""`takagi export`: a certificate's matrices as a file that a proof assistant checks."""
+"""`takagi export`: a law as code for other tools, or a certificate for a proof assistant."""
 
 from __future__ import annotations
 
@@ -20,21 +20,87 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def export(
-    certificate: Annotated[Path, typer.Argument(metavar="CERT", help="The certificate file.")],
+    given: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE", help="gains.json of a design; with --coq, its certificate.json."
+        ),
+    ],
     *,
-    coq: Annotated[Path, typer.Option("--coq", metavar="FILE", help="Write this file for Coq.")],
+    to: Annotated[
+        str | None,
+        typer.Option("--to", metavar="TARGET", help="What to write: see the list below."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", metavar="DIR", help="The folder to write.")
+    ] = None,
+    precision: Annotated[
+        str, typer.Option(help="Numbers of the code: double or float.", metavar="TYPE")
+    ] = "double",
+    sample_time: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="Time from one sample to the next to start with."),
+    ] = None,
+    without: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PROGRAM",
+            help="Leave a program of the gain file out: observer where the wind is measured, "
+            "'rate limits' where the actuators limit their own rates. May be given twice.",
+        ),
+    ] = None,
+    coq: Annotated[
+        Path | None,
+        typer.Option("--coq", metavar="FILE", help="Write a certificate's matrices for Coq."),
+    ] = None,
 ) -> int:
-    """Write a certificate's matrices for the proof assistant Coq (Rocq).
+    """Write a law as code that other tools run, with the decimals that are proved.
 
-    Each claim becomes theorems: so many matrices are positive definite, or semidefinite. Check the
-    file with `coqc FILE`; its kernel decides them by computation, and the proof that this decides
-    them stands in the file.
+    {targets}
 
-    What is no matrix, such as the ranges of premises, is left to the checkers.
+    With --coq a certificate's claims become theorems for the proof assistant Coq (Rocq): so many
+    matrices are positive definite, or semidefinite. Check the file with `coqc FILE`; its kernel
+    decides them by computation, and the proof that this decides them is in the file. What is no
+    matrix, such as the ranges of premises, is left to the checkers.
 
-    Exit status: 0 the file is written; 1 written, but the second checker has not replayed all of a
-    claim; 2 a claim does not hold, or the file is no certificate.
+    Exit status: 0 the files are written; 1 written, but the second checker has not replayed all of
+    a claim (--coq); 2 the file cannot be read, or the target cannot hold the law.
     """
+    from takagi.models.errors import ModelError
+
+    if (coq is None) == (to is None):
+        raise ModelError(
+            "give one of --to TARGET --out DIR (a gain file as code) and --coq FILE (a "
+            "certificate's matrices); `takagi export --help` lists the targets"
+        )
+    if coq is not None:
+        return _coq(given, coq)
+    if out is None:
+        raise ModelError(f"--to {to} needs --out DIR, the folder to write")
+    return _code(given, str(to), out, precision, sample_time, without or [])
+
+
+def _code(
+    given: Path, to: str, out: Path, precision: str, sample_time: float | None, without: list[str]
+) -> int:
+    from takagi.cli.output_place import require_folder_place
+    from takagi.reports.code.controller_program import read_controller
+    from takagi.reports.code.targets import export_settings, exported
+    from takagi.reports.output import write_folder
+
+    settings = export_settings(precision, sample_time)
+    program = read_controller(given, without=without)
+    require_folder_place(out)
+    found = exported(to, program, settings)
+    write_folder(out, found.files)
+    print(f"{out}: {program.name}, {len(found.files)} files, certificate {program.verdict}")
+    width = max(map(len, found.use)) + 2
+    for name, line in found.use.items():
+        print(f"  {name:<{width}}{line}")
+    return PROVED
+
+
+def _coq(certificate: Path, coq: Path) -> int:
     from takagi.certificates.coq import coq_file
     from takagi.certificates.cross_check.kernel.reading import Refusal, load
     from takagi.reports.output import write_file
@@ -50,3 +116,14 @@ def export(
     for number, why in found.left_out.items():
         print(f"  claim {number}: {why}")
     return UNPROVED if found.left_out else PROVED
+
+
+def _with_targets(text: str) -> str:
+    """Return the help with the list of targets, one line each."""
+    from takagi.reports.code.targets import TARGETS
+
+    lines = "\n\n    ".join(f"--to {one.word}: {one.tools}." for one in TARGETS)
+    return text.replace("{targets}", lines)
+
+
+export.__doc__ = _with_targets(export.__doc__ or "")

@@ -1,0 +1,7 @@
+"""The law of a gain file as code that other tools run; every number is a decimal of the file.
+
+formula             a formula of a program as a tree
+controller_program  the programs of a gain file as one value, which every target reads
+identifiers         names that a target's language can hold
+targets             the targets of `takagi export`, and what each writes
+"""

@@ -1,0 +1,392 @@
+"""The programs of a gain file as one value: constants, signals, kept values, steps in order.
+
+Targets read this value alone, so that they cannot differ in what the file means.  Every name in it
+is used once: a name that two programs of the file use for two things gets the program's word in
+front, such as ``observer_v_rate``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from takagi.models.errors import ModelError
+from takagi.reports.code.formula import Call, Formula, Name, Operation, names_of, parsed
+
+__all__ = [
+    "Assignment",
+    "Constant",
+    "ControllerProgram",
+    "Kept",
+    "Near",
+    "Signal",
+    "Spline",
+    "Stage",
+    "controller_program",
+    "read_controller",
+]
+
+Row: TypeAlias = tuple[Decimal, ...]
+Value: TypeAlias = "Decimal | Row | tuple[Row, ...] | Spline"
+
+
+@dataclass(frozen=True, slots=True)
+class Spline:
+    """A cubic spline of one or two arguments.
+
+    Attributes
+    ----------
+    knots : a full row of knots for each argument.
+    coefficients : one row for one argument; for two, one row for each spline of the first.
+    """
+
+    knots: tuple[Row, ...]
+    coefficients: tuple[Row, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """A number, row, matrix or spline of the file; ``place`` is its path there."""
+
+    name: str
+    unit: str
+    place: str
+    value: Value
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """What is read or sent at every sample.
+
+    Attributes
+    ----------
+    rest : a value that makes sense, SI: what stands in before the first finite measurement.
+    range : where the model holds, SI; None where the file has none.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    rest: Decimal | None = None
+    range: tuple[Decimal, Decimal] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Near:
+    """Where |of| <= within, ``formula`` stands in the place of the step's own."""
+
+    of: Formula
+    within: Decimal
+    formula: Formula
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """One step, or what is sent: ``name = formula``."""
+
+    name: str
+    unit: str
+    meaning: str
+    formula: Formula
+    near: tuple[Near, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """A value that is kept from sample to sample: ``start`` before the first, then ``next``."""
+
+    name: str
+    unit: str
+    meaning: str
+    start: Formula
+    next: Formula
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """One program of the file: first its kept values exist, then its steps run, then it sends."""
+
+    name: str
+    kept: tuple[Kept, ...]
+    steps: tuple[Assignment, ...]
+    sends: tuple[Assignment, ...]
+
+    @property
+    def assignments(self) -> tuple[Assignment, ...]:
+        """Steps and sends in the order in which they are computed."""
+        return self.steps + self.sends
+
+
+@dataclass(frozen=True, slots=True)
+class ControllerProgram:
+    """One sample of a controller.
+
+    In the order of ``stages``: where it is the first sample the stage's kept values take their
+    ``start``; its steps are computed, then what it sends.  After the last stage every kept value
+    takes its ``next`` at once.  ``sample_time`` [s] is a name in formulas.
+
+    Attributes
+    ----------
+    name : the file's title; ``plant`` is the plant's or turbine's name.
+    kind : "turbine" or "plant".
+    sample_time : T [s] of a law in discrete time; None where the user chooses it.
+    constants, inputs, outputs : every name once; outputs are all that the stages send.
+    verdict : the certificate's, and ``hashes`` of its members.
+    document : the gain file as plain data, numbers as Decimals.
+    """
+
+    name: str
+    plant: str
+    kind: str
+    sample_time: Decimal | None
+    constants: tuple[Constant, ...]
+    inputs: tuple[Signal, ...]
+    outputs: tuple[Signal, ...]
+    stages: tuple[Stage, ...]
+    verdict: str
+    hashes: Mapping[str, str]
+    document: Mapping[str, Any]
+
+    @property
+    def kept(self) -> tuple[Kept, ...]:
+        """The kept values of all stages."""
+        return tuple(one for stage in self.stages for one in stage.kept)
+
+    @property
+    def assignments(self) -> tuple[Assignment, ...]:
+        """All that is computed in a sample, in order."""
+        return tuple(one for stage in self.stages for one in stage.assignments)
+
+    def names(self) -> Iterator[str]:
+        """Yield every name: constants, inputs, kept values, steps and outputs."""
+        for part in (self.constants, self.inputs, self.kept, self.assignments):
+            yield from (one.name for one in part)
+
+
+def read_controller(path: Path, *, without: Collection[str] = ()) -> ControllerProgram:
+    """Return the program of a gain file; ``without`` names programs to leave out.
+
+    Raises
+    ------
+    ModelError : no gain file of version 3, or a program that cannot be read.
+    """
+    try:
+        document = json.loads(
+            path.read_text(encoding="utf-8"), parse_float=Decimal, parse_int=Decimal
+        )
+    except (ValueError, RecursionError) as error:
+        raise ModelError(f"{path}: no gain file, for it is not valid JSON ({error})") from error
+    try:
+        return controller_program(document, without=without)
+    except ModelError as error:
+        raise ModelError(f"{path}: {error}") from error
+
+
+def controller_program(
+    document: Mapping[str, Any], *, without: Collection[str] = ()
+) -> ControllerProgram:
+    """Return the program of a gain file's content, numbers as Decimals; see ``read_controller``."""
+    if not isinstance(document, Mapping) or document.get("format") != "takagi-gains":
+        raise ModelError(
+            "this is no gain file of takagi; give gains.json of a design (a certificate goes to "
+            "`takagi export CERT --coq FILE`)"
+        )
+    if not document.get("programs"):
+        raise ModelError(
+            f"a gain file of version {document.get('version')} has no programs; write a new one "
+            "with `takagi certify MODEL --gains OLD --out CERT`"
+        )
+    try:
+        return _Reading(document, without).whole()
+    except (KeyError, IndexError, TypeError, ArithmeticError, AttributeError) as error:
+        raise ModelError(f"the gain file is damaged: {error!r} in its programs") from error
+
+
+class _Reading:
+    def __init__(self, document: Mapping[str, Any], without: Collection[str]) -> None:
+        self.document = document
+        known = [part["name"] for part in document["programs"]]
+        for word in without:
+            if word not in known:
+                raise ModelError(f"program {word!r} was given; the file has {', '.join(known)}")
+        self.programs = [part for part in document["programs"] if part["name"] not in without]
+        self.sent = {one["name"] for part in self.programs for one in part["send"]}
+        self.read = {one["name"]: one for part in reversed(self.programs) for one in part["read"]}
+        self.constants: dict[str, Constant] = {}
+
+    def whole(self) -> ControllerProgram:
+        taken = self._taken()
+        stages = tuple(self._stage(part, taken) for part in self.programs)
+        known = {*self.constants, *self.read, *self.sent, "sample_time"}
+        known |= {one.name for stage in stages for one in stage.kept}
+        known |= {one.name for stage in stages for one in stage.assignments}
+        inputs = tuple(
+            self._input(one) for name, one in self._reads().items() if name not in self.sent
+        )
+        outputs = tuple(
+            Signal(one["name"], one["unit"], one["meaning"])
+            for part in self.programs
+            for one in part["send"]
+        )
+        document = self.document
+        found = ControllerProgram(
+            name=document["name"],
+            plant=document.get("turbine") or document["plant"],
+            kind="turbine" if "turbine" in document else "plant",
+            sample_time=document["law"].get("sample_time"),
+            constants=tuple(self.constants.values()),
+            inputs=inputs,
+            outputs=outputs,
+            stages=stages,
+            verdict=document["certificate"]["verdict"],
+            hashes=document["certificate"]["sha256"],
+            document=document,
+        )
+        for formula in _formulas(found):
+            for name in names_of(formula):
+                if name not in known:
+                    raise ModelError(f"a formula names {name!r}, which nothing in the file sets")
+        return found
+
+    def _reads(self) -> dict[str, Any]:
+        return {one["name"]: one for part in self.programs for one in part["read"]}
+
+    def _taken(self) -> dict[str, dict[str, str]]:
+        """Return, program by program, the name in the whole for each name of its own."""
+        signals = {*self.read, *self.sent, "sample_time"}
+        meanings: dict[str, set[str]] = {}
+        for part in self.programs:
+            for name, what in self._own(part).items():
+                meanings.setdefault(name, set()).add(what)
+        found: dict[str, dict[str, str]] = {}
+        for part in self.programs:
+            word = part["name"].replace(" ", "_")
+            found[part["name"]] = {
+                name: f"{word}_{name}" if len(meanings[name]) > 1 or name in signals else name
+                for name in self._own(part)
+            }
+        return found
+
+    @staticmethod
+    def _own(part: Any) -> dict[str, str]:
+        """Return names that a program sets, with what they are: a place, or the program's own."""
+        own = {name: str(entry["value"]) for name, entry in part["names"].items()}
+        own |= {one["name"]: f"{part['name']}: kept" for one in part["keep"]}
+        return own | {one["set"]: f"{part['name']}: step" for one in part["steps"]}
+
+    def _stage(self, part: Any, taken: Mapping[str, Mapping[str, str]]) -> Stage:
+        own = taken[part["name"]]
+        for name, entry in part["names"].items():
+            value = _value(self.document, str(entry["value"]).split("."))
+            self.constants[own[name]] = Constant(own[name], entry["unit"], entry["value"], value)
+        kept = tuple(
+            Kept(
+                own[one["name"]],
+                one["unit"],
+                one["meaning"],
+                _renamed(parsed(one["start"]), own),
+                _renamed(parsed(one["next"]), own),
+            )
+            for one in part["keep"]
+        )
+        steps = tuple(self._assignment(one, own[one["set"]], own) for one in part["steps"])
+        sends = tuple(self._assignment(one, one["name"], own) for one in part["send"])
+        return Stage(part["name"], kept, steps, sends)
+
+    @staticmethod
+    def _assignment(one: Any, name: str, own: Mapping[str, str]) -> Assignment:
+        near = tuple(
+            Near(
+                _renamed(parsed(place["of"]), own),
+                place["within"],
+                _renamed(parsed(place["formula"]), own),
+            )
+            for place in one.get("near", ())
+        )
+        return Assignment(
+            name, one["unit"], one["meaning"], _renamed(parsed(one["formula"]), own), near
+        )
+
+    def _input(self, one: Any) -> Signal:
+        found = Signal(one["name"], one["unit"], one["meaning"])
+        for part in (*self.document.get("states", ()), *self.document.get("signals", ())):
+            if isinstance(part, Mapping) and part["name"] == found.name:
+                ends = part.get("range")
+                low_high = None if ends is None else (ends[0], ends[1])
+                return replace(found, rest=part["rest"], range=low_high)
+        return _turbine_input(found, self.document) if "turbine" in self.document else found
+
+
+def _turbine_input(signal: Signal, document: Mapping[str, Any]) -> Signal:
+    """Return a turbine's input with the range of its table, and the lowest trim to start from."""
+    trim, limits = document["trim"], document["limits"]
+    speed, wind = trim["rotor_speed"], trim["wind"]
+    known = {
+        "speed": (speed[0], (Decimal(0), 2 * max(speed))),
+        "pitch": (trim["pitch"][0], (limits["pitch"][0], limits["pitch"][1])),
+        "wind_guess": (wind[0], (wind[0], wind[-1])),
+        "wind_estimate": (wind[0], (wind[0], wind[-1])),
+    }
+    rest, ends = known.get(signal.name, (None, None))
+    return replace(signal, rest=rest, range=ends)
+
+
+def _formulas(program: ControllerProgram) -> Iterator[Formula]:
+    for one in program.kept:
+        yield from (one.start, one.next)
+    for step in program.assignments:
+        yield step.formula
+        for place in step.near:
+            yield from (place.of, place.formula)
+
+
+def _renamed(formula: Formula, names: Mapping[str, str]) -> Formula:
+    match formula:
+        case Name(name):
+            return Name(names.get(name, name))
+        case Operation(sign, left, right):
+            before = None if left is None else _renamed(left, names)
+            return Operation(sign, before, _renamed(right, names))
+        case Call(function, arguments):
+            return Call(function, tuple(_renamed(one, names) for one in arguments))
+    return formula
+
+
+def _value(part: Any, path: list[str]) -> Value:
+    """Return what stands at a path of the file; * stands for all rows."""
+    for k, key in enumerate(path):
+        if key == "*":
+            return tuple(_value(row, path[k + 1 :]) for row in part)  # type: ignore[return-value]
+        part = part[int(key)] if isinstance(part, list) else part[key]
+    return _number(part)
+
+
+def _number(part: Any) -> Value:
+    if isinstance(part, Decimal):
+        return part
+    if isinstance(part, str):
+        return _without_names(part)
+    if isinstance(part, Mapping):
+        rows = [_row(row) for row in part["knots"]]
+        inner = part["coefficients"]
+        tables = [_row(row) for row in inner] if isinstance(inner[0], list) else [_row(inner)]
+        return Spline(tuple(rows), tuple(tables))
+    if part and isinstance(part[0], list):
+        return tuple(_row(row) for row in part)
+    return _row(part)
+
+
+def _row(part: Any) -> Row:
+    return tuple(_without_names(one) if isinstance(one, str) else +Decimal(one) for one in part)
+
+
+def _without_names(text: str) -> Decimal:
+    """Return the float nearest to a formula without names, such as ``pi/6``, as a decimal."""
+    # Imported here: sympy takes half a second, and most files have no such text.
+    from takagi.models.expressions.parser import Scope, parse_expression
+
+    return Decimal(repr(float(parse_expression(text, Scope({})).evalf(30))))
