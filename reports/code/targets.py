@@ -61,6 +61,11 @@ class Target(NamedTuple):
 
 
 TARGETS = (
+    Target(
+        "st",
+        "takagi.reports.code.structured_text.block",
+        "PLCs: a function block in Structured Text (CODESYS, TwinCAT and others)",
+    ),
     Target("csv", "takagi.reports.code.tables", "spreadsheets: a file for each table, with units"),
 )
 

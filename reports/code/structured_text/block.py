@@ -1,0 +1,308 @@
+"""The target `st`: one function block in Structured Text (IEC 61131-3), and how to use it.
+
+The block keeps its values, reads its inputs once in a cycle, and holds its outputs.  An input that
+is no number, or larger than any measurement, is replaced by the last good one, and before that by
+a value of the gain file.  A sample whose results are no numbers changes nothing that is kept or
+sent.  ``status`` says which of this happened.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from decimal import Decimal
+
+from takagi.models.errors import ModelError
+from takagi.reports.code.controller_program import Constant, ControllerProgram, Spline
+from takagi.reports.code.identifiers import file_word, identifiers
+from takagi.reports.code.structured_text.statements import Statements, real
+from takagi.reports.code.structured_text.words import RESERVED
+from takagi.reports.code.targets import Exported, ExportSettings
+
+__all__ = ["STATUS", "export", "function_block"]
+
+LARGEST = "1.0E30"  # no measurement in SI units is larger
+# Entries of one array that small controllers still hold (64 KiB of LREAL).
+LARGEST_ARRAY = 8192
+DEFAULT_SAMPLE_TIME = Decimal("0.01")
+
+STATUS = (
+    (1, "an input is no number or too large; its last good value stands in"),
+    (2, "an input is outside the range in which the model holds; nothing is proved there"),
+    (4, "the sample time is not usable; the last good one stands in"),
+    (8, "a result is no number; outputs and kept values stay as they were"),
+)
+
+
+def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
+    """Return the function block and a page that says how it is used.
+
+    Raises
+    ------
+    ModelError : single precision, a law that Structured Text cannot hold.
+    """
+    if settings.precision != "double":
+        raise ModelError("--to st computes in LREAL; leave --precision out, or take --to c")
+    word = file_word(program.plant)
+    block = f"FB_{word.upper()}"
+    return Exported(
+        {f"{word}.st": function_block(program, settings), "README.md": _page(program, word)},
+        {
+            f"{word}.st": f"function block {block}: import it, call it every sample",
+            "README.md": "inputs, outputs, units and status",
+        },
+    )
+
+
+def function_block(program: ControllerProgram, settings: ExportSettings) -> str:
+    """Return the text of the function block."""
+    for constant in program.constants:
+        _require_room(constant)
+    return "\n".join(_Block(program, settings).lines()) + "\n"
+
+
+class _Block:
+    def __init__(self, program: ControllerProgram, settings: ExportSettings) -> None:
+        self.program = program
+        self.time = program.sample_time or DEFAULT_SAMPLE_TIME
+        if settings.sample_time is not None:
+            self.time = Decimal(repr(settings.sample_time))
+        if program.sample_time not in (None, self.time):
+            raise ModelError(
+                f"--sample-time {self.time} s was given; the law runs every {program.sample_time} s"
+            )
+        inputs, outputs = program.inputs, program.outputs
+        names = [one.name for one in (*inputs, *outputs)]
+        own = [f"{one.name}_seen" for one in inputs] + [f"{one.name}_now" for one in outputs]
+        own += [f"{one.name}_after" for one in program.kept] + ["step_time"]
+        rest = [name for name in program.names() if name not in names]
+        splines = [
+            f"{one.name}_t{k}"
+            for one in program.constants
+            if isinstance(one.value, Spline)
+            for k in range(1, len(one.value.knots) + 1)
+        ]
+        helpers = {f"{word}_{k}" for word in "khmxb" for k in range(1, 100)}
+        helpers |= {f"{word}_{k}" for word in ("dl", "dr") for k in range(1, 100)}
+        self.word = identifiers(
+            [*names, *rest, *own, *splines],
+            RESERVED | helpers | {"i", "j", "part", "saved"},
+            language="Structured Text",
+            ignore_case=True,
+        )
+        inside = {one.name: self.word[f"{one.name}_seen"] for one in inputs}
+        inside |= {one.name: self.word[f"{one.name}_now"] for one in outputs}
+        inside |= {name: self.word[name] for name in (*rest, *splines)}
+        self.inside = inside | {"sample_time": self.word["step_time"]}
+
+    def lines(self) -> Iterator[str]:
+        body = self._body()
+        program = self.program
+        yield f"(* {program.name}: the law of its gain file in Structured Text, IEC 61131-3."
+        yield f"   Certificate: {program.verdict}; gains {program.hashes.get('gains', '-')}"
+        yield "   Numbers are those of the gain file. SI units, angles in rad. *)"
+        yield f"FUNCTION_BLOCK FB_{file_word(program.plant).upper()}"
+        yield "VAR_INPUT"
+        for one in program.inputs:
+            yield f"    {self.word[one.name]} : LREAL; (* {_told(one.unit, one.meaning)} *)"
+        yield f"    sample_time : LREAL := {real(self.time)}; (* s: from one call to the next *)"
+        yield "    reset : BOOL; (* TRUE starts again from the next inputs *)"
+        yield "END_VAR"
+        yield "VAR_OUTPUT"
+        for one in program.outputs:
+            yield f"    {self.word[one.name]} : LREAL; (* {_told(one.unit, one.meaning)} *)"
+        yield "    status : UINT; (* 0, or a sum: " + "; ".join(f"{k} {t}" for k, t in STATUS)
+        yield "    *)"
+        yield "END_VAR"
+        yield "VAR CONSTANT"
+        for constant in program.constants:
+            yield from self._constant(constant)
+        yield "END_VAR"
+        yield "VAR"
+        yield "    started : BOOL := FALSE;"
+        yield "    ready : BOOL;"
+        for kept in program.kept:
+            told = _told(kept.unit, kept.meaning)
+            yield f"    {self.word[kept.name]} : LREAL; (* {told} *)"
+            yield f"    {self.word[f'{kept.name}_after']} : LREAL;"
+        for signal in program.inputs:
+            yield f"    {self.inside[signal.name]} : LREAL := {real(signal.rest or Decimal(0))};"
+        for signal in program.outputs:
+            yield f"    {self.inside[signal.name]} : LREAL;"
+        yield f"    {self.inside['sample_time']} : LREAL := {real(self.time)};"
+        for stage in program.stages:
+            for step in stage.steps:
+                yield f"    {self.word[step.name]} : LREAL; (* {_told(step.unit, '')} *)"
+        yield from self._helpers(body)
+        yield "END_VAR"
+        yield ""
+        yield from body.lines
+        yield "END_FUNCTION_BLOCK"
+
+    @staticmethod
+    def _helpers(body: Statements) -> Iterator[str]:
+        for name in body.indices:
+            yield f"    {name} : INT;"
+        for name, last in body.arrays.items():
+            yield f"    {name} : ARRAY[0..{last}] OF LREAL;"
+        yield "    i : INT;"
+        yield "    j : INT;"
+        yield "    part : LREAL;"
+        yield "    saved : LREAL;"
+
+    def _constant(self, constant: Constant) -> Iterator[str]:
+        word, value = self.word[constant.name], constant.value
+        told = f"(* {constant.unit}; {constant.place} of the gain file *)"
+        if isinstance(value, Decimal):
+            yield f"    {word} : LREAL := {real(value)}; {told}"
+        elif isinstance(value, Spline):
+            for k, knots in enumerate(value.knots, start=1):
+                yield from _array(self.word[f"{constant.name}_t{k}"], [knots], "LREAL", told)
+            rows = value.coefficients
+            yield from _array(word, rows, "LREAL", told, flat=len(value.knots) == 1)
+        elif isinstance(value[0], tuple):
+            yield from _array(word, value, "INT", told, flat=False)
+        else:
+            yield from _array(word, [value], "LREAL", told)
+
+    def _body(self) -> Statements:
+        program = self.program
+        found = Statements({one.name: one for one in program.constants}, self.inside)
+        found.indent = ""
+        say = found.say
+        say("status := 0;")
+        say("IF reset THEN started := FALSE; END_IF;")
+        self._read(found)
+        for stage in program.stages:
+            say("")
+            say(f"(* {stage.name} *)")
+            if stage.kept:
+                self._start(found, stage.kept)
+            for step in stage.assignments:
+                found.assign(step)
+        say("")
+        say("(* what is kept until the next sample; all of it changes at once *)")
+        for kept in program.kept:
+            say(f"{self.word[f'{kept.name}_after']} := {found.text(kept.next)};")
+        results = [self.inside[one.name] for one in program.outputs]
+        results += [self.word[f"{one.name}_after"] for one in program.kept]
+        say("ready := TRUE;")
+        for name in results:
+            say(f"IF NOT (ABS({name}) <= {LARGEST}) THEN ready := FALSE; END_IF;")
+        say("IF ready THEN")
+        for one in program.outputs:
+            say(f"    {self.word[one.name]} := {self.inside[one.name]};")
+        for kept in program.kept:
+            say(f"    {self.word[kept.name]} := {self.word[f'{kept.name}_after']};")
+        say("    started := TRUE;")
+        say("ELSE")
+        say("    status := status + 8;")
+        say("END_IF;")
+        return found
+
+    def _read(self, found: Statements) -> None:
+        say, time = found.say, self.inside["sample_time"]
+        fixed = self.program.sample_time
+        good = "sample_time > 0.0 AND sample_time <= 1.0E6"
+        if fixed is not None:
+            good = f"ABS(sample_time - {real(fixed)}) <= {real(fixed / 1000)}"
+        say(f"IF {good} THEN {time} := sample_time; ELSE status := status + 4; END_IF;")
+        say("ready := TRUE;")
+        for one in self.program.inputs:
+            given, seen = self.word[one.name], self.inside[one.name]
+            say(
+                f"IF ABS({given}) <= {LARGEST} THEN {seen} := {given}; ELSE ready := FALSE; END_IF;"
+            )
+        say("IF NOT ready THEN status := status + 1; END_IF;")
+        say("ready := TRUE;")
+        for one in self.program.inputs:
+            if one.range is not None:
+                low, high = map(real, one.range)
+                seen = self.inside[one.name]
+                say(f"IF {seen} < {low} OR {seen} > {high} THEN ready := FALSE; END_IF;")
+        say("IF NOT ready THEN status := status + 2; END_IF;")
+
+    def _start(self, found: Statements, kept: Iterable[object]) -> None:
+        known = dict(found.found)
+        found.say("IF NOT started THEN")
+        found.indent = "    "
+        for one in self.program.kept:
+            if one in kept:
+                found.say(f"{self.word[one.name]} := {found.text(one.start)};")
+        found.indent, found.found = "", known
+        found.say("END_IF;")
+
+
+def _array(
+    word: str,
+    rows: Iterable[Iterable[Decimal]],
+    kind: str,
+    told: str,
+    *,
+    flat: bool = True,
+) -> Iterator[str]:
+    """Yield the declaration of an array, eight numbers a line."""
+    table = [list(row) for row in rows]
+    numbers = [str(int(value)) if kind == "INT" else real(value) for row in table for value in row]
+    size = f"0..{len(numbers) - 1}" if flat else f"0..{len(table) - 1}, 0..{len(table[0]) - 1}"
+    yield f"    {word} : ARRAY[{size}] OF {kind} := [ {told}"
+    for k in range(0, len(numbers), 8):
+        tail = "" if k + 8 >= len(numbers) else ","
+        yield "        " + ", ".join(numbers[k : k + 8]) + tail
+    yield "    ];"
+
+
+def _require_room(constant: Constant) -> None:
+    value = constant.value
+    rows = value.coefficients if isinstance(value, Spline) else value
+    if isinstance(rows, tuple):
+        count = sum(len(row) if isinstance(row, tuple) else 1 for row in rows)
+        if count > LARGEST_ARRAY:
+            raise ModelError(
+                f"{constant.name} ({constant.place}) has {count} numbers; a function block holds "
+                f"{LARGEST_ARRAY}: design with fewer rules (fewer premises, or product bounds), or "
+                "write the law with --to c"
+            )
+
+
+def _told(unit: str, meaning: str) -> str:
+    """Return unit and meaning as the text of a comment."""
+    return f"{unit}: {meaning}".removesuffix(": ").replace("*)", "* )")
+
+
+def _page(program: ControllerProgram, word: str) -> str:
+    block = f"FB_{word.upper()}"
+    rows = [
+        f"| `{one.name}` | {kind} | {one.unit} | {one.meaning} |"
+        for kind, signals in (("input", program.inputs), ("output", program.outputs))
+        for one in signals
+    ]
+    first = program.inputs[0].name if program.inputs else "sample_time"
+    bits = [f"| {number} | {text} |" for number, text in STATUS]
+    return "\n".join(
+        [
+            f"# {block}: {program.name}",
+            "",
+            f"Certificate: {program.verdict}. Written by `takagi export`; the numbers are those of "
+            "the gain file.",
+            "",
+            f"Import `{word}.st`, declare `controller : {block};`, and call it once in every "
+            "sample:",
+            "",
+            "```",
+            f"controller({first} := ..., sample_time := 0.01);",
+            "```",
+            "",
+            "| name | | unit | meaning |",
+            "|---|---|---|---|",
+            *rows,
+            "| `sample_time` | input | s | time from one call to the next |",
+            "| `reset` | input | | TRUE starts again from the inputs of this call |",
+            "",
+            "`status` is 0 or a sum of:",
+            "",
+            "| | |",
+            "|---|---|",
+            *bits,
+            "",
+        ]
+    )
