@@ -61,6 +61,9 @@ class Target(NamedTuple):
 
 
 TARGETS = (
+    Target(
+        "c", "takagi.reports.code.c.target", "any C99 or C++ compiler: the law, with a self-test"
+    ),
     Target("csv", "takagi.reports.code.tables", "spreadsheets: a file for each table, with units"),
 )
 
