@@ -191,21 +191,22 @@ def page(program: ControllerProgram, c: CSource, settings: ExportSettings) -> st
         f"one starts with {c.sample_time} s."
     )
     kept_table = f"\n## Kept from step to step\n\n| name | unit | meaning |\n|---|---|---|\n{kept}"
+    proof = f"""
+    takagi check CERTIFICATE --gains GAINS --c-source {word}.c
+
+reads the decimals and formulas back out of `{word}.c` and compares them with the gain file.
+""" if program.hashes else ""  # fmt: skip
+    origin = "decimals of the gain file" if program.hashes else "figures of the turbine's file"
     return f"""# {program.name}, in C99
 
-Certificate: {program.verdict}. The numbers in `{word}.c` are the decimals of the gain file, in
-{settings.precision}.
+Certificate: {program.verdict}. The numbers in `{word}.c` are the {origin}, in {settings.precision}.
 
     cc -std=c99 -O2 -ffp-contract=off {word}.c {word}_test.c -lm -o {word}_test && ./{word}_test
     cc -std=c99 -O2 -ffp-contract=off {word}.c {word}_example.c -lm -o {word}_example
 
 `{word}_test` has known answers and returns 0. Do not compile with `-ffast-math`: it takes away the
 checks for numbers that are not finite, and `{word}.c` refuses it.
-
-    takagi check CERTIFICATE --gains GAINS --c-source {word}.c
-
-reads the decimals and formulas back out of `{word}.c` and compares them with the gain file.
-
+{proof}
 ## Inputs
 
 | name | unit | range | at rest | meaning |

@@ -93,7 +93,7 @@ def c_source(program: ControllerProgram, settings: ExportSettings) -> CSource:
     sample = sample_function(program, word, needed, write)
     time = sample_time_of(program, settings)
     parts = (
-        _opening(program, word, f"{word}.c"),
+        _opening(program, word, f"{word}.c", settings, time),
         f'#include "{word}.h"\n\n#include <math.h>\n\n{_FAST_MATH}',
         # Helpers stand before the constants, whose names then shadow none of theirs.
         helpers(write.helpers, f"{word}_", f"{word}_real", suffix),
@@ -103,7 +103,7 @@ def c_source(program: ControllerProgram, settings: ExportSettings) -> CSource:
     )
     return CSource(
         word=word,
-        header=_header(program, word, names, settings.precision),
+        header=_header(program, word, names, settings, time),
         source="".join(parts),
         inputs={one.name: names[one.name] for one in program.inputs},
         outputs={one.name: names[one.name] for one in program.outputs},
@@ -120,18 +120,33 @@ _FAST_MATH = """#ifdef __FAST_MATH__
 """
 
 
-def _opening(program: ControllerProgram, word: str, file: str) -> str:
+def _opening(
+    program: ControllerProgram, word: str, file: str, settings: ExportSettings, time: Decimal
+) -> str:
+    programs = ", ".join(stage.name for stage in program.stages)
+    origin, bound = "its numbers are the figures of the turbine's file", ""
+    if program.hashes:
+        origin = "its numbers are the decimals of a gain file"
+        bound = f""" * SHA-256 of its gains: {comment(program.hashes.get("gains", "none"))}
+ * Check this text with: takagi check CERTIFICATE --gains GAINS --c-source {word}.c
+"""
     return f"""/* {file}: {comment(program.name)}
  *
- * Written by takagi from a gain file; its numbers are the file's decimals.
+ * Written by takagi; {origin}.
+ * Programs: {comment(programs)}
+ * Numbers: {settings.precision}; starts with {time} s
  * Certificate: {comment(program.verdict)}
- * SHA-256 of its gains: {comment(program.hashes.get("gains", "none"))}
- * Check this text with: takagi check CERTIFICATE --gains GAINS --c-source {word}.c
- */
+{bound} */
 """
 
 
-def _header(program: ControllerProgram, word: str, names: Mapping[str, str], real: str) -> str:
+def _header(
+    program: ControllerProgram,
+    word: str,
+    names: Mapping[str, str],
+    settings: ExportSettings,
+    time: Decimal,
+) -> str:
     guard = f"{word.upper()}_H"
     bits = "".join(
         f"#define {word.upper()}_{name} {bit}u /* {meaning} */\n"
@@ -146,7 +161,7 @@ def _header(program: ControllerProgram, word: str, names: Mapping[str, str], rea
         structs.append(
             _struct(f"{word}_kept", ((names[i.name], i.unit, i.meaning) for i in program.kept))
         )
-    return f"""{_opening(program, word, f"{word}.h")}
+    return f"""{_opening(program, word, f"{word}.h", settings, time)}
 #ifndef {guard}
 #define {guard}
 
@@ -154,7 +169,7 @@ def _header(program: ControllerProgram, word: str, names: Mapping[str, str], rea
 extern "C" {{
 #endif
 
-typedef {real} {word}_real;
+typedef {settings.precision} {word}_real;
 
 /* Status bits of a step. */
 {bits}
