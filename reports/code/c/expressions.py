@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from typing import TypeAlias
 
@@ -58,9 +58,12 @@ class Expressions:
         constants: Mapping[str, Constant],
         prefix: str,
         suffix: str,
+        *,
+        widened: bool = False,
     ) -> None:
         self.names, self.constants = names, constants
         self.prefix, self.suffix = prefix, suffix
+        self._widened = widened
         self.helpers: set[str] = set()
         self.before: list[str] = []
         self._weights: dict[tuple[str, ...], str] = {}
@@ -69,6 +72,16 @@ class Expressions:
     def text(self, formula: Formula) -> str:
         """Return a formula as C."""
         return self._written(formula)[0]
+
+    def in_double(self, formulas: Sequence[Formula]) -> Expressions | None:
+        """Return what writes formulas of float names in double; None where that is not possible.
+
+        That is where they need a helper, since helpers are made for one type.
+        """
+        wide = Expressions(self.names, self.constants, self.prefix, "", widened=True)
+        for formula in formulas:
+            wide.text(formula)
+        return None if wide.helpers else wide
 
     def factor(self, formula: Formula) -> str:
         """Return a formula as C that can stand beside a comparison's sign."""
@@ -92,7 +105,8 @@ class Expressions:
             case Name(name):
                 if name in self.constants and not isinstance(self.constants[name].value, Decimal):
                     raise ModelError(f"{name!r} is a row or table; a formula needs a number there")
-                return self.names[name], _ATOM
+                cast = "(double)" if self._widened else ""
+                return f"{cast}{self.names[name]}", _ATOM
             case Operation("^", left, right):
                 assert left is not None
                 return self._power(left, right)
@@ -112,7 +126,7 @@ class Expressions:
         return text if binds >= least else f"({text})"
 
     def _power(self, base: Formula, exponent: Formula) -> Expression:
-        if isinstance(exponent, Number) and exponent.value in (2, 3, 4):
+        if isinstance(exponent, Number) and exponent.value in (2, 3, 4) and not self._widened:
             return self._helped(f"power_{int(exponent.value)}", self.text(base)), _ATOM
         return f"pow{self._f}({self.text(base)}, {self.text(exponent)})", _ATOM
 

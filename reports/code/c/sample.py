@@ -113,18 +113,27 @@ def _start(kept: Sequence[Kept], word: str, write: Expressions) -> Iterator[str]
 def _assignment(one: Assignment, word: str, write: Expressions) -> Iterator[str]:
     name = write.names[one.name]
     note = comment(" ".join(part for part in (f"[{one.unit}]", one.meaning) if part))
-    text = write.text(one.formula)
-    branches = [(_is_near(place, write), write.text(place.formula)) for place in one.near]
-    yield from write.taken_before()
-    if not branches:
+    if not one.near:
+        text = write.text(one.formula)
+        yield from write.taken_before()
         yield f"const {word}_real {name} = {text}; /* {note} */"
         return
+    # Around 0/0 a float has too few digits for the distances of the gain file.
+    wide = write.in_double(_formulas(one)) if write.suffix else None
+    by, cast = (wide, f"({word}_real)") if wide else (write, "")
+
+    def value(formula: Formula) -> str:
+        return f"{cast}({by.text(formula)})" if cast else by.text(formula)
+
+    own = value(one.formula)
+    branches = [(_is_near(place, by), value(place.formula)) for place in one.near]
+    yield from by.taken_before()
     yield f"{word}_real {name}; /* {note} */"
     for k, (condition, formula) in enumerate(branches):
         yield f"{'} else ' if k else ''}if ({condition}) {{"
         yield f"    {name} = {formula};"
     yield "} else {"
-    yield f"    {name} = {text};"
+    yield f"    {name} = {own};"
     yield "}"
 
 

@@ -27,9 +27,11 @@ STATUS_BITS = (
 )
 USUAL_SAMPLE_TIME = Decimal("0.01")  # s, where neither law nor user names one
 TEMPLATE_WORDS = (
-    "real", "kept", "state", "inputs", "outputs", "init", "step", "message", "sample", "finite",
-    "ready", "set_sample_time", "default_sample_time",
+    "real", "kept", "state", "inputs", "outputs", "init", "step", "message", "sample", "rest",
+    "is_ready", "good_time", "set_sample_time", *(f"weights_{k}" for k in range(1, 100)),
+    *(f"premises_{k}" for k in range(1, 100)),
 )  # fmt: skip
+TEMPLATE_MACROS = ("H", "READY", *(name for _, name, _ in STATUS_BITS))
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,11 +84,14 @@ def c_source(program: ControllerProgram, settings: ExportSettings) -> CSource:
     """
     word = file_name_word(file_word(program.plant))
     suffix = "F" if settings.precision == "float" else ""
-    reserved = RESERVED | {f"{word}_{one}" for one in (*TEMPLATE_WORDS, *HELPERS)}
-    names = identifiers(
-        (*program.names(), "sample_time"), reserved | {word, f"{word}_set_sample_time"},
-        language="C",
-    )  # fmt: skip
+    reserved = {
+        *RESERVED,
+        word,
+        *(f"{word}_{one}" for one in (*TEMPLATE_WORDS, *HELPERS)),
+        *(f"{word.upper()}_{one}" for one in TEMPLATE_MACROS),
+        *(f"{one.name}_knots_{k}" for one in program.constants for k in (1, 2)),
+    }
+    names = identifiers((*program.names(), "sample_time"), reserved, language="C")
     needed = needed_names(program)
     constants = {one.name: one for one in program.constants if one.name in needed}
     write = Expressions(names, constants, f"{word}_", suffix)
