@@ -58,8 +58,11 @@ cross.not_replayed, and changes no status.
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""
+    parser = _parser()
     try:
-        options = _parser().parse_args(list(arguments))
+        options = parser.parse_args(list(arguments))
+        if options.c_source and not options.gains:
+            parser.error("--c-source needs --gains FILE, the gain file that it was exported from")
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else MISUSE
     return _check(options)
@@ -68,8 +71,6 @@ def run(arguments: Sequence[str]) -> int:
 def _check(options: argparse.Namespace) -> int:
     from takagi.certificates.checker import CertificateError
 
-    if options.c_source and not options.gains:
-        _parser().error("--c-source needs --gains FILE, the gain file that it was exported from")
     try:
         checked, trusted = _verdict(options)
     except CertificateError as error:

@@ -160,7 +160,7 @@ def _differences(
     shown = 0
     constant, index = "", 0
     for k, (there, here) in enumerate(zip(theirs, ours, strict=False)):
-        if here.text in places and ours[k - 2 : k - 1] and ours[k - 2].text in ("const", "char"):
+        if here.text in places and "const" in (ours[k - 2].text, ours[k - 3].text):
             constant, index = here.text, 0
         elif here.text == ";":
             constant = ""
