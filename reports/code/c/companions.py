@@ -12,7 +12,7 @@ from takagi.reports.code.controller_program import ControllerProgram, Signal
 from takagi.reports.code.run import ProgramRun
 from takagi.reports.code.targets import ExportSettings
 
-__all__ = ["example", "page", "self_test"]
+__all__ = ["example", "page", "self_test", "wave"]
 
 SAMPLES = 40
 # Of the largest value of an output in the test.
@@ -99,7 +99,7 @@ def _known(
     run = ProgramRun(program)
     found: list[tuple[dict[str, float], dict[str, float]]] = []
     for k in range(SAMPLES):
-        inputs = {s.name: _wave(s, k, j) for j, s in enumerate(program.inputs)}
+        inputs = {s.name: wave(s, k, j) for j, s in enumerate(program.inputs)}
         try:
             outputs = run.sample(sample_time, inputs)
         except (ArithmeticError, ValueError):
@@ -112,7 +112,7 @@ def _known(
     ]
 
 
-def _wave(signal: Signal, k: int, j: int) -> float:
+def wave(signal: Signal, k: int, j: int) -> float:
     """Return a value of an input, in its range, that a float holds as well."""
     low, high = signal.range or (Decimal(-1), Decimal(1))
     share = (1 + math.sin(0.37 * k + 1.1 * j)) / 2 * 0.6 + 0.2

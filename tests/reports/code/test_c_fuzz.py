@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
 from pathlib import Path
 from typing import cast
 
@@ -60,6 +61,13 @@ def test_many_random_bytes(name: str, precision: str, tmp_path: Path, reduced: b
 @pytest.mark.slow
 def test_a_fuzzer_that_looks_for_paths(tmp_path: Path, reduced: bool) -> None:
     """libFuzzer, where clang is installed: it looks for inputs that reach new code."""
+    empty = tmp_path / "empty.c"
+    empty.write_text("int LLVMFuzzerTestOneInput(const char *b, unsigned long n);\n"
+                     "int LLVMFuzzerTestOneInput(const char *b, unsigned long n)\n"
+                     "{ return b == 0 && n > 0; }\n", encoding="utf-8")  # fmt: skip
+    tried = [compiler("clang"), "-fsanitize=fuzzer,address", str(empty), "-o", "empty"]
+    if subprocess.run(tried, cwd=tmp_path, capture_output=True, check=False).returncode:
+        pytest.skip("clang is here without its fuzzer")
     program = program_of("split_range", tmp_path)
     flags = ("-g", "-O1", "-DLIBFUZZER", "-fsanitize=fuzzer,address,undefined",
              "-fno-sanitize-recover=all")  # fmt: skip
