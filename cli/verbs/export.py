@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -61,6 +62,14 @@ def export(
             help="baseline: the turbine's published controller, which is not proved.",
         ),
     ] = None,
+    certificate: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CERT",
+            help="Where the plant is read for a closed loop (--to fmu); certificate.json beside "
+            "the gain file if not given.",
+        ),
+    ] = None,
     coq: Annotated[
         Path | None,
         typer.Option("--coq", metavar="FILE", help="Write a certificate's matrices for Coq."),
@@ -89,7 +98,8 @@ def export(
         return _coq(given, coq)
     if out is None:
         raise ModelError(f"--to {to} needs --out DIR, the folder to write")
-    return _code(_program(given, law, without or []), str(to), out, precision, sample_time)
+    program = _program(given, law, without or [])
+    return _code(program, str(to), out, precision, sample_time, (given, certificate))
 
 
 def _program(given: Path, law: str | None, without: list[str]) -> ControllerProgram:
@@ -110,13 +120,21 @@ def _program(given: Path, law: str | None, without: list[str]) -> ControllerProg
 
 
 def _code(
-    program: ControllerProgram, to: str, out: Path, precision: str, sample_time: float | None
+    program: ControllerProgram,
+    to: str,
+    out: Path,
+    precision: str,
+    sample_time: float | None,
+    places: tuple[Path, Path | None],
 ) -> int:
     from takagi.cli.output_place import require_folder_place
+    from takagi.reports.code.certified_model import certified_model
     from takagi.reports.code.targets import export_settings, exported
     from takagi.reports.output import write_folder
 
     settings = export_settings(precision, sample_time)
+    if to == "fmu":
+        settings = replace(settings, model=certified_model(*places, program))
     require_folder_place(out)
     found = exported(to, program, settings)
     write_folder(out, found.files)

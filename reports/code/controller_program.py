@@ -28,6 +28,7 @@ __all__ = [
     "Stage",
     "controller_program",
     "read_controller",
+    "renamed",
 ]
 
 Row: TypeAlias = tuple[Decimal, ...]
@@ -288,8 +289,8 @@ class _Reading:
                 own[one["name"]],
                 one["unit"],
                 one["meaning"],
-                _renamed(parsed(one["start"]), own),
-                _renamed(parsed(one["next"]), own),
+                renamed(parsed(one["start"]), own),
+                renamed(parsed(one["next"]), own),
             )
             for one in part["keep"]
         )
@@ -301,14 +302,14 @@ class _Reading:
     def _assignment(one: Any, name: str, own: Mapping[str, str]) -> Assignment:
         near = tuple(
             Near(
-                _renamed(parsed(place["of"]), own),
+                renamed(parsed(place["of"]), own),
                 place["within"],
-                _renamed(parsed(place["formula"]), own),
+                renamed(parsed(place["formula"]), own),
             )
             for place in one.get("near", ())
         )
         return Assignment(
-            name, one["unit"], one["meaning"], _renamed(parsed(one["formula"]), own), near
+            name, one["unit"], one["meaning"], renamed(parsed(one["formula"]), own), near
         )
 
     def _input(self, one: Any) -> Signal:
@@ -344,15 +345,16 @@ def _formulas(program: ControllerProgram) -> Iterator[Formula]:
             yield from (place.of, place.formula)
 
 
-def _renamed(formula: Formula, names: Mapping[str, str]) -> Formula:
+def renamed(formula: Formula, names: Mapping[str, str]) -> Formula:
+    """Return a formula with other names where ``names`` has some."""
     match formula:
         case Name(name):
             return Name(names.get(name, name))
         case Operation(sign, left, right):
-            before = None if left is None else _renamed(left, names)
-            return Operation(sign, before, _renamed(right, names))
+            before = None if left is None else renamed(left, names)
+            return Operation(sign, before, renamed(right, names))
         case Call(function, arguments):
-            return Call(function, tuple(_renamed(one, names) for one in arguments))
+            return Call(function, tuple(renamed(one, names) for one in arguments))
     return formula
 
 

@@ -14,7 +14,7 @@ from takagi.reports.code.controller_program import (
 )
 from takagi.reports.code.formula import Call, Formula, Name, Operation, names_of
 
-__all__ = ["needed_names", "sample_function"]
+__all__ = ["assignment_lines", "needed_names", "sample_function"]
 
 
 def needed_names(program: ControllerProgram) -> frozenset[str]:
@@ -76,7 +76,7 @@ def sample_function(
         lines += ["", f"/* {comment(stage.name)} */", *_start(stage.kept, word, write)]
         for one in stage.assignments:
             if one.name in needed:
-                lines += _assignment(one, word, write)
+                lines += assignment_lines(one, word, write)
     lines.append("")
     for sent in program.outputs:
         lines += _at_limit(sent.name, program, word, write)
@@ -110,7 +110,8 @@ def _start(kept: Sequence[Kept], word: str, write: Expressions) -> Iterator[str]
     yield "}"
 
 
-def _assignment(one: Assignment, word: str, write: Expressions) -> Iterator[str]:
+def assignment_lines(one: Assignment, word: str, write: Expressions) -> Iterator[str]:
+    """Yield the statements that give a local variable of type ``{word}_real`` its value."""
     name = write.names[one.name]
     note = comment(" ".join(part for part in (f"[{one.unit}]", one.meaning) if part))
     if not one.near:

@@ -14,7 +14,7 @@ from takagi.reports.code.controller_program import Constant, ControllerProgram, 
 from takagi.reports.code.identifiers import file_word, identifiers
 from takagi.reports.code.targets import ExportSettings
 
-__all__ = ["STATUS_BITS", "CSource", "c_source", "sample_time_of"]
+__all__ = ["STATUS_BITS", "CSource", "c_source", "constant_text", "sample_time_of"]
 
 # Bit, word and meaning, the most serious first.
 STATUS_BITS = (
@@ -102,7 +102,7 @@ def c_source(program: ControllerProgram, settings: ExportSettings) -> CSource:
         f'#include "{word}.h"\n\n#include <math.h>\n\n{_FAST_MATH}',
         # Helpers stand before the constants, whose names then shadow none of theirs.
         helpers(write.helpers, f"{word}_", f"{word}_real", suffix),
-        "".join(_constant(one, names[one.name], word, write) for one in constants.values()),
+        "".join(constant_text(one, names[one.name], word, write) for one in constants.values()),
         sample,
         _calls(program, word, write, time),
     )
@@ -220,7 +220,8 @@ def _struct(name: str, members: Iterable[tuple[str, str, str]]) -> str:
     return f"\ntypedef struct {name} {{\n{lines}}} {name};\n"
 
 
-def _constant(one: Constant, name: str, word: str, write: Expressions) -> str:
+def constant_text(one: Constant, name: str, word: str, write: Expressions) -> str:
+    """Return the definition of a constant; its type is ``{word}_real``."""
     note = f"/* {comment(one.place)} [{comment(one.unit)}] */"
     value = one.value
     if isinstance(value, Decimal):
