@@ -153,7 +153,7 @@ def _outputs(model: FmuModel) -> list[int]:
 def _units(model: FmuModel) -> Iterator[str]:
     for unit in dict.fromkeys(one.unit for one in model.variables if one.unit not in ("", "-")):
         exponents = base_units(unit)
-        base = () if exponents is None else (_element("BaseUnit", **exponents),)
+        base = () if exponents is None else (_element("BaseUnit", (), **exponents),)
         yield _element("Unit", base, name=unit)
 
 
@@ -193,7 +193,7 @@ def _status(model: FmuModel) -> dict[str, str]:
     }
 
 
-def _element(tag: str, inside: Iterable[str] = (), **attributes: object) -> str:
+def _element(tag: str, inside: Iterable[str] = (), /, **attributes: object) -> str:
     """Return an element, its parts one level deeper."""
     head = "".join(f" {key}={quoteattr(str(value))}" for key, value in attributes.items())
     body = "\n".join(inside)

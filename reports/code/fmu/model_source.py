@@ -64,7 +64,8 @@ def fmu_model(
     program: ControllerProgram, c: CSource, plant: PlantEquations | None = None
 ) -> FmuModel:
     """Return the law as a model of its own, or in loop with its plant."""
-    parts = [
+    # Key, role, unit, description, start and whether it is continuous.
+    parts: list[tuple[str, str, str, str, Decimal | None, bool]] = [
         ("time", "time", "s", "", None, True),
         ("sample_time", "parameter", "s", "from one sample of the law to the next",
          c.sample_time, False),
@@ -86,7 +87,7 @@ def fmu_model(
         ]
     parts += [(one.name, "output", one.unit, one.meaning, None, False) for one in program.outputs]
     parts += [(one.name, "kept", one.unit, one.meaning, None, False) for one in program.kept]
-    own = [key for key, role, *_ in parts if role not in ("time", "parameter")]
+    own = [key for key, role, _, _, _, _ in parts if role not in ("time", "parameter")]
     names = identifiers(own, RESERVED, language="an FMU") | {key: key for key in RESERVED}
     word = c.word if plant is None else f"{c.word}_loop"
     title = program.name if plant is None else f"{program.name}: the closed loop"
@@ -95,7 +96,7 @@ def fmu_model(
         title,
         program,
         c,
-        tuple(Variable(key, names[key], *rest) for key, *rest in parts),
+        tuple(Variable(part[0], names[part[0]], *part[1:]) for part in parts),
         plant,
     )
 
@@ -215,9 +216,9 @@ def _time_needed(model: FmuModel) -> str:
 def _prepared(model: FmuModel, places: Mapping[str, str]) -> str:
     text = ""
     if "integration_step" in places:
-        text += """    if (!(m->real[AT_integration_step] > 0.0) || !isfinite(m->real[AT_integration_step])
-        || m->real[AT_sample_time] > 1e6 * m->real[AT_integration_step]) {
-        return "this integration_step cannot be: a millionth of the sample time or more is needed";
+        text += """    if (!isfinite(m->real[AT_integration_step])
+        || !(m->real[AT_sample_time] <= 1e6 * m->real[AT_integration_step])) {
+        return "this integration_step cannot be: it is a millionth of sample_time or more";
     }
 """
     if model.plant is not None:

@@ -98,7 +98,7 @@ def _checked(
     program: ControllerProgram, plant: PlantEquations, others: Sequence[str]
 ) -> PlantEquations:
     """Return the plant with the law's inputs and outputs tied to it."""
-    known = {one.name for one in (*plant.states, *plant.disturbances)}
+    known = {one.name for one in plant.states} | {one.name for one in plant.disturbances}
     for signal in program.inputs:
         if signal.name not in known:
             raise ModelError(f"the law reads {signal.name!r}, which the plant does not have")
