@@ -268,16 +268,16 @@ EXPORTED Status FMI(SerializedFMUstateSize)(void *given, void *state, size_t *si
     if (given == NULL || state == NULL || size == NULL) {
         return RUN_ERROR;
     }
-    *size = sizeof(snapshot);
+    *size = STORED_SIZE;
     return RUN_OK;
 }
 
 EXPORTED Status FMI(SerializeFMUstate)(void *given, void *state, char bytes[], size_t size)
 {
-    if (given == NULL || state == NULL || bytes == NULL || size < sizeof(snapshot)) {
+    if (given == NULL || state == NULL || bytes == NULL || size < STORED_SIZE) {
         return RUN_ERROR;
     }
-    memcpy(bytes, state, sizeof(snapshot));
+    run_store(state, bytes);
     return RUN_OK;
 }
 

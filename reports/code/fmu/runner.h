@@ -208,12 +208,38 @@ static int run_step(snapshot *now, double at, double step, char *say)
     return run_warns(now, status, say);
 }
 
-/* A stored snapshot is one of this model, written by the same library. */
+/* A snapshot as bytes: itself, and a sum over it (FNV-1a) that damage changes. */
+enum { STORED_SIZE = sizeof(snapshot) + 8 };
+
+static void run_sum(const unsigned char *bytes, unsigned char *sum)
+{
+    unsigned long long found = 14695981039346656037ULL;
+    size_t k;
+    for (k = 0; k < sizeof(snapshot); k++) {
+        found = (found ^ bytes[k]) * 1099511628211ULL;
+    }
+    for (k = 0; k < 8; k++) {
+        sum[k] = (unsigned char)(found >> (8 * k) & 255u);
+    }
+}
+
+static void run_store(const void *state, void *bytes)
+{
+    memcpy(bytes, state, sizeof(snapshot));
+    run_sum(bytes, (unsigned char *)bytes + sizeof(snapshot));
+}
+
+/* Whether bytes are a snapshot of this model, as it was stored. */
 static int run_fits(const void *bytes, size_t size)
 {
-    return size == sizeof(snapshot)
-        && memcmp((const char *)bytes + offsetof(snapshot, token), MODEL_TOKEN, sizeof MODEL_TOKEN)
-            == 0;
+    unsigned char sum[8];
+    if (size != STORED_SIZE
+        || memcmp((const char *)bytes + offsetof(snapshot, token), MODEL_TOKEN, sizeof MODEL_TOKEN)
+            != 0) {
+        return 0;
+    }
+    run_sum(bytes, sum);
+    return memcmp((const char *)bytes + sizeof(snapshot), sum, sizeof sum) == 0;
 }
 
 #endif
