@@ -11,8 +11,11 @@ import pytest
 from takagi.certificates import TurbineDesign
 from takagi.models import Plant
 from takagi.models.arrays import Floats
+from takagi.models.laws import SampledLaw
+from takagi.models.simulation.closed_loop import simulate
 from takagi.models.simulation.dynamics import dynamics
 from takagi.models.simulation.turbine_plant import SimulatedTurbine
+from takagi.models.simulation.wind import WindSeries
 from takagi.reports.code.fmu.model_source import INNER_STEPS
 from takagi.reports.code.run import ProgramRun
 from tests.reports.code.fmu_files import exported, simulated
@@ -168,3 +171,32 @@ def test_a_turbine_in_a_wind_that_steps(turbine_design: TurbineDesign, tmp_path:
     np.testing.assert_allclose(found["speed"], np.array(states)[:, 0], EXACT)
     np.testing.assert_allclose(found["pitch"], np.array(states)[:, 1], EXACT, EXACT)
     assert np.array(states)[:, 1].max() > 0.05
+
+
+def test_a_turbine_as_our_own_simulation_runs_it(
+    turbine_design: TurbineDesign, tmp_path: Path
+) -> None:
+    """A wind from 11 to 13 m/s in 20 s; between its samples the FMU holds it, we draw a line."""
+    design, time = turbine_design, 0.02
+    turbine = design.turbine
+    program, made = exported(turbine_file(design, design.law, tmp_path), sample_time=time)
+    limits = turbine.torque_rate_limit, turbine.pitch_rate_limit
+    plant = SimulatedTurbine(
+        turbine, "first-order", tower=False, pitch_rate_limit=limits[1], torque_rate_limit=limits[0]
+    )
+    times = time / INNER_STEPS * np.arange(1000 * INNER_STEPS + 1)
+    speeds = 11.0 + 0.1 * times
+    ours = simulate(
+        plant, SampledLaw(design.law, time, 0.0, *limits), WindSeries("ramp", times, speeds),
+        observer=design.observer.observer, time_step=time / INNER_STEPS,
+    )  # fmt: skip
+    start = {"speed": float(ours.rotor_speed[0]), "pitch": float(ours.pitch[0])}
+    found = simulated(
+        tmp_path / next(one for one in made.files if one.endswith("_loop.fmu")),
+        times, {"wind_speed": speeds.tolist()}, start,
+    )  # fmt: skip
+
+    each = slice(None, None, INNER_STEPS)
+    np.testing.assert_allclose(found["speed"][each], ours.rotor_speed, rtol=1e-5)
+    np.testing.assert_allclose(found["pitch"][each], ours.pitch, atol=1e-5)
+    assert np.ptp(ours.pitch) > 0.05
