@@ -31,6 +31,8 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     c = c_source(program, settings)
     models = [(fmu_model(program, c), "the law")]
     missing = "no certificate of this gain file is beside it; name it with --certificate CERT"
+    if not program.hashes:
+        missing = "the law has no certificate, where the plant would stand"
     if settings.model is not None:
         try:
             plant = plant_equations(program, settings.model)

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.models.arrays import Floats
 from takagi.reports.code.certified_model import certified_model
 from takagi.reports.code.controller_program import ControllerProgram, read_controller
 from takagi.reports.code.fmu.target import export
@@ -34,7 +33,7 @@ def exported(gains: Path, **settings: Any) -> tuple[ControllerProgram, Exported]
 
 def simulated(
     file: Path,
-    times: Floats,
+    times: Any,
     inputs: Mapping[str, Sequence[float]],
     start: Mapping[str, float] | None = None,
 ) -> Any:
