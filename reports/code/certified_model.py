@@ -21,13 +21,16 @@ def certified_model(
     Parameters
     ----------
     certificate : None takes ``certificate.json`` beside the gain file if it is about the same
-        model by its hash, and returns None if it is not.
+        model by its hash, and returns None if it is not.  A law that is not proved has no hash: it
+        takes a given certificate of a model with its plant's name.
 
     Raises
     ------
     ModelError : the given certificate is about another model than the gain file.
     CertificateError : it cannot be read.
     """
+    if certificate is None and not program.hashes:
+        return None
     path = certificate or gains.parent / "certificate.json"
     if certificate is None and not path.is_file():
         return None
@@ -36,6 +39,11 @@ def certified_model(
         return model
     if certificate is None:
         return None
-    raise ModelError(
-        f"{path} is about another model than {gains}: the gain file names the SHA-256 of its model"
-    )
+    if program.hashes:
+        raise ModelError(
+            f"{path} is about another model than {gains}: the gain file names the SHA-256 of its "
+            "model"
+        )
+    if model.get("name") == program.plant:
+        return model
+    raise ModelError(f"{path} is about {model.get('name')!r}; the law is one for {program.plant!r}")

@@ -32,7 +32,7 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     models = [(fmu_model(program, c), "the law")]
     missing = "no certificate of this gain file is beside it; name it with --certificate CERT"
     if not program.hashes:
-        missing = "the law has no certificate, where the plant would stand"
+        missing = "name a certificate of the same turbine with --certificate CERT"
     if settings.model is not None:
         try:
             plant = plant_equations(program, settings.model)

@@ -12,7 +12,9 @@ from pathlib import Path
 import pytest
 
 from takagi.cli.main import main
+from takagi.models import nrel5mw
 from takagi.models.errors import ModelError
+from takagi.reports.code.baseline import baseline_program
 from takagi.reports.code.certified_model import certified_model
 from takagi.reports.code.controller_program import read_controller
 from takagi.reports.code.fmu import archive
@@ -87,6 +89,18 @@ def test_another_model_s_certificate_is_not_taken(tmp_path: Path) -> None:
 
     assert certified_model(gains, None, program) is None
     with pytest.raises(ModelError, match="another model"):
+        certified_model(gains, path, program)
+
+
+def test_a_law_that_is_not_proved_takes_a_certificate_of_its_plant(tmp_path: Path) -> None:
+    program = baseline_program(nrel5mw())
+    gains, path = Path("nrel5mw"), tmp_path / "certificate.json"
+    path.write_text(json.dumps({"model": {"name": "NREL 5-MW"}}), encoding="utf-8")
+
+    assert certified_model(gains, None, program) is None
+    assert certified_model(gains, path, program) == {"name": "NREL 5-MW"}
+    plant_file("tora", tmp_path)
+    with pytest.raises(ModelError, match="is about 'TORA'"):
         certified_model(gains, path, program)
 
 
