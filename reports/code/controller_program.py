@@ -218,6 +218,9 @@ class _Reading:
         self.sent = {one["name"] for part in self.programs for one in part["send"]}
         self.read = {one["name"]: one for part in reversed(self.programs) for one in part["read"]}
         self.constants: dict[str, Constant] = {}
+        # Premises call a plant's tables by their names, as plant files do.
+        places = (entry for part in self.programs for entry in part["names"].items())
+        self.tables = {name for name, entry in places if entry["value"].startswith("tables.")}
 
     def whole(self) -> ControllerProgram:
         taken = self._taken()
@@ -289,8 +292,8 @@ class _Reading:
                 own[one["name"]],
                 one["unit"],
                 one["meaning"],
-                renamed(parsed(one["start"]), own),
-                renamed(parsed(one["next"]), own),
+                renamed(parsed(one["start"], self.tables), own),
+                renamed(parsed(one["next"], self.tables), own),
             )
             for one in part["keep"]
         )
@@ -298,18 +301,21 @@ class _Reading:
         sends = tuple(self._assignment(one, one["name"], own) for one in part["send"])
         return Stage(part["name"], kept, steps, sends)
 
-    @staticmethod
-    def _assignment(one: Any, name: str, own: Mapping[str, str]) -> Assignment:
+    def _assignment(self, one: Any, name: str, own: Mapping[str, str]) -> Assignment:
         near = tuple(
             Near(
-                renamed(parsed(place["of"]), own),
+                renamed(parsed(place["of"], self.tables), own),
                 place["within"],
-                renamed(parsed(place["formula"]), own),
+                renamed(parsed(place["formula"], self.tables), own),
             )
             for place in one.get("near", ())
         )
         return Assignment(
-            name, one["unit"], one["meaning"], renamed(parsed(one["formula"]), own), near
+            name,
+            one["unit"],
+            one["meaning"],
+            renamed(parsed(one["formula"], self.tables), own),
+            near,
         )
 
     def _input(self, one: Any) -> Signal:

@@ -9,18 +9,8 @@
 
 #include "runner.h"
 
-#if defined(_WIN32)
-#define EXPORTED __declspec(dllexport)
-#elif defined(__GNUC__)
-#define EXPORTED __attribute__((visibility("default")))
-#else
-#define EXPORTED
-#endif
-
 /* Linked statically, the names begin with FMI3_FUNCTION_PREFIX. */
 #ifdef FMI3_FUNCTION_PREFIX
-#define JOIN(PREFIX, NAME) PREFIX##NAME
-#define JOINED(PREFIX, NAME) JOIN(PREFIX, NAME)
 #define FMI(NAME) JOINED(FMI3_FUNCTION_PREFIX, fmi3##NAME)
 #else
 #define FMI(NAME) fmi3##NAME

@@ -18,6 +18,18 @@
 
 #include "model.h"
 
+#if defined(_WIN32)
+#define EXPORTED __declspec(dllexport)
+#elif defined(__GNUC__)
+#define EXPORTED __attribute__((visibility("default")))
+#else
+#define EXPORTED
+#endif
+
+/* For names that begin with a prefix. */
+#define JOIN(PREFIX, NAME) PREFIX##NAME
+#define JOINED(PREFIX, NAME) JOIN(PREFIX, NAME)
+
 /* As FMI 2.0 and 3.0 count them. */
 enum { RUN_OK = 0, RUN_WARNING = 1, RUN_DISCARD = 2, RUN_ERROR = 3 };
 enum { INSTANTIATED, INITIALIZING, STEPPING, TERMINATED, FAILED };
