@@ -19,6 +19,7 @@ from takagi.cli.terminal.claim_lines import claim_lines
 if TYPE_CHECKING:
     from takagi.certificates.audit.trusted_lines import Trusted
     from takagi.certificates.audit.two_checkers import VerdictComparison
+    from takagi.certificates.checker.kernel.result import Checked
     from takagi.reports.ci_formats import CheckedFile
 
 __all__ = ["run"]
@@ -36,6 +37,8 @@ _EPILOG = """\
 Examples:
   takagi check build/nrel5mw/certificate.json
   takagi check certificate.json --gains gains.json    the claims are about these very gains
+  takagi check certificate.json --gains gains.json --c-source law.c
+                                                      so are the numbers and formulas in C
   takagi check certificate.json --junit checks.xml    for continuous integration
   takagi check certificate.json --trusted             how much code the verdict rests on
 
@@ -45,7 +48,8 @@ statement that it belongs to has begun. Files that make the sentences are loaded
 verdict, and counted apart.
 
 Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED, the gain or model
-file says something else than the certificate, or with --cross the two checkers differ; 2 a file is
+file says something else than the certificate, the C file something else than the gain file, or
+with --cross the two checkers differ; 2 a file is
 damaged or cannot be read.
 A claim that the second checker does not replay is named in the last line, in JSON under
 cross.not_replayed, and changes no status.
@@ -54,8 +58,11 @@ cross.not_replayed, and changes no status.
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""
+    parser = _parser()
     try:
-        options = _parser().parse_args(list(arguments))
+        options = parser.parse_args(list(arguments))
+        if options.c_source and not options.gains:
+            parser.error("--c-source needs --gains FILE, the gain file that it was exported from")
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else MISUSE
     return _check(options)
@@ -75,6 +82,13 @@ def _check(options: argparse.Namespace) -> int:
         # The certificate is valid but about another loop, so nothing is proved for this one.
         print(f"Error: {error}", file=sys.stderr)
         return UNPROVED
+    if options.c_source:
+        another, line = _c_source(options)
+        if another:
+            _write_reports(options, _refused(another, "the C file is the gain file's"))
+            print(f"Error: {another}", file=sys.stderr)
+            return UNPROVED
+        checked.messages.append(line)
     _write_reports(options, checked)
     if options.json:
         compared = _compared(options) if options.cross else None
@@ -88,6 +102,19 @@ def _check(options: argparse.Namespace) -> int:
     if compared is not None and not compared.agrees:
         return UNPROVED
     return PROVED if checked.verdict.name == "PROVED" else UNPROVED
+
+
+def _c_source(options: argparse.Namespace) -> tuple[str, str]:
+    """Return what differs in the C file, and the line that says what was compared."""
+    # Imported here: most checks have no C file, and what compares it is no trusted code.
+    from takagi.reports.code.c.comparison import compared_source
+
+    found = compared_source(options.c_source, options.gains)
+    line = (
+        f"{options.c_source}: its {found.numbers} numbers and its formulas are those of "
+        f"{options.gains}"
+    )
+    return "; ".join(found.differences), line
 
 
 def _needed(error: Exception, options: argparse.Namespace) -> tuple[str, bool]:
@@ -106,7 +133,7 @@ def _needed(error: Exception, options: argparse.Namespace) -> tuple[str, bool]:
     return "the file is a certificate", False
 
 
-def _verdict(options: argparse.Namespace) -> tuple[CheckedFile, Trusted | None]:
+def _verdict(options: argparse.Namespace) -> tuple[Checked, Trusted | None]:
     """Return the verdict, and what it ran through where that is asked."""
     given = {"gains": options.gains, "model": _file_of(options.model)}
     if not options.trusted:
@@ -230,6 +257,12 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FILE",
         type=Path,
         help="a model file, or a built-in name, that must be the proved model",
+    )
+    add(
+        "--c-source",
+        metavar="FILE",
+        type=Path,
+        help="a C file of `takagi export --to c` that must hold the gain file's law",
     )
     add("--junit", metavar="FILE", type=Path, help="write the results as JUnit XML")
     add("--sarif", metavar="FILE", type=Path, help="write what is not proved as SARIF 2.1.0")

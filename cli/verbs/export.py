@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from takagi.cli.command import run_command
 from takagi.cli.errors import PROVED, UNPROVED
+
+if TYPE_CHECKING:
+    from takagi.reports.code.controller_program import ControllerProgram
 
 __all__ = ["export", "run"]
 
@@ -23,7 +27,9 @@ def export(
     given: Annotated[
         Path,
         typer.Argument(
-            metavar="FILE", help="gains.json of a design; with --coq, its certificate.json."
+            metavar="FILE",
+            help="gains.json of a design; with --coq, its certificate.json; with --law baseline a "
+            "turbine's TOML file or built-in name.",
         ),
     ],
     *,
@@ -47,6 +53,21 @@ def export(
             metavar="PROGRAM",
             help="Leave a program of the gain file out: observer where the wind is measured, "
             "'rate limits' where the actuators limit their own rates. May be given twice.",
+        ),
+    ] = None,
+    law: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LAW",
+            help="baseline: the turbine's published controller, which is not proved.",
+        ),
+    ] = None,
+    certificate: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CERT",
+            help="Where the plant is read for a closed loop (--to fmu); certificate.json beside "
+            "the gain file if not given.",
         ),
     ] = None,
     coq: Annotated[
@@ -77,19 +98,43 @@ def export(
         return _coq(given, coq)
     if out is None:
         raise ModelError(f"--to {to} needs --out DIR, the folder to write")
-    return _code(given, str(to), out, precision, sample_time, without or [])
+    program = _program(given, law, without or [])
+    return _code(program, str(to), out, precision, sample_time, (given, certificate))
+
+
+def _program(given: Path, law: str | None, without: list[str]) -> ControllerProgram:
+    from takagi.models.errors import ModelError
+    from takagi.reports.code.controller_program import read_controller
+
+    if law is None:
+        return read_controller(given, without=without)
+    if law != "baseline":
+        raise ModelError(
+            f"--law {law!r} was given; it is baseline, or left out: a gain file has one law"
+        )
+    # Imported here: a gain file needs no turbine.
+    from takagi.models.turbine.loader import load_turbine
+    from takagi.reports.code.baseline import baseline_program
+
+    return baseline_program(load_turbine(str(given)), without=without)
 
 
 def _code(
-    given: Path, to: str, out: Path, precision: str, sample_time: float | None, without: list[str]
+    program: ControllerProgram,
+    to: str,
+    out: Path,
+    precision: str,
+    sample_time: float | None,
+    places: tuple[Path, Path | None],
 ) -> int:
     from takagi.cli.output_place import require_folder_place
-    from takagi.reports.code.controller_program import read_controller
+    from takagi.reports.code.certified_model import certified_model
     from takagi.reports.code.targets import export_settings, exported
     from takagi.reports.output import write_folder
 
     settings = export_settings(precision, sample_time)
-    program = read_controller(given, without=without)
+    if to == "fmu":
+        settings = replace(settings, model=certified_model(*places, program))
     require_folder_place(out)
     found = exported(to, program, settings)
     write_folder(out, found.files)

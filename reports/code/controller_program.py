@@ -28,6 +28,7 @@ __all__ = [
     "Stage",
     "controller_program",
     "read_controller",
+    "renamed",
 ]
 
 Row: TypeAlias = tuple[Decimal, ...]
@@ -217,6 +218,9 @@ class _Reading:
         self.sent = {one["name"] for part in self.programs for one in part["send"]}
         self.read = {one["name"]: one for part in reversed(self.programs) for one in part["read"]}
         self.constants: dict[str, Constant] = {}
+        # Premises call a plant's tables by their names, as plant files do.
+        places = (entry for part in self.programs for entry in part["names"].items())
+        self.tables = {name for name, entry in places if entry["value"].startswith("tables.")}
 
     def whole(self) -> ControllerProgram:
         taken = self._taken()
@@ -288,8 +292,8 @@ class _Reading:
                 own[one["name"]],
                 one["unit"],
                 one["meaning"],
-                _renamed(parsed(one["start"]), own),
-                _renamed(parsed(one["next"]), own),
+                renamed(parsed(one["start"], self.tables), own),
+                renamed(parsed(one["next"], self.tables), own),
             )
             for one in part["keep"]
         )
@@ -297,18 +301,21 @@ class _Reading:
         sends = tuple(self._assignment(one, one["name"], own) for one in part["send"])
         return Stage(part["name"], kept, steps, sends)
 
-    @staticmethod
-    def _assignment(one: Any, name: str, own: Mapping[str, str]) -> Assignment:
+    def _assignment(self, one: Any, name: str, own: Mapping[str, str]) -> Assignment:
         near = tuple(
             Near(
-                _renamed(parsed(place["of"]), own),
+                renamed(parsed(place["of"], self.tables), own),
                 place["within"],
-                _renamed(parsed(place["formula"]), own),
+                renamed(parsed(place["formula"], self.tables), own),
             )
             for place in one.get("near", ())
         )
         return Assignment(
-            name, one["unit"], one["meaning"], _renamed(parsed(one["formula"]), own), near
+            name,
+            one["unit"],
+            one["meaning"],
+            renamed(parsed(one["formula"], self.tables), own),
+            near,
         )
 
     def _input(self, one: Any) -> Signal:
@@ -344,15 +351,16 @@ def _formulas(program: ControllerProgram) -> Iterator[Formula]:
             yield from (place.of, place.formula)
 
 
-def _renamed(formula: Formula, names: Mapping[str, str]) -> Formula:
+def renamed(formula: Formula, names: Mapping[str, str]) -> Formula:
+    """Return a formula with other names where ``names`` has some."""
     match formula:
         case Name(name):
             return Name(names.get(name, name))
         case Operation(sign, left, right):
-            before = None if left is None else _renamed(left, names)
-            return Operation(sign, before, _renamed(right, names))
+            before = None if left is None else renamed(left, names)
+            return Operation(sign, before, renamed(right, names))
         case Call(function, arguments):
-            return Call(function, tuple(_renamed(one, names) for one in arguments))
+            return Call(function, tuple(renamed(one, names) for one in arguments))
     return formula
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import TypeAlias
@@ -66,10 +66,14 @@ class Call:
 Formula: TypeAlias = Number | Name | Operation | Call
 
 
-def parsed(text: str) -> Formula:
+def parsed(text: str, tables: Collection[str] = ()) -> Formula:
     """Return the tree of a formula in the language of gain files.
 
     The language binds as Python does, with ^ for a power: -x^2 is -(x^2), 2^3^2 is 2^(3^2).
+
+    Parameters
+    ----------
+    tables : names that plant files call as functions: ``name(x)`` is ``spline(x, name)``.
 
     Raises
     ------
@@ -77,9 +81,23 @@ def parsed(text: str) -> Formula:
     """
     try:
         tree = ast.parse(text.replace("^", "**").strip(), mode="eval").body
+        if tables:
+            tree = _Tables(tables).visit(tree)
         return _formula(tree, text)
     except (SyntaxError, RecursionError, MemoryError) as error:
         raise ModelError(f"formula {text!r} cannot be read; see `language` in the file") from error
+
+
+class _Tables(ast.NodeTransformer):
+    def __init__(self, tables: Collection[str]) -> None:
+        self.tables = tables
+
+    def visit_Call(self, node: ast.Call) -> ast.Call:
+        self.generic_visit(node)
+        if isinstance(node.func, ast.Name) and node.func.id in self.tables:
+            spline = ast.Name("spline", ast.Load())
+            return ast.Call(spline, [*node.args, ast.Name(node.func.id, ast.Load())], node.keywords)
+        return node
 
 
 def names_of(formula: Formula) -> Iterator[str]:

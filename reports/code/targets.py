@@ -33,10 +33,12 @@ class ExportSettings:
     precision : of the code's numbers; targets of one precision refuse the other.
     sample_time : T [s] that the code starts with where its user names none; None takes the law's
         own, or the target's usual one.
+    model : the certificate's model, for targets that write the plant too; None without one.
     """
 
     precision: Precision = "double"
     sample_time: float | None = None
+    model: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +63,14 @@ class Target(NamedTuple):
 
 
 TARGETS = (
+    Target(
+        "c", "takagi.reports.code.c.target", "any C99 or C++ compiler: the law, with a self-test"
+    ),
+    Target(
+        "fmu",
+        "takagi.reports.code.fmu.target",
+        "FMI tools (3.0 and 2.0): the law, and its closed loop with the certificate's plant",
+    ),
     Target(
         "st",
         "takagi.reports.code.structured_text.block",

@@ -21,6 +21,7 @@ from takagi.certificates.controller.plant_members import plant_members
 from takagi.certificates.design.turbine.published_law import designed_law
 from takagi.certificates.document.certificate_file import (
     certificate_document,
+    dumps,
     effort_sharing_law_data,
 )
 from takagi.certificates.document.model_data import pdc_law_data
@@ -104,8 +105,14 @@ def plant_file(name: str, folder: Path) -> Path:
     gains = pdc_law_data(law.model, law.gains) | law_members(data)
     document = certificate_document(model=data, gains=gains, claims=[], provenance={})
     own = plant_members(plant, law.model, gains, concluded([], []), ())
+    return written(bound(document, own), folder)
+
+
+def written(document: Any, folder: Path) -> Path:
+    """Write a gain file and its certificate beside it."""
     path = folder / "gains.json"
-    path.write_text(dump_gains(gain_file_of(bound(document, own))), encoding="utf-8")
+    path.write_text(dump_gains(gain_file_of(document)), encoding="utf-8")
+    (folder / "certificate.json").write_text(dumps(document), encoding="utf-8")
     return path
 
 
@@ -172,9 +179,7 @@ def turbine_file(design: TurbineDesign, law: Law, folder: Path) -> Path:
         model=design.document["model"], gains=gains, claims=[], provenance={}
     )
     own = {**design.document["controller"], "start": {"wind": [3, 25], "integrals": [[0, 0]] * 2}}
-    path = folder / "gains.json"
-    path.write_text(dump_gains(gain_file_of(bound(document, own))), encoding="utf-8")
-    return path
+    return written(bound(document, own), folder)
 
 
 def laws_of(design: TurbineDesign) -> dict[str, Law]:

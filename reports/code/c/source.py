@@ -1,0 +1,395 @@
+"""Header and source of a law in C99; no allocation, no recursion, no globals that change."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+
+from takagi.models.errors import ModelError
+from takagi.reports.code.c.expressions import Expressions, literal
+from takagi.reports.code.c.sample import needed_names, sample_function
+from takagi.reports.code.c.words import HELPERS, RESERVED, comment, file_name_word, helpers
+from takagi.reports.code.controller_program import Constant, ControllerProgram, Spline
+from takagi.reports.code.identifiers import file_word, identifiers
+from takagi.reports.code.targets import ExportSettings
+
+__all__ = ["STATUS_BITS", "CSource", "c_source", "constant_text", "sample_time_of"]
+
+# Bit, word and meaning, the most serious first.
+STATUS_BITS = (
+    (4, "RESULT_NOT_FINITE", "a result was not finite; the last good one was sent"),
+    (8, "NOT_STARTED", "a step before init, or a damaged state; the law started anew"),
+    (1, "INPUT_NOT_FINITE", "an input was not finite; the last good one stood in"),
+    (16, "SAMPLE_TIME_REFUSED", "a sample time was refused; the one before is kept"),
+    (2, "INPUT_OUTSIDE", "an input lies outside the range where the model holds"),
+    (32, "AT_LIMIT", "a command is held at a limit"),
+)
+USUAL_SAMPLE_TIME = Decimal("0.01")  # s, where neither law nor user names one
+TEMPLATE_WORDS = (
+    "real", "kept", "state", "inputs", "outputs", "init", "step", "message", "sample", "rest",
+    "is_ready", "good_time", "set_sample_time", *(f"weights_{k}" for k in range(1, 100)),
+    *(f"premises_{k}" for k in range(1, 100)),
+)  # fmt: skip
+TEMPLATE_MACROS = ("H", "READY", *(name for _, name, _ in STATUS_BITS))
+
+
+@dataclass(frozen=True, slots=True)
+class CSource:
+    """A law in C.
+
+    Attributes
+    ----------
+    word : the prefix ``W`` of its functions and types, and the name of its files.
+    header, source : texts of ``W.h`` and ``W.c``.
+    inputs, outputs, kept, constants : name in the program -> member or constant in C.
+    status_bits : word of a bit, without the prefix -> its value.
+    sample_time : T [s] that a state without a good one starts with.
+    """
+
+    word: str
+    header: str
+    source: str
+    inputs: Mapping[str, str]
+    outputs: Mapping[str, str]
+    kept: Mapping[str, str]
+    constants: Mapping[str, str]
+    status_bits: Mapping[str, int]
+    sample_time: Decimal
+
+
+def sample_time_of(program: ControllerProgram, settings: ExportSettings) -> Decimal:
+    """Return T [s] to start with: the law's own, the user's, or the usual one.
+
+    Raises
+    ------
+    ModelError : the user's is not the law's own.
+    """
+    own, asked = program.sample_time, settings.sample_time
+    if own is None:
+        return USUAL_SAMPLE_TIME if asked is None else Decimal(repr(asked))
+    if asked is not None and abs(asked - float(own)) > 1e-6 * float(own):
+        raise ModelError(
+            f"--sample-time {asked} was given; the law is one in discrete time with {own} s"
+        )
+    return own
+
+
+def c_source(program: ControllerProgram, settings: ExportSettings) -> CSource:
+    """Return header and source of a program.
+
+    Raises
+    ------
+    ModelError : a name or number that C cannot hold.
+    """
+    word = file_name_word(file_word(program.plant))
+    suffix = "F" if settings.precision == "float" else ""
+    reserved = {
+        *RESERVED,
+        word,
+        *(f"{word}_{one}" for one in (*TEMPLATE_WORDS, *HELPERS)),
+        *(f"{word.upper()}_{one}" for one in TEMPLATE_MACROS),
+        *(f"{one.name}_knots_{k}" for one in program.constants for k in (1, 2)),
+    }
+    names = identifiers((*program.names(), "sample_time"), reserved, language="C")
+    needed = needed_names(program)
+    constants = {one.name: one for one in program.constants if one.name in needed}
+    write = Expressions(names, constants, f"{word}_", suffix)
+    sample = sample_function(program, word, needed, write)
+    time = sample_time_of(program, settings)
+    parts = (
+        _opening(program, word, f"{word}.c", settings, time),
+        f'#include "{word}.h"\n\n#include <math.h>\n\n{_FAST_MATH}',
+        # Helpers stand before the constants, whose names then shadow none of theirs.
+        helpers(write.helpers, f"{word}_", f"{word}_real", suffix),
+        "".join(constant_text(one, names[one.name], word, write) for one in constants.values()),
+        sample,
+        _calls(program, word, write, time),
+    )
+    return CSource(
+        word=word,
+        header=_header(program, word, names, settings, time),
+        source="".join(parts),
+        inputs={one.name: names[one.name] for one in program.inputs},
+        outputs={one.name: names[one.name] for one in program.outputs},
+        kept={one.name: names[one.name] for one in program.kept},
+        constants={name: names[name] for name in constants},
+        status_bits={name: bit for bit, name, _ in STATUS_BITS},
+        sample_time=time,
+    )
+
+
+_FAST_MATH = """#ifdef __FAST_MATH__
+#error "compile without -ffast-math: it takes away the checks for numbers that are not finite"
+#endif
+"""
+
+
+def _opening(
+    program: ControllerProgram, word: str, file: str, settings: ExportSettings, time: Decimal
+) -> str:
+    programs = ", ".join(stage.name for stage in program.stages)
+    origin, bound = "its numbers are the figures of the turbine's file", ""
+    if program.hashes:
+        origin = "its numbers are the decimals of a gain file"
+        bound = f""" * SHA-256 of its gains: {comment(program.hashes.get("gains", "none"))}
+ * Check this text with: takagi check CERTIFICATE --gains GAINS --c-source {word}.c
+"""
+    return f"""/* {file}: {comment(program.name)}
+ *
+ * Written by takagi; {origin}.
+ * Programs: {comment(programs)}
+ * Numbers: {settings.precision}; starts with {time} s
+ * Certificate: {comment(program.verdict)}
+{bound} */
+"""
+
+
+def _header(
+    program: ControllerProgram,
+    word: str,
+    names: Mapping[str, str],
+    settings: ExportSettings,
+    time: Decimal,
+) -> str:
+    guard = f"{word.upper()}_H"
+    bits = "".join(
+        f"#define {word.upper()}_{name} {bit}u /* {meaning} */\n"
+        for bit, name, meaning in sorted(STATUS_BITS)
+    )
+    kept = f"    {word}_kept kept;\n" if program.kept else ""
+    structs = [
+        _struct(f"{word}_inputs", ((names[i.name], i.unit, i.meaning) for i in program.inputs)),
+        _struct(f"{word}_outputs", ((names[i.name], i.unit, i.meaning) for i in program.outputs)),
+    ]
+    if program.kept:
+        structs.append(
+            _struct(f"{word}_kept", ((names[i.name], i.unit, i.meaning) for i in program.kept))
+        )
+    return f"""{_opening(program, word, f"{word}.h", settings, time)}
+#ifndef {guard}
+#define {guard}
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+typedef {settings.precision} {word}_real;
+
+/* Status bits of a step. */
+{bits}
+{"".join(structs)}
+/* All that lasts from step to step; yours to hold, the library has no memory of its own.
+ * It holds no pointer: copy it as it is, to store it or to go back. */
+typedef struct {word}_state {{
+    unsigned ready;    /* a mark that {word}_init was here */
+    unsigned samples;  /* 0 before the first step, then 1 */
+    {word}_real sample_time; /* s */
+    {word}_inputs inputs;    /* the last good ones */
+    {word}_outputs outputs;  /* the last that were sent */
+{kept}}} {word}_state;
+
+/* Start; sample_time in s. Returns 0, or {word.upper()}_SAMPLE_TIME_REFUSED: then the usual one
+ * stands, and the state can be used. */
+unsigned {word}_init({word}_state *state, {word}_real sample_time);
+
+/* Another time from one sample to the next. Returns 0, or {word.upper()}_SAMPLE_TIME_REFUSED: then
+ * the one before is kept. */
+unsigned {word}_set_sample_time({word}_state *state, {word}_real sample_time);
+
+/* One sample. Outputs are finite whatever the inputs are. Returns status bits, 0 if all is well. */
+unsigned {word}_step({word}_state *state, const {word}_inputs *inputs, {word}_outputs *outputs);
+
+/* The most serious status bit in words. */
+const char *{word}_message(unsigned status);
+
+#ifdef __cplusplus
+}}
+#endif
+
+#endif
+"""
+
+
+def _struct(name: str, members: Iterable[tuple[str, str, str]]) -> str:
+    kind = name.rsplit("_", 1)[0]
+    lines = "".join(
+        f"    {kind}_real {member}; /* {comment(f'[{unit}] {meaning}'.strip())} */\n"
+        for member, unit, meaning in members
+    )
+    return f"\ntypedef struct {name} {{\n{lines}}} {name};\n"
+
+
+def constant_text(one: Constant, name: str, word: str, write: Expressions) -> str:
+    """Return the definition of a constant; its type is ``{word}_real``."""
+    note = f"/* {comment(one.place)} [{comment(one.unit)}] */"
+    value = one.value
+    if isinstance(value, Decimal):
+        return f"\n{note}\nstatic const {word}_real {name} = {literal(value, write.suffix)};\n"
+    if isinstance(value, Spline):
+        knots = "".join(
+            _array(f"{name}_knots_{k}", (row,), f"{word}_real", write.suffix)
+            for k, row in enumerate(value.knots, start=1)
+        )
+        return f"\n{note}\n{knots}{_array(name, value.coefficients, f'{word}_real', write.suffix)}"
+    if isinstance(value[0], tuple):
+        # Only rules are matrices.
+        rows = ",\n".join("    " + ", ".join(str(int(v)) for v in row) for row in value)
+        size = sum(len(row) for row in value)
+        return f"\n{note}\nstatic const unsigned char {name}[{size}] = {{\n{rows}\n}};\n"
+    return f"\n{note}\n" + _array(name, (value,), f"{word}_real", write.suffix)
+
+
+def _array(name: str, rows: Iterable[tuple[Decimal, ...]], real: str, suffix: str) -> str:
+    texts = [[literal(value, suffix) for value in row] for row in rows]
+    size = sum(map(len, texts))
+    body = ",\n".join(",\n".join(_filled(row)) for row in texts)
+    return f"static const {real} {name}[{size}] = {{\n{body}\n}};\n"
+
+
+def _filled(numbers: list[str]) -> Iterator[str]:
+    """Yield lines of at most 96 characters."""
+    line = "   "
+    for number in numbers:
+        if len(line) + len(number) + 2 > 96:
+            yield line.removesuffix(",")
+            line = "   "
+        line += f" {number},"
+    yield line.removesuffix(",")
+
+
+def _rest_of_output(program: ControllerProgram, name: str) -> Decimal:
+    """Return what stands for an output before there is any: its rest in the file, or 0."""
+    for one in program.document.get("inputs", ()):
+        if isinstance(one, Mapping) and one.get("name") == name:
+            return Decimal(one.get("rest") or 0)
+    return Decimal(0)
+
+
+def _calls(program: ControllerProgram, word: str, write: Expressions, sample_time: Decimal) -> str:
+    """Return the functions that a user calls, and what guards them."""
+    W, names, suffix = word.upper(), write.names, write.suffix
+    zero, time = literal(Decimal(0), suffix), literal(sample_time, suffix)
+    inputs = [names[one.name] for one in program.inputs]
+    outputs = [names[one.name] for one in program.outputs]
+    kept = [names[one.name] for one in program.kept]
+    own = ""
+    if program.sample_time is not None:
+        near = literal(sample_time * Decimal("1e-6"), suffix)
+        own = f"\n        && fabs{suffix.lower()}(sample_time - {time}) <= {near}"
+    members = [*(f"inputs.{one}" for one in inputs), *(f"outputs.{one}" for one in outputs),
+               *(f"kept.{one}" for one in kept)]  # fmt: skip
+    whole = "\n        && ".join(f"isfinite(state->{one})" for one in members)
+    rests = "".join(
+        f"    state->inputs.{names[one.name]} = {literal(one.rest or Decimal(0), suffix)}; "
+        f"/* rest, {comment(one.unit)} */\n"
+        for one in program.inputs
+    )
+    start = "".join(
+        f"    state->outputs.{names[one.name]} = "
+        f"{literal(_rest_of_output(program, one.name), suffix)};\n"
+        for one in program.outputs
+    ) + "".join(f"    state->kept.{one} = {zero};\n" for one in kept)
+    first = " && ".join(
+        [f"isfinite(sent.{one})" for one in outputs] + [f"isfinite(next.{one})" for one in kept]
+    )
+    target = "&sent, &next" if kept else "&sent"
+    good = "".join(
+        f"""    if (isfinite({source}.{one})) {{
+        state->{place}.{one} = {source}.{one};
+    }} else {{
+        status |= {W}_RESULT_NOT_FINITE;
+    }}
+"""
+        for source, place, every in (("sent", "outputs", outputs), ("next", "kept", kept))
+        for one in every
+    )
+    messages = "".join(
+        f'    if ((status & {W}_{name}) != 0u) {{\n        return "{meaning}";\n    }}\n'
+        for _, name, meaning in STATUS_BITS
+    )
+    next_ = f"    {word}_kept next;\n" if kept else ""
+    return f"""
+/* The mark of a state that {word}_init has filled. */
+#define {W}_READY 0x54414B41u
+
+static int {word}_good_time({word}_real sample_time)
+{{
+    return isfinite(sample_time) && sample_time > {zero}{own};
+}}
+
+/* Whether a state is one that these functions left: a zeroed or damaged one is not. */
+static int {word}_is_ready(const {word}_state *state)
+{{
+    return state->ready == {W}_READY && {word}_good_time(state->sample_time)
+        && {whole};
+}}
+
+/* The values that stand in before there are any. */
+static void {word}_rest({word}_state *state)
+{{
+{rests}{start}}}
+
+unsigned {word}_init({word}_state *state, {word}_real sample_time)
+{{
+    const int good = {word}_good_time(sample_time);
+    state->ready = {W}_READY;
+    state->samples = 0u;
+    state->sample_time = good ? sample_time : {time};
+    {word}_rest(state);
+    return good ? 0u : {W}_SAMPLE_TIME_REFUSED;
+}}
+
+unsigned {word}_set_sample_time({word}_state *state, {word}_real sample_time)
+{{
+    if (!{word}_is_ready(state)) {{
+        return {word}_init(state, sample_time) | {W}_NOT_STARTED;
+    }}
+    if (!{word}_good_time(sample_time)) {{
+        return {W}_SAMPLE_TIME_REFUSED;
+    }}
+    state->sample_time = sample_time;
+    return 0u;
+}}
+
+unsigned {word}_step({word}_state *state, const {word}_inputs *inputs, {word}_outputs *outputs)
+{{
+    unsigned status = 0u;
+    unsigned limits;
+    {word}_outputs sent;
+{next_}
+    if (!{word}_is_ready(state)) {{
+        (void){word}_init(state, {time});
+        status |= {W}_NOT_STARTED;
+    }}
+{"".join(_seen(program, word, write))}
+    limits = {word}_sample(state, &state->inputs, {target});
+    if (state->samples == 0u && !({first})) {{
+        /* Nothing good was sent yet: start from rest. */
+        status |= {W}_RESULT_NOT_FINITE;
+        {word}_rest(state);
+        limits = {word}_sample(state, &state->inputs, {target});
+    }}
+    status |= limits;
+{good}    state->samples = 1u;
+    *outputs = state->outputs;
+    return status;
+}}
+
+const char *{word}_message(unsigned status)
+{{
+{messages}    return "all is well";
+}}
+"""
+
+
+def _seen(program: ControllerProgram, word: str, write: Expressions) -> Iterator[str]:
+    for one in program.inputs:
+        name, W = write.names[one.name], word.upper()
+        yield f"    if (isfinite(inputs->{name})) {{\n"
+        yield f"        state->inputs.{name} = inputs->{name};\n"
+        if one.range is not None:
+            low, high = (literal(end, write.suffix) for end in one.range)
+            yield f"        if (inputs->{name} < {low} || inputs->{name} > {high}) {{\n"
+            yield f"            status |= {W}_INPUT_OUTSIDE;\n        }}\n"
+        yield f"    }} else {{\n        status |= {W}_INPUT_NOT_FINITE;\n    }}\n"

@@ -1,0 +1,146 @@
+"""A program run in Python: known answers for what a target writes."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from decimal import Decimal
+from typing import Any
+
+from takagi.reports.code.controller_program import Assignment, ControllerProgram, Spline
+from takagi.reports.code.formula import Call, Formula, Name, Number, Operation
+
+__all__ = ["ProgramRun"]
+
+_SIGNS: Mapping[str, Callable[[float, float], float]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+    "^": math.pow,
+}
+
+
+class ProgramRun:
+    """Runs a program sample by sample.
+
+    Attributes
+    ----------
+    kept : values of the kept names; empty before the first sample.
+    """
+
+    def __init__(self, program: ControllerProgram) -> None:
+        self.program = program
+        self.kept: dict[str, float] = {}
+        self._constants = {one.name: _floats(one.value) for one in program.constants}
+
+    def sample(self, sample_time: float, inputs: Mapping[str, float]) -> dict[str, float]:
+        """Return the outputs of one sample.
+
+        Raises
+        ------
+        ArithmeticError, ValueError : a formula that has no value there.
+        """
+        names = {**self._constants, "sample_time": sample_time, **inputs, **self.kept}
+        for stage in self.program.stages:
+            if not self.kept:
+                names |= {one.name: _value(one.start, names) for one in stage.kept}
+            for one in stage.assignments:
+                names[one.name] = _value(_formula_there(one, names), names)
+        self.kept = {one.name: _value(one.next, names) for one in self.program.kept}
+        return {one.name: names[one.name] for one in self.program.outputs}
+
+
+def _formula_there(one: Assignment, names: Mapping[str, Any]) -> Formula:
+    for place in one.near:
+        if abs(_value(place.of, names)) <= float(place.within):
+            return place.formula
+    return one.formula
+
+
+def _floats(value: Any) -> Any:
+    if isinstance(value, Spline):
+        return [[_floats(row) for row in value.knots], [_floats(row) for row in value.coefficients]]
+    return float(value) if isinstance(value, Decimal) else [_floats(one) for one in value]
+
+
+def _value(formula: Formula, names: Mapping[str, Any]) -> Any:
+    match formula:
+        case Number(value):
+            return float(value)
+        case Name(name):
+            return math.pi if name == "pi" else names[name]
+        case Operation(_, None, right):
+            return -_value(right, names)
+        case Operation(sign, left, right):
+            assert left is not None
+            return _SIGNS[sign](_value(left, names), _value(right, names))
+        case Call(function, arguments):
+            return _FUNCTIONS[function](*(_value(one, names) for one in arguments))
+
+
+def _limit(x: float, low: float, high: float) -> float:
+    return min(max(x, low), high)
+
+
+def _interval(x: float, nodes: Sequence[float]) -> int:
+    return max(k for k in range(len(nodes) - 1) if k == 0 or nodes[k] <= x)
+
+
+def _slope(x: float, nodes: Sequence[float], values: Sequence[float]) -> float:
+    k = _interval(x, nodes)
+    return (values[k + 1] - values[k]) / (nodes[k + 1] - nodes[k])
+
+
+def _line(x: float, nodes: Sequence[float], values: Sequence[float]) -> float:
+    k = _interval(x, nodes)
+    return values[k] + _slope(x, nodes, values) * (_limit(x, nodes[0], nodes[-1]) - nodes[k])
+
+
+def _spline(x: float, *rest: Any) -> float:
+    knots, rows = rest[-1]
+    if len(rest) == 1:
+        return _de_boor(x, knots[0], lambda k: rows[0][k])
+    return _de_boor(x, knots[0], lambda k: _de_boor(rest[0], knots[1], rows[k].__getitem__))
+
+
+def _de_boor(x: float, t: Sequence[float], coefficient: Callable[[int], float]) -> float:
+    x = _limit(x, t[3], t[-4])
+    k = max(j for j in range(3, len(t) - 4) if j == 3 or t[j] <= x)
+    d = [coefficient(k - 3 + j) for j in range(4)]
+    for r in (1, 2, 3):
+        for j in range(3, r - 1, -1):
+            share = (x - t[j + k - 3]) / (t[j + 1 + k - r] - t[j + k - 3])
+            d[j] = (1 - share) * d[j - 1] + share * d[j]
+    return d[3]
+
+
+def _mix(rules: Sequence[Sequence[float]], values: Sequence[float], *w: float) -> float:
+    if len(values) == 1:
+        return values[0]
+    weights = (
+        math.prod(v if one else 1 - v for one, v in zip(row, w, strict=True)) for row in rules
+    )
+    return sum(h * y for h, y in zip(weights, values, strict=True))
+
+
+_FUNCTIONS: Mapping[str, Callable[..., float]] = {
+    **{
+        word: getattr(math, word)
+        for word in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh",
+                     "cosh", "tanh", "asinh", "acosh", "atanh", "erf")
+    },
+    "abs": abs,
+    "min": min,
+    "max": max,
+    "limit": _limit,
+    "choose": lambda d, a, b: a if d < 0 else b,
+    "first": lambda row: row[0],
+    "last": lambda row: row[-1],
+    "line": _line,
+    "slope": _slope,
+    "hold": lambda x, nodes, values: values[_interval(x, nodes)],
+    "spline": _spline,
+    "mix": _mix,
+}  # fmt: skip

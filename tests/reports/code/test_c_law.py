@@ -1,0 +1,276 @@
+"""The law in C against the law in Python, at random and in sequence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from random import Random
+
+import numpy as np
+import pytest
+
+from takagi.certificates import TurbineDesign
+from takagi.models.laws import Law, Measurement, SampledLaw
+from takagi.models.laws.sampled import sampled
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.turbine.loader import load_turbine
+from takagi.models.turbine.trim import trim
+from takagi.reports.code.baseline import baseline_program
+from takagi.reports.code.controller_program import ControllerProgram, read_controller
+from takagi.reports.code.run import ProgramRun
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.turbine import gain_file
+from tests.reports.code.compiled import Compiled
+from tests.reports.test_gain_file_alone import (
+    LAWS,
+    PLANTS,
+    VARIANTS,
+    laws_of,
+    plant_file,
+    plant_law,
+    states_of,
+    turbine_file,
+)
+
+EXACT = 1e-12
+# All laws together: 10^6.
+MANY = 60_000
+# A premise of a published law is a difference of two splines over 1e-4 rad/s, whose last digits the
+# law in Python rounds in another order.  The program itself is met to EXACT.
+PUBLISHED = 1e-9
+
+
+def count_of(many: bool, reduced: bool) -> int:
+    """Return how many random samples a law gets."""
+    return 100 if not many else MANY // 20 if reduced else MANY
+
+
+def close(found: float, wanted: float, largest: float, within: float = EXACT) -> bool:
+    """Whether two commands are equal to so much of the larger of this and the largest one."""
+    return abs(found - wanted) <= within * max(abs(wanted), largest)
+
+
+def long_too(*names: str) -> list[object]:
+    """Return each name for the fast suite, and once more for the slow one."""
+    return [
+        *(pytest.param(name, False, id=name) for name in names),
+        *(pytest.param(name, True, id=f"{name}, many", marks=pytest.mark.slow) for name in names),
+    ]
+
+
+# ------------------------------------------------------------------ plants
+
+
+@pytest.mark.parametrize(("name", "many"), long_too(*PLANTS))
+def test_the_law_of_a_plant(name: str, many: bool, tmp_path: Path, reduced: bool) -> None:
+    """At rest, near points where a premise is 0/0, in the box, outside it, at saturation."""
+    plant, law = plant_law(name)
+    compiled = Compiled(read_controller(plant_file(name, tmp_path)), tmp_path)
+    labels = [one.name for one in plant.states]
+    rng = np.random.default_rng(5)
+    sides = [law.model.box.get(one, (1, 1)) for one in law.model.states]
+    half = np.array([max(abs(float(end)) for end in side) for side in sides])
+    random = (
+        law.state_rest + rng.uniform(-1.1, 1.1, len(half)) * half
+        for _ in range(count_of(many, reduced))
+    )
+    found: list[tuple[str, float, float]] = []
+    compiled.init(0.1)
+    for state in (*states_of(law), *random):
+        seen = dict(zip(labels, map(float, state), strict=True))
+        if law.blend is not None:
+            compiled.keep({labels[-1]: seen.pop(labels[-1])})
+        sent = compiled.step(seen)
+        wanted = dict(zip((v.name for v in plant.inputs), law.sent(state), strict=True))
+        if law.blend is not None:
+            actuators = (one.name for one in law.blend.blending.actuators)
+            wanted |= dict(zip(actuators, law.blend.sent(state), strict=True))
+        found += [(signal, sent[signal], float(value)) for signal, value in wanted.items()]
+    for signal in wanted:
+        largest = max(abs(value) for one, _, value in found if one == signal)
+        assert all(close(ours, value, largest) for one, ours, value in found if one == signal)
+
+
+# ------------------------------------------------------------------ turbines
+
+
+@pytest.fixture(scope="module")
+def laws(turbine_design: TurbineDesign) -> Mapping[str, Law]:
+    return laws_of(turbine_design)
+
+
+@pytest.mark.parametrize(("name", "many"), long_too(*(x for x in LAWS if x not in VARIANTS)))
+def test_the_law_of_a_turbine(
+    name: str,
+    many: bool,
+    laws: Mapping[str, Law],
+    turbine_design: TurbineDesign,
+    tmp_path: Path,
+    reduced: bool,
+) -> None:
+    """Against the program to 1e-12, and against the law in Python, states running on."""
+    law, T, rng = laws[name], 0.02, Random(5)
+    path = turbine_file(turbine_design, law, tmp_path)
+    program = read_controller(path, without=("observer", "rate limits"))
+    compiled, run = Compiled(program, tmp_path), ProgramRun(program)
+    top = turbine_design.turbine.rated_torque
+    within = EXACT if name == "coherent" else PUBLISHED
+    kept = [one.name for one in program.kept]
+    for _ in range(count_of(many, reduced) // 25):
+        mean, state = rng.uniform(2.0, 27.0), np.zeros(0)
+        compiled.init(T)
+        run.kept = {}
+        for k in range(25):
+            wind, speed = mean + rng.gauss(0, 1), rng.uniform(0.6, 1.45)
+            measured = Measurement(speed, rng.uniform(-0.05, 0.45), wind)
+            if k == 0 and law.name == "coherent":
+                state = law.initial_state(wind)
+            elif k == 0:
+                # From anywhere: the start is a choice, not a part of the law.
+                state = np.array([rng.uniform(-6, 1) for _ in law.state_names])
+                run.kept = dict(zip(kept, state.tolist(), strict=True))
+                compiled.keep(run.kept)
+            command, later = sampled(law, state, measured, T)
+            given = {"speed": speed, "pitch": measured.pitch, "wind_estimate": wind}
+            given = {one.name: given[one.name] for one in program.inputs}
+            sent, same = compiled.step(given), run.sample(T, given)
+            for signal, largest in (("torque", top), ("pitch_reference", 1.0)):
+                assert close(sent[signal], same[signal], largest)
+            assert close(sent["torque"], command.torque, top, within)
+            assert close(sent["pitch_reference"], command.pitch, 1.0, within)
+            state = later
+            for one, value in zip(kept, state, strict=False):
+                assert close(compiled.kept()[one], run.kept[one], 1.0)
+                assert close(compiled.kept()[one], float(value), 1.0, within)
+
+
+@pytest.mark.parametrize("many", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_the_whole_controller_in_its_order(
+    many: bool, turbine_design: TurbineDesign, tmp_path: Path, reduced: bool
+) -> None:
+    """Observer, law, rate limits: as ``takagi simulate`` runs them, sample by sample."""
+    design, T, rng = turbine_design, 0.01, Random(7)
+    path = tmp_path / "gains.json"
+    path.write_text(dump_gains(gain_file(design)), encoding="utf-8")
+    compiled, watch = Compiled(read_controller(path), tmp_path), design.observer.observer
+    limits = design.turbine.torque_rate_limit, design.turbine.pitch_rate_limit
+    program = SampledLaw(design.law, T, 0.0, *limits)
+    top = design.turbine.rated_torque
+    for _ in range(max(1, count_of(many, reduced) // 150)):
+        speed, pitch, guess = rng.uniform(0.8, 1.3), 0.05, rng.uniform(4, 22)
+        estimator = watch.initial_state(speed, guess)
+        first = Measurement(speed, pitch, guess)
+        within = program.start(guess, design.law.command(design.law.initial_state(guess), first))
+        compiled.init(T)
+        for _ in range(150):
+            seen = watch.wind_estimate(estimator)
+            command, within = program.step(within, Measurement(speed, pitch, seen))
+            sent = compiled.step({"speed": speed, "pitch": pitch, "wind_guess": guess})
+            estimator = estimator + T * watch.state_rate(estimator, speed, pitch, command.torque)
+            # 150 samples in a loop: the rounding of the observer's spline goes round.
+            assert close(sent["wind_estimate"], seen, 25.0, 1e-11)
+            assert close(sent["torque_sent"], command.torque, top, 1e-11)
+            assert close(sent["pitch_sent"], command.pitch, 1.0, 1e-11)
+            speed = min(max(speed + rng.uniform(-0.03, 0.03), 0.5), 1.6)
+            pitch = max(0.0, pitch + rng.uniform(-1, 1) / 50)
+
+
+@pytest.mark.parametrize(("name", "many"), long_too("nrel5mw", "iea15mw"))
+def test_the_baseline_law(name: str, many: bool, tmp_path: Path, reduced: bool) -> None:
+    """Every region, both ends of the integral, and from rest at the trim's own states."""
+    turbine = load_turbine(name)
+    law, T, rng = BaselineLaw(turbine), 0.0125, Random(3)
+    program = baseline_program(turbine, without=("rate limits",))
+    compiled = Compiled(program, tmp_path)
+    for wind in (8.0, 15.0):
+        point = trim(turbine, wind)
+        compiled.init(T)
+        compiled.step({"speed": point.rotor_speed, "pitch": point.pitch})
+        wanted = law.initial_state(wind)
+        later = wanted + T * law.state_rate(wanted, Measurement(point.rotor_speed, point.pitch, 0))
+        assert compiled.kept()["w_f"] == pytest.approx(later[0], rel=EXACT)
+        assert compiled.kept()["x"] == pytest.approx(later[1], rel=1e-9, abs=1e-9)
+    state = law.initial_state(12.0)
+    top, ends, rated = turbine.maximum_torque, set(), turbine.gear_ratio * turbine.rated_rotor_speed
+    for k in range(max(2_000, count_of(many, reduced))):
+        if k % 20 == 0:
+            # Around every range's end of the integral, and in every region of the speed.
+            state = np.array([rng.uniform(0.3, 1.2) * rated, rng.uniform(-40, 250)])
+            compiled.init(T)
+            compiled.step({"speed": 1.0, "pitch": 0.0})
+            compiled.keep(dict(zip(("w_f", "x"), state.tolist(), strict=True)))
+        measured = Measurement(
+            rng.uniform(0.3, 1.3) * turbine.rated_rotor_speed,
+            rng.choice([0.0, rng.uniform(-0.02, 0.5)]),
+            0,
+        )
+        command, later = sampled(law, state, measured, T)
+        sent = compiled.step({"speed": measured.rotor_speed, "pitch": measured.pitch})
+        ends.add((later[1] == state[1], command.torque == 0.0))
+        assert close(sent["torque"], command.torque, top)
+        assert close(sent["pitch_reference"], command.pitch, 1.0)
+        assert close(compiled.kept()["w_f"], later[0], rated)
+        assert close(compiled.kept()["x"], later[1], 250.0)
+        state = later
+    assert len(ends) >= 3
+
+
+@pytest.mark.parametrize("law", ["coherent", "paper"])
+def test_numbers_of_one_type_are_as_good_as_the_type(
+    law: str, laws: Mapping[str, Law], turbine_design: TurbineDesign, tmp_path: Path
+) -> None:
+    """Float: to 2e-4 of rated torque; the published law's premises lose more, 2e-2."""
+    program = read_controller(turbine_file(turbine_design, laws[law], tmp_path))
+    narrow = Compiled(program, tmp_path / "float", precision="float")
+    wide = Compiled(program, tmp_path / "double")
+    rng, top = Random(2), turbine_design.turbine.rated_torque
+    within = 2e-4 if law == "coherent" else 2e-2
+    for _ in range(10):
+        narrow.init(0.02)
+        wide.init(0.02)
+        guess = rng.uniform(4, 24)
+        for _ in range(20):
+            given = {"speed": rng.uniform(0.8, 1.3), "pitch": rng.uniform(0, 0.3)}
+            given = {one.name: given.get(one.name, guess) for one in program.inputs}
+            ours, theirs = narrow.step(given), wide.step(given)
+            assert ours["torque_sent"] == pytest.approx(theirs["torque_sent"], abs=within * top)
+            assert ours["pitch_sent"] == pytest.approx(theirs["pitch_sent"], abs=within)
+
+
+def test_near_zero_over_zero_in_float(tmp_path: Path) -> None:
+    """What the gain file's distances are for is computed in double, or a float has no digits."""
+    program = read_controller(plant_file("tora", tmp_path))
+    narrow = Compiled(program, tmp_path / "float", precision="float")
+    wide = Compiled(program, tmp_path / "double")
+    narrow.init(0.1)
+    wide.init(0.1)
+    for size in (0.0, 1e-9, 9e-5, 1.1e-4, 1e-3, 0.1):
+        given = {one.name: 0.0 for one in program.inputs} | {"theta": size, "x": 0.5}
+        assert narrow.step(given)["u"] == pytest.approx(wide.step(given)["u"], rel=1e-4)
+
+
+def test_the_program_is_run_alike(tmp_path: Path) -> None:
+    """Every built-in plant: what C sends is what the program run in Python sends, to 1e-12."""
+    for name in PLANTS:
+        program = read_controller(plant_file(name, tmp_path))
+        compiled, run = Compiled(program, tmp_path / name), ProgramRun(program)
+        compiled.init(0.05)
+        for given in _near_rest(program):
+            sent, same = compiled.step(given), run.sample(0.05, given)
+            for signal, value in same.items():
+                assert sent[signal] == pytest.approx(value, rel=EXACT, abs=1e-15)
+
+
+def _near_rest(program: ControllerProgram) -> list[dict[str, float]]:
+    """Return inputs from a hair off rest to the whole range, along each input and all together."""
+    rng = Random(17)
+    found = []
+    for size in (0.0, 1e-12, 1e-8, 1e-5, 1.4e-4, 1e-3, 0.03, 0.3, 1.0):
+        for _ in range(3):
+            one = {}
+            for signal in program.inputs:
+                rest, (low, high) = float(signal.rest or 0), signal.range or (-1, 1)
+                side = rng.uniform(-1, 1) * size
+                one[signal.name] = rest + side * float(high - low) / 2
+            found.append(one)
+    return found

@@ -1,0 +1,152 @@
+"""`takagi check --gains --c-source`: the decimals in C are the gain file's, or it is refused."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from takagi.cli.main import main
+from takagi.reports.code.c.comparison import compared_source
+from takagi.reports.code.controller_program import read_controller
+from takagi.reports.code.targets import ExportSettings
+from tests.reports.code.compiled import written
+from tests.reports.test_gain_file_alone import PLANTS, plant_file
+
+Capture = pytest.CaptureFixture[str]
+
+
+@pytest.fixture(scope="module")
+def design(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A certificate, its gain file, and the law in C: the folder where they are."""
+    out = tmp_path_factory.mktemp("design") / "out"
+    assert main(["design", "truck_trailer", "--out", str(out)]) == 0
+    gains = str(out / "gains.json")
+    assert main(["export", gains, "--to", "c", "--out", str(out / "c")]) == 0
+    return out
+
+
+def copied(design: Path, folder: Path, what: str = "", by: str = "") -> Path:
+    """Copy the C files of a design, with the first place of a pattern changed in the source."""
+    for file in (design / "c").iterdir():
+        folder.joinpath(file.name).write_bytes(file.read_bytes())
+    path = folder / "truck_with_trailer.c"
+    text = path.read_text(encoding="utf-8")
+    new, count = re.subn(what, by, text, count=1) if what else (text, 1)
+    assert count == 1
+    path.write_text(new, encoding="utf-8")
+    return path
+
+
+def checked(design: Path, source: Path) -> int:
+    certificate, gains = str(design / "certificate.json"), str(design / "gains.json")
+    return main(["check", certificate, "--gains", gains, "--c-source", str(source)])
+
+
+def test_what_was_exported_is_what_was_proved(
+    design: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    source = copied(design, tmp_path)
+    assert checked(design, source) == 0
+    told = capsys.readouterr().out
+    assert re.search(
+        r"truck_with_trailer\.c: its \d+ numbers and its formulas are those of \S+gains\.json", told
+    )
+
+
+def test_a_changed_digit_is_refused_by_name(design: Path, tmp_path: Path, capsys: Capture) -> None:
+    number = r"(K_u_q\[2\] = \{\n    -?[0-9.E]+, -?[0-9.]+)"
+    assert checked(design, copied(design, tmp_path, number, r"\g<1>7")) == 1
+    told = capsys.readouterr().err
+    assert "K_u_q[1] (law.K.*.0.1) is " in told
+    assert "in the gain file" in told
+    sign = r"(K_u_x3\[2\] = \{\n    )(-?)"
+    text = copied(design, tmp_path).read_text(encoding="utf-8")
+    found = re.search(sign, text)
+    assert found is not None
+    by = r"\g<1>" if found[2] else r"\g<1>-"
+    assert checked(design, copied(design, tmp_path, sign, by)) == 1
+    assert "K_u_x3[0] (law.K.*.0.2) is " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("what", "by", "told"),
+    [
+        (r"0\.00028", "0.00029", "a number of a formula or guard is 0.00029 there, 0.00028 in the"),
+        (r"z1_lower\) / ", "z1_lower) * ", "the formula or statement is changed; "),
+        (r"unsigned char rules\[2\] = \{\n    0", "unsigned char rules[2] = {\n    1", "rules[0]"),
+        (r"sin\(q\)", "cos(q)", "the formula or statement is changed; "),
+        (r"#include <math.h>\n", "#include <math.h>\n#define sin cos\n", "is changed"),
+        (r"\n\n#ifdef __FAST", "\n#define READY 1u\n\n#ifdef __FAST", "is changed"),
+        (r"0x54414B41u\n\n", "0x54414B41u ", "is changed"),
+        (r"\Z", "\nint other;\n", "it goes on after the end of the law"),
+        (r"\}\s*\Z", "", "it ends before the end of the law"),
+    ],
+)
+def test_a_changed_formula_is_refused_by_its_line(
+    what: str, by: str, told: str, design: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    assert checked(design, copied(design, tmp_path, what, by)) == 1
+    error = capsys.readouterr().err
+    assert told in error
+    assert "truck_with_trailer.c" in error
+
+
+@pytest.mark.parametrize(
+    ("what", "by"),
+    [
+        (r"0\.00028", "0.000280"),
+        (r"/\* z1.*?\*/|/\* law \*/", "/* changed\n by hand */"),
+        (r"    const", "\n\tconst"),
+    ],
+)
+def test_space_comments_and_zeros_change_nothing(
+    what: str, by: str, design: Path, tmp_path: Path
+) -> None:
+    source = copied(design, tmp_path, what, by)
+    source.write_bytes(source.read_bytes().replace(b"\n", b"\r\n"))
+    assert checked(design, source) == 0
+
+
+def test_the_header_is_compared_too(design: Path, tmp_path: Path, capsys: Capture) -> None:
+    source = copied(design, tmp_path)
+    header = source.with_suffix(".h")
+    text = header.read_text(encoding="utf-8")
+    header.write_text(text.replace("typedef double", "typedef float"), encoding="utf-8")
+    assert checked(design, source) == 1
+    assert f"{header}, line " in capsys.readouterr().err
+    header.unlink()
+    assert checked(design, source) == 2
+    assert "its header truck_with_trailer.h must stand beside it" in capsys.readouterr().err
+
+
+def test_what_joins_lines_is_refused(design: Path, tmp_path: Path) -> None:
+    source = copied(design, tmp_path, r"/\* law \*/", r"// law \\\\")
+    assert checked(design, source) == 2
+
+
+def test_the_gain_file_is_needed(design: Path, tmp_path: Path, capsys: Capture) -> None:
+    certificate = str(design / "certificate.json")
+    assert main(["check", certificate, "--c-source", str(copied(design, tmp_path))]) == 2
+    assert "--c-source needs --gains FILE" in capsys.readouterr().err
+    assert checked(design, tmp_path / "absent.c") == 2
+    other = tmp_path / "other.c"
+    other.write_text("int main(void) { return 0; }\n", encoding="utf-8")
+    assert checked(design, other) == 2
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_every_plant_s_export_is_its_own(name: str, tmp_path: Path) -> None:
+    """In both types, and with a time that the user chose."""
+    gains = plant_file(name, tmp_path)
+    program = read_controller(gains)
+    for settings in (
+        ExportSettings(),
+        ExportSettings("float", None if program.sample_time else 0.025),
+    ):
+        folder = tmp_path / settings.precision
+        word = written(program, folder, settings)
+        found = compared_source(folder / f"{word}.c", gains)
+        assert found.differences == ()
+        assert found.numbers > 20
