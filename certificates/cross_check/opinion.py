@@ -26,7 +26,14 @@ from takagi.certificates.cross_check.kernel.reading import (
     stack,
     whole,
 )
-from takagi.certificates.cross_check.loop import decay, disturbed, fuzzy, limits, observing
+from takagi.certificates.cross_check.loop import (
+    decay,
+    disturbed,
+    fuzzy,
+    limits,
+    observing,
+    sampled,
+)
 from takagi.certificates.cross_check.loop.loop import VertexLoop
 from takagi.certificates.cross_check.plant.model_loop import read_loop
 
@@ -49,6 +56,7 @@ LOOPS: dict[str, Callable[[Any, VertexLoop], Obligations]] = {
     "input-limits": limits.input_limits,
     "observer": observing.observer,
     "observed-feedback": observing.observed_feedback,
+    "sampled-loop": sampled.sampled_loop,
 }
 CONTAINING = {"sector-embedding", "secant-embedding"}
 RESTING = ("wind-rate", "actuator-rates")
