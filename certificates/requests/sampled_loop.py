@@ -25,12 +25,12 @@ __all__ = ["SampledLoop"]
 
 DIGITS = (6, 9, 12)
 # Degrees of the function that is tried, and the one by which the largest sample time is sought.
-DEGREES, HIGHEST = (2, 4), 6
+DEGREES, HIGHEST = (2, 4), 8
 # Shares of the fastest rate in continuous time: of a set that is large, and of any.
 OF_A_LARGE_SET, OF_ANY = (0.2, 0.05), (0.5, 0.1, 0.0)
 NEAR = 0.8  # how near the function of a large set is to that of continuous time
-# Where the largest sample time is sought [s], and how near to it the search ends.
-SHORTEST, LONGEST, STEP, ENOUGH = 1e-5, 60.0, 4.0, 1.02
+# The steps by which the largest sample time is sought, down to the shortest [s].
+SHORTEST, STEP, ENOUGH = 1e-5, 2.0, 1.02
 # Shares of the sample time found, tried until the rounded numbers prove the claim.
 BACK_OFF = (0.998, 0.99, 0.97, 0.9, 0.7)
 SPARE = 1e-9
@@ -38,14 +38,22 @@ SPARE = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class SampledLoop:
-    """V = x'Px falls from sample to sample; ``sample_time`` T [s], None takes the largest found."""
+    """V = x'Px falls from sample to sample of a command that is held.
+
+    Attributes
+    ----------
+    sample_time : T [s]; None takes the largest that is found.
+    below : where that is sought [s]. A vibration may be sampled well by chance, at about its
+        period, and not at half of it.
+    """
 
     sample_time: float | None = None
+    below: float = 60.0
 
     def __post_init__(self) -> None:
-        step = self.sample_time
-        if step is not None and not (np.isfinite(step) and 1e-9 <= step <= 1e6):
-            raise ModelError(f"sample_time = {step!r} was given; a number of seconds is needed")
+        for name, step in (("sample_time", self.sample_time), ("below", self.below)):
+            if step is not None and not (np.isfinite(step) and 1e-9 <= step <= 1e6):
+                raise ModelError(f"{name} = {step!r} was given; a number of seconds is needed")
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``sampled-loop``.
@@ -60,7 +68,9 @@ class SampledLoop:
         if answer.P is None or rate <= 0:
             return self._undecided(loop, "no common function in continuous time")
         found = _Search(loop, np.asarray(answer.P), rate)
-        claims = found.largest() if self.sample_time is None else found.at(self.sample_time)
+        claims = (
+            found.largest(self.below) if self.sample_time is None else found.at(self.sample_time)
+        )
         first = next(claims, None)
         if first is None:
             step = "any time" if self.sample_time is None else f"{self.sample_time:g} s"
@@ -111,21 +121,21 @@ class _Search:
             for share in OF_ANY:
                 yield from self._claims(step, self.P, share, degree, 0.0)
 
-    def largest(self) -> Iterator[tuple[str, dict[str, Any]]]:
+    def largest(self, below: float) -> Iterator[tuple[str, dict[str, Any]]]:
         """Yield (words, claim) at about the largest sample time, then at smaller ones."""
-        low = self._longest()
+        low = self._longest(below)
         for share in BACK_OFF if low else ():
             step = rounded_down(share * low, 3)
             for words, claim in self._claims(step, self.P, 0.0, HIGHEST, 0.0):
                 yield words, claim | {"name": f"{claim['name']}, the largest time found"}
 
-    def _longest(self) -> float:
+    def _longest(self, below: float) -> float:
         """Return about the largest sample time for which a function is found; 0 for none."""
 
         def holds(step: float) -> bool:
             return self._function(step, self.P, 0.0, HIGHEST) is not None
 
-        low = LONGEST
+        low = below / STEP
         while not holds(low):
             low /= STEP
             if low < SHORTEST:

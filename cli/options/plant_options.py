@@ -70,8 +70,8 @@ def plant_options(
         str | None,
         typer.Option(
             metavar="TIME",
-            help="Plants: prove the loop of a law that runs every TIME and holds its command: 10ms, "
-            "0.01s; continuous time unless given.",
+            help="Plants: prove the loop of a law that runs every TIME, such as 10ms, and holds "
+            "its command; continuous time alone unless given.",
         ),
     ] = None,
     choice: Annotated[
@@ -183,7 +183,9 @@ def _time(written: str) -> float:
 
     match = _PAIR.fullmatch(f"time={written}")
     if match is None:
-        raise ModelError(f"option --sample-time: {written!r} was given; a time such as 10ms or 0.01")
+        raise ModelError(
+            f"option --sample-time: {written!r} was given; a time such as 10ms is needed"
+        )
     value, unit = match.group(2), match.group(3).strip() or "s"
     try:
         meant = parse_unit(unit)

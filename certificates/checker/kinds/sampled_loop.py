@@ -55,7 +55,7 @@ def check_sampled_loop(claim: Any, family: Family, where: str) -> Outcome:
     """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
     name = text(claim, "name", where)
     if family.is_discrete or not family.K or not family.B:
-        raise CertificateError(f"{where}: a loop in continuous time with inputs and gains is needed")
+        raise CertificateError(f"{where}: inputs and gains are needed, in continuous time")
     step, level, alpha = (number(claim, k, where) for k in ("sample_time", "level", "decay_rate"))
     if step <= 0 or level <= 0 or alpha < 0:
         raise CertificateError(f"{where}: sample_time, level > 0 and decay_rate >= 0 are needed")

@@ -22,6 +22,8 @@ def said(
     falls = f"falls as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"
     inputs = f" ({', '.join(family.inputs)})" if family.inputs else ""
     gains = f"{len(family.K)} gains" if len(family.K) > 1 else "one gain"
+    blends = f", along every blend of {family.rules} rules and of {gains}"
+    alone = family.rules == len(family.K) == 1
     limited = any(side is not None for side in family.box) or bool(bounded_inputs(family))
     start = f"{{x'Px <= {exactly(level)}}}" if limited else "anywhere"
     assumed = granted(family, disturbances_too=False)
@@ -34,6 +36,5 @@ def said(
     return name, (
         f"with a sample every {exactly(step)} s, the command u = -Kx{inputs} held until the next "
         f"and computed in no time: from {start}, V = x'Px {falls} from sample to sample"
-        f"{undisturbed(family)}, along every blend of {family.rules} rules and of {gains}"
-        f"{stays}{deviations(family, 'xu')}"
+        f"{undisturbed(family)}{'' if alone else blends}{stays}{deviations(family, 'xu')}"
     )

@@ -126,13 +126,13 @@ def _attempts(loop: ClaimedLoop, demands: ClaimRequirements) -> tuple[list[Attem
 
 
 def _sampled(loop: ClaimedLoop, step: float | None) -> Iterator[Attempt]:
-    """Yield the claim at a sample time; where it is not proved, that at the largest found too."""
+    """Yield the claim at a sample time; where it is not proved, that at the largest below it."""
     if step is None:
         return
     wanted = SampledLoop(step).attempt(loop)
     yield wanted
     if not wanted.proved:
-        largest = SampledLoop().attempt(loop)
+        largest = SampledLoop(below=step).attempt(loop)
         if largest.proved:
             yield largest
 

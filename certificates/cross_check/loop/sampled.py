@@ -65,10 +65,10 @@ def sampled_loop(claim: Any, loop: VertexLoop) -> Obligations:
         M = blocks([[pick(loop.A, i), pick(loop.B, i)], [zeros(m, n), zeros(m, m)]])
         for k, one in enumerate(_bernstein(_fall(powers, scaled(T, M)))):
             yield Definite(f"rule {i + 1} between samples, {k + 1}", one, strict=False)
-    for name, side in loop.other_sides.items():
+    for name, other in loop.other_sides.items():
         if name in loop.pushes:
             pushing = any(E[i, loop.pushes.index(name)] != 0 for E in loop.E for i in range(n))
-            yield Fact("no disturbance lies in the box", not pushing or side[0] <= 0 <= side[1])
+            yield Fact("no disturbance lies in the box", not pushing or other[0] <= 0 <= other[1])
     yield from within_box(loop, P, c)
     for k, side in enumerate(loop.sides):
         if side is not None:
