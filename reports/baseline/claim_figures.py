@@ -258,7 +258,6 @@ _QUESTIONS = {
     "l2-gain": ("disturbance", "output"),
     "h2-norm": ("disturbance", "output"),
     "peak": ("disturbance", "output"),
-    "sampled-loop": ("sample_time",),
     "invariant-ellipsoid": ("disturbance",),
     "input-limits": ("disturbance",),
 }

@@ -14,13 +14,13 @@ next, if for every i, j and l
     flow      -(D_l + T (P_l M_i + M_i'P_l)) >= 0,
                  D_l = (d - l) (P_l+1 - P_l) + l (P_l - P_l-1)     the coefficients of dQ/ds
     end       P_d - [[P, 0], [0, 0]] >= 0
-    sample    rho^2 P - L_j'P_0 L_j > 0,   P_0 >= 0,   P > 0,   a rational rho^2 <= e^(-2 alpha T):
+    sample    rho^2 P - L_j'P_0 L_j > 0,   P_0 >= 0,   a rational rho^2 <= e^(-2 alpha T):
 
     V(x(t_k + T)) <= xi'P_d xi <= xi'P_0 xi at t_k <= rho^2 V(x(t_k)).
 
 In between xi'Q xi <= rho^2 c < c where V(x(t_k)) <= c.  So a state with |x_m| <= b in the model's
 box does not reach b there if c e_m e_m' <= b^2 P_l for every l, and the model equals its plant all
-along.  alpha = 0 claims that V falls, without a rate.
+along.  alpha = 0 claims that V falls, without a rate.  P > 0 follows from "sample".
 
 Evidence: ``sample_time`` T, ``P``, ``level`` c, ``decay_rate`` alpha, ``functions`` P_0 ... P_d.
 
@@ -34,6 +34,7 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Any
 
+from takagi.certificates.checker.arithmetic.exponential import exp_below
 from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix, read_stack
 from takagi.certificates.checker.kernel.reader import number, text
@@ -76,14 +77,13 @@ def _why_not_falling(
     """Return which inequality of the module fails; empty if none does."""
     m, n = family.K[0].shape
     bounded(family.rules * len(Q) + len(family.K), n + m)
-    if not P.is_positive_definite:
-        return "P is not symmetric positive definite"
-    if not all(one.is_symmetric for one in Q) or not Q[0].is_positive_semidefinite:
-        return "the functions are not symmetric, or the first is not positive semidefinite"
+    # By the other inequalities P > 0, and P and all functions are symmetric, if the first is this.
+    if not Q[0].is_positive_semidefinite:
+        return "the first function is not symmetric positive semidefinite"
     corner = Matrix.blocks([[P, _zeros(n, m)], [_zeros(m, n), _zeros(m, m)]])
     if not (Q[-1] - corner).is_positive_semidefinite:
         return "the last function may be below V"
-    factor = _factor(2 * alpha * step)
+    factor = exp_below(2 * alpha * step)
     for j, K in enumerate(family.K):
         L = Matrix.blocks([[Matrix.identity(n)], [-K]])
         if not (factor * P - L.T @ Q[0] @ L).is_positive_definite:
@@ -119,15 +119,6 @@ def _changes(Q: Sequence[Matrix]) -> Iterator[Matrix]:
     for k in range(d + 1):
         after, before = Q[min(k + 1, d)] - Q[k], Q[k] - Q[max(k - 1, 0)]
         yield (d - k) * after + k * before
-
-
-def _factor(exponent: Fraction) -> Fraction:
-    """Return rho^2 <= e^-exponent."""
-    if not exponent:
-        return Fraction(1)
-    from takagi.certificates.checker.arithmetic.exponential import exp_below
-
-    return exp_below(exponent)
 
 
 def _zeros(rows: int, columns: int) -> Matrix:

@@ -157,6 +157,42 @@ def test_state_must_stay_in_the_box_between_samples() -> None:
     assert "between samples" in said_of(model, gains, claim | {"level": 1.001 * between}).text
 
 
+@pytest.mark.parametrize("side", [[-1, 2], [-2, 1]])
+def test_the_nearer_end_of_a_range_counts(side: list[float]) -> None:
+    """|x1| <= 1 is what is known of both."""
+    model = model_data([[[0]]], B=[[[1]]], box={"x1 [-]": side})
+    _, gains, claim = integrator(0.5)
+    nodes = [[[2.414, 1.212], [1.212, 1.617]], [[2.202, 0], [0, 0.2018]]]
+    claim |= {"functions": nodes, "P": [[2]], "decay_rate": 0.1}
+
+    # The first function reaches least far: 2.414 - 1.212^2 / 1.617 = 1.5056.
+    proved = both(model, gains, claim | {"level": 1.505})
+    assert proved == (Verdict.PROVED, "PROVED")
+    assert both(model, gains, claim | {"level": 1.506}) == (Verdict.UNDECIDED, "UNDECIDED")
+
+
+def test_no_disturbance_must_lie_in_its_range() -> None:
+    """A signal from 1 to 2 is never 0; one from -1/2 to 2 is, and one without effect may be."""
+    _, gains, claim = integrator(0.5)
+    for side, E, verdict in (
+        ([1, 2], 1, Verdict.UNDECIDED),
+        ([-0.5, 2], 1, Verdict.PROVED),
+        ([1, 2], 0, Verdict.PROVED),
+    ):
+        pushed = {"E": [[[E]]], "disturbance_names": ["w"], "box": {"w": side}}
+        assert both(model_data([[[0]]], B=[[[1]]], **pushed), gains, claim)[0] is verdict
+
+
+def test_functions_have_a_highest_degree() -> None:
+    model, gains, claim = integrator(0.5)
+    one = [[1, 0], [0, 1]]
+
+    found = said_of(model, gains, claim | {"functions": [one] * 21})
+    assert found.verdict is Verdict.UNDECIDED
+    with pytest.raises(CertificateError, match="2 to 21"):
+        said_of(model, gains, claim | {"functions": [one] * 22})
+
+
 def test_input_must_stay_in_its_range() -> None:
     """|u| = |x| on {x^2 <= c}, in a box of |u| <= 1."""
     model, gains, claim = integrator(0.5)
@@ -176,6 +212,10 @@ START, MIDDLE, END = [[1, 1.5], [1.5, 2.25]], [[1, 0.75], [0.75, 0]], [[1, 0], [
         {"P": [[0.25]]},
         {"P": [[1.000001]]},
         {"P": [[-1]]},
+        {
+            "functions": [[[1, 1.5], [1.5, 2.249]], [[1, 0.75], [0.75, 0]], [[0, 0], [0, 0]]],
+            "P": [[0]],
+        },
         {"decay_rate": 0.47},
         {"functions": [START, END]},
         {"functions": [[[1, 1.5], [1.5, 2.249]], MIDDLE, END]},
