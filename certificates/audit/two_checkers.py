@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from takagi.certificates.checker.kernel.certificate import check, check_document
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked
 from takagi.certificates.cross_check import Opinion, Refusal, judge, judge_document
-from takagi.certificates.cross_check.opinion import NOT_REPLAYED
+from takagi.certificates.cross_check.opinion import CONTAINING, LOOPS, NOT_REPLAYED
 
 __all__ = ["VerdictComparison", "VerdictRow", "cross_checked", "cross_checked_document"]
 
@@ -129,7 +129,7 @@ def _compared(
             VerdictRow(
                 claim.name, claim.verdict.name, found.verdict, found.inequalities, found.reason
             )
-            for claim, found in zip(checked.claims, opinions, strict=True)
+            for claim, found in zip(checked.claims, _resting(checked, opinions), strict=True)
         ])  # fmt: skip
     one = REFUSED if checked is None else checked.verdict.name
     two = _worst(opinions) if opinions else REFUSED
@@ -141,6 +141,25 @@ def _compared(
     return VerdictComparison(
         [VerdictRow("the file", one, two, count, "; ".join(refusals), is_claim=False)]
     )
+
+
+def _resting(checked: Checked, opinions: Sequence[Opinion]) -> list[Opinion]:
+    """Return the opinions; a claim about a plant is left open where its embedding is.
+
+    The second checker proves it of the model, if the first has the plant in that. Where the first
+    has not, nothing is proved of the plant, and the two do not differ.
+    """
+    left = any(
+        one.kind in CONTAINING and one.verdict == NOT_REPLAYED and claim.verdict.name != "PROVED"
+        for claim, one in zip(checked.claims, opinions, strict=True)
+    )
+    why = "the model is not known to contain its plant"
+    return [
+        replace(one, verdict=NOT_REPLAYED, reason=why)
+        if left and one.kind in LOOPS and one.verdict == "PROVED"
+        else one
+        for one in opinions
+    ]
 
 
 def _worst(opinions: Sequence[Opinion]) -> str:

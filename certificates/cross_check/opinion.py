@@ -26,11 +26,27 @@ from takagi.certificates.cross_check.kernel.reading import (
     stack,
     whole,
 )
-from takagi.certificates.cross_check.loop import decay, disturbed, fuzzy, limits, observing
+from takagi.certificates.cross_check.loop import (
+    decay,
+    disturbed,
+    fuzzy,
+    limits,
+    observing,
+    sampled,
+)
 from takagi.certificates.cross_check.loop.loop import VertexLoop
 from takagi.certificates.cross_check.plant.model_loop import read_loop
 
-__all__ = ["NOT_REPLAYED", "Opinion", "claims_of", "judge", "judge_document", "obligations"]
+__all__ = [
+    "CONTAINING",
+    "LOOPS",
+    "NOT_REPLAYED",
+    "Opinion",
+    "claims_of",
+    "judge",
+    "judge_document",
+    "obligations",
+]
 
 NOT_REPLAYED = "NOT REPLAYED"
 FORMAT, VERSION = "takagi-certificate", 1
@@ -49,6 +65,7 @@ LOOPS: dict[str, Callable[[Any, VertexLoop], Obligations]] = {
     "input-limits": limits.input_limits,
     "observer": observing.observer,
     "observed-feedback": observing.observed_feedback,
+    "sampled-loop": sampled.sampled_loop,
 }
 CONTAINING = {"sector-embedding", "secant-embedding"}
 RESTING = ("wind-rate", "actuator-rates")

@@ -16,6 +16,7 @@ weaker claim and reports this.
     Peak                 gain of peaks, for bounded disturbances
     ObserverError        decay of an observer's error
     ObservedFeedback     decay of the loop with u = -K xhat
+    SampledLoop          decay with a law that runs every T seconds and holds its command
     attempts_at_all      all requests that apply to a loop
 
 ``loop/`` has the loop and the search tools; ``no_common_decay`` searches evidence that no common
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from takagi.certificates.requests.peak import Peak
     from takagi.certificates.requests.pole_region import Poles
     from takagi.certificates.requests.request import Attempt, Request
+    from takagi.certificates.requests.sampled_loop import SampledLoop
     from takagi.certificates.requests.transient import Transient
 
 __all__ = [
@@ -63,6 +65,7 @@ __all__ = [
     "Peak",
     "Poles",
     "Request",
+    "SampledLoop",
     "Transient",
     "attempts_at_all",
 ]
@@ -84,6 +87,7 @@ _HOME = {
     "Peak": "peak",
     "Poles": "pole_region",
     "Request": "request",
+    "SampledLoop": "sampled_loop",
     "Transient": "transient",
     "attempts_at_all": "all_claims",
 }

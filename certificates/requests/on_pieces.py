@@ -29,6 +29,7 @@ from takagi.certificates.requests.loop.weight_points import grid
 from takagi.certificates.requests.observer import ObservedFeedback, ObserverError
 from takagi.certificates.requests.peak import Peak
 from takagi.certificates.requests.request import Attempt, Request
+from takagi.certificates.requests.sampled_loop import SampledLoop
 from takagi.certificates.requests.transient import Transient
 
 __all__ = ["attempted"]
@@ -47,6 +48,9 @@ def attempted(request: Request, loop: ClaimedLoop) -> Attempt:
     ------
     ModelError : what is asked makes no sense for this loop.
     """
+    if isinstance(request, SampledLoop):
+        # The weights of plant and law differ while the command is held: no blend is one of a pair.
+        return request.attempt(loop)
     pairs = loop.is_double_sum or isinstance(request, ObserverError | ObservedFeedback)
     falls = isinstance(request, FALLING)
     points = grid(loop.family, PARTS[0], MOST_POINTS) if pairs else []

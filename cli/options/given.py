@@ -13,7 +13,14 @@ __all__ = ["Groups", "as_typed", "defaults_of", "option_of", "refuse_designing"]
 # Functions whose parameters declare options.
 Groups = tuple[Callable[..., None], ...]
 # What may be asked of a certificate for gains that exist; the rest is about making gains.
-_OF_GIVEN_GAINS = ("inertia", "power_coefficient", "equilibrium_wake", "choice", "solve_rest")
+_OF_GIVEN_GAINS = (
+    "inertia",
+    "power_coefficient",
+    "equilibrium_wake",
+    "choice",
+    "solve_rest",
+    "sample_time",
+)
 
 
 def option_of(name: str) -> str:

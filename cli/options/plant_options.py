@@ -66,6 +66,14 @@ def plant_options(
     fastest: Annotated[
         float | None, typer.Option(help="Plants: largest size of the poles [1/s].")
     ] = None,
+    sample_time: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help="Plants: prove the loop of a law that runs every TIME, such as 10ms, and holds "
+            "its command; continuous time alone unless given.",
+        ),
+    ] = None,
     choice: Annotated[
         str | None,
         typer.Option(
@@ -98,6 +106,8 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
     }
     if given.get("solve_rest"):
         changes["rest"] = "solve inputs"
+    if given.get("sample_time") is not None:
+        changes["sample_time"] = _time(given["sample_time"])
     if given.get("decay_rate") is not None:
         changes["decay_rate"] = _rate(given["decay_rate"])
     for name, variables in (("input_limit", entry.commanded), ("initial", entry.all_states)):
@@ -165,3 +175,22 @@ def _rate(written: str) -> float | str:
         raise ModelError(
             f'option --decay-rate: {written!r} was given; a number in 1/s or "max" is needed'
         ) from error
+
+
+def _time(written: str) -> float:
+    """Return a time in s of a text such as 10ms; a number alone is in s."""
+    from takagi.models.files.units import parse_unit
+
+    match = _PAIR.fullmatch(f"time={written}")
+    if match is None:
+        raise ModelError(
+            f"option --sample-time: {written!r} was given; a time such as 10ms is needed"
+        )
+    value, unit = match.group(2), match.group(3).strip() or "s"
+    try:
+        meant = parse_unit(unit)
+    except ModelError as error:
+        raise ModelError(f"option --sample-time {written}: {error}") from error
+    if meant.dimension != parse_unit("s").dimension:
+        raise ModelError(f"option --sample-time {written}: {unit!r} is no unit of time")
+    return float(meant.to_si(Fraction(value)))

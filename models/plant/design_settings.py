@@ -39,6 +39,8 @@ class PlantSettings:
     gain_bound : on the spectral norm of every gain, in the units of the model.
     damping : least damping ratio of the poles at the vertices, below 1; continuous time.
     fastest : largest size of those poles [1/s]; continuous time.
+    sample_time : T [s] of a law that runs every T seconds and holds its command on a plant in
+        continuous time; None for a law that runs all the time.
 
     Raises
     ------
@@ -54,11 +56,12 @@ class PlantSettings:
     gain_bound: float | None = None
     damping: float | None = None
     fastest: float | None = None
+    sample_time: float | None = None
 
     def __post_init__(self) -> None:
         _word("choice", self.choice, CHOICES)
         _word("rest", self.rest, RESTS)
-        for name in ("gain_bound", "damping", "fastest"):
+        for name in ("gain_bound", "damping", "fastest", "sample_time"):
             value = getattr(self, name)
             if value is not None:
                 _positive(name, value)

@@ -178,6 +178,10 @@ class DesignEntry(_Entry):
         Figure | None, Field(description="least damping ratio of the poles, below 1")
     ] = None
     fastest: Annotated[Figure | None, Field(description="largest size of the poles, in 1/s")] = None
+    sample_time: Annotated[
+        Figure | None,
+        Field(description="in s, of a law that holds its command on a plant in continuous time"),
+    ] = None
 
 
 class PlantEntry(_Entry):

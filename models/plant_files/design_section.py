@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["settings_of"]
 
+_NUMBERS = ("gain_bound", "damping", "fastest", "sample_time")
+
 
 def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
     """Return what a plant's file asks of a design, in SI.
@@ -30,7 +32,7 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
     """
     asked = entry.design
     rate = asked.decay_rate
-    values = {name: _float(getattr(asked, name)) for name in ("gain_bound", "damping", "fastest")}
+    values = {name: _float(getattr(asked, name)) for name in _NUMBERS}
     limits = _in_si(document, "input_limit", asked.input_limit, entry.commanded, "input")
     initial = _in_si(document, "initial", asked.initial, entry.all_states, "state")
     try:

@@ -113,6 +113,11 @@ def _decay(claim: Data, document: Data) -> Iterator[Found]:
     yield from _of(claim, "decay_rate", "1/s", larger=True)
 
 
+def _sampled(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _of(claim, "decay_rate", "1/s", larger=True)
+    yield from _of(claim, "sample_time", "s", larger=True)
+
+
 def _fuzzy(claim: Data, document: Data) -> Iterator[Found]:
     yield from _decay(claim, document)
     for k, row in enumerate(claim["rates"]):
@@ -239,6 +244,7 @@ _READINGS: dict[str, Reading] = {
     "invariant-ellipsoid": _ellipsoid,
     "input-limits": _inputs,
     "peak": _peak,
+    "sampled-loop": _sampled,
     "coherent-loop": _coherent,
     "paper-loop": _paper,
     "wind-rate": _wind_rate,

@@ -33,6 +33,7 @@ KINDS = {
     "observer": "kinds.observer.check_observer",
     "observed-feedback": "kinds.observer.check_observed_feedback",
     "transient": "kinds.transient.check_transient",
+    "sampled-loop": "kinds.sampled_loop.check_sampled_loop",
 }
 # Claims that read model and gains in their own way, or contain their own matrices.
 OWN_READING = {

@@ -20,6 +20,7 @@ from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.on_pieces import attempted
 from takagi.certificates.requests.pole_region import Poles
 from takagi.certificates.requests.request import Attempt, Request
+from takagi.certificates.requests.sampled_loop import SampledLoop
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
@@ -43,11 +44,13 @@ class ClaimRequirements:
     decay_rate : alpha in 1/s; None for none.
     input_limits : (m,) largest deviations from rest; None for none.
     region : of the poles; None for none.
+    sample_time : T in s of a command that is held; None for none.
     """
 
     decay_rate: float | None = None
     input_limits: Floats | None = None
     region: EigenvalueRegion | None = None
+    sample_time: float | None = None
 
 
 def plant_certificate(
@@ -99,6 +102,7 @@ def _attempts(loop: ClaimedLoop, demands: ClaimRequirements) -> tuple[list[Attem
     if wanted is not None and not (decay.proved and decay.claim["decay_rate"] >= wanted):
         decay = attempted(Decay(wanted), loop)
     asked = [decay, *(attempted(request, loop) for request in _demanded(loop, demands))]
+    asked += _sampled(loop, demands.sample_time)
     if not decay.proved:
         return asked, ["without decay nothing else was tried"]
     if len(loop.family.groups()) > MOST_BLENDS:
@@ -119,6 +123,18 @@ def _attempts(loop: ClaimedLoop, demands: ClaimRequirements) -> tuple[list[Attem
         else:
             notes.append(f"{name}: not proved ({attempt.checked.text})")
     return [*asked, *found], notes
+
+
+def _sampled(loop: ClaimedLoop, step: float | None) -> Iterator[Attempt]:
+    """Yield the claim at a sample time; where it is not proved, that at the largest below it."""
+    if step is None:
+        return
+    wanted = SampledLoop(step).attempt(loop)
+    yield wanted
+    if not wanted.proved:
+        largest = SampledLoop(below=step).attempt(loop)
+        if largest.proved:
+            yield largest
 
 
 def _demanded(loop: ClaimedLoop, demands: ClaimRequirements) -> Iterator[Request]:

@@ -102,6 +102,7 @@ def requirements_of(plant: Plant, model: TSModel, asked: PlantSettings) -> Claim
         decay_rate=asked.decay_rate if isinstance(asked.decay_rate, float | int) else None,
         input_limits=np.array([limits[v.name] for v in plant.inputs]) if limits else None,
         region=_region(model, asked),
+        sample_time=asked.sample_time,
     )
 
 

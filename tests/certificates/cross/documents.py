@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates import certify
-from takagi.certificates.requests import ClaimedLoop, FuzzyDecay, attempts_at_all
+from takagi.certificates.requests import ClaimedLoop, FuzzyDecay, SampledLoop, attempts_at_all
 from takagi.lmi import observer, pdc
 from takagi.models import TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.test_damage import damage, documents, paths, resealed
+from tests.certificates.weights.cells import cubic
 
 __all__ = ["PLANTS", "all_kinds", "mutants", "plant_certificate"]
 
@@ -71,6 +72,10 @@ def all_kinds() -> Iterator[tuple[str, Data]]:
     fuzzy = certify(TSModel(A), claims=[FuzzyDecay(rate_bounds=0.2, decay_rate=0.1)])
     yield "fuzzy, rules", dict(fuzzy.document)
     yield "sampled", sampled_certificate()
+    yield (
+        "held command",
+        dict(certify(cubic(), [[[1.0]], [[1.5]]], claims=[SampledLoop(0.1)]).document),
+    )
     yield "observed", observed_certificate()
     yield "impossible", impossible_certificate()
 

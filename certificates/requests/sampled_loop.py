@@ -1,0 +1,212 @@
+"""Requests the loop with a law that runs every T seconds and holds its command."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import chain
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from takagi.certificates.requests.decay import common_function
+from takagi.certificates.requests.invariant_ellipsoid import candidate_set
+from takagi.certificates.requests.loop.decimals import rounded_down, short
+from takagi.certificates.requests.loop.loop import ClaimedLoop
+from takagi.certificates.requests.loop.valid_level import box_rows, largest_level, state_halves
+from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    from takagi.lmi.analysis.sampled_loop import SampledFunction
+
+__all__ = ["SampledLoop"]
+
+DIGITS = (6, 9, 12)
+# Degrees of the function that is tried, and the one by which the largest sample time is sought.
+DEGREES, HIGHEST = (2, 4), 8
+# Shares of the fastest rate in continuous time: of a set that is large, and of any.
+OF_A_LARGE_SET, OF_ANY = (0.2, 0.05), (0.5, 0.1, 0.0)
+NEAR = 0.8  # how near the function of a large set is to that of continuous time
+# The steps by which the largest sample time is sought, down to the shortest [s].
+SHORTEST, STEP, ENOUGH = 1e-5, 2.0, 1.02
+# Shares of the sample time found, tried until the rounded numbers prove the claim.
+BACK_OFF = (0.998, 0.99, 0.97, 0.9, 0.7)
+SPARE = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class SampledLoop:
+    """V = x'Px falls from sample to sample of a command that is held.
+
+    Attributes
+    ----------
+    sample_time : T [s]; None takes the largest that is found.
+    below : where that is sought [s]. A vibration may be sampled well by chance, at about its
+        period, and not at half of it.
+    """
+
+    sample_time: float | None = None
+    below: float = 60.0
+
+    def __post_init__(self) -> None:
+        for name, step in (("sample_time", self.sample_time), ("below", self.below)):
+            if step is not None and not (np.isfinite(step) and 1e-9 <= step <= 1e6):
+                raise ModelError(f"{name} = {step!r} was given; a number of seconds is needed")
+
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
+        """Return the claim ``sampled-loop``.
+
+        Raises
+        ------
+        ModelError : a loop in discrete time, without gains, or of a blended plant.
+        """
+        _require_held_command(loop)
+        answer = common_function(loop)
+        rate = answer.decay_rate or 0.0
+        if answer.P is None or rate <= 0:
+            return self._undecided(loop, "no common function in continuous time")
+        found = _Search(loop, np.asarray(answer.P), rate)
+        claims = (
+            found.largest(self.below) if self.sample_time is None else found.at(self.sample_time)
+        )
+        first = next(claims, None)
+        if first is None:
+            step = "any time" if self.sample_time is None else f"{self.sample_time:g} s"
+            return self._undecided(loop, f"no function was found for a sample every {step}")
+        return first_proved(loop, chain([first], claims), "candidate")
+
+    def _undecided(self, loop: ClaimedLoop, why: str) -> Attempt:
+        """Return a claim that holds nothing, which the checker leaves undecided."""
+        n, m = loop.family.order, loop.model.B.shape[2]
+        idle = SampledClaim(np.eye(n), np.stack([np.eye(n + m)] * 2), self.sample_time or 1.0)
+        return first_proved(loop, [(why, idle.written(loop, 1.0, 0.0))])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SampledClaim:
+    """P and the functions as they are to be written."""
+
+    P: Floats
+    functions: Floats
+    step: float
+
+    def written(self, loop: ClaimedLoop, level: float, rate: float) -> dict[str, Any]:
+        return {
+            "name": f"sampled loop of {loop.model.name or 'the model'} every {self.step:g} s",
+            "kind": "sampled-loop",
+            "sample_time": self.step,
+            "decay_rate": rate,
+            "level": level,
+            "P": self.P.tolist(),
+            "functions": self.functions.tolist(),
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Search:
+    """Where functions are sought: near P of continuous time, whose rate is ``rate`` [1/s]."""
+
+    loop: ClaimedLoop
+    P: Floats
+    rate: float
+
+    def at(self, step: float) -> Iterator[tuple[str, dict[str, Any]]]:
+        """Yield (words, claim) at a sample time, the best first."""
+        large = self._of_a_large_set()
+        for share in OF_A_LARGE_SET if large is not None else ():
+            yield from self._claims(step, large, share, DEGREES[0], NEAR)
+        for degree in (*DEGREES, HIGHEST):
+            for share in OF_ANY:
+                yield from self._claims(step, self.P, share, degree, 0.0)
+
+    def largest(self, below: float) -> Iterator[tuple[str, dict[str, Any]]]:
+        """Yield (words, claim) at about the largest sample time, then at smaller ones."""
+        low = self._longest(below)
+        for share in BACK_OFF if low else ():
+            step = rounded_down(share * low, 3)
+            for words, claim in self._claims(step, self.P, 0.0, HIGHEST, 0.0):
+                yield words, claim | {"name": f"{claim['name']}, the largest time found"}
+
+    def _longest(self, below: float) -> float:
+        """Return about the largest sample time for which a function is found; 0 for none."""
+
+        def holds(step: float) -> bool:
+            return self._function(step, self.P, 0.0, HIGHEST) is not None
+
+        low = below / STEP
+        while not holds(low):
+            low /= STEP
+            if low < SHORTEST:
+                return 0.0
+        high = STEP * low
+        while high > ENOUGH * low:
+            middle = float(np.sqrt(low * high))
+            low, high = (middle, high) if holds(middle) else (low, middle)
+        return low
+
+    def _claims(
+        self, step: float, near: Floats | None, share: float, degree: int, least: float
+    ) -> Iterator[tuple[str, dict[str, Any]]]:
+        rate = rounded_down(share * self.rate, 3)
+        found = self._function(step, self.P if near is None else near, rate, degree, least)
+        if found is None:
+            return
+        for digits in DIGITS:
+            P = short(found.P, digits)
+            functions = np.array([short(one, digits) for one in found.functions])
+            level = self._level(P, functions)
+            words = f"a sample every {step:g} s, rate {rate:g} 1/s, degree {degree}"
+            written = SampledClaim(P, functions, step).written(self.loop, level, rate)
+            yield f"{words}, to {digits} digits", written
+
+    def _function(
+        self, step: float, near: Floats, rate: float, degree: int, least: float = 0.0
+    ) -> SampledFunction | None:
+        from takagi.lmi.analysis.sampled_loop import sampled_function
+
+        model, gains = self.loop.model, self.loop.gains
+        assert gains is not None
+        return sampled_function(
+            model.A,
+            model.B,
+            np.unique(gains, axis=0),
+            step,
+            near=near,
+            degree=degree,
+            decay_rate=rate,
+            least=least,
+        )
+
+    def _of_a_large_set(self) -> Floats | None:
+        return candidate_set(self.loop, None, None, None)[1] if len(box_rows(self.loop)) else None
+
+    def _level(self, P: Floats, functions: Floats) -> float:
+        """Return about the largest level that stays in the box, at samples and between them."""
+        if not len(box_rows(self.loop)) or np.linalg.eigvalsh(P)[0] <= 0:
+            return 1.0
+        halves = state_halves(self.loop)
+        level = largest_level(self.loop, P)
+        for one in functions:
+            if np.linalg.eigvalsh(one)[0] <= 0:
+                continue
+            reach = np.diag(np.linalg.inv(one))[: len(halves)] / halves**2
+            if reach.max() > 0:
+                level = min(level, float((1 - SPARE) / reach.max()))
+        return rounded_down(level)
+
+
+def _require_held_command(loop: ClaimedLoop) -> None:
+    if loop.gains is None:
+        raise ModelError("a sample time is about u = -K x that is held; give gains")
+    if loop.sample_time is not None:
+        raise ModelError(
+            f"model {loop.model.name!r} is in discrete time, with a sample every "
+            f"{loop.sample_time:g} s: its claims are about the sampled loop already"
+        )
+    if "blending" in loop.model_data:
+        raise ModelError(
+            f"model {loop.model.name!r} has an effort that the law integrates: a claim about a "
+            "command that is held does not cover it yet; leave the sample time out"
+        )

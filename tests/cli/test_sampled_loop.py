@@ -1,0 +1,97 @@
+"""`takagi certify --sample-time`: proved, too slow, misuse."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from takagi.certificates.checker import check
+from takagi.cli.main import main
+
+Capture = pytest.CaptureFixture[str]
+ROD = """
+format = 1
+kind = "plant"
+units = "unchecked"
+
+[states]
+x = { range = [-1, 1] }
+
+[inputs]
+u = { range = [-4, 4] }
+
+[equations]
+x = "x - x^3 + u"
+"""
+
+
+@pytest.fixture
+def rod(tmp_path: Path) -> Path:
+    path = tmp_path / "rod.toml"
+    path.write_text(ROD, encoding="utf-8")
+    return path
+
+
+def sampled(out: Path) -> list[dict[str, Any]]:
+    claims = json.loads(out.read_text(encoding="utf-8"))["claims"]
+    return [claim for claim in claims if claim["kind"] == "sampled-loop"]
+
+
+def test_a_sample_time_that_is_proved(rod: Path, tmp_path: Path, capsys: Capture) -> None:
+    """By the option, in ms; and by the file, of gains that are designed and then given."""
+    out = tmp_path / "c.json"
+
+    assert main(["certify", str(rod), "--out", str(out), "--sample-time", "10ms"]) == 0
+    assert [claim["sample_time"] for claim in sampled(out)] == [0.01]
+    assert "with a sample every 0.01 s" in capsys.readouterr().out
+    assert main(["check", str(out), "--cross"]) == 0
+    assert "they agree" in capsys.readouterr().out
+
+    rod.write_text(ROD + "\n[design]\nsample_time = 0.02\n", encoding="utf-8")
+    build = tmp_path / "build"
+    assert main(["design", str(rod), "--out", str(build)]) == 0
+    assert [claim["sample_time"] for claim in sampled(build / "certificate.json")] == [0.02]
+    gains = ["--gains", str(build / "gains.json")]
+    assert main(["certify", str(rod), *gains, "--out", str(out), "--sample-time", "0.03"]) == 0
+    assert [claim["sample_time"] for claim in sampled(out)] == [0.03]
+
+
+def test_a_sample_time_that_is_too_large(rod: Path, tmp_path: Path, capsys: Capture) -> None:
+    """UNDECIDED, status 1, with the largest time that was found, which is proved."""
+    out = tmp_path / "c.json"
+
+    assert main(["certify", str(rod), "--out", str(out), "--sample-time", "20s"]) == 1
+
+    told = capsys.readouterr().out
+    asked, largest = sampled(out)
+    assert asked["sample_time"] == 20 and 0.05 < largest["sample_time"] < 20
+    assert "the largest time found" in told
+    verdicts = {claim.name: claim.verdict.name for claim in check(out).claims}
+    assert verdicts[asked["name"]] == "UNDECIDED" and verdicts[largest["name"]] == "PROVED"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--sample-time", "soon"], "a time such as 10ms is needed"),
+        (["--sample-time", "3kg"], "is no unit of time"),
+        (["--sample-time", "-1ms"], "a positive number is needed"),
+    ],
+)
+def test_misuse(
+    rod: Path, tmp_path: Path, capsys: Capture, arguments: list[str], told: str
+) -> None:
+    out = tmp_path / "c.json"
+
+    assert main(["certify", str(rod), "--out", str(out), *arguments]) == 2
+    assert told in capsys.readouterr().err and not out.exists()
+
+
+def test_it_is_about_plants(tmp_path: Path, capsys: Capture) -> None:
+    out = str(tmp_path / "c.json")
+
+    assert main(["certify", "nrel5mw", "--out", out, "--sample-time", "10ms"]) == 2
+    assert "--sample-time is about a plant" in capsys.readouterr().err
