@@ -14,7 +14,7 @@ from decimal import Decimal
 from takagi.models.errors import ModelError
 from takagi.reports.code.controller_program import Constant, ControllerProgram, Spline
 from takagi.reports.code.identifiers import file_word, identifiers
-from takagi.reports.code.structured_text.statements import Statements, real
+from takagi.reports.code.structured_text.statements import Statements, real, told
 from takagi.reports.code.structured_text.words import RESERVED
 from takagi.reports.code.targets import Exported, ExportSettings
 
@@ -72,11 +72,11 @@ class _Block:
             )
         inputs, outputs = program.inputs, program.outputs
         names = [one.name for one in (*inputs, *outputs)]
-        own = [f"{one.name}_seen" for one in inputs] + [f"{one.name}_now" for one in outputs]
-        own += [f"{one.name}_after" for one in program.kept] + ["step_time"]
+        own = [f"{one.name} seen" for one in inputs] + [f"{one.name} now" for one in outputs]
+        own += [f"{one.name} after" for one in program.kept] + ["step time"]
         rest = [name for name in program.names() if name not in names]
         splines = [
-            f"{one.name}_t{k}"
+            f"{one.name} t{k}"
             for one in program.constants
             if isinstance(one.value, Spline)
             for k in range(1, len(one.value.knots) + 1)
@@ -89,15 +89,15 @@ class _Block:
             language="Structured Text",
             ignore_case=True,
         )
-        inside = {one.name: self.word[f"{one.name}_seen"] for one in inputs}
-        inside |= {one.name: self.word[f"{one.name}_now"] for one in outputs}
+        inside = {one.name: self.word[f"{one.name} seen"] for one in inputs}
+        inside |= {one.name: self.word[f"{one.name} now"] for one in outputs}
         inside |= {name: self.word[name] for name in (*rest, *splines)}
-        self.inside = inside | {"sample_time": self.word["step_time"]}
+        self.inside = inside | {"sample_time": self.word["step time"]}
 
     def lines(self) -> Iterator[str]:
         body = self._body()
         program = self.program
-        yield f"(* {program.name}: the law of its gain file in Structured Text, IEC 61131-3."
+        yield f"(* {_told(program.name, '')}: the law of its gain file, IEC 61131-3."
         yield f"   Certificate: {program.verdict}; gains {program.hashes.get('gains', '-')}"
         yield "   Numbers are those of the gain file. SI units, angles in rad. *)"
         yield f"FUNCTION_BLOCK FB_{file_word(program.plant).upper()}"
@@ -110,7 +110,9 @@ class _Block:
         yield "VAR_OUTPUT"
         for one in program.outputs:
             yield f"    {self.word[one.name]} : LREAL; (* {_told(one.unit, one.meaning)} *)"
-        yield "    status : UINT; (* 0, or a sum: " + "; ".join(f"{k} {t}" for k, t in STATUS)
+        yield "    status : UINT; (* 0, or a sum of these:"
+        for number, text in STATUS:
+            yield f"        {number}  {text}"
         yield "    *)"
         yield "END_VAR"
         yield "VAR CONSTANT"
@@ -121,9 +123,9 @@ class _Block:
         yield "    started : BOOL := FALSE;"
         yield "    ready : BOOL;"
         for kept in program.kept:
-            told = _told(kept.unit, kept.meaning)
-            yield f"    {self.word[kept.name]} : LREAL; (* {told} *)"
-            yield f"    {self.word[f'{kept.name}_after']} : LREAL;"
+            what = _told(kept.unit, kept.meaning)
+            yield f"    {self.word[kept.name]} : LREAL; (* {what} *)"
+            yield f"    {self.word[f'{kept.name} after']} : LREAL;"
         for signal in program.inputs:
             yield f"    {self.inside[signal.name]} : LREAL := {real(signal.rest or Decimal(0))};"
         for signal in program.outputs:
@@ -151,18 +153,19 @@ class _Block:
 
     def _constant(self, constant: Constant) -> Iterator[str]:
         word, value = self.word[constant.name], constant.value
-        told = f"(* {constant.unit}; {constant.place} of the gain file *)"
+        # A path such as K.*.0 would hold the end of a comment for some tools.
+        what = f"(* {_told(constant.unit, '')}; {constant.place.replace('*', 'i')} *)"
         if isinstance(value, Decimal):
-            yield f"    {word} : LREAL := {real(value)}; {told}"
+            yield f"    {word} : LREAL := {real(value)}; {what}"
         elif isinstance(value, Spline):
             for k, knots in enumerate(value.knots, start=1):
-                yield from _array(self.word[f"{constant.name}_t{k}"], [knots], "LREAL", told)
+                yield from _array(self.word[f"{constant.name} t{k}"], [knots], "LREAL", what)
             rows = value.coefficients
-            yield from _array(word, rows, "LREAL", told, flat=len(value.knots) == 1)
+            yield from _array(word, rows, "LREAL", what, flat=len(value.knots) == 1)
         elif isinstance(value[0], tuple):
-            yield from _array(word, value, "INT", told, flat=False)
+            yield from _array(word, value, "INT", what, flat=False)
         else:
-            yield from _array(word, [value], "LREAL", told)
+            yield from _array(word, [value], "LREAL", what)
 
     def _body(self) -> Statements:
         program = self.program
@@ -182,9 +185,9 @@ class _Block:
         say("")
         say("(* what is kept until the next sample; all of it changes at once *)")
         for kept in program.kept:
-            say(f"{self.word[f'{kept.name}_after']} := {found.text(kept.next)};")
+            say(f"{self.word[f'{kept.name} after']} := {found.text(kept.next)};")
         results = [self.inside[one.name] for one in program.outputs]
-        results += [self.word[f"{one.name}_after"] for one in program.kept]
+        results += [self.word[f"{one.name} after"] for one in program.kept]
         say("ready := TRUE;")
         for name in results:
             say(f"IF NOT (ABS({name}) <= {LARGEST}) THEN ready := FALSE; END_IF;")
@@ -192,7 +195,7 @@ class _Block:
         for one in program.outputs:
             say(f"    {self.word[one.name]} := {self.inside[one.name]};")
         for kept in program.kept:
-            say(f"    {self.word[kept.name]} := {self.word[f'{kept.name}_after']};")
+            say(f"    {self.word[kept.name]} := {self.word[f'{kept.name} after']};")
         say("    started := TRUE;")
         say("ELSE")
         say("    status := status + 8;")
@@ -202,10 +205,11 @@ class _Block:
     def _read(self, found: Statements) -> None:
         say, time = found.say, self.inside["sample_time"]
         fixed = self.program.sample_time
-        good = "sample_time > 0.0 AND sample_time <= 1.0E6"
+        good = "(sample_time > 0.0) AND (sample_time <= 1.0E6)"
         if fixed is not None:
             good = f"ABS(sample_time - {real(fixed)}) <= {real(fixed / 1000)}"
-        say(f"IF {good} THEN {time} := sample_time; ELSE status := status + 4; END_IF;")
+        say(f"IF {good} THEN {time} := sample_time;")
+        say("ELSE status := status + 4; END_IF;")
         say("ready := TRUE;")
         for one in self.program.inputs:
             given, seen = self.word[one.name], self.inside[one.name]
@@ -218,7 +222,7 @@ class _Block:
             if one.range is not None:
                 low, high = map(real, one.range)
                 seen = self.inside[one.name]
-                say(f"IF {seen} < {low} OR {seen} > {high} THEN ready := FALSE; END_IF;")
+                say(f"IF ({seen} < {low}) OR ({seen} > {high}) THEN ready := FALSE; END_IF;")
         say("IF NOT ready THEN status := status + 2; END_IF;")
 
     def _start(self, found: Statements, kept: Iterable[object]) -> None:
@@ -266,7 +270,7 @@ def _require_room(constant: Constant) -> None:
 
 def _told(unit: str, meaning: str) -> str:
     """Return unit and meaning as the text of a comment."""
-    return f"{unit}: {meaning}".removesuffix(": ").replace("*)", "* )")
+    return told(f"{unit}: {meaning}".removesuffix(": "))
 
 
 def _page(program: ControllerProgram, word: str) -> str:

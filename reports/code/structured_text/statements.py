@@ -15,10 +15,16 @@ from takagi.reports.code.controller_program import Assignment, Constant, Spline
 from takagi.reports.code.formula import Call, Formula, Name, Number, Operation
 from takagi.reports.code.structured_text.words import FUNCTIONS, WRITTEN_OUT
 
-__all__ = ["Statements", "real"]
+__all__ = ["Statements", "real", "told"]
 
 # The largest power that is written as a product; beyond it, and for others, EXPT.
 LARGEST_PRODUCT = 4
+
+
+def told(text: str) -> str:
+    """Return a text that a comment can hold: one line, no quotes, no end of a comment."""
+    plain = " ".join(text.split())
+    return plain.translate({ord("'"): "`", ord('"'): "`", ord("$"): "S", ord("*"): "x"})
 
 
 def real(value: Decimal) -> str:
@@ -54,7 +60,7 @@ class Statements:
     def assign(self, one: Assignment) -> None:
         """Add an assignment; where it has ``near``, the formula of the place where it holds."""
         if one.meaning:
-            self.say(f"(* {one.meaning} *)")
+            self.say(f"(* {told(one.meaning)} *)")
         target = self.words[one.name]
         for k, place in enumerate(one.near):
             self.say(
@@ -197,7 +203,7 @@ class Statements:
             raise ModelError(f"{name} is no spline of {len(arguments) - 1} arguments")
         word = self.words[name]
         bases = [
-            self._basis(self.text(x), f"{word}_t{k}", len(knots))
+            self._basis(self.text(x), self.words[f"{name} t{k}"], len(knots))
             for k, (x, knots) in enumerate(zip(arguments[:-1], value.knots, strict=True), start=1)
         ]
         m = self._array("m", 0)

@@ -48,7 +48,7 @@ RESERVED = frozenset(
     var_in_out var_input var_output var_temp while with word wchar wstring xor abs sqrt ln log
     exp sin cos tan asin acos atan atan2 add mul sub div expt move shl shr ror rol sel max min
     limit mux gt ge eq le lt ne len left right mid concat insert delete replace find trunc round
-    sr rs r_trig f_trig ctu ctd ctud tp ton tof en eno s r s1 r1 q q1 t d l n p sd ds sl r_edge
+    sr rs r_trig f_trig ctu ctd ctud tp ton tof en eno r_edge
     f_edge reset sample_time status started ready
     """.split()
 )
