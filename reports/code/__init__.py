@@ -7,4 +7,5 @@ identifiers         names that a target's language can hold
 targets             the targets of `takagi export`, and what each writes
 tables              CSV
 c                   C99
+discon              the Bladed-style library around it
 """

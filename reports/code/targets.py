@@ -64,6 +64,11 @@ TARGETS = (
     Target(
         "c", "takagi.reports.code.c.target", "any C99 or C++ compiler: the law, with a self-test"
     ),
+    Target(
+        "discon",
+        "takagi.reports.code.discon.library",
+        "OpenFAST, Bladed, ROSCO's Python interface: a turbine's law as a Bladed-style library",
+    ),
     Target("csv", "takagi.reports.code.tables", "spreadsheets: a file for each table, with units"),
 )
 
