@@ -77,9 +77,7 @@ def seen_speed(speed: float) -> float:
     return float(np.float32(speed * GEAR_RATIO)) / GEAR_RATIO
 
 
-def test_a_run_of_wind_steps(
-    library: Path, rows: list[Row], turbine_design: TurbineDesign
-) -> None:
+def test_a_run_of_wind_steps(library: Path, rows: list[Row], turbine_design: TurbineDesign) -> None:
     law, top = PythonLaw(turbine_design, T), turbine_design.turbine.rated_torque
     pitches = []
     for row, (torque, pitch) in zip(
@@ -119,9 +117,7 @@ def test_filter_sample_time_and_drive(
     law, top = PythonLaw(turbine_design, 3 * step), turbine_design.turbine.rated_torque
     low = seen_speed(rows[0][1])
     blade, rate, most = rows[0][2], 0.0, 0.0
-    for k, (row, (torque, pitch)) in enumerate(
-        zip(rows, sent(library, file, rows), strict=True)
-    ):
+    for k, (row, (torque, pitch)) in enumerate(zip(rows, sent(library, file, rows), strict=True)):
         low += (seen_speed(row[1]) - low) * (1 - math.exp(-1.5 * step)) if k else 0.0
         if k % 3 == 0:
             wanted = law.sample(low, row[2], row[3])
@@ -159,9 +155,7 @@ def test_the_baseline_law(turbine_design: TurbineDesign, rows: list[Row], tmp_pa
         assert pitch == pytest.approx(wanted["pitch_sent"], abs=EXACT)
 
 
-def test_a_checkpoint_goes_on_where_it_was(
-    library: Path, rows: list[Row], tmp_path: Path
-) -> None:
+def test_a_checkpoint_goes_on_where_it_was(library: Path, rows: list[Row], tmp_path: Path) -> None:
     """Bit by bit, read by a copy of the library that saw no first call."""
     file = edited(
         library.parent / "DISCON.IN", tmp_path / "i", pitch_drive="second_order",
