@@ -9,4 +9,5 @@ certified_model     the plant of a gain file's certificate
 targets             the targets of `takagi export`, and what each writes
 tables              CSV
 c                   C99
+discon              the Bladed-style library around it
 """

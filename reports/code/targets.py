@@ -67,6 +67,11 @@ TARGETS = (
         "c", "takagi.reports.code.c.target", "any C99 or C++ compiler: the law, with a self-test"
     ),
     Target(
+        "discon",
+        "takagi.reports.code.discon.library",
+        "OpenFAST, Bladed, ROSCO's Python interface: a turbine's law as a Bladed-style library",
+    ),
+    Target(
         "fmu",
         "takagi.reports.code.fmu.target",
         "FMI tools (3.0 and 2.0): the law, and its closed loop with the certificate's plant",

@@ -1,0 +1,4 @@
+"""`takagi export --to discon`: the law as a library with the Bladed-style interface.
+
+library     the files: law, interface, input file, Makefile, README
+"""

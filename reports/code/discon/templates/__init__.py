@@ -1,0 +1,1 @@
+"""Texts of the Bladed-style library that do not depend on the law, and where the law goes in."""
