@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from takagi.models.plant.entries import VariableEntry
     from takagi.models.plant_files.loader import PlantFile
 
-__all__ = ["plant_options", "plant_settings", "values_in_si"]
+__all__ = ["plant_options", "plant_settings", "sampled_options", "values_in_si"]
 
 _PAIR = re.compile(
     r"\s*([A-Za-z][A-Za-z0-9_]*)\s*=\s*([-+]?[0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*(.*)"
@@ -66,14 +66,6 @@ def plant_options(
     fastest: Annotated[
         float | None, typer.Option(help="Plants: largest size of the poles [1/s].")
     ] = None,
-    sample_time: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME",
-            help="Plants: prove the loop of a law that runs every TIME, such as 10ms, and holds "
-            "its command; continuous time alone unless given.",
-        ),
-    ] = None,
     choice: Annotated[
         str | None,
         typer.Option(
@@ -89,6 +81,19 @@ def plant_options(
     ] = False,
 ) -> None:
     """Declare what a design for a plant may be asked for."""
+
+
+def sampled_options(
+    sample_time: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help="Plants: prove the loop of a law that runs every TIME, such as 10ms, and holds "
+            "its command; continuous time alone unless given.",
+        ),
+    ] = None,
+) -> None:
+    """Declare what a certificate of a plant may be asked for beside; a simulation asks its own."""
 
 
 def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings:

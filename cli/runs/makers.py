@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
@@ -25,7 +25,7 @@ class Maker(Protocol):
     Attributes
     ----------
     words : what such a model is.
-    group : declares what its design may be asked for.
+    groups : declare what its design may be asked for.
     summary : the module that says on the terminal what a design is: ``as_text``, ``as_data``,
         ``next_commands``.
     simulation : the module that simulates: ``GROUPS`` of options, ``simulate``.
@@ -33,7 +33,7 @@ class Maker(Protocol):
     """
 
     words: ClassVar[str]
-    group: ClassVar[Callable[..., None]]
+    groups: ClassVar[Groups]
     summary: ClassVar[str]
     simulation: ClassVar[str]
     has_maps: ClassVar[bool]
@@ -59,7 +59,7 @@ class Maker(Protocol):
 
 MAKERS: Mapping[str, type[Maker]] = {"turbine": TurbineMaker, "plant": PlantMaker}
 # The groups of options of every verb that designs.
-DESIGN_OPTIONS: Groups = tuple(maker.group for maker in MAKERS.values())
+DESIGN_OPTIONS: Groups = tuple(one for maker in MAKERS.values() for one in maker.groups)
 # What to use in the place of an option, where that is not plain.
 _INSTEAD = {
     "law": "a plant's law is by rules: --relaxation and [design] of its file say how it is designed"
@@ -80,7 +80,7 @@ def maker_of(model: str, options: Mapping[str, Any]) -> Maker:
     from takagi.models.loading import read_model
 
     source = read_model(model)
-    groups = {kind: (maker.group,) for kind, maker in MAKERS.items()}
+    groups = {kind: maker.groups for kind, maker in MAKERS.items()}
     return MAKERS[source.kind](source, own_options(source, options, groups))
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
-from takagi.cli.options.given import as_typed
-from takagi.cli.options.plant_options import plant_options, plant_settings
+from takagi.cli.options.given import Groups, as_typed
+from takagi.cli.options.plant_options import plant_options, plant_settings, sampled_options
 from takagi.cli.progress import Tell
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ class PlantMaker:
     """What verbs ask of a plant, see ``takagi.cli.runs.makers.Maker``."""
 
     words: ClassVar[str] = "a plant"
-    group: ClassVar[Callable[..., None]] = staticmethod(plant_options)
+    groups: ClassVar[Groups] = (plant_options, sampled_options)
     summary: ClassVar[str] = "takagi.cli.terminal.plant_summary"
     simulation: ClassVar[str] = "takagi.cli.verbs.simulate_plant"
     has_maps: ClassVar[bool] = False

@@ -196,8 +196,8 @@ class FunctionBlock:
         def run(values: dict[str, Any]) -> None:
             for condition, body in cases:
                 if condition(values):
-                    return body(values)
-            return None
+                    body(values)
+                    return
 
         return run
 
