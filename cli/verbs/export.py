@@ -128,13 +128,17 @@ def _code(
     places: tuple[Path, Path | None],
 ) -> int:
     from takagi.cli.output_place import require_folder_place
-    from takagi.reports.code.certified_model import certified_model
+    from takagi.reports.code.certified_model import certified_claims, certified_model
     from takagi.reports.code.targets import export_settings, exported
     from takagi.reports.output import write_folder
 
     settings = export_settings(precision, sample_time)
-    if to == "fmu":
-        settings = replace(settings, model=certified_model(*places, program))
+    if to in ("fmu", "mat"):
+        settings = replace(
+            settings,
+            model=certified_model(*places, program),
+            claims=certified_claims(*places, program),
+        )
     require_folder_place(out)
     found = exported(to, program, settings)
     write_folder(out, found.files)

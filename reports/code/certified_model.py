@@ -1,4 +1,4 @@
-"""The model that a gain file's certificate is about: the plant for a closed loop."""
+"""What targets take from a gain file's certificate: its model, and its claims' matrices."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from takagi.certificates.checker.kernel.reader import digest, member, read_json
 from takagi.models.errors import ModelError
 from takagi.reports.code.controller_program import ControllerProgram
 
-__all__ = ["certified_model"]
+__all__ = ["certified_claims", "certified_model"]
 
 
 def certified_model(
@@ -47,3 +47,24 @@ def certified_model(
     if model.get("name") == program.plant:
         return model
     raise ModelError(f"{path} is about {model.get('name')!r}; the law is one for {program.plant!r}")
+
+
+def certified_claims(
+    gains: Path, certificate: Path | None, program: ControllerProgram
+) -> tuple[Mapping[str, Any], ...]:
+    """Return the claims of the gain file's certificate; () where there is none, or other ones.
+
+    Parameters
+    ----------
+    certificate : None takes ``certificate.json`` beside the gain file.  Claims count if their hash
+        is the one that the gain file names.
+
+    Raises
+    ------
+    CertificateError : the file cannot be read.
+    """
+    path = certificate or gains.parent / "certificate.json"
+    if not program.hashes or not path.is_file():
+        return ()
+    claims = member(read_json(path), "claims", str(path))
+    return tuple(claims) if digest(claims) == program.hashes.get("claims") else ()

@@ -11,7 +11,7 @@ from typing import Any
 from takagi.reports.code.controller_program import Assignment, ControllerProgram, Spline
 from takagi.reports.code.formula import Call, Formula, Name, Number, Operation
 
-__all__ = ["ProgramRun"]
+__all__ = ["ProgramRun", "value_of"]
 
 _SIGNS: Mapping[str, Callable[[float, float], float]] = {
     "+": operator.add,
@@ -45,16 +45,16 @@ class ProgramRun:
         names = {**self._constants, "sample_time": sample_time, **inputs, **self.kept}
         for stage in self.program.stages:
             if not self.kept:
-                names |= {one.name: _value(one.start, names) for one in stage.kept}
+                names |= {one.name: value_of(one.start, names) for one in stage.kept}
             for one in stage.assignments:
-                names[one.name] = _value(_formula_there(one, names), names)
-        self.kept = {one.name: _value(one.next, names) for one in self.program.kept}
+                names[one.name] = value_of(_formula_there(one, names), names)
+        self.kept = {one.name: value_of(one.next, names) for one in self.program.kept}
         return {one.name: names[one.name] for one in self.program.outputs}
 
 
 def _formula_there(one: Assignment, names: Mapping[str, Any]) -> Formula:
     for place in one.near:
-        if abs(_value(place.of, names)) <= float(place.within):
+        if abs(value_of(place.of, names)) <= float(place.within):
             return place.formula
     return one.formula
 
@@ -65,19 +65,20 @@ def _floats(value: Any) -> Any:
     return float(value) if isinstance(value, Decimal) else [_floats(one) for one in value]
 
 
-def _value(formula: Formula, names: Mapping[str, Any]) -> Any:
+def value_of(formula: Formula, names: Mapping[str, Any]) -> Any:
+    """Return a formula's value; ``names`` has its constants, signals and kept values."""
     match formula:
         case Number(value):
             return float(value)
         case Name(name):
             return math.pi if name == "pi" else names[name]
         case Operation(_, None, right):
-            return -_value(right, names)
+            return -value_of(right, names)
         case Operation(sign, left, right):
             assert left is not None
-            return _SIGNS[sign](_value(left, names), _value(right, names))
+            return _SIGNS[sign](value_of(left, names), value_of(right, names))
         case Call(function, arguments):
-            return _FUNCTIONS[function](*(_value(one, names) for one in arguments))
+            return _FUNCTIONS[function](*(value_of(one, names) for one in arguments))
 
 
 def _limit(x: float, low: float, high: float) -> float:

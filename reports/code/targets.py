@@ -34,11 +34,13 @@ class ExportSettings:
     sample_time : T [s] that the code starts with where its user names none; None takes the law's
         own, or the target's usual one.
     model : the certificate's model, for targets that write the plant too; None without one.
+    claims : the certificate's, for targets that write its matrices.
     """
 
     precision: Precision = "double"
     sample_time: float | None = None
     model: Mapping[str, Any] | None = None
+    claims: tuple[Mapping[str, Any], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +82,11 @@ TARGETS = (
         "st",
         "takagi.reports.code.structured_text.block",
         "PLCs: a function block in Structured Text (CODESYS, TwinCAT and others)",
+    ),
+    Target(
+        "mat",
+        "takagi.reports.code.matlab.target",
+        "MATLAB, Simulink and Octave: the law as functions, gains and matrices as a struct",
     ),
     Target("csv", "takagi.reports.code.tables", "spreadsheets: a file for each table, with units"),
 )

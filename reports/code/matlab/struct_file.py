@@ -1,0 +1,115 @@
+"""``W.mat``: the law's numbers as one struct, for those who want the gains and not the program."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from takagi.models.arrays import Floats
+from takagi.reports.code.controller_program import ControllerProgram, Spline
+from takagi.reports.code.formula import parsed
+from takagi.reports.code.matlab.step_function import words_of
+from takagi.reports.code.run import value_of
+
+__all__ = ["struct_file"]
+
+# The first 116 bytes of a file are text for a person; scipy writes the date there.
+HEADER = 116
+
+
+def struct_file(
+    program: ControllerProgram, model: Mapping[str, Any] | None, claims: tuple[Any, ...]
+) -> bytes:
+    """Return a MAT-file of version 5 with the struct ``takagi``.
+
+    Members: ``name``, ``verdict``, ``sample_time`` ([] where it is free), ``constants`` with every
+    number of the program, ``units`` of them; of a plant's law ``K`` (m, n, r) and ``rules`` (r, p);
+    with its certificate ``A`` (n, n, r) and ``B`` (n, m, r), and ``P``, one matrix for each claim
+    that has one.
+
+    Parameters
+    ----------
+    model, claims : the certificate's; None and () leave their members out.
+    """
+    # Imported here: scipy takes a while, and other targets do without.
+    from scipy.io import savemat
+
+    names = words_of(program)
+    content: dict[str, Any] = {
+        "name": program.name,
+        "verdict": program.verdict,
+        "sample_time": [] if program.sample_time is None else float(program.sample_time),
+        "constants": {names[one.name]: _member(one.value) for one in program.constants},
+        "units": {names[one.name]: one.unit for one in program.constants},
+    }
+    law = program.document["law"]
+    if "K" in law:
+        content["K"] = np.moveaxis(np.array(law["K"], dtype=np.float64), 0, 2)
+        content["rules"] = np.array(law.get("rules", []), dtype=np.float64)
+    if model is not None and "rules" in law:
+        content |= _vertices(model, law)
+    matrices = {
+        f"claim_{k}_{claim['kind'].replace('-', '_')}": np.array(
+            [[_float(one) for one in row] for row in claim["P"]]
+        )
+        for k, claim in enumerate(claims)
+        if _is_matrix(claim.get("P"))
+    }
+    if matrices:
+        content["P"] = matrices
+    written = io.BytesIO()
+    file: Any = written
+    savemat(file, {"takagi": content}, long_field_names=True, oned_as="column")
+    text = b"MATLAB 5.0 MAT-file, written by takagi"
+    return text.ljust(HEADER) + written.getvalue()[HEADER:]
+
+
+def _member(value: Any) -> Any:
+    if isinstance(value, Decimal):
+        return float(value)
+    if isinstance(value, Spline):
+        found = {f"knots{k}": _member(one) for k, one in enumerate(value.knots, start=1)}
+        rows = value.coefficients
+        return found | {"coefficients": _member(rows if len(value.knots) > 1 else rows[0])}
+    return np.array(value, dtype=np.float64)
+
+
+def _vertices(model: Mapping[str, Any], law: Mapping[str, Any]) -> dict[str, Floats]:
+    """Return A and B of every rule, where the certificate's model has them as formulas."""
+    embedding = model.get("embedding") or {}
+    if not {"A", "B", "premises"} <= set(embedding):
+        return {}
+    known = {name: _float(one) for name, one in law.get("parameters", {}).items()}
+    known |= {name: _float(one) for name, one in model.get("parameters", {}).items()}
+    found: dict[str, Floats] = {}
+    for word in ("A", "B"):
+        stack = []
+        for rule in law["rules"]:
+            corner = {
+                one["name"]: _float(one["upper"] if bit == 1 else one["lower"])
+                for one, bit in zip(embedding["premises"], rule, strict=True)
+            }
+            rows = embedding[word]
+            stack.append([[value_of(parsed(str(one)), known | corner) for one in r] for r in rows])
+        found[word] = np.moveaxis(np.array(stack, dtype=np.float64), 0, 2)
+    return found
+
+
+def _float(value: Any) -> float:
+    """Return a number of a certificate; some are written as fractions."""
+    return float(Fraction(str(value)))
+
+
+def _is_matrix(value: Any) -> bool:
+    """Return whether a claim's P is one matrix; some claims have one for each rule."""
+    return bool(
+        isinstance(value, list)
+        and value
+        and all(isinstance(row, list) and len(row) == len(value) for row in value)
+        and not any(isinstance(one, list) for row in value for one in row)
+    )
