@@ -20,6 +20,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from takagi.models.control_systems.law_systems import law_system
+    from takagi.models.control_systems.plant_systems import nonlinear_system, statespace
     from takagi.models.equations.step import Step
     from takagi.models.errors import ModelError
     from takagi.models.files.library import built_in_models
@@ -48,6 +50,7 @@ if TYPE_CHECKING:
     from takagi.models.splines.surface import Surface
     from takagi.models.splines.table_function import table_function
     from takagi.models.ts.derivation import Derivation
+    from takagi.models.ts.mat_file import load_ts_model
     from takagi.models.ts.model import Matrices, TSModel
     from takagi.models.ts.premise import Premise
     from takagi.models.turbine.data import Turbine
@@ -89,9 +92,12 @@ __all__ = [
     "built_in_models",
     "full_load_model",
     "interpolate_curve",
+    "law_system",
     "load_model",
+    "load_ts_model",
     "merge_vertices",
     "mode_spectrum",
+    "nonlinear_system",
     "nrel5mw",
     "partial_load_model",
     "plant_file_schema",
@@ -102,6 +108,7 @@ __all__ = [
     "sampled_bounds",
     "secant_embedding",
     "sector_model",
+    "statespace",
     "table_function",
     "wind_observer_model",
 ]
@@ -139,9 +146,12 @@ _HOME = {
     "built_in_models": "files.library",
     "full_load_model": "turbine.full_load",
     "interpolate_curve": "splines.curve",
+    "law_system": "control_systems.law_systems",
     "load_model": "loading",
+    "load_ts_model": "ts.mat_file",
     "merge_vertices": "reduction.vertex_merging",
     "mode_spectrum": "reduction.rule_tensor",
+    "nonlinear_system": "control_systems.plant_systems",
     "nrel5mw": "turbine.loader",
     "partial_load_model": "turbine.partial_load",
     "plant_file_schema": "plant.entries",
@@ -152,6 +162,7 @@ _HOME = {
     "sampled_bounds": "ranges.sampled",
     "secant_embedding": "loops.secant.embedding",
     "sector_model": "sector.model",
+    "statespace": "control_systems.plant_systems",
     "table_function": "splines.table_function",
     "wind_observer_model": "turbine.wind_observer",
 }

@@ -1,0 +1,209 @@
+r"""A plant or Takagi-Sugeno model as a system of python-control.
+
+Linearised at a point (x0, u0, w0), with f0 = x' there,
+
+    A = M^-1 (df/dx - [dM/dx_k f0]_k),   B = M^-1 df/du,   E = M^-1 df/dw,
+
+which is the Jacobian of M^-1 f.  Inputs of the system are the plant's, then its disturbances.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from takagi.models.arrays import Floats
+from takagi.models.control_systems.names import signal_names
+from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.plant.plant import Plant
+from takagi.models.plant.variables import Output
+from takagi.models.ts.model import TSModel
+
+if TYPE_CHECKING:
+    import control
+    import sympy as sp
+
+__all__ = ["nonlinear_system", "statespace"]
+
+
+def statespace(
+    model: Plant | TSModel, *, at: Mapping[str, float] | None = None
+) -> control.StateSpace:
+    """Return the linear system at an operating point, with named states, inputs and outputs.
+
+    Parameters
+    ----------
+    model : a plant (``load_plant``), or a Takagi-Sugeno model.
+    at : values of states, inputs and disturbances by name, SI; those left out are at their rest.
+        Of a Takagi-Sugeno model they are deviations from it, as its states are.
+
+    Inputs are those of the model, then its disturbances.  Outputs are those of the model; of a
+    plant all states come first, and a model without outputs gives its states.  In discrete time the
+    system has the model's sample time.
+
+    Raises
+    ------
+    ModelError : a name that the model does not have, or a point where it has no value.
+    """
+    import control
+
+    if isinstance(model, Plant):
+        A, B, C, D = _linearised(model, at or {})
+        outputs = _plant_outputs(model)
+        states = [one.name for one in model.states]
+        inputs = [one.name for one in (*model.inputs, *model.disturbances)]
+    else:
+        A, B, C, D = _blended(model, at or {})
+        states = signal_names(model.states)
+        inputs = signal_names((*model.inputs, *model.disturbances))
+        outputs = signal_names(model.outputs) if len(model.outputs) else states
+    step = model.sample_time
+    return control.ss(
+        A, B, C, D, 0 if step is None else step, states=states, inputs=inputs, outputs=outputs
+    )
+
+
+def nonlinear_system(plant: Plant) -> control.NonlinearIOSystem:
+    """Return the plant's own equations as a nonlinear system, SI units.
+
+    States, inputs and disturbances have the plant's names; inputs come first, then disturbances.
+    Outputs are all states, then the plant's outputs.  ``control.input_output_response`` and
+    ``control.interconnect`` take it.
+
+    Raises
+    ------
+    ModelError : a plant behind a blend, whose input is the rate of an effort.
+    """
+    import control
+
+    if plant.blending is not None:
+        raise ModelError(
+            f"{plant.name}: its two actuators stand behind a blend; give the plant as it was "
+            "written, plant.blending.plant"
+        )
+    n = len(plant.states)
+    rate = _numeric(plant, plant.equations)
+    mass = None if plant.mass is None else _numeric(plant, list(plant.mass))
+    read = _numeric(plant, [one.expression for one in _own_outputs(plant)])
+
+    def update(t: float, x: Floats, u: Floats, params: Any) -> Floats:
+        f = rate(x, u)
+        if mass is None:
+            return f
+        return np.asarray(np.linalg.solve(mass(x, u).reshape(n, n), f), dtype=np.float64)
+
+    def output(t: float, x: Floats, u: Floats, params: Any) -> Floats:
+        return np.concatenate([x, read(x, u)])
+
+    return control.nlsys(
+        update,
+        output,
+        name=signal_names([plant.name])[0] or "plant",
+        states=[one.name for one in plant.states],
+        inputs=[one.name for one in (*plant.inputs, *plant.disturbances)],
+        outputs=_plant_outputs(plant),
+        dt=0 if plant.sample_time is None else plant.sample_time,
+    )
+
+
+def _own_outputs(plant: Plant) -> list[Output]:
+    """Return the outputs that are not a state of the same name, which is an output anyway."""
+    states = {one.name: one.symbol for one in plant.states}
+    return [one for one in plant.outputs if states.get(one.name) != one.expression]
+
+
+def _plant_outputs(plant: Plant) -> list[str]:
+    """Return states, then outputs; an output that is called as a state gets ``_output``."""
+    states = [one.name for one in plant.states]
+    return states + [
+        f"{one.name}_output" if one.name in states else one.name for one in _own_outputs(plant)
+    ]
+
+
+def _symbols(plant: Plant) -> list[sp.Symbol]:
+    return [one.symbol for one in (*plant.states, *plant.inputs, *plant.disturbances)]
+
+
+def _numeric(plant: Plant, rows: Sequence[Any]) -> Callable[[Floats, Floats], Floats]:
+    """Return (x, (u, w)) -> the values of expressions, parameters put in."""
+    import sympy as sp
+
+    values = {s: sp.Rational(v.numerator, v.denominator) for s, v in plant.values.items()}
+    found = [sp.sympify(row).subs(values) for row in rows]
+    compute = sp.lambdify(_symbols(plant), found, modules=["scipy", "numpy"])
+
+    def value(x: Floats, u: Floats) -> Floats:
+        return np.array(compute(*map(float, x), *map(float, u)), dtype=np.float64)
+
+    return value
+
+
+def _linearised(plant: Plant, at: Mapping[str, float]) -> tuple[Floats, Floats, Floats, Floats]:
+    import sympy as sp
+
+    known = {one.name: float(one.rest) for one in plant.variables}
+    _require_names(at, known)
+    point = np.array([(known | dict(at))[one.name] for one in _ordered(plant)])
+    n = len(plant.states)
+    x, u = point[:n], point[n:]
+    symbols = _symbols(plant)
+    f = sp.Matrix(list(plant.equations))
+    outputs = sp.Matrix([one.expression for one in _own_outputs(plant)])
+
+    def there(matrix: sp.Matrix) -> Floats:
+        return _numeric(plant, list(matrix))(x, u).reshape(matrix.shape)
+
+    J = there(f.jacobian(symbols))
+    if plant.mass is not None:
+        M = there(plant.mass)
+        rate = np.linalg.solve(M, there(f).ravel())
+        for k in range(n):
+            J[:, k] -= there(plant.mass.diff(symbols[k])) @ rate
+        J = np.asarray(np.linalg.solve(M, J), dtype=np.float64)
+    read = there(outputs.jacobian(symbols)) if len(outputs) else np.zeros((0, len(point)))
+    if not (np.all(np.isfinite(J)) and np.all(np.isfinite(read))):
+        raise ModelError(f"{plant.name} has no linearisation at {known | dict(at)}")
+    C = np.vstack([np.eye(n), read[:, :n]])
+    D = np.vstack([np.zeros((n, len(u))), read[:, n:]])
+    return J[:, :n], J[:, n:], C, D
+
+
+def _ordered(plant: Plant) -> Sequence[Any]:
+    return (*plant.states, *plant.inputs, *plant.disturbances)
+
+
+def _blended(model: TSModel, at: Mapping[str, float]) -> tuple[Floats, Floats, Floats, Floats]:
+    labels = (*model.states, *model.inputs, *model.disturbances)
+    known = dict.fromkeys((label.split(" [")[0] for label in labels), 0.0)
+    _require_names(at, known)
+    if model.premises:
+        h = model.memberships(model.premise_values(**(known | dict(at))))
+    elif len(model.rules) == 1:
+        h = np.ones(1)
+    else:
+        raise ModelError(
+            f"{model.name}: its vertices have no premises, so no point has a linear system; take "
+            "one vertex, control.ss(model.A[0], model.B[0], ...)"
+        )
+
+    def mixed(matrices: Floats) -> Floats:
+        return np.asarray(np.tensordot(h, matrices, axes=1), dtype=np.float64)
+
+    A, B = mixed(model.A), np.hstack([mixed(model.B), mixed(model.E)])
+    if not len(model.outputs):
+        return A, B, np.eye(len(A)), np.zeros((len(A), B.shape[1]))
+    C, D = mixed(model.C), mixed(model.D)
+    return A, B, C, np.hstack([D, np.zeros((len(C), B.shape[1] - D.shape[1]))])
+
+
+def _require_names(given: Mapping[str, float], known: Mapping[str, float]) -> None:
+    for name, value in given.items():
+        if name not in known:
+            raise ModelError(
+                f"at: {name!r} was given; the model has {', '.join(known)}"
+                f"{did_you_mean(name, list(known))}"
+            )
+        if not np.isfinite(value):
+            raise ModelError(f"at: {name} = {value!r} was given; a finite value is needed")

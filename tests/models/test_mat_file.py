@@ -1,0 +1,77 @@
+"""Vertices from a MAT-file, in every shape that MATLAB writes, and files that are none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from takagi.models import ModelError, load_ts_model
+
+rng = np.random.default_rng(5)
+
+
+def stored(folder: Path, **content: Any) -> Path:
+    savemat(folder / "model.mat", content)
+    return folder / "model.mat"
+
+
+@pytest.mark.parametrize(("n", "m", "r"), [(2, 1, 3), (3, 2, 2), (1, 1, 4), (2, 1, 1), (2, 2, 2)])
+def test_vertices_come_back(n: int, m: int, r: int, tmp_path: Path) -> None:
+    A, B = rng.standard_normal((r, n, n)), rng.standard_normal((r, n, m))
+    path = stored(tmp_path, A=np.moveaxis(A, 0, 2), B=np.moveaxis(B, 0, 2))
+    model = load_ts_model(path)
+    np.testing.assert_array_equal(model.A, A)
+    np.testing.assert_array_equal(model.B, B)
+    assert model.sample_time is None
+
+
+def test_a_matrix_without_rules_is_the_same_in_every_rule(tmp_path: Path) -> None:
+    A, B, C = rng.standard_normal((2, 2, 3)), np.array([[0.0], [1.0]]), np.array([[1.0, 0.0]])
+    model = load_ts_model(stored(tmp_path, A=A, B=B, C=C, sample_time=0.5))
+    for k in range(3):
+        np.testing.assert_array_equal(model.A[k], A[:, :, k])
+        np.testing.assert_array_equal(model.B[k], B)
+        np.testing.assert_array_equal(model.C[k], C)
+    assert model.sample_time == 0.5
+
+
+def test_a_struct_as_the_export_writes_it(tmp_path: Path) -> None:
+    A = rng.standard_normal((2, 2, 3))
+    content = {"A": A, "B": np.ones((2, 1, 3)), "sample_time": [], "name": "x"}
+    model = load_ts_model(stored(tmp_path, takagi=content))
+    np.testing.assert_array_equal(model.A[2], A[:, :, 2])
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        ({"B": np.ones((2, 1))}, "has no A"),
+        ({"A": np.ones((2, 3, 4))}, r"A has shape \(2, 3, 4\)"),
+        ({"A": np.full((2, 2, 2), np.nan)}, "A has a number that is not finite"),
+        (
+            {"A": np.ones((2, 2, 2)), "B": np.ones((3, 1, 2))},
+            r"B has shape \(3, 2\); .* \(2, m, 2\) is needed",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_told(content: dict[str, Any], told: str, tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match=told):
+        load_ts_model(stored(tmp_path, **content))
+
+
+def test_files_that_are_none(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match="cannot be read"):
+        load_ts_model(tmp_path / "nowhere.mat")
+    text = tmp_path / "text.mat"
+    text.write_text("A = [1 2; 3 4]\n" * 20, encoding="utf-8")
+    with pytest.raises(ModelError, match="MAT-file"):
+        load_ts_model(text)
+    newer = tmp_path / "newer.mat"
+    head = b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(400)
+    newer.write_bytes(head)
+    with pytest.raises(ModelError, match="version 7.3"):
+        load_ts_model(newer)
