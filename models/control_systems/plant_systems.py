@@ -16,10 +16,13 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.control_systems.names import signal_names
+from takagi.models.control_systems.turbine_systems import turbine_statespace, turbine_system
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Output
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant
 from takagi.models.ts.model import TSModel
+from takagi.models.turbine.data import Turbine
 
 if TYPE_CHECKING:
     import control
@@ -29,15 +32,17 @@ __all__ = ["nonlinear_system", "statespace"]
 
 
 def statespace(
-    model: Plant | TSModel, *, at: Mapping[str, float] | None = None
+    model: Plant | TSModel | Turbine | SimulatedTurbine, *, at: Mapping[str, float] | None = None
 ) -> control.StateSpace:
     """Return the linear system at an operating point, with named states, inputs and outputs.
 
     Parameters
     ----------
-    model : a plant (``load_plant``), or a Takagi-Sugeno model.
+    model : a plant (``load_plant``), a Takagi-Sugeno model, or a turbine: the plant of its design,
+        or a ``SimulatedTurbine`` with drive, tower and torsion.
     at : values of states, inputs and disturbances by name, SI; those left out are at their rest.
-        Of a Takagi-Sugeno model they are deviations from it, as its states are.
+        Of a Takagi-Sugeno model they are deviations from it, as its states are.  Of a turbine it
+        is the wind alone, whose trim is taken: ``at={"wind": 12.0}``.
 
     Inputs are those of the model, then its disturbances.  Outputs are those of the model; of a
     plant all states come first, and a model without outputs gives its states.  In discrete time the
@@ -49,6 +54,13 @@ def statespace(
     """
     import control
 
+    if isinstance(model, Turbine | SimulatedTurbine):
+        given = dict(at or {})
+        if set(given) != {"wind"}:
+            raise ModelError(
+                f"at = {given} was given; a turbine needs its wind alone, at={{'wind': 12.0}}"
+            )
+        return turbine_statespace(_simulated(model), float(given["wind"]))
     if isinstance(model, Plant):
         A, B, C, D = _linearised(model, at or {})
         outputs = _plant_outputs(model)
@@ -65,8 +77,11 @@ def statespace(
     )
 
 
-def nonlinear_system(plant: Plant) -> control.NonlinearIOSystem:
+def nonlinear_system(plant: Plant | Turbine | SimulatedTurbine) -> control.NonlinearIOSystem:
     """Return the plant's own equations as a nonlinear system, SI units.
+
+    Of a turbine see ``turbine_system``: the plant of its design, or all that a ``SimulatedTurbine``
+    has.
 
     States, inputs and disturbances have the plant's names; inputs come first, then disturbances.
     Outputs are all states, then the plant's outputs.  ``control.input_output_response`` and
@@ -78,6 +93,8 @@ def nonlinear_system(plant: Plant) -> control.NonlinearIOSystem:
     """
     import control
 
+    if isinstance(plant, Turbine | SimulatedTurbine):
+        return turbine_system(_simulated(plant))
     if plant.blending is not None:
         raise ModelError(
             f"{plant.name}: its two actuators stand behind a blend; give the plant as it was "
@@ -106,6 +123,10 @@ def nonlinear_system(plant: Plant) -> control.NonlinearIOSystem:
         outputs=_plant_outputs(plant),
         dt=0 if plant.sample_time is None else plant.sample_time,
     )
+
+
+def _simulated(turbine: Turbine | SimulatedTurbine) -> SimulatedTurbine:
+    return turbine if isinstance(turbine, SimulatedTurbine) else design_plant(turbine)
 
 
 def _own_outputs(plant: Plant) -> list[Output]:

@@ -22,7 +22,11 @@ from takagi.models import (
 from takagi.models.laws import Measurement, PdcLaw, SampledLaw
 from takagi.models.plant_files.loader import load_plant
 from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.simulation.dynamics import plant_derivative
+from takagi.models.simulation.turbine_plant import validation_plant
+from takagi.models.turbine import rotor_torque_gradient
 from takagi.models.turbine.loader import load_turbine
+from takagi.models.turbine.trim import trim
 from takagi.reports.loops.plant_motion import plant_rate
 
 PAGE = Path(__file__).parents[3] / "docs" / "python-control.md"
@@ -143,6 +147,61 @@ def test_a_sampled_law_is_a_system_in_discrete_time() -> None:
     found = control.input_output_response(system, 0.02 * np.arange(50), seen.T, start)
     np.testing.assert_allclose(found.outputs.T, wanted, rtol=1e-12)
     assert system.dt == 0.02
+
+
+def test_a_turbine_and_its_law_move_as_in_our_simulation() -> None:
+    """The baseline at a wind that steps: against solve_ivp of the same plant and law."""
+    turbine = load_turbine("nrel5mw")
+    plant, law = validation_plant(turbine), BaselineLaw(turbine)
+    start, point = plant.initial_state(15.0)
+    inner = law.initial_state(15.0)
+    n = len(start)
+
+    def rate(t: float, z: Any) -> Any:
+        seen = Measurement(z[0], z[1], 16.0)
+        sent = law.command(z[n:], seen)
+        moved = plant_derivative(plant, z[:n].tolist(), sent.torque, sent.pitch, 16.0)
+        return np.concatenate([moved, law.state_rate(z[n:], seen)])
+
+    time = np.linspace(0, 5, 11)
+    both = np.concatenate([start, inner])
+    ours = solve_ivp(rate, (0, 5), both, t_eval=time, method="DOP853", rtol=1e-9, atol=1e-11)
+    loop = control.interconnect(
+        [nonlinear_system(plant), law_system(law)],
+        connections=[
+            ["turbine.torque", "law.torque"],
+            ["turbine.pitch_reference", "law.pitch_reference"],
+            ["law.rotor_speed", "turbine.rotor_speed"],
+            ["law.pitch", "turbine.pitch"],
+        ],
+        inplist=[["turbine.wind", "law.wind_estimate"]],
+        inputs=["wind"],
+        outlist=["turbine.rotor_speed", "turbine.pitch"],
+        check_unused=False,
+    )
+    options = {"rtol": 1e-9, "atol": 1e-11}
+    found = control.input_output_response(loop, time, 16.0, both, solve_ivp_kwargs=options)
+    np.testing.assert_allclose(found.outputs[0], ours.y[0], rtol=1e-6)
+    np.testing.assert_allclose(found.outputs[1], ours.y[1], atol=1e-6)
+
+
+@pytest.mark.parametrize("wind", [8.0, 11.4, 18.0])
+def test_a_turbine_s_slopes_are_those_of_its_tables(wind: float) -> None:
+    """dT_r over speed, pitch and wind: the exact derivatives of the spline, over the inertia."""
+    turbine = load_turbine("nrel5mw")
+    linear = statespace(turbine, at={"wind": wind})
+    point = trim(turbine, wind)
+    slopes = rotor_torque_gradient(turbine, point.rotor_speed, point.pitch, wind)
+    by_speed, by_pitch, by_wind = (float(one) / turbine.inertia for one in slopes)
+    assert linear.A[0, 0] == pytest.approx(by_speed, rel=1e-5, abs=1e-7)
+    assert linear.A[0, 1] == pytest.approx(by_pitch, rel=1e-4)
+    assert linear.B[0, 2] == pytest.approx(by_wind, rel=1e-5)
+    assert linear.B[0, 0] == pytest.approx(-turbine.gear_ratio / turbine.inertia, rel=1e-6)
+    assert linear.B[1, 1] == pytest.approx(1 / turbine.pitch_time_constant, rel=1e-6)
+    with pytest.raises(ModelError, match="a turbine needs its wind alone"):
+        statespace(turbine)
+    with pytest.raises(ModelError, match="wind = 40"):
+        statespace(turbine, at={"wind": 40.0})
 
 
 def test_misuse_is_told() -> None:
