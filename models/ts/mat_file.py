@@ -35,7 +35,8 @@ def load_ts_model(path: str | Path) -> TSModel:
     from scipy.io import loadmat
 
     try:
-        content: Mapping[str, Any] = loadmat(path, simplify_cells=True)
+        # Axes of length one are kept: without them a shared B (n, m) is not told from (n, 1, r).
+        content: Mapping[str, Any] = loadmat(path)
     except NotImplementedError as error:
         raise ModelError(
             f"{path}: a MAT-file of version 7.3 cannot be read; save it with save('-v7', ...)"
@@ -44,11 +45,13 @@ def load_ts_model(path: str | Path) -> TSModel:
         raise ModelError(f"{path}: cannot be read ({error.strerror or error})") from error
     except (ValueError, TypeError) as error:
         raise ModelError(f"{path}: no MAT-file ({error})") from error
-    found = content.get("takagi", content)
-    if not isinstance(found, Mapping) or "A" not in found:
+    found = _members(content.get("takagi", content))
+    if "A" not in found:
         raise ModelError(f"{path}: has no A (n, n, r), the vertices of x' = A x + B u")
     matrices = _matrices(found, str(path))
-    time = np.atleast_1d(np.asarray(found.get("sample_time", []), dtype=np.float64))
+    time = _real(found.get("sample_time", np.zeros(0)), "sample_time", str(path)).ravel()
+    if time.size > 1:
+        raise ModelError(f"{path}: sample_time has {time.size} numbers; one is needed, or none")
     step = float(time[0]) if time.size else None
     return TSModel(
         matrices["A"],
@@ -60,52 +63,56 @@ def load_ts_model(path: str | Path) -> TSModel:
     )
 
 
+def _members(found: Any) -> Mapping[str, Any]:
+    """Return the variables of a file, or the members of its struct; nothing of anything else."""
+    if isinstance(found, Mapping):
+        return found
+    if found.dtype.names is None or found.size != 1:
+        return {}
+    return {name: found[name].item() for name in found.dtype.names}
+
+
+def _real(value: Any, name: str, path: str) -> Floats:
+    """Return real numbers; a sparse matrix becomes a full one."""
+    full = np.asarray(value.toarray() if hasattr(value, "toarray") else value)
+    if full.dtype.kind not in "fiub":
+        raise ModelError(f"{path}: {name} is of type {full.dtype}; real numbers are needed")
+    return full.astype(np.float64)
+
+
 def _matrices(found: Mapping[str, Any], path: str) -> dict[str, Floats]:
-    """Return the matrices as (r, rows, columns); scipy drops axes of length one."""
-    A = np.asarray(found["A"], dtype=np.float64)
-    if A.ndim == 0:
-        A = A.reshape(1, 1)
+    """Return the matrices as (r, rows, columns)."""
+    A = _real(found["A"], "A", path)
     n = A.shape[0]
-    if A.ndim == 1:
-        # One state: the axis is that of the rules.
-        n, A = 1, A.reshape(1, 1, -1)
-    if A.ndim not in (2, 3) or A.shape[1] != n:
+    if A.ndim not in (2, 3) or A.shape[1] != n or n == 0:
         raise ModelError(f"{path}: A has shape {A.shape}; (n, n, r) is needed")
-    A = A if A.ndim == 3 else A[:, :, None]
-    r = A.shape[2]
+    r = A.shape[2] if A.ndim == 3 else 1
     sizes: dict[str, int] = {"n": n}
     made = {"A": A}
     for letter, (rows, columns) in SHAPES.items():
         if letter not in found:
             continue
-        value = np.asarray(found[letter], dtype=np.float64)
-        made[letter] = _shaped(value, (sizes.get(rows), sizes.get(columns)), r, letter, path)
-        sizes |= {rows: made[letter].shape[0], columns: made[letter].shape[1]}
+        made[letter] = value = _real(found[letter], letter, path)
+        wanted = (sizes.get(rows, rows), sizes.get(columns, columns), r)
+        if value.ndim not in (2, 3) or any(
+            isinstance(size, int) and size != given
+            for size, given in zip(wanted, value.shape, strict=False)
+        ):
+            told = ", ".join(map(str, wanted))
+            raise ModelError(
+                f"{path}: {letter} has shape {value.shape}; with A of {r} rules ({told}) is "
+                "needed, or without the rules"
+            )
+        sizes |= {rows: value.shape[0], columns: value.shape[1]}
     for letter, value in made.items():
         if not np.all(np.isfinite(value)):
             raise ModelError(f"{path}: {letter} has a number that is not finite")
+    full = {
+        letter: value if value.ndim == 3 else value[:, :, None] for letter, value in made.items()
+    }
     return {
         letter: np.ascontiguousarray(
             np.moveaxis(np.broadcast_to(value, (*value.shape[:2], r)), 2, 0)
         )
-        for letter, value in made.items()
+        for letter, value in full.items()
     }
-
-
-def _shaped(
-    value: Floats, sizes: tuple[int | None, int | None], r: int, letter: str, path: str
-) -> Floats:
-    """Return (rows, columns, r) or (rows, columns, 1) from what is left of such an array."""
-    rows, columns = sizes
-    for last in (r, 1):
-        for height in (rows,) if rows is not None else (1, value.size // last or 1):
-            width = columns if columns is not None else value.size // (last * (height or 1))
-            shape = (height or 1, width, last)
-            if value.size == np.prod(shape) and [k for k in shape if k != 1] == [
-                k for k in value.shape if k != 1
-            ]:
-                return value.reshape(shape)
-    raise ModelError(
-        f"{path}: {letter} has shape {value.shape}; with A of {r} rules and {rows or 'p'} rows "
-        f"({rows or 'p'}, {columns or 'm'}, {r}) is needed, or without the rules"
-    )

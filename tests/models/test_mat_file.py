@@ -39,6 +39,17 @@ def test_a_matrix_without_rules_is_the_same_in_every_rule(tmp_path: Path) -> Non
     assert model.sample_time == 0.5
 
 
+@pytest.mark.parametrize("n", [2, 3])
+def test_a_shared_matrix_with_as_many_columns_as_rules_is_not_taken_for_rules(
+    n: int, tmp_path: Path
+) -> None:
+    A, B, C = rng.standard_normal((n, n, n)), rng.standard_normal((n, n)), np.eye(n)
+    model = load_ts_model(stored(tmp_path, A=A, B=B, C=C))
+    for k in range(n):
+        np.testing.assert_array_equal(model.B[k], B)
+        np.testing.assert_array_equal(model.C[k], C)
+
+
 def test_a_struct_as_the_export_writes_it(tmp_path: Path) -> None:
     A = rng.standard_normal((2, 2, 3))
     content = {"A": A, "B": np.ones((2, 1, 3)), "sample_time": [], "name": "x"}
@@ -51,10 +62,16 @@ def test_a_struct_as_the_export_writes_it(tmp_path: Path) -> None:
     [
         ({"B": np.ones((2, 1))}, "has no A"),
         ({"A": np.ones((2, 3, 4))}, r"A has shape \(2, 3, 4\)"),
+        ({"A": np.ones((2, 1))}, r"A has shape \(2, 1\)"),
+        ({"A": np.ones((2, 2)) * 1j}, "A is of type complex128; real numbers are needed"),
+        ({"A": "abc"}, "A is of type <U3; real numbers are needed"),
+        ({"A": np.eye(2), "sample_time": "x"}, "sample_time is of type"),
+        ({"A": np.eye(2), "sample_time": [0.1, 0.2]}, "sample_time has 2 numbers"),
+        ({"takagi": np.eye(2)}, "has no A"),
         ({"A": np.full((2, 2, 2), np.nan)}, "A has a number that is not finite"),
         (
             {"A": np.ones((2, 2, 2)), "B": np.ones((3, 1, 2))},
-            r"B has shape \(3, 2\); .* \(2, m, 2\) is needed",
+            r"B has shape \(3, 1, 2\); .* \(2, m, 2\) is needed",
         ),
     ],
 )
