@@ -142,7 +142,9 @@ def _code(
     require_folder_place(out)
     found = exported(to, program, settings)
     write_folder(out, found.files)
-    print(f"{out}: {program.name}, {len(found.files)} files, certificate {program.verdict}")
+    print(f"{out}: {program.name}, {len(found.files)} files")
+    # The file's own word: neither the proof nor its numbers are read here.
+    print(f"  verdict that the gain file names: {program.verdict}; `takagi check` reads the proof")
     width = max(map(len, found.use)) + 2
     for name, line in found.use.items():
         print(f"  {name:<{width}}{line}")

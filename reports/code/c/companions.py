@@ -199,7 +199,8 @@ reads the decimals and formulas back out of `{word}.c` and compares them with th
     origin = "decimals of the gain file" if program.hashes else "figures of the turbine's file"
     return f"""# {program.name}, in C99
 
-Certificate: {program.verdict}. The numbers in `{word}.c` are the {origin}, in {settings.precision}.
+Verdict that the gain file names: {program.verdict}.
+The numbers in `{word}.c` are the {origin}, in {settings.precision}.
 
     cc -std=c99 -O2 -ffp-contract=off {word}.c {word}_test.c -lm -o {word}_test && ./{word}_test
     cc -std=c99 -O2 -ffp-contract=off {word}.c {word}_example.c -lm -o {word}_example

@@ -140,7 +140,7 @@ def _opening(
  * Written by takagi; {origin}.
  * Programs: {comment(programs)}
  * Numbers: {settings.precision}; starts with {time} s
- * Certificate: {comment(program.verdict)}
+ * Verdict that the gain file names: {comment(program.verdict)}
 {bound} */
 """
 

@@ -66,7 +66,8 @@ def _page(program: ControllerProgram, word: str, time: Decimal) -> str:
         [
             f"# {program.name} in MATLAB",
             "",
-            f"Certificate: {program.verdict}. The numbers are those of the gain file.",
+            f"Verdict that the gain file names: {program.verdict}.",
+            "The numbers are those of the gain file.",
             "",
             "```matlab",
             f"state = {word}_start();",

@@ -98,7 +98,8 @@ class _Block:
         body = self._body()
         program = self.program
         yield f"(* {_told(program.name, '')}: the law of its gain file, IEC 61131-3."
-        yield f"   Certificate: {program.verdict}; gains {program.hashes.get('gains', '-')}"
+        yield f"   Verdict that the gain file names: {program.verdict}"
+        yield f"   Gains {program.hashes.get('gains', '-')}"
         yield "   Numbers are those of the gain file. SI units, angles in rad. *)"
         yield f"FUNCTION_BLOCK FB_{file_word(program.plant).upper()}"
         yield "VAR_INPUT"
@@ -286,8 +287,8 @@ def _page(program: ControllerProgram, word: str) -> str:
         [
             f"# {block}: {program.name}",
             "",
-            f"Certificate: {program.verdict}. Written by `takagi export`; the numbers are those of "
-            "the gain file.",
+            f"Verdict that the gain file names: {program.verdict}. Written by `takagi export`; "
+            "the numbers are those of the gain file.",
             "",
             f"Import `{word}.st`, declare `controller : {block};`, and call it once in every "
             "sample:",
