@@ -9,8 +9,6 @@ from importlib import import_module
 from takagi.cli.errors import MISUSE, guard
 from takagi.cli.verb_table import VERBS
 
-__all__ = ["main"]
-
 _INTRODUCTION = """\
 Usage: takagi VERB [OPTIONS] ...
 

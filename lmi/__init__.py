@@ -79,7 +79,7 @@ if TYPE_CHECKING:
     from takagi.lmi.refutation.refutation import exact_no, rigorous_no
     from takagi.lmi.relaxation_result import RelaxationResult, Rung
     from takagi.lmi.sums.corner_rules import ProductRules, product_rules
-    from takagi.lmi.sums.double_sum import DoubleSum, Fixed, KnownBlock, Part, SumPart
+    from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
     from takagi.lmi.sums.membership_shape import (
         neighbouring_rules,
         product_bounds,
@@ -88,6 +88,7 @@ if TYPE_CHECKING:
     )
     from takagi.lmi.sums.relaxation_sizes import RelaxationSize, relaxation_size
     from takagi.lmi.sums.relaxations import relaxation_named
+    from takagi.lmi.sums.summands import KnownBlock, SumPart
     from takagi.lmi.varying.constant_parameters import (
         polynomial_lyapunov,
         polynomial_lyapunov_condition,

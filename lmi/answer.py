@@ -14,8 +14,6 @@ from takagi.lmi.relaxation_result import RelaxationResult
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["Answer", "Design", "Status", "Try"]
-
 Status: TypeAlias = Literal["candidate", "infeasible", "unknown"]
 
 

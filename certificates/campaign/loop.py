@@ -15,8 +15,6 @@ from takagi.certificates.campaign.spline_patches import Patches, spline_patches
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["PEAKS", "CertifiedLoop", "certified_loop"]
-
 KIND = "coherent-loop"
 PEAKS = ("speed_error", "effort_lag", "speed_signal", "integral")
 # The order of the rows of ``CertifiedLoop.tables``.

@@ -24,8 +24,6 @@ from takagi.certificates.campaign.trial_plant import TrialCommand, TrialLaw, Tri
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["effort_sharing_trial", "published_trial"]
-
 # Smaller steps give a secant over this width around the midpoint [rad/s, rad].
 STEPS = (1e-4, 1e-4)
 

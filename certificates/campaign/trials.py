@@ -20,8 +20,6 @@ from numpy.typing import NDArray
 from takagi.certificates.campaign.trial_plant import TrialLaw, TrialRotor, advance
 from takagi.models.arrays import Floats
 
-__all__ = ["CYCLES", "DISTURBANCES", "LOST", "STAYS", "Disturbance", "TrialOutcome", "tried"]
-
 Codes = NDArray[np.int64]
 
 STAYS, CYCLES, LOST = 0, 1, 2

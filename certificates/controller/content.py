@@ -9,8 +9,6 @@ from takagi.certificates.checker.controller.content import file_content
 from takagi.certificates.checker.kernel.reader import Number, digest
 from takagi.certificates.document.certificate_file import as_read
 
-__all__ = ["bound", "gain_file_of", "plain"]
-
 # The first members of the file; the others keep their order.
 ORDER = ("format", "version", "name", "turbine", "plant", "units", "law", "states", "inputs")
 LAST = ("language", "programs", "rotor", "tables", "certificate")

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from takagi.models.plant.variables import Variable
     from takagi.models.ts.model import TSModel
 
-__all__ = ["plant_members"]
-
 
 def plant_members(
     plant: Plant,

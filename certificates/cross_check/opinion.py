@@ -37,17 +37,6 @@ from takagi.certificates.cross_check.loop import (
 from takagi.certificates.cross_check.loop.loop import VertexLoop
 from takagi.certificates.cross_check.plant.model_loop import read_loop
 
-__all__ = [
-    "CONTAINING",
-    "LOOPS",
-    "NOT_REPLAYED",
-    "Opinion",
-    "claims_of",
-    "judge",
-    "judge_document",
-    "obligations",
-]
-
 NOT_REPLAYED = "NOT REPLAYED"
 FORMAT, VERSION = "takagi-certificate", 1
 LOOPS: dict[str, Callable[[Any, VertexLoop], Obligations]] = {

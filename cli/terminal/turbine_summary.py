@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.reports.loops.overlap_claims import OverlapClaim
 
-__all__ = ["as_data", "as_text", "claims_as_data", "claims_as_text", "next_commands"]
-
 
 def as_data(design: TurbineDesign) -> dict[str, Any]:
     """Return the summary as plain data: verdict, claims, and for the coherent law its numbers."""

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
     from takagi.reports.baseline import CertificateComparison
 
-__all__ = ["certify", "run"]
-
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""

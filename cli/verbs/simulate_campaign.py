@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from takagi.models.turbine.loader import TurbineFile
     from takagi.reports.campaign.folder import CampaignReport
 
-__all__ = ["campaign_options", "simulate_campaign", "without_campaign"]
-
 RUNS, RUNS_BEYOND = 10_000, 2000
 _WIDTH = 100  # in a pipe or a file there is no terminal to fit into
 _DRAWING = 0.97

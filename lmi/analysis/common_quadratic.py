@@ -26,15 +26,14 @@ from takagi.lmi.argument_checks import (
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, state_units
-from takagi.lmi.decision.decide import Outcome
 from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.decision.vertex_rounds import CHUNK, decide_by_rounds
 from takagi.lmi.solver.time_limit import limited, out_of_time
 from takagi.models.arrays import Floats
-
-__all__ = ["common_lyapunov", "common_lyapunov_condition", "rate_of"]
 
 
 def common_lyapunov_condition(

@@ -22,11 +22,10 @@ import numpy as np
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.loop_growth import EnlargedLoops
 from takagi.lmi.argument_checks import number
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, nearest_power
 from takagi.models.arrays import Floats
-
-__all__ = ["box_enlargement_condition", "growth_allowed"]
 
 
 def box_enlargement_condition(

@@ -21,19 +21,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from takagi.lmi.analysis.common_quadratic import common_lyapunov
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import optimise
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
-
-__all__ = [
-    "Ellipsoid",
-    "decay_rates",
-    "invariant_ellipsoid",
-    "invariant_ellipsoid_condition",
-    "largest_scale",
-    "slacks",
-]
 
 Groups = Indices
 

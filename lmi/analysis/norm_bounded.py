@@ -42,14 +42,14 @@ from takagi.lmi.argument_checks import (
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
 from takagi.lmi.condition.uncertainty import Uncertainty, UncertaintyBlock, blocks_of
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power, state_units
-from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.solver.time_limit import limited
-
-__all__ = ["robust_lyapunov", "robust_lyapunov_condition"]
 
 
 def robust_lyapunov_condition(

@@ -12,15 +12,15 @@ from takagi.lmi.analysis.loop_pairs import gain_stack, of_pairs, pairs_of
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, input_stack, sample_time_of, vertex_stack
 from takagi.lmi.condition.region import EigenvalueRegion, RegionPart
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-
-__all__ = ["coefficient_latex", "d_stability", "d_stability_condition", "region_weight"]
 
 
 def d_stability_condition(model: Vertices, region: EigenvalueRegion) -> Condition:

@@ -24,11 +24,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import decide
 from takagi.models.arrays import Floats
-
-__all__ = ["SampledFunction", "sampled_loop_condition", "sampled_function"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -22,8 +22,6 @@ from numpy.typing import ArrayLike
 from takagi.lmi.condition.term import Array
 from takagi.models.errors import ModelError
 
-__all__ = ["NormBounded", "Uncertainty", "blocks_of"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NormBounded:

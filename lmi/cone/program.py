@@ -11,8 +11,6 @@ import scipy.sparse as sp
 from takagi.lmi.cone.assemble import Assembled, Cone
 from takagi.models.arrays import Floats
 
-__all__ = ["ConeProgram", "Raw", "SolverRow", "cone_program"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SolverRow:

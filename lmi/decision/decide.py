@@ -21,10 +21,11 @@ from dataclasses import replace
 import numpy as np
 
 from takagi.lmi.answer import Try
-from takagi.lmi.condition.evaluate import SMALLEST_MARGIN, holds, margin
+from takagi.lmi.condition.evaluate import holds, margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import Assembled, assemble, pack
 from takagi.lmi.cone.duality import least_objective_bound
+from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program
 from takagi.lmi.decision.answer_check import exactly_judged, judged, says_no, values_of
 from takagi.lmi.decision.outcome import (
     Outcome,
@@ -35,21 +36,8 @@ from takagi.lmi.decision.outcome import (
     objective_at,
     promised,
 )
-from takagi.lmi.solver.solve import (
-    ConeProgram,
-    Raw,
-    Session,
-    SolverRow,
-    again,
-    attempts,
-    cone_program,
-    quick,
-    rescaled,
-)
+from takagi.lmi.solver.solve import Session, again, attempts, quick, rescaled
 from takagi.lmi.solver.time_limit import limited
-
-__all__ = ["SMALLEST_MARGIN", "Outcome", "decide", "improve", "optimise"]
-
 
 # Solvers that are asked where none of their multipliers shows a no, though the bound says one.
 DOUBTFUL = 3

@@ -11,18 +11,6 @@ from takagi.lmi.answer import Status, Try
 from takagi.lmi.condition.term import Condition
 from takagi.models.arrays import Floats
 
-__all__ = [
-    "Outcome",
-    "better",
-    "concluded",
-    "measured",
-    "not_least",
-    "nothing",
-    "objective_at",
-    "promised",
-]
-
-
 # How far above its bound an objective may be to pass for the least, relative, where less was asked
 # for: the bound is good to the solver's accuracy only.
 NEAR = 1e-3

@@ -13,8 +13,6 @@ from takagi.lmi.condition.term import Array
 from takagi.models import Premise, TSModel
 from takagi.models.errors import ModelError
 
-__all__ = ["on_smaller_box", "with_narrower_premise"]
-
 STACKS = ("A", "B", "C", "D", "E")
 
 

@@ -20,8 +20,6 @@ from takagi.lmi.cone.assemble import Assembled, assemble, pack
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["WORST", "ParameterPencil", "Values", "allowed_value"]
-
 Values = Mapping[str, Floats]
 
 # Share of an LMI's own weight that is added to G, so that x stays inside where G is singular.

@@ -22,9 +22,6 @@ from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.cone.program import ConeProgram, Raw
 from takagi.models.arrays import Floats
 
-__all__ = ["Scaling", "scaling_of"]
-
-
 # How far the scales of LMIs, and those of variables, may lie apart.
 FARTHEST = 2.0**40
 

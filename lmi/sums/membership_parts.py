@@ -14,12 +14,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from takagi.lmi.condition.term import Unknown
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import SumPart
 from takagi.models.arrays import Floats, Indices
-
-__all__ = ["double_sums", "rate_parts", "rule_table", "swapped_rules"]
 
 
 def rule_table(rules: int, by: str, members: Indices | None = None) -> Indices:

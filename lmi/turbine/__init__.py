@@ -16,15 +16,8 @@ if TYPE_CHECKING:
     from takagi.lmi.turbine.one_step.design import OneStepDesign, effort_loop_reach, one_step_gains
     from takagi.lmi.turbine.one_step.loop_of_gains import LoopFamily, LoopOfGains
     from takagi.lmi.turbine.one_step.objective import Objective
-    from takagi.lmi.turbine.regional import (
-        FULL_LOAD,
-        PARTIAL_LOAD,
-        RegionalGains,
-        RegionGains,
-        Requirement,
-        region_gains,
-        regional_gains,
-    )
+    from takagi.lmi.turbine.region_request import FULL_LOAD, PARTIAL_LOAD, Requirement
+    from takagi.lmi.turbine.regional import RegionalGains, RegionGains, region_gains, regional_gains
     from takagi.lmi.turbine.regional_condition import ActuatorBound, regional_gain_condition
 
 __all__ = [

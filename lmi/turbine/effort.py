@@ -30,8 +30,6 @@ from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["EffortDesign", "EffortSettings", "effort_gains"]
-
 CURVE_POINTS = 25
 
 

@@ -24,13 +24,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.requirements.limits import initial_lmis, input_lmis, state_lmis
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-
-__all__ = ["ActuatorBound", "regional_gain_condition"]
-
 
 # Largest eigenvalue of Q in scaled states: the ellipsoid may reach this many times (squared) the
 # states' ranges.  It only keeps the unknowns bounded.

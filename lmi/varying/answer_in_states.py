@@ -7,14 +7,13 @@ import numpy as np
 from takagi.lmi.answer import Answer
 from takagi.lmi.condition.shown_rate import shown_rate
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov
 from takagi.lmi.polynomials.simplex_polynomials import Basis
 from takagi.lmi.varying.parameter_loop import VaryingLoop
 from takagi.models.arrays import Floats
-
-__all__ = ["decided_lyapunov", "lyapunov_in_states", "no_lyapunov"]
 
 
 def decided_lyapunov(

@@ -35,10 +35,11 @@ from takagi.lmi.analysis.disturbance.channel import (
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, rate_parameter
 from takagi.lmi.condition.evaluate import lmi_value
-from takagi.lmi.condition.term import LMI, Condition, Term, Unknown
+from takagi.lmi.condition.term import LMI, Condition, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.decision.decide import Outcome, optimise
-from takagi.lmi.decision.outcome import not_least
+from takagi.lmi.decision.decide import optimise
+from takagi.lmi.decision.outcome import Outcome, not_least
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.varying.answer_in_states import decided_lyapunov, lyapunov_in_states, no_lyapunov
@@ -61,8 +62,6 @@ from takagi.lmi.varying.parameter_space import (
 )
 from takagi.lmi.varying.parameter_terms import TermCoefficients
 from takagi.models.arrays import Floats
-
-__all__ = ["robust_hinf_norm", "robust_hinf_norm_condition"]
 
 SOURCE = "Oliveira and Peres (2007); Gahinet and Apkarian (1994)"
 

@@ -15,8 +15,6 @@ from takagi.models.simulation.turbine_plant import SimulatedTurbine
 if TYPE_CHECKING:
     import control
 
-__all__ = ["turbine_statespace", "turbine_system"]
-
 INPUTS = ["torque", "pitch_reference", "wind"]
 # Step of the differences, as a share of the state's or input's size.
 STEP = 1e-5

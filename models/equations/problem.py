@@ -25,8 +25,6 @@ from takagi.models.ranges.domain import Domain
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Problem", "box_in_fractions", "cleaned", "over_box", "problem_of_plant", "rational"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:

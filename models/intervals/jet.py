@@ -11,8 +11,6 @@ from fractions import Fraction
 
 from takagi.models.intervals.interval import Interval
 
-__all__ = ["Jet"]
-
 ZERO = Interval(Fraction(0), Fraction(0))
 
 

@@ -7,8 +7,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
-__all__ = ["DesignEntry", "PlantEntry", "TableEntry", "VariableEntry", "plant_file_schema"]
-
 MAX_EXPONENT = 100
 
 

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.entries import PlantEntry, VariableEntry
 
-__all__ = ["PlantFile", "load_plant", "plant_files"]
-
 Found = TypeVar("Found")
 # Those whose names share one space.
 SECTIONS = ("states", "inputs", "disturbances", "scheduling", "parameters", "tables", "premises")

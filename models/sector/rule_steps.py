@@ -10,8 +10,6 @@ from takagi.models.equations.step import Step
 from takagi.models.ts.premise import Premise
 from takagi.models.ts.vertex_product import VertexProduct
 
-__all__ = ["rule_steps"]
-
 MOST_LISTED = 16  # rules whose corners and vertices are written out
 
 

@@ -36,8 +36,6 @@ from takagi.models.splines.bernstein_coefficients import (
     times_columns,
 )
 
-__all__ = ["ExactSpline", "exact_bounds", "exact_spline", "exact_value"]
-
 MAX_SPLITS = 20_000  # per end; reaching it returns a valid, less tight bound
 
 

@@ -18,8 +18,6 @@ from scipy.interpolate import BSpline
 from takagi.models.arrays import Floats
 from takagi.models.splines.surface import Surface
 
-__all__ = ["ScalarSurface", "patch_coefficients", "scalar_surface"]
-
 DEGREE = 3
 ScalarSurface = Callable[[float, float], float]
 

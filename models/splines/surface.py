@@ -26,8 +26,6 @@ from takagi.models.splines.exact_spline import (
     exact_value,
 )
 
-__all__ = ["DECIMALS", "Surface", "interpolate"]
-
 DECIMALS = 12
 # A point given in other units lands on the edge only up to rounding: 30 deg is 3e-13 rad
 # outside a knot of 12 decimals.  That much is moved to the edge; anything more is refused.

@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["check_unique", "finite_array", "vertex_arrays"]
-
 Names: TypeAlias = tuple[str, ...]
 
 # What the rows and columns of each matrix count.

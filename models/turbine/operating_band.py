@@ -28,9 +28,6 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.torque_slope import Slope, hold, slope_enclosure, slope_gradient
 from takagi.models.turbine.trim import trim
 
-__all__ = ["OperatingBand", "operating_band", "slope_range"]
-
-
 NODE_DECIMALS = 9
 
 

@@ -30,8 +30,6 @@ from takagi.models.turbine.regional_model import (
 from takagi.models.turbine.torque_secants import secant_premise, telescoping_step, torque_symbols
 from takagi.models.turbine.trim import rated_wind, reference_speed
 
-__all__ = ["lowest_wind", "partial_load_model"]
-
 LOWEST_WIND_STEP = 0.05  # m/s
 
 

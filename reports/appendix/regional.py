@@ -19,8 +19,6 @@ from takagi.reports.appendix.tex import (
     with_decimals,
 )
 
-__all__ = ["region_context", "rule_rows", "vertex_lines"]
-
 # How the evidence of a premise names a derivative, and what a reader of formulas expects.
 _DERIVATIVES = {
     r"dT\_r/domega / J": r"$\partial_\omega T_r / J$",

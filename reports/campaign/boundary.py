@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["Boundary", "boundary_csv", "boundary_figure"]
-
 WORDS = {STAYS: "stays", CYCLES: "cycles", LOST: "loses the trim"}
 MARKS = {STAYS: ("o", COLOURS[4]), CYCLES: ("s", COLOURS[5]), LOST: ("X", COLOURS[6])}
 RING = "proved for the first-order drive"

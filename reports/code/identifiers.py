@@ -7,8 +7,6 @@ from collections.abc import Collection, Iterable
 
 from takagi.models.errors import ModelError
 
-__all__ = ["file_word", "identifiers"]
-
 LONGEST = 63  # characters that C99 promises to tell apart
 
 

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["OverlapRow", "overlaps_figure"]
-
 # Narrower than this share of the axis a range could not be seen.
 LEAST_SHARE = 0.014
 # Any: the properties of a patch have as many types as there are of them.

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
     from takagi.models.simulation.history import History
 
-__all__ = ["ResponseLine", "response_figure"]
-
 # quantity: factor to the shown unit, label
 QUANTITIES = {
     "wind": (1.0, "wind\n[m/s]"),

@@ -15,9 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
-__all__ = ["edges", "overlap_map_figure"]
-
-
 HATCH = "////"
 
 

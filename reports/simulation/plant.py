@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import PlantMotion
 
-__all__ = ["PlantSimulation", "corner_starts", "simulate_plant", "simulation_data"]
-__all__ += ["simulation_files"]
-
 Start = tuple[str, Floats]
 # The number of corners of a box doubles with each state.
 MOST_CORNERS = 16

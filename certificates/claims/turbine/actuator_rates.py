@@ -25,8 +25,6 @@ from takagi.certificates.checker.turbine.actuator_rates import (
 from takagi.certificates.checker.turbine.coherent_inputs import Subject
 from takagi.models.intervals.interval import exact
 
-__all__ = ["actuator_rates_claim"]
-
 # Of B found in floating point.
 RESERVE = 1 + 1e-6
 DIGITS = 7

@@ -14,7 +14,6 @@ import numpy as np
 
 from takagi.certificates.checker.words.shown import at_least, at_most
 from takagi.certificates.claims.turbine.largest_wind_error import (
-    SHRINK,
     EffortSharingCandidate,
     RequestedLoops,
     largest_wind_errors,
@@ -29,16 +28,6 @@ from takagi.models.loops.effort_sharing.cells import CellLoop
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
 from takagi.models.turbine.data import Turbine
-
-__all__ = [
-    "DEFAULT_BOX",
-    "DEFAULT_UNCERTAINTY",
-    "EffortSharingCandidate",
-    "SHRINK",
-    "WindClass",
-    "effort_sharing_candidate",
-    "effort_sharing_claim",
-]
 
 Tell = Callable[[str], None]
 

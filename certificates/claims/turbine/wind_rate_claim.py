@@ -24,9 +24,6 @@ from takagi.certificates.checker.turbine.wind_rate import Range, left_behind
 from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import exact
 
-__all__ = ["RateRange", "rate_range", "wind_rate_claim"]
-
-
 # tau_f times the slope of phi is the loss in r. A step of the class gets at most this slope. In
 # wide cells the slope is at least GENTLE, so that only the edge of the cell has a lower rate.
 STEEPEST, GENTLE = 0.3, 0.03

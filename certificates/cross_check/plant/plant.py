@@ -34,8 +34,6 @@ from takagi.certificates.cross_check.plant.expression import (
     value_of,
 )
 
-__all__ = ["TreePlant", "Premise", "Variable", "plant_loop", "read_plant"]
-
 MOST_VARIABLES, MOST_PREMISES, MOST_ENTRIES = 64, 12, 1 << 20
 LETTERS = {
     "A": ("n", "n"),

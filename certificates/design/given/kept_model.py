@@ -37,8 +37,6 @@ if TYPE_CHECKING:
 
     from takagi.models.ts.model import TSModel
 
-__all__ = ["GivenLaw", "law_for"]
-
 # Members that must be those of the plant for any premises.
 SHARED = ("sample_time", "state_names", "input_names", "trim")
 

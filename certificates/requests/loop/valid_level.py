@@ -8,8 +8,6 @@ from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models.arrays import Floats
 
-__all__ = ["box_rows", "input_bounds", "largest_level", "state_halves"]
-
 # The checker decides with numbers as they are written; this much is left for their rounding.
 SPARE = 1e-9
 

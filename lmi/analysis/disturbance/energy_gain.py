@@ -34,11 +34,10 @@ from takagi.lmi.analysis.disturbance.guessed_function import guessed_of_energy
 from takagi.lmi.analysis.disturbance.least_gain import least_gain, motion_of
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
-
-__all__ = ["hinf_norm", "hinf_norm_condition"]
 
 SOURCE = "Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2; Gahinet and Apkarian (1994)"
 

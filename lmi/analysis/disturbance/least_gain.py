@@ -20,8 +20,6 @@ from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, optimise_by_rounds
 from takagi.lmi.decision.outcome import Outcome, not_least, promised
 from takagi.models.arrays import Floats
 
-__all__ = ["Pose", "Shown", "least_gain", "motion_of", "states_of"]
-
 # The condition, of a path in the given units.
 Pose: TypeAlias = Callable[[DisturbanceChannel, ChannelUnits], Condition]
 # The gain that the unknowns show at all vertices, recomputed from them, and P; both in the units

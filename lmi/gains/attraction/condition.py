@@ -17,7 +17,8 @@ import numpy as np
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.loop_pairs import pairs_of
 from takagi.lmi.argument_checks import rate_parameter
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.attraction.request import AttractionRequest
 from takagi.lmi.gains.attraction.saturation import dead_zone_sum, polytope_sums, secant_sums
 from takagi.lmi.gains.attraction.set_size import (
@@ -31,8 +32,6 @@ from takagi.lmi.gains.requirements.limits import input_lmis, row_lmis, state_lmi
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Indices
-
-__all__ = ["attraction_condition"]
 
 # Size of Q, in the states at hand, beyond which an ellipsoid is taken to be unbounded.
 LARGEST = 1e3

@@ -10,24 +10,18 @@ from numpy.typing import ArrayLike
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.loop_pairs import gain_stack
 from takagi.lmi.answer import Answer, Design
-from takagi.lmi.argument_checks import (
-    Vertices,
-    check_stabilisable,
-    input_stack,
-    vertex_stack,
-)
+from takagi.lmi.argument_checks import Vertices, input_stack, vertex_stack
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import balanced_inputs, balanced_states
-from takagi.lmi.decision.decide import Outcome
 from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.gains.attraction.request import AttractionRequest, GivenRegion, attraction_request
 from takagi.lmi.gains.attraction.search import largest_ellipsoid
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.solver.time_limit import limited
+from takagi.lmi.stabilisability import check_stabilisable
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-
-__all__ = ["attraction_ellipsoid", "attraction_pdc"]
 
 
 @limited

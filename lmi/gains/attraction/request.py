@@ -19,8 +19,6 @@ from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError, did_you_mean
 
-__all__ = ["AttractionRequest", "GivenRegion", "attraction_request"]
-
 SATURATIONS = ("secant", "polytope", "dead-zone")
 # Rows of a rate limit, one LMI each, that are still listed.
 MOST_ROWS = 20_000

@@ -17,8 +17,8 @@ from takagi.lmi.answer import Answer, Design, Status
 from takagi.lmi.argument_checks import input_stack, sample_time_of, symmetric, vertex_stack
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import motion, state_units
-from takagi.lmi.decision.decide import Outcome, optimise
-from takagi.lmi.decision.outcome import not_least
+from takagi.lmi.decision.decide import optimise
+from takagi.lmi.decision.outcome import Outcome, not_least
 from takagi.lmi.gains.cost.condition import initial_factor, largest_lmi, lqr_pdc_condition
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import pdc
@@ -26,9 +26,6 @@ from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 from takagi.models.ts.premise import Premise
-
-__all__ = ["lqr_pdc"]
-
 
 # Share of the largest cost that a state is taken to have where it has none.
 LEAST_COST = 1e-8

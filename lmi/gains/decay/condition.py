@@ -17,7 +17,8 @@ from takagi.lmi.argument_checks import (
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion
 from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_unknown
 from takagi.lmi.gains.requirements.limits import (
@@ -30,17 +31,6 @@ from takagi.lmi.gains.requirements.limits import (
 from takagi.lmi.gains.requirements.requirements import Requirements, required_sums
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import Relaxation, relaxation_named
-
-__all__ = [
-    "Controlled",
-    "DoubleSums",
-    "LARGEST_ELLIPSOID",
-    "double_sums",
-    "effort_lmi",
-    "pdc_condition",
-    "size_of_motion",
-    "theta_weight",
-]
 
 
 class Controlled(Protocol):

@@ -10,9 +10,10 @@ from takagi.lmi.answer import Answer, Design
 from takagi.lmi.condition.shown_rate import shown_rate
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import Assembled, assemble
-from takagi.lmi.decision.decide import Outcome, decide, improve
+from takagi.lmi.decision.decide import decide, improve
 from takagi.lmi.decision.diagnosis import binding_items
 from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, decide_by_rounds
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.gains.decay.limited_outcome import (
     EFFORTS,
     LimitedOutcome,
@@ -22,8 +23,6 @@ from takagi.lmi.gains.decay.limited_outcome import (
 from takagi.lmi.gains.decay.request import DecayRequest
 from takagi.lmi.sums.relaxations import Relaxation
 from takagi.models.arrays import Floats
-
-__all__ = ["ANY", "decided", "design_at", "design_of", "rate_shown"]
 
 # A margin below this may be one of unfit units, or of gains held too small.
 SECOND_LOOK = 1e-6

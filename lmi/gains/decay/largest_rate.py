@@ -22,8 +22,6 @@ from takagi.lmi.gains.decay.request import DecayRequest
 from takagi.lmi.solver.solve import Session
 from takagi.lmi.sums.relaxations import Relaxation
 
-__all__ = ["Largest", "design_at_largest", "largest"]
-
 # Relative width of the bracket, and how far below it the gains are designed: at the end itself
 # there is no margin left for them.
 TOLERANCE, BACK = 1e-5, 1e-4

@@ -10,11 +10,11 @@ import numpy as np
 
 from takagi.lmi.analysis.disturbance.channel import near_least
 from takagi.lmi.answer import Answer, Design, Try
-from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.condition.evaluate import SMALLEST_MARGIN, margin
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.decision.decide import SMALLEST_MARGIN, Outcome, optimise
+from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.diagnosis import binding_items
-from takagi.lmi.decision.outcome import not_least
+from takagi.lmi.decision.outcome import Outcome, not_least
 from takagi.lmi.gains.disturbance.coordinates import (
     WEIGHTS,
     DisturbanceCoordinates,
@@ -25,8 +25,6 @@ from takagi.lmi.gains.disturbance.request import DisturbanceRequest
 from takagi.lmi.parameter_search.least_over_rate import least_objective
 from takagi.lmi.solver.time_limit import out_of_time
 from takagi.models.arrays import Floats
-
-__all__ = ["Meaning", "Pose", "designed"]
 
 # Other coordinates are tried so often, when what they claim differs by more than this.
 ROUNDS, AGREED = 3, 1e-5

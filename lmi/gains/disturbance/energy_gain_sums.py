@@ -28,7 +28,8 @@ from __future__ import annotations
 import numpy as np
 
 from takagi.lmi.argument_checks import number, rate_parameter
-from takagi.lmi.condition.term import Condition, Unknown
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
@@ -48,10 +49,9 @@ from takagi.lmi.gains.disturbance.sums import (
 )
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import Limits
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
-
-__all__ = ["hinf_pdc_condition"]
+from takagi.lmi.sums.summands import KnownBlock, SumPart
 
 SOURCE = "Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5; Tanaka and Wang (2001)"
 

@@ -26,7 +26,8 @@ import numpy as np
 
 from takagi.lmi.analysis.disturbance.output_variance import infinite_variance
 from takagi.lmi.argument_checks import number, rate_parameter
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
@@ -45,11 +46,10 @@ from takagi.lmi.gains.disturbance.sums import (
 )
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import Limits
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.lmi.sums.summands import KnownBlock
 from takagi.models.errors import ModelError
-
-__all__ = ["h2_pdc_condition"]
 
 SOURCE = (
     "Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 6.2.1 and 7.4; Tanaka and Wang (2001)"

@@ -20,7 +20,8 @@ import numpy as np
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.argument_checks import corners_of
-from takagi.lmi.condition.term import LMI, Array, Position, Term, Unknown
+from takagi.lmi.condition.term import LMI, Array, Position, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, nearest_power
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_member, gain_symbol
@@ -31,21 +32,8 @@ from takagi.lmi.gains.requirements.limits import (
     input_lmis,
     state_lmis,
 )
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
-
-__all__ = [
-    "WEIGHT",
-    "decay_sum",
-    "disturbance_parts",
-    "limit_lmis",
-    "motion_parts",
-    "own",
-    "positive_lmi",
-    "root_share",
-    "output_parts",
-    "source_of",
-    "sum_of",
-]
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import KnownBlock, SumPart
 
 # Margin of Theta for a margin 1 of Q.  At the least gain Q tends to be singular, and the gains
 # without bound; what margin there is should go to Q.

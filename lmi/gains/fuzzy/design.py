@@ -11,8 +11,6 @@ from takagi.lmi.answer import Answer, Status
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["FuzzyDesign"]
-
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class FuzzyDesign:

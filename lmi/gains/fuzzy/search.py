@@ -9,19 +9,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Answer, Try
-from takagi.lmi.argument_checks import check_stabilisable, fixed_mode
 from takagi.lmi.condition.shown_rate import rate_of_parameter, shown_rate
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.cone.balance import balanced_inputs, state_units
-from takagi.lmi.decision.decide import Outcome, decide, improve
+from takagi.lmi.decision.decide import decide, improve
 from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.gains.decay.condition import size_of_motion
 from takagi.lmi.gains.fuzzy.design import FuzzyDesign
 from takagi.lmi.gains.fuzzy.request import FuzzyRequest
+from takagi.lmi.stabilisability import check_stabilisable, fixed_mode
 from takagi.models.arrays import Floats
-
-__all__ = ["FuzzyUnits", "searched", "units_of"]
 
 LARGEST_EFFORT = 1e6
 

@@ -9,18 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.argument_checks import number, positive_vector
-from takagi.lmi.condition.term import LMI, Array, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Array, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.models.errors import ModelError
-
-__all__ = [
-    "Limits",
-    "gain_lmis",
-    "initial_lmis",
-    "input_lmis",
-    "limits_of",
-    "row_lmis",
-    "state_lmis",
-]
 
 MOST_CORNERS = 4096
 # Margin of a limit for a margin 1 of Q, in states and inputs of order one.

@@ -25,15 +25,14 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.argument_checks import input_stack, number, positive_vector, vertex_stack
 from takagi.lmi.condition.region import EigenvalueRegion
-from takagi.lmi.condition.term import LMI, Array, Unknown
+from takagi.lmi.condition.term import LMI, Array
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.requirements.limits import input_lmis
 from takagi.lmi.gains.requirements.region_sums import region_sums
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.models import TSModel
 from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
-
-__all__ = ["rate_sums", "with_input_states"]
 
 
 def rate_sums(

@@ -13,8 +13,6 @@ from takagi.lmi.gains.structured.sums import Objective
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["StructuredDesign", "found_at", "unsettled", "without"]
-
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class StructuredDesign:

@@ -32,8 +32,6 @@ from takagi.lmi.stabilisability import check_stabilisable
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError, did_you_mean
 
-__all__ = ["structured_pdc"]
-
 # Tolerances of H-infinity designs to begin from: the least gain is approached with gains without
 # bound, which is no place to project from.
 MODEST = (1e-1, 1e-2)

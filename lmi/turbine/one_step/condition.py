@@ -28,21 +28,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.turbine.one_step.loop_of_gains import MovingCorners, WindCellCorners
 from takagi.models.arrays import Floats, Indices
-
-__all__ = [
-    "Around",
-    "bent",
-    "bounded_below",
-    "inside_box",
-    "limits",
-    "mean_class",
-    "motion_lmi",
-    "reach_in_speed",
-    "shortfall",
-]
 
 ONE = np.ones((1, 1, 1))
 EYE = np.eye(3)[None]

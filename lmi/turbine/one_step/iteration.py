@@ -26,9 +26,6 @@ from takagi.lmi.turbine.one_step.value import (
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["Iteration", "first_point", "with_largest_decay_rate"]
-
-
 # Trust region: of each logarithm, at the start, at most, and where the search ends.
 FIRST_REACH, LARGEST_REACH, LEAST_REACH = 0.1, 0.2, 0.01
 WIDER, NARROWER = 1.5, 0.3

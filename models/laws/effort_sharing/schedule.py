@@ -29,9 +29,6 @@ from takagi.models.turbine.trim import (
     reference_speed,
 )
 
-__all__ = ["EffortSchedule", "effort_schedule", "frozen_wake_effectiveness"]
-
-
 DEFAULT_OVERLAP = 0.01
 DEFAULT_EFFECTIVENESS_SHARE = 0.6
 # Spacing of the nodes [m/s]: fine where the trim effort bends, around rated wind.

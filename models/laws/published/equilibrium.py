@@ -30,8 +30,6 @@ from takagi.models.laws.published.equilibrium_point import Equilibrium, LawFigur
 from takagi.models.laws.published.one_integrator import one_integrator_equilibrium
 from takagi.models.laws.published.two_integrators import two_integrators_equilibrium
 
-__all__ = ["Equilibrium", "equilibria", "equilibrium"]
-
 
 def equilibrium(law: LawFigures, wind: float) -> Equilibrium:
     """Return where the law rests at a constant wind [m/s], estimate exact.

@@ -18,12 +18,10 @@ import numpy as np
 
 from takagi.models.arrays import Complex, Floats
 from takagi.models.laws.protocol import Command, Measurement
-from takagi.models.laws.published.equilibrium import Equilibrium, equilibrium
+from takagi.models.laws.published.equilibrium import equilibrium
+from takagi.models.laws.published.equilibrium_point import Equilibrium
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
-
-__all__ = ["PublishedLocalGains", "PublishedLocalLoop", "local_gains", "local_loop", "local_loops"]
-
 
 # Steps in rotor speed [rad/s], pitch [rad], integrals [rad]: small against every overlap, large
 # enough that rounding of the scheduled gains (1e-9 of their size) stays invisible.

@@ -12,8 +12,6 @@ from takagi.models.laws.published.equilibrium import equilibria
 from takagi.models.laws.published.equilibrium_point import Equilibrium
 from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
 
-__all__ = ["PlacementRow", "placement_rows"]
-
 
 @dataclass(frozen=True, slots=True)
 class PlacementRow:

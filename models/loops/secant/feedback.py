@@ -13,8 +13,6 @@ from takagi.models.intervals.interval import Interval, Number, exact
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Feedback", "blended_feedback", "product_memberships"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Feedback:

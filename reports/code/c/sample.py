@@ -14,8 +14,6 @@ from takagi.reports.code.controller_program import (
 )
 from takagi.reports.code.formula import Call, Formula, Name, Operation, names_of
 
-__all__ = ["assignment_lines", "needed_names", "sample_function"]
-
 
 def needed_names(program: ControllerProgram) -> frozenset[str]:
     """Return the names that outputs and kept values follow from; the rest is not written."""

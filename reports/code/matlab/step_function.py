@@ -20,8 +20,6 @@ from takagi.reports.code.formula import Call, Formula, Name, Number, Operation
 from takagi.reports.code.identifiers import identifiers
 from takagi.reports.code.matlab.words import RESERVED
 
-__all__ = ["STATUS", "start_function", "step_function", "words_of"]
-
 STATUS = (
     (1, "an input was no finite number; its last good value stood in"),
     (2, "an input was outside the range in which the model holds; nothing is proved there"),

@@ -16,8 +16,6 @@ from takagi.reports.code.matlab.step_function import (
 from takagi.reports.code.matlab.struct_file import struct_file
 from takagi.reports.code.targets import Exported, ExportSettings
 
-__all__ = ["export"]
-
 DEFAULT_SAMPLE_TIME = Decimal("0.01")
 
 

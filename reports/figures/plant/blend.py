@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from takagi.models.blending.run_time import RunTimeBlending
     from takagi.reports.loops.plant_motion import PlantMotion
 
-__all__ = ["BlendCurve", "actuators_figure", "blend_curve", "hand_over_figure"]
-
 LINE = 401
 SHADE = "#eeeeee"
 

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import PlantMotion
 
-__all__ = ["finish_over_time", "responses_figure"]
-
 MOST_PANELS = 10
 
 

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 
-__all__ = ["gains_section"]
-
 
 def gains_section(design: TurbineDesign) -> Section:
     """Return the section about the law and its gains."""

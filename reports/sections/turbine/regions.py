@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from takagi.lmi.turbine.regional import RegionGains
     from takagi.models.ts.model import TSModel
 
-__all__ = ["EVIDENCE", "regions_section"]
-
 CORNERS = ("lower", "upper")
 EVIDENCE = "why it cannot leave"
 SYMBOLS = {
