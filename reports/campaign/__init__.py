@@ -10,25 +10,13 @@ Importing this package loads no large module: a name is imported when it is firs
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.reports.campaign.folder import CampaignReport, campaign_files
 
 __all__ = ["CampaignReport", "campaign_files"]
 
-_HOME = {
-    "CampaignReport": "folder",
-    "campaign_files": "folder",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(f"takagi.reports.campaign.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)
