@@ -24,6 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from takagi.lmi.condition.definite import bounded, positive
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import decide
@@ -94,7 +95,7 @@ def sampled_loop_condition(
         name="sampled loop",
         unknowns=(P, Q),
         lmis=(
-            LMI(name="P positive definite", blocks=(n,), terms=(plain,)),
+            positive(P),
             LMI(
                 name="P near the function given",
                 blocks=(n,),
@@ -102,14 +103,7 @@ def sampled_loop_condition(
                 constants=(Constant(value=-least * np.eye(n)[None], latex=f"-{least:g} I"),),
                 strict=False,
             ),
-            LMI(
-                name="scale of P",
-                blocks=(n,),
-                terms=(plain,),
-                constants=(Constant(value=-np.eye(n)[None], latex="-I"),),
-                sign=-1,
-                strict=False,
-            ),
+            bounded(P),
             LMI(
                 name="function",
                 blocks=(n + m,),

@@ -162,17 +162,10 @@ def robust_hinf_norm(
         return _unsettled(stable, condition, outcome, s, units)
     basis = task.sought(degrees, polya).basis
     size = units.output * units.disturbance / units.rate
-    return Answer(
-        status=outcome.status,
-        P=None,
+    return replace(
+        outcome.answer(condition, s),
         family=lyapunov_in_states(outcome, task.loop, s, basis, size),
-        margin=outcome.margin,
         gain=_shown(condition, outcome) * units.output / units.disturbance,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        coordinates=s,
-        condition=condition,
         tries=(*stable.tries, *outcome.tries),
     )
 

@@ -99,19 +99,13 @@ def _attempt(
     gain, P, why = _gain_of(outcome, scaled, units, shown, noise=noise)
     good = gain is not None and not why
     sure = outcome.objective - outcome.least <= (slack + SURE) * abs(outcome.least)
-    answer = Answer(
+    answer = replace(
+        outcome.answer(condition, s),
         status="candidate" if good else outcome.status,
         P=P if good else None,
-        margin=outcome.margin,
         gain=gain if good else None,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        coordinates=s,
-        condition=condition,
         feasible={} if good else outcome.feasible,
         diagnosis=why,
-        tries=outcome.tries,
     )
     return answer, bool(sure)
 

@@ -211,19 +211,12 @@ def _answer(condition: Condition, outcome: Outcome, s: Floats, task: AttractionR
     if outcome.status == "candidate":
         inverse = np.linalg.inv(outcome.values["Q"][0])
         P = (inverse + inverse.T) / 2 / s / s[:, None]
-    return Answer(
-        status=outcome.status,
+    return replace(
+        outcome.answer(condition, s),
         P=P,
-        margin=outcome.margin,
         decay_rate=None if P is None else task.slowest,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        coordinates=s,
-        condition=condition,
         feasible=outcome.feasible,
         diagnosis="" if P is not None else _diagnosis(condition, outcome, task),
-        tries=outcome.tries,
     )
 
 
@@ -234,11 +227,7 @@ def _diagnosis(condition: Condition, outcome: Outcome, task: AttractionRequest) 
             "give a state box and input limits of the size that matters"
         )
     if outcome.status == "unknown":
-        return (
-            f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
-            f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
-            "decay rate a little"
-        )
+        return outcome.unsettled("lower the decay rate a little")
     names = [lmi.name for lmi in condition.lmis[1:] if lmi.strict]
     binding = binding_items(condition, outcome.multipliers, *names)
     return (

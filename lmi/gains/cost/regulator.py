@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.disturbance.channel import near_least
-from takagi.lmi.answer import Answer, Design, Status
+from takagi.lmi.answer import Design, Status
 from takagi.lmi.argument_checks import input_stack, sample_time_of, symmetric, vertex_stack
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import motion, state_units
@@ -259,17 +259,12 @@ def _cost_design(
         K = units.inputs @ np.linalg.solve(S, M.transpose(0, 2, 1)).transpose(0, 2, 1) @ back
         gains = np.broadcast_to(K, (len(task.A), *K.shape[1:])).copy()
         cost = float(np.trace(task.factor.T @ P @ task.factor))
-    answer = Answer(
+    answer = replace(
+        outcome.answer(condition, None),
         status=status,
         P=P,
-        margin=outcome.margin,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        condition=condition,
         feasible=outcome.feasible,
         diagnosis="" if P is not None else _unsettled(outcome, task, units),
-        tries=outcome.tries,
     )
     return Design(
         gains=gains,

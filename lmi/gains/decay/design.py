@@ -195,18 +195,11 @@ def _lyapunov(task: DecayRequest, outcome: Outcome) -> Floats:
 def _answer(found: LimitedOutcome, decay_rate: float, relaxation: str) -> Answer:
     task, condition, outcome = found.task, found.condition, found.outcome
     good = outcome.status == "candidate"
-    return Answer(
-        status=outcome.status,
+    return replace(
+        outcome.answer(condition, task.s),
         P=_lyapunov(task, outcome) if good else None,
-        margin=outcome.margin,
         decay_rate=rate_shown(found) if good else None,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        coordinates=task.s,
-        condition=condition,
         diagnosis="" if good else _diagnosis(task, condition, outcome, relaxation),
-        tries=outcome.tries,
     )
 
 
@@ -239,11 +232,7 @@ def _no_by_fixed_mode(
 
 def _diagnosis(task: DecayRequest, condition: Condition, outcome: Outcome, relaxation: str) -> str:
     if outcome.status == "unknown":
-        return (
-            f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
-            f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
-            "decay rate a little, or give scales"
-        )
+        return outcome.unsettled("lower the decay rate a little, or give scales")
     names = [lmi.name for lmi in condition.lmis if lmi.strict]
     names.remove("Q positive definite")
     cures = ["lower the decay rate", "shrink the box that the rules span"]

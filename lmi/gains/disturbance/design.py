@@ -224,17 +224,13 @@ def _design(task: DisturbanceRequest, found: _Solved, meaning: Meaning) -> Desig
     gains = units.gains(outcome.values["Q"][0], outcome.values["M"], len(task.plant.A))
     held = _held(found, gains)
     good = held > SMALLEST_MARGIN
-    answer = Answer(
+    answer = replace(
+        outcome.answer(found.condition, None),
         status="candidate" if good else "unknown",
         P=meaning.size(units) * found.P if good else None,
         margin=held,
         gain=meaning.gain(units, outcome.objective) if good else None,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        condition=found.condition,
         diagnosis="" if good else ROUNDED,
-        tries=outcome.tries,
     )
     return Design(
         gains=gains if good else None,

@@ -26,6 +26,7 @@ import numpy as np
 
 from takagi.lmi.analysis.disturbance.output_variance import infinite_variance
 from takagi.lmi.argument_checks import number, rate_parameter
+from takagi.lmi.condition.definite import positive
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.disturbance.disturbed_plant import (
@@ -37,15 +38,13 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
 from takagi.lmi.gains.disturbance.sums import (
     WEIGHT,
     decay_sum,
-    limit_lmis,
     motion_parts,
     output_parts,
-    positive_lmi,
     source_of,
     sum_of,
 )
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
-from takagi.lmi.gains.requirements.limits import Limits
+from takagi.lmi.gains.requirements.limits import Limits, limit_lmis
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.sums.summands import KnownBlock
@@ -108,7 +107,7 @@ def h2_pdc_condition(
     return Condition(
         name=f"output variance, {relaxation}",
         unknowns=(Q, M, W, nu, *slack, *more, *own_unknowns),
-        lmis=(positive_lmi(Q), *sums, _entering(plant, Q, W), _total(W, nu), *decay, *restrictions),
+        lmis=(positive(Q), *sums, _entering(plant, Q, W), _total(W, nu), *decay, *restrictions),
         objective={"nu": np.ones((1, 1, 1))},
         parameters=rate_parameter(alpha, plant.sample_time) if alpha > 0 else {},
         source=source_of(plant, SOURCE),

@@ -28,6 +28,7 @@ from __future__ import annotations
 import numpy as np
 
 from takagi.lmi.analysis.disturbance.peak_condition import positive_rate
+from takagi.lmi.condition.definite import positive
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.disturbance.disturbed_plant import (
@@ -38,17 +39,15 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
 )
 from takagi.lmi.gains.disturbance.sums import (
     disturbance_parts,
-    limit_lmis,
     motion_parts,
     output_parts,
     own,
-    positive_lmi,
     root_share,
     source_of,
     sum_of,
 )
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
-from takagi.lmi.gains.requirements.limits import Limits
+from takagi.lmi.gains.requirements.limits import Limits, limit_lmis
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.sums.summands import KnownBlock, SumPart
@@ -106,7 +105,7 @@ def peak_pdc_condition(
     return Condition(
         name=f"peak-to-peak gain, {relaxation}",
         unknowns=(Q, M, kappa, *slack, *more, *own_unknowns),
-        lmis=(positive_lmi(Q), *invariant, *output, *restrictions),
+        lmis=(positive(Q), *invariant, *output, *restrictions),
         objective={"kappa": np.ones((1, 1, 1))},
         source=source_of(plant, SOURCE),
     )

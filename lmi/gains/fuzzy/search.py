@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.answer import Answer, Try
+from takagi.lmi.answer import Try
 from takagi.lmi.condition.shown_rate import rate_of_parameter, shown_rate
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import assemble
@@ -94,18 +94,10 @@ def _design(
     task: FuzzyRequest, units: FuzzyUnits, condition: Condition, outcome: Outcome, alpha: float
 ) -> FuzzyDesign:
     good = outcome.status == "candidate"
-    answer = Answer(
-        status=outcome.status,
-        P=None,
-        margin=outcome.margin,
+    answer = replace(
+        outcome.answer(condition, units.states),
         decay_rate=shown_rate(condition, outcome.values, task.sample_time) if good else None,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        coordinates=units.states,
-        condition=condition,
         diagnosis="" if good else _diagnosis(task, condition, outcome),
-        tries=outcome.tries,
     )
     plain = FuzzyDesign(
         gains=None,
@@ -164,11 +156,7 @@ def _no_by_fixed_mode(
 
 def _diagnosis(task: FuzzyRequest, condition: Condition, outcome: Outcome) -> str:
     if outcome.status == "unknown":
-        return (
-            f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
-            f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
-            "decay rate a little, or give scales"
-        )
+        return outcome.unsettled("lower the decay rate a little, or give scales")
     names = [lmi.name for lmi in condition.lmis if lmi.strict][1:]
     cures = ['take a richer relaxation ("liu-zhang", "polya-2")', "lower the decay rate"]
     if task.discrete and task.slack == "common":

@@ -271,3 +271,23 @@ def _corners(box: Array) -> Array:
     # A corner and its opposite are in the ellipsoid together.
     signs = np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=n - 1)])
     return signs * box
+
+
+def limit_lmis(
+    Q: Unknown, M: Unknown, limits: Limits | None
+) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
+    """Return the LMIs, and their own unknowns, of all limits that there are."""
+    if limits is None:
+        return (), ()
+    unknowns: tuple[Unknown, ...] = ()
+    lmis: tuple[LMI, ...] = ()
+    if limits.inputs is not None:
+        lmis += input_lmis(Q, M, limits.inputs)
+    if limits.initial is not None:
+        lmis += initial_lmis(Q, limits.initial)
+    if limits.states is not None:
+        lmis += state_lmis(Q, limits.states)
+    if limits.gain is not None:
+        unknowns, bounds = gain_lmis(Q, M, limits)
+        lmis += bounds
+    return unknowns, lmis

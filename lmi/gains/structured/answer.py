@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -79,16 +79,12 @@ def found_at(
     P = spot.P
     if search.objective == "decay_rate":
         P = P / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(P)[0])))
-    answer = Answer(
+    answer = replace(
+        spot.outcome.answer(spot.condition, None),
         status="candidate",
         P=P,
-        margin=spot.outcome.margin,
         decay_rate=value if search.objective == "decay_rate" else None,
         gain=value if search.objective == "hinf" else None,
-        bound=spot.outcome.bound,
-        values=spot.outcome.values,
-        multipliers=spot.outcome.multipliers,
-        condition=spot.condition,
         tries=tuple(search.tries),
     )
     return StructuredDesign(
