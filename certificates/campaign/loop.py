@@ -75,11 +75,6 @@ class CertifiedLoop:
     power: tuple[float, float]
     frozen_wake: bool
 
-    @property
-    def speed_bound(self) -> float:
-        """max omega* + p_e [rad/s]: the stated bound on rotor speed."""
-        return float(self.tables[0].max() + self.peaks[0])
-
 
 def certified_loop(document: Mapping[str, Any]) -> CertifiedLoop:
     """Return the loop of a certificate; ``document`` is the file's JSON.

@@ -208,7 +208,7 @@ def answer_in_states(
         P = scaled / s / s[:, None]
         rate = rate_of(A * s / s[:, None], scaled, step=step)
     diagnosis = "" if P is not None else _diagnosis(condition, outcome)
-    return replace(outcome.answer(condition, s), P=P, decay_rate=rate, diagnosis=diagnosis)
+    return replace(outcome.as_answer(condition, s), P=P, decay_rate=rate, diagnosis=diagnosis)
 
 
 def rate_of(A: Floats, P: Floats, *, step: float | None = None) -> float:

@@ -129,7 +129,7 @@ def robust_lyapunov(
         P = outcome.values["P"][0]
         P = P / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(P)[0]))) / s / s[:, None]
     answer = replace(
-        outcome.answer(condition, s),
+        outcome.as_answer(condition, s),
         P=P,
         decay_rate=None if P is None else alpha,
         diagnosis="" if P is not None else _diagnosis(condition, outcome),

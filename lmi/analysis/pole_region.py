@@ -231,7 +231,7 @@ def _answer(
         scaled = scaled / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(scaled)[0])))
         P, rate = scaled / s / s[:, None], _rate(A, scaled, step)
     diagnosis = "" if P is not None else _diagnosis(condition, outcome)
-    return replace(outcome.answer(condition, s), P=P, decay_rate=rate, diagnosis=diagnosis)
+    return replace(outcome.as_answer(condition, s), P=P, decay_rate=rate, diagnosis=diagnosis)
 
 
 def _rate(A: Floats, P: Floats, step: float | None) -> float:

@@ -51,7 +51,7 @@ class Outcome:
     feasible: Mapping[str, Floats] = field(default_factory=dict)
     reason: str = ""
 
-    def answer(self, condition: Condition, coordinates: Floats | None) -> Answer:
+    def as_answer(self, condition: Condition, coordinates: Floats | None) -> Answer:
         """Return the outcome as an answer that shows no P yet and gives no diagnosis."""
         return Answer(
             status=self.status,

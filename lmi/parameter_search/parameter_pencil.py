@@ -29,18 +29,6 @@ FLOOR = 1e-6
 WORST = 1e-8
 
 
-def allowed_value(
-    condition: Condition, name: str, values: Values, *, largest: bool = True
-) -> float:
-    """Return the largest (smallest) value of the parameter that the given unknowns allow.
-
-    Recomputed by eigenvalues; nan where the unknowns satisfy no value, or not the LMIs without
-    the parameter.
-    """
-    pencil = ParameterPencil.of(condition, name, largest=largest)
-    return pencil.allowed(values, condition.parameters[name])
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class ParameterPencil:
     """The condition, its cone data, and of each LMI the part that the parameter multiplies.

@@ -31,7 +31,7 @@ def decided_lyapunov(
     outcome = decide(condition)
     good = outcome.status == "candidate"
     return replace(
-        outcome.answer(condition, s),
+        outcome.as_answer(condition, s),
         family=lyapunov_in_states(outcome, loop, s, basis) if good else None,
         decay_rate=shown_rate(condition, outcome.values, loop.sample_time) if good else None,
         diagnosis="" if good else _diagnosis(condition, outcome, cures),

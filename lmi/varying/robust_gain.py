@@ -163,7 +163,7 @@ def robust_hinf_norm(
     basis = task.sought(degrees, polya).basis
     size = units.output * units.disturbance / units.rate
     return replace(
-        outcome.answer(condition, s),
+        outcome.as_answer(condition, s),
         family=lyapunov_in_states(outcome, task.loop, s, basis, size),
         gain=_shown(condition, outcome) * units.output / units.disturbance,
         tries=(*stable.tries, *outcome.tries),

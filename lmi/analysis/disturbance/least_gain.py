@@ -100,7 +100,7 @@ def _attempt(
     good = gain is not None and not why
     sure = outcome.objective - outcome.least <= (slack + SURE) * abs(outcome.least)
     answer = replace(
-        outcome.answer(condition, s),
+        outcome.as_answer(condition, s),
         status="candidate" if good else outcome.status,
         P=P if good else None,
         gain=gain if good else None,

@@ -212,7 +212,7 @@ def _answer(condition: Condition, outcome: Outcome, s: Floats, task: AttractionR
         inverse = np.linalg.inv(outcome.values["Q"][0])
         P = (inverse + inverse.T) / 2 / s / s[:, None]
     return replace(
-        outcome.answer(condition, s),
+        outcome.as_answer(condition, s),
         P=P,
         decay_rate=None if P is None else task.slowest,
         feasible=outcome.feasible,

@@ -260,7 +260,7 @@ def _cost_design(
         gains = np.broadcast_to(K, (len(task.A), *K.shape[1:])).copy()
         cost = float(np.trace(task.factor.T @ P @ task.factor))
     answer = replace(
-        outcome.answer(condition, None),
+        outcome.as_answer(condition, None),
         status=status,
         P=P,
         feasible=outcome.feasible,

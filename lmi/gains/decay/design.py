@@ -196,7 +196,7 @@ def _answer(found: LimitedOutcome, decay_rate: float, relaxation: str) -> Answer
     task, condition, outcome = found.task, found.condition, found.outcome
     good = outcome.status == "candidate"
     return replace(
-        outcome.answer(condition, task.s),
+        outcome.as_answer(condition, task.s),
         P=_lyapunov(task, outcome) if good else None,
         decay_rate=rate_shown(found) if good else None,
         diagnosis="" if good else _diagnosis(task, condition, outcome, relaxation),

@@ -225,7 +225,7 @@ def _design(task: DisturbanceRequest, found: _Solved, meaning: Meaning) -> Desig
     held = _held(found, gains)
     good = held > SMALLEST_MARGIN
     answer = replace(
-        outcome.answer(found.condition, None),
+        outcome.as_answer(found.condition, None),
         status="candidate" if good else "unknown",
         P=meaning.size(units) * found.P if good else None,
         margin=held,

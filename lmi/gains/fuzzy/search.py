@@ -95,7 +95,7 @@ def _design(
 ) -> FuzzyDesign:
     good = outcome.status == "candidate"
     answer = replace(
-        outcome.answer(condition, units.states),
+        outcome.as_answer(condition, units.states),
         decay_rate=shown_rate(condition, outcome.values, task.sample_time) if good else None,
         diagnosis="" if good else _diagnosis(task, condition, outcome),
     )

@@ -80,7 +80,7 @@ def found_at(
     if search.objective == "decay_rate":
         P = P / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(P)[0])))
     answer = replace(
-        spot.outcome.answer(spot.condition, None),
+        spot.outcome.as_answer(spot.condition, None),
         status="candidate",
         P=P,
         decay_rate=value if search.objective == "decay_rate" else None,

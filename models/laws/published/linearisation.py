@@ -11,7 +11,6 @@ Floating point: eigenvalues for tables, not a proof.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -121,11 +120,6 @@ def local_loop(law: PublishedLaw, wind: float) -> PublishedLocalLoop:
     matrix[2:] = gains.integrals
     eigenvalues = np.linalg.eigvals(matrix).astype(np.complex128)
     return PublishedLocalLoop(point, gains, matrix, eigenvalues[np.argsort(-eigenvalues.real)])
-
-
-def local_loops(law: PublishedLaw, winds: Iterable[float]) -> tuple[PublishedLocalLoop, ...]:
-    """Return ``local_loop`` at every wind."""
-    return tuple(local_loop(law, float(v)) for v in winds)
 
 
 def _response(
