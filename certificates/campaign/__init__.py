@@ -7,7 +7,6 @@
     batch, runs             steps that end at wind nodes, and records: ``run_campaign``
     outside                 campaigns outside the certified class
     first_breaks            which bound is exceeded first in them
-    trial_plant, trial_laws, trials    any law after a disturbance: settles or not
 
 No proof uses this code, and this code uses no result of a proof.
 """

@@ -3,7 +3,6 @@
     tables, summary    numbers as rows, JSON and CSV; a page in Markdown
     figures            use of the bounds inside; runs that leave the set outside
     folder             all files of a campaign, by file name
-    boundary           the published laws, compared with the proved winds
 
 Importing this package loads no large module: a name is imported when it is first used.
 """

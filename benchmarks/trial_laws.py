@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from trial_plant import TrialCommand, TrialLaw, TrialRotor
 
 from takagi.certificates.campaign.loop import CertifiedLoop
 from takagi.certificates.campaign.motion import Drive, at_wind, demanded
-from takagi.certificates.campaign.trial_plant import TrialCommand, TrialLaw, TrialRotor
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 

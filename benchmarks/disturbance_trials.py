@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from trial_plant import TrialLaw, TrialRotor, advance
 
-from takagi.certificates.campaign.trial_plant import TrialLaw, TrialRotor, advance
 from takagi.models.arrays import Floats
 
 Codes = NDArray[np.int64]

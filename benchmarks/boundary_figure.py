@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from disturbance_trials import CYCLES, LOST, STAYS
 from numpy.typing import NDArray
 
-from takagi.certificates.campaign.trials import CYCLES, LOST, STAYS
 from takagi.models.arrays import Floats
 from takagi.reports.csv_text import csv_text
 from takagi.reports.figures.style import COLOURS, house_style, new_figure
