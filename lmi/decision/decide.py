@@ -109,25 +109,22 @@ def improve(
     condition: Condition,
     start: Outcome,
     *,
-    keep: float = 0.5,
-    parameters: Mapping[str, float] | None = None,
-    session: Session | None = None,
     assembled: Assembled | None = None,
 ) -> Outcome:
-    """Return unknowns with the least objective among those with margin keep * start.margin.
+    """Return unknowns with the least objective among those with half the margin of ``start``.
 
     A result that is worse, or does not withstand its check, is dropped for ``start``.  ``least``
     and ``settled`` refer to the margin that is kept.
     """
-    data = _posed(condition, parameters, assembled)
-    program = cone_program(data, data.objective, (), margin=keep * start.margin)
+    data = _posed(condition, None, assembled)
+    program = cone_program(data, data.objective, (), margin=0.5 * start.margin)
     tries = list(start.tries)
     before = objective_at(data.condition, start.values)
-    for raw in _few(attempts(program, session)):
+    for raw in _few(attempts(program)):
         values = values_of(data, raw)
         held = margin(data.condition, values) if values else -np.inf
         tries.append(_try(raw, held))
-        if held < 0.5 * keep * start.margin:
+        if held < 0.25 * start.margin:
             continue
         after = objective_at(data.condition, values)
         if after <= before:

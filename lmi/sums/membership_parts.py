@@ -11,6 +11,7 @@ dh_k/dt P_k in every rule.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -50,7 +51,6 @@ def rate_parts(
     velocity: Sequence[Floats],
     *,
     members: Indices | None = None,
-    weight: float = 1.0,
 ) -> tuple[SumPart, ...]:
     """Return dP/dt at one velocity of the memberships, as parts of block (0, 0).
 
@@ -59,7 +59,6 @@ def rate_parts(
     corners : (r, K), the corner of each simplex that rule i takes.
     velocity : dw^k/dt, one array a simplex.
     members : (r,), the member of P for each rule; None for the rules' own order.
-    weight : multiplies it.
     """
     one = np.eye(P.rows)[None]
     own = np.arange(len(corners)) if members is None else members
@@ -75,7 +74,7 @@ def rate_parts(
             found.append(
                 SumPart(
                     unknown=P,
-                    left=weight * rates[corner] * one,
+                    left=rates[corner] * one,
                     right=one,
                     member=rule_table(len(corners), "vertex", rules),
                     latex=(rate, ""),
@@ -91,16 +90,10 @@ def double_sums(
     """Return the double sum with each of the given parts added, each with a name of its own."""
     count = len(parts)
     return tuple(
-        DoubleSum(
-            rules=plain.rules,
-            blocks=plain.blocks,
+        replace(
+            plain,
             parts=(*plain.parts, *more),
-            fixed=plain.fixed,
-            weight=plain.weight,
             name=f"{name} {k + 1}" if count > 1 else plain.name,
-            corners=plain.corners,
-            active=plain.active,
-            active_rules=plain.active_rules,
         )
         for k, more in enumerate(parts)
     )

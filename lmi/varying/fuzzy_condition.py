@@ -15,14 +15,15 @@ Systems and Control Letters 55, for the corners.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.argument_checks import rate_parameter
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.definite import bounded
+from takagi.lmi.condition.term import LMI, Condition, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees
 from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial
@@ -134,7 +135,7 @@ def slack_unknown(states: int) -> Unknown:
     return Unknown("rate slack", states, states, symmetric=True, latex="X")
 
 
-def rate_slack(P: Unknown, X: Unknown, weight: float = 1.0) -> tuple[LMI, LMI]:
+def rate_slack(P: Unknown, X: Unknown) -> tuple[LMI, LMI]:
     """Pose P_i + X > 0 for every member of P, and X <= I, which only fixes the scale."""
     one = np.eye(P.rows)[None]
     every = np.arange(P.count)
@@ -146,18 +147,10 @@ def rate_slack(P: Unknown, X: Unknown, weight: float = 1.0) -> tuple[LMI, LMI]:
             Term(unknown=X, left=one, right=one),
         ),
         count=P.count,
-        weight=weight,
         labels=tuple(f"slack of rule {k + 1}" for k in range(P.count)),
         index=rf"i = 1, \dots, {P.count}",
     )
-    return positive, LMI(
-        name="scale of the slack",
-        blocks=(P.rows,),
-        terms=(Term(unknown=X, left=one, right=one),),
-        constants=(Constant(value=-one, latex="-I"),),
-        sign=-1,
-        strict=False,
-    )
+    return positive, replace(bounded(X), name="scale of the slack")
 
 
 def _slackened(

@@ -58,9 +58,7 @@ class RateRange:
         }
 
 
-def wind_rate_claim(
-    loop: Mapping[str, Any], wind_filter: float, *, place: int = 0
-) -> dict[str, Any] | None:
+def wind_rate_claim(loop: Mapping[str, Any], wind_filter: float) -> dict[str, Any] | None:
     """Return the claim as plain data, or None where nothing can be claimed.
 
     The first range covers all winds, known exactly.  A second one covers the winds in full load at
@@ -70,8 +68,7 @@ def wind_rate_claim(
 
     Parameters
     ----------
-    loop : a claim of kind ``coherent-loop``.   wind_filter : tau_f [s].
-    place : of that claim in the file.
+    loop : a claim of kind ``coherent-loop``, the first of the file.   wind_filter : tau_f [s].
     """
     if wind_filter <= 0:
         return None
@@ -87,7 +84,7 @@ def wind_rate_claim(
     return {
         "name": f"wind rate, {low:g} to {high:g} m/s",
         "kind": "wind-rate",
-        "loop": place,
+        "loop": 0,
         "ranges": [one.data() for one in ranges],
     }
 
