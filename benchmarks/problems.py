@@ -18,15 +18,6 @@ from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.sums.summands import KnownBlock, SumPart
 
-__all__ = [
-    "Channelled",
-    "disturbed_rules",
-    "energy_gain_condition",
-    "least_trace_condition",
-    "scattered_rules",
-    "stable_vertices",
-]
-
 Floats = NDArray[np.float64]
 
 
