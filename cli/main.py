@@ -74,9 +74,7 @@ def _help() -> str:
     width = max(len(verb.name) for verb in VERBS)
     verbs = [f"  {verb.name:<{width}}  {verb.help}" for verb in VERBS]
     steps = [f"  takagi {verb.example}" for verb in VERBS if verb.example]
-    return "\n".join(
-        [_INTRODUCTION, "Verbs:", *verbs, "", "First steps:", *steps, "", _CLOSING],
-    )
+    return "\n".join([_INTRODUCTION, "Verbs:", *verbs, "", "First steps:", *steps, "", _CLOSING])
 
 
 def _unknown(given: str) -> str:

@@ -18,11 +18,7 @@ def bound(document: Mapping[str, Any], controller: Mapping[str, Any]) -> dict[st
     """Return the certificate with the other members of its gain file, and their hash."""
     provenance = document["provenance"]
     hashes = {**provenance["sha256"], "controller": digest(as_read(controller))}
-    return {
-        **document,
-        "controller": controller,
-        "provenance": {**provenance, "sha256": hashes},
-    }
+    return {**document, "controller": controller, "provenance": {**provenance, "sha256": hashes}}
 
 
 def gain_file_of(document: Mapping[str, Any]) -> dict[str, Any]:

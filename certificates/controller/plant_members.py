@@ -15,11 +15,7 @@ if TYPE_CHECKING:
 
 
 def plant_members(
-    plant: Plant,
-    model: TSModel,
-    law: Mapping[str, Any],
-    checked: Checked,
-    notes: tuple[str, ...],
+    plant: Plant, model: TSModel, law: Mapping[str, Any], checked: Checked, notes: tuple[str, ...]
 ) -> dict[str, Any]:
     """Return the certificate's member ``controller`` for a plant with gains."""
     near, words = removable_points(model)

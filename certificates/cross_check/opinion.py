@@ -26,14 +26,7 @@ from takagi.certificates.cross_check.kernel.reading import (
     stack,
     whole,
 )
-from takagi.certificates.cross_check.loop import (
-    decay,
-    disturbed,
-    fuzzy,
-    limits,
-    observing,
-    sampled,
-)
+from takagi.certificates.cross_check.loop import decay, disturbed, fuzzy, limits, observing, sampled
 from takagi.certificates.cross_check.loop.loop import VertexLoop
 from takagi.certificates.cross_check.plant.model_loop import read_loop
 

@@ -55,10 +55,6 @@ def point(task: Task) -> dict[str, Any]:
     turbine: Turbine = task.shared
     loop = loop_at(turbine, default_settings(turbine), task.at)
     found = effort_sharing_candidate(
-        loop.turbine,
-        loop.law,
-        box=loop.box,
-        uncertainty=loop.uncertainty,
-        wind_class=loop.shape,
+        loop.turbine, loop.law, box=loop.box, uncertainty=loop.uncertainty, wind_class=loop.shape
     )
     return answer(loop.turbine, loop.law, found, wind_ranges(turbine))

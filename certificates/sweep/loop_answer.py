@@ -67,11 +67,7 @@ def answer(
         return {"verdict": UNDECIDED, "reason": f"{words}; {REMEDY}", **common}
     claim = checked(turbine, law, candidate)
     if claim.verdict is not Verdict.PROVED:
-        return {
-            "verdict": claim.verdict.name,
-            "reason": f"{claim.text}; {REMEDY}",
-            **common,
-        }
+        return {"verdict": claim.verdict.name, "reason": f"{claim.text}; {REMEDY}", **common}
     return {
         "verdict": claim.verdict.name,
         "reason": None,

@@ -141,10 +141,7 @@ def model_numbers(turbine: Turbine) -> dict[str, Any]:
             found[field.name] = value
     wake = turbine.frozen_wake
     return found | {
-        "frozen_wake": [
-            np.asarray(wake.wind).tolist(),
-            np.asarray(wake.power_sensitivity).tolist(),
-        ]
+        "frozen_wake": [np.asarray(wake.wind).tolist(), np.asarray(wake.power_sensitivity).tolist()]
     }
 
 

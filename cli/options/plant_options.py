@@ -27,8 +27,7 @@ def plant_options(
     decay_rate: Annotated[
         str | None,
         typer.Option(
-            metavar="RATE",
-            help='Plants: decay rate [1/s], or "max"; a moderate one unless given.',
+            metavar="RATE", help='Plants: decay rate [1/s], or "max"; a moderate one unless given.'
         ),
     ] = None,
     relaxation: Annotated[

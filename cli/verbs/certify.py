@@ -44,8 +44,7 @@ def certify(
         Path, typer.Option("--out", "-o", metavar="FILE", help="The certificate to write.")
     ],
     gains: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="A gain file: certify its law as it stands."),
+        Path | None, typer.Option(metavar="FILE", help="A gain file: certify its law as it stands.")
     ] = None,
     gains_out: Annotated[
         Path | None,

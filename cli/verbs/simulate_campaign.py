@@ -142,11 +142,7 @@ def _beyond(texts: list[str]) -> list[Beyond]:
 
 
 def _run(
-    model: Path,
-    options: Mapping[str, Any],
-    asked: list[Beyond],
-    duration: float | None,
-    tell: Tell,
+    model: Path, options: Mapping[str, Any], asked: list[Beyond], duration: float | None, tell: Tell
 ) -> CampaignReport:
     from takagi.certificates.campaign.outside import INSIDE
     from takagi.certificates.campaign.runs import DURATION, run_campaign

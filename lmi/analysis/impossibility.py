@@ -52,11 +52,7 @@ def impossibility_condition(
         count=count,
         strict=False,
     )
-    alternative = LMI(
-        name="alternative",
-        blocks=(n,),
-        terms=_sum(A, Z, decay_rate, sample_time),
-    )
+    alternative = LMI(name="alternative", blocks=(n,), terms=_sum(A, Z, decay_rate, sample_time))
     return Condition(
         name="no common quadratic function",
         unknowns=(Z,),

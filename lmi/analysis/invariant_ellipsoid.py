@@ -85,12 +85,7 @@ def invariant_ellipsoid_condition(
         blocks=(n, 1),
         terms=(
             Term(unknown=P, left=one, right=A, plus_transpose=True, latex=("", "A_{k}")),
-            Term(
-                unknown=P,
-                left=alpha[:, None, None] * one,
-                right=one,
-                latex=(r"\alpha_{k}", ""),
-            ),
+            Term(unknown=P, left=alpha[:, None, None] * one, right=one, latex=(r"\alpha_{k}", "")),
             Term(unknown=P, left=one, right=d[:, :, None], at=(0, 1), latex=("", "d_{k}")),
         ),
         constants=(Constant(value=-alpha[:, None, None], at=(1, 1), latex=r"-\alpha_{k}"),),

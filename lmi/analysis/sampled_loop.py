@@ -153,12 +153,7 @@ def _flow(Q: Unknown, A: Floats, B: Floats, sample_time: float, weight: float) -
     if own.any():
         terms.append(weighed(own, 0))
     return LMI(
-        name="flow",
-        blocks=(n + m,),
-        terms=tuple(terms),
-        sign=-1,
-        count=len(place),
-        weight=weight,
+        name="flow", blocks=(n + m,), terms=tuple(terms), sign=-1, count=len(place), weight=weight
     )
 
 

@@ -105,12 +105,7 @@ def decide(
     return replace(best, tries=tuple(tries))
 
 
-def improve(
-    condition: Condition,
-    start: Outcome,
-    *,
-    assembled: Assembled | None = None,
-) -> Outcome:
+def improve(condition: Condition, start: Outcome, *, assembled: Assembled | None = None) -> Outcome:
     """Return unknowns with the least objective among those with half the margin of ``start``.
 
     A result that is worse, or does not withstand its check, is dropped for ``start``.  ``least``
@@ -244,13 +239,7 @@ def _inside(data: Assembled, program: ConeProgram, inside: float, slack: float) 
 
 
 def _centred(
-    data: Assembled,
-    raw: Raw,
-    held: float,
-    bound: float,
-    slack: float,
-    cap: float,
-    session: Session,
+    data: Assembled, raw: Raw, held: float, bound: float, slack: float, cap: float, session: Session
 ) -> Outcome:
     """Return the largest margin with the objective a hair above that of ``raw``.
 

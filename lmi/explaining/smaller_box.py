@@ -97,9 +97,7 @@ def _towards_mean(share: float) -> Callable[[Array], Array]:
 
 
 def _rebuilt(
-    model: TSModel,
-    move: Callable[[Array], Array],
-    premises: tuple[Premise, ...],
+    model: TSModel, move: Callable[[Array], Array], premises: tuple[Premise, ...]
 ) -> TSModel:
     stacks = {name: getattr(model, name) for name in STACKS}
     moved = {

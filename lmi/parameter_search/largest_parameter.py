@@ -159,12 +159,7 @@ def extreme_parameter(
 
 
 def _centred(
-    pencil: ParameterPencil,
-    value: float,
-    bound: float,
-    best: Values,
-    hair: float,
-    tries: list[Try],
+    pencil: ParameterPencil, value: float, bound: float, best: Values, hair: float, tries: list[Try]
 ) -> Extreme:
     """Return the result with the unknowns of largest margin, if they allow as much."""
     aim = value - pencil.d * hair

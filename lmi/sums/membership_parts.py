@@ -46,11 +46,7 @@ def swapped_rules(corners: Indices, premise: int, corner: int) -> Indices:
 
 
 def rate_parts(
-    P: Unknown,
-    corners: Indices,
-    velocity: Sequence[Floats],
-    *,
-    members: Indices | None = None,
+    P: Unknown, corners: Indices, velocity: Sequence[Floats], *, members: Indices | None = None
 ) -> tuple[SumPart, ...]:
     """Return dP/dt at one velocity of the memberships, as parts of block (0, 0).
 
@@ -91,9 +87,7 @@ def double_sums(
     count = len(parts)
     return tuple(
         replace(
-            plain,
-            parts=(*plain.parts, *more),
-            name=f"{name} {k + 1}" if count > 1 else plain.name,
+            plain, parts=(*plain.parts, *more), name=f"{name} {k + 1}" if count > 1 else plain.name
         )
         for k, more in enumerate(parts)
     )

@@ -167,11 +167,7 @@ def _slackened(
         symbol=f"{P.symbol}_i",
     )
     shared = Term(unknown=X, left=rates.sum() * at.one, right=at.one, latex=(r"\sum_i \phi_i", ""))
-    return (X,), (
-        *polynomial_lmis(sought),
-        direct_lmi(sought, (moved, shared)),
-        *rate_slack(P, X),
-    )
+    return (X,), (*polynomial_lmis(sought), direct_lmi(sought, (moved, shared)), *rate_slack(P, X))
 
 
 def _named(

@@ -153,12 +153,7 @@ def direct_terms(
 def decay_term(sought: SoughtPolynomial, at: TermCoefficients) -> Term:
     """Return 2 alpha P(h)."""
     return at.term(
-        sought.P,
-        sought.now,
-        factor=2,
-        parameter="alpha",
-        latex=(r"2\alpha", ""),
-        symbol="P(h)",
+        sought.P, sought.now, factor=2, parameter="alpha", latex=(r"2\alpha", ""), symbol="P(h)"
     )
 
 

@@ -106,10 +106,7 @@ def kept_degrees(degrees: Degrees, rates: Sequence[Floats], *, discrete: bool) -
 
 
 def motion_of(
-    space: Space,
-    degrees: Degrees,
-    rates: Sequence[Floats],
-    sample_time: float | None,
+    space: Space, degrees: Degrees, rates: Sequence[Floats], sample_time: float | None
 ) -> ParameterMotion:
     """Return the motion with |dw/dt| <= rates, or |w(t + T) - w(t)| <= T rates.
 

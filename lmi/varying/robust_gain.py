@@ -243,10 +243,7 @@ def _bounded_real(sought: SoughtPolynomial, gamma: Unknown, task: _Path) -> LMI:
             Term(unknown=gamma, left=sign * np.eye(q)[None], at=(1, 1), latex=("-"[:-sign], "I")),
             Term(unknown=gamma, left=sign * np.eye(p)[None], at=(2, 2), latex=("-"[:-sign], "I")),
         ),
-        constants=(
-            at.constant(C, (0, 2), r"C(h)^\top"),
-            at.constant(D, (1, 2), r"D(h)^\top"),
-        ),
+        constants=(at.constant(C, (0, 2), r"C(h)^\top"), at.constant(D, (1, 2), r"D(h)^\top")),
         sign=sign,
         count=at.count,
         labels=at.labels(),

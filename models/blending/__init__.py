@@ -18,12 +18,7 @@ if TYPE_CHECKING:
     from takagi.models.blending.modelling import blended_model
     from takagi.models.blending.run_time import RunningBlend, RunTimeBlending
     from takagi.models.blending.substitution import blended_plant
-    from takagi.models.ramps.exact_effort_ramp import (
-        ramp,
-        ramp_slope,
-        share_range,
-        share_value,
-    )
+    from takagi.models.ramps.exact_effort_ramp import ramp, ramp_slope, share_range, share_value
 
 __all__ = [
     "Actuator",

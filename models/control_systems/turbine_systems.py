@@ -77,11 +77,5 @@ def turbine_statespace(plant: SimulatedTurbine, wind: float) -> control.StateSpa
         else:
             J[:, k] = (rate(centre + step) - rate(centre - step)) / (2 * step[k])
     return control.ss(
-        J[:, :n],
-        J[:, n:],
-        np.eye(n),
-        np.zeros((n, 3)),
-        states=names,
-        inputs=INPUTS,
-        outputs=names,
+        J[:, :n], J[:, n:], np.eye(n), np.zeros((n, 3)), states=names, inputs=INPUTS, outputs=names
     )

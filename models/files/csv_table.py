@@ -51,11 +51,7 @@ def read_curve(path: Path, *, name: str, units: tuple[Unit, Unit], x_name: str =
 
 
 def read_surface(
-    path: Path,
-    *,
-    name: str,
-    units: tuple[Unit, Unit, Unit],
-    axes: tuple[str, str] = ("x", "y"),
+    path: Path, *, name: str, units: tuple[Unit, Unit, Unit], axes: tuple[str, str] = ("x", "y")
 ) -> Surface:
     """Return the bicubic spline through a grid, in SI.
 

@@ -35,9 +35,7 @@ class Jet:
 
     def __add__(self, other: Jet) -> Jet:
         return Jet(
-            self.value + other.value,
-            self.slope + other.slope,
-            self.curvature + other.curvature,
+            self.value + other.value, self.slope + other.slope, self.curvature + other.curvature
         )
 
     def __mul__(self, other: Jet) -> Jet:
@@ -62,7 +60,5 @@ class Jet:
     def rounded(self, digits: int) -> Jet:
         """Return the jet with ends rounded outward to ``digits`` decimals."""
         return Jet(
-            self.value.outward(digits),
-            self.slope.outward(digits),
-            self.curvature.outward(digits),
+            self.value.outward(digits), self.slope.outward(digits), self.curvature.outward(digits)
         )

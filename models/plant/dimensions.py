@@ -45,10 +45,7 @@ class _Reader:
     """Dimensions of the parts of one expression."""
 
     def __init__(
-        self,
-        units: Mapping[sp.Symbol, Dimension],
-        values: Mapping[sp.Symbol, Fraction],
-        place: str,
+        self, units: Mapping[sp.Symbol, Dimension], values: Mapping[sp.Symbol, Fraction], place: str
     ) -> None:
         self.units = units
         self.values = values

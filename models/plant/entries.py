@@ -192,8 +192,7 @@ class PlantEntry(_Entry):
     source: Annotated[Text, Field(description="where the equations come from")] = ""
     units: Literal["checked", "unchecked"] = "checked"
     sample_time: Annotated[
-        Figure | None,
-        Field(description="in s: the equations then give x(t + T); without it, x'"),
+        Figure | None, Field(description="in s: the equations then give x(t + T); without it, x'")
     ] = None
     states: Annotated[dict[Name, VariableEntry], Field(min_length=1)]
     inputs: dict[Name, VariableEntry] = {}

@@ -131,10 +131,7 @@ class _Reader:
         self.check_names()
         states = self.variables("states", entry.states)
         inputs = self.variables("inputs", entry.inputs)
-        disturbances = (
-            *self.variables("disturbances", entry.disturbances),
-            *self.scheduling(),
-        )
+        disturbances = (*self.variables("disturbances", entry.disturbances), *self.scheduling())
         parameters = tuple(self.parameter(name) for name in entry.parameters)
         scope = self.scope((*states, *inputs, *disturbances), parameters)
         self.check_rows("equations", entry.equations, needed=True)

@@ -14,10 +14,7 @@ MOST_LISTED = 16  # rules whose corners and vertices are written out
 
 
 def rule_steps(
-    premises: Sequence[Premise],
-    products: Mapping[str, VertexProduct],
-    *,
-    discrete: bool = False,
+    premises: Sequence[Premise], products: Mapping[str, VertexProduct], *, discrete: bool = False
 ) -> tuple[Step, ...]:
     """Return the steps from proved ranges to vertices; empty for a model without premises.
 
@@ -49,10 +46,7 @@ def _weights(premise: Premise) -> str:
 
 
 def _numbering(
-    varying: Sequence[Premise],
-    count: int,
-    products: Mapping[str, VertexProduct],
-    discrete: bool,
+    varying: Sequence[Premise], count: int, products: Mapping[str, VertexProduct], discrete: bool
 ) -> Step:
     names = ", ".join(premise.name for premise in varying)
     weights = r"\, ".join(f"w_{{{p.latex},c_{{i,{k}}}}}" for k, p in enumerate(varying, start=1))

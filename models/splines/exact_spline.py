@@ -75,10 +75,7 @@ class Patch:
 
 
 def exact_spline(
-    x_knots: tuple[Fraction, ...],
-    y_knots: tuple[Fraction, ...],
-    coefficients: Rows,
-    scale: int,
+    x_knots: tuple[Fraction, ...], y_knots: tuple[Fraction, ...], coefficients: Rows, scale: int
 ) -> ExactSpline:
     """Return the spline with those full knot vectors and coefficients[i][j] / scale."""
     return ExactSpline(axis_of(x_knots), axis_of(y_knots), coefficients, scale)

@@ -22,9 +22,7 @@ DEGREE = 3
 ScalarSurface = Callable[[float, float], float]
 
 
-def patch_coefficients(
-    surface: Surface,
-) -> tuple[Floats, Floats, Floats]:
+def patch_coefficients(surface: Surface) -> tuple[Floats, Floats, Floats]:
     """Return (x corners, y corners, c) with s = sum_pq c[i, j, p, q] (x - x_i)^p (y - y_j)^q.
 
     Shapes: (mx + 1,), (my + 1,), (mx, my, 4, 4) for mx times my knot cells.

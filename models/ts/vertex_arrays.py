@@ -31,9 +31,7 @@ COUNTED_IN = {
 
 
 def vertex_arrays(
-    A: ArrayLike,
-    others: Mapping[str, ArrayLike | None],
-    labels: Mapping[str, Sequence[str] | None],
+    A: ArrayLike, others: Mapping[str, ArrayLike | None], labels: Mapping[str, Sequence[str] | None]
 ) -> tuple[dict[str, Floats], dict[str, Names]]:
     """Return the matrices as read-only (r, ., .) float64 copies, and the names of their axes.
 

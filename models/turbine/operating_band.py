@@ -122,11 +122,7 @@ def operating_band(
 
 
 def slope_range(
-    band: OperatingBand,
-    slope: Slope,
-    *,
-    off_trim: tuple[str, ...],
-    tolerance: Fraction,
+    band: OperatingBand, slope: Slope, *, off_trim: tuple[str, ...], tolerance: Fraction
 ) -> Range:
     """Return the rigorous range of a slope of T_r / J over (part of) the tube.
 

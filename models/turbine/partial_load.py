@@ -98,11 +98,7 @@ def partial_load_model(
 
 
 def lowest_wind(
-    turbine: Turbine,
-    *,
-    speed_band: Number,
-    wind_band: Number,
-    speed_setpoint: float | None = None,
+    turbine: Turbine, *, speed_band: Number, wind_band: Number, speed_setpoint: float | None = None
 ) -> float:
     """Return the lowest wind, in steps of 0.05 m/s from cut-in, whose band fits into the table.
 

@@ -11,11 +11,7 @@ LONGEST = 63  # characters that C99 promises to tell apart
 
 
 def identifiers(
-    names: Iterable[str],
-    reserved: Collection[str],
-    *,
-    language: str,
-    ignore_case: bool = False,
+    names: Iterable[str], reserved: Collection[str], *, language: str, ignore_case: bool = False
 ) -> dict[str, str]:
     """Return for each name one that the language can hold: its own, with ``_`` where it is taken.
 

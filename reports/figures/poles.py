@@ -60,13 +60,7 @@ def poles_figure(
     return figure
 
 
-def _plane(
-    figure: Figure,
-    axes: Axes,
-    v: Floats,
-    poles: Sequence[Complex],
-    reach: float,
-) -> None:
+def _plane(figure: Figure, axes: Axes, v: Floats, poles: Sequence[Complex], reach: float) -> None:
     from matplotlib import colormaps
 
     every = np.concatenate([np.asarray(p, dtype=np.complex128) for p in poles])

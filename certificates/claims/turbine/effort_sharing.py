@@ -150,10 +150,7 @@ def effort_sharing_claim(candidate: EffortSharingCandidate) -> dict[str, Any]:
         },
         "P": candidate.P.tolist(),
         "peaks": _peaks(candidate.P),
-        "settling": {
-            "P": candidate.settling_P.tolist(),
-            "decay_rate": candidate.common_rate,
-        },
+        "settling": {"P": candidate.settling_P.tolist(), "decay_rate": candidate.common_rate},
         "cells": [_cell(candidate, k) for k in range(len(cells))],
     }
 

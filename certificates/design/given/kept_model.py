@@ -59,12 +59,7 @@ class GivenLaw:
 
 
 def law_for(
-    plant: Plant,
-    model: TSModel,
-    path: Path,
-    settings: PlantSettings,
-    *,
-    files: Sequence[Path] = (),
+    plant: Plant, model: TSModel, path: Path, settings: PlantSettings, *, files: Sequence[Path] = ()
 ) -> GivenLaw:
     """Return how the gains of a file are to be proved on a plant.
 

@@ -7,11 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.actuator_rates import (
-    input_rate_rows,
-    membership_corners,
-    membership_rates,
-)
+from takagi.lmi.analysis.actuator_rates import input_rate_rows, membership_corners, membership_rates
 from takagi.lmi.argument_checks import corners_of, number, positive_vector, sample_time_of
 from takagi.lmi.condition.term import Array
 from takagi.lmi.gains.attraction.state_box import measure_of, state_box_of

@@ -211,12 +211,7 @@ def gain_part(
     r = len(gain)
     both = np.broadcast_to(left[:, None] @ gain[None], (r, r, left.shape[1], Q.rows))
     return SumPart(
-        unknown=Q,
-        left=both,
-        right=one,
-        at=at,
-        plus_transpose=own,
-        latex=(f"{before}K_{{j}}", ""),
+        unknown=Q, left=both, right=one, at=at, plus_transpose=own, latex=(f"{before}K_{{j}}", "")
     )
 
 

@@ -119,12 +119,7 @@ def _solved(task: _Task, P: Floats, relaxation: str) -> tuple[Condition, Outcome
         units = _CostUnits.of(task, P)
         posed = task.posed(units)
         condition = lqr_pdc_condition(
-            posed,
-            posed.Q,
-            posed.R,
-            relaxation=relaxation,
-            deviations=posed.factor,
-            span=units.rate,
+            posed, posed.Q, posed.R, relaxation=relaxation, deviations=posed.factor, span=units.rate
         )
         condition = condition.with_lmis(largest_lmi(condition.unknowns[0]))
         outcome = optimise(condition)

@@ -17,12 +17,7 @@ from takagi.lmi.cone.balance import (
     nearest_power,
     state_units,
 )
-from takagi.lmi.gains.decay.condition import (
-    Controlled,
-    double_sums,
-    pdc_condition,
-    size_of_motion,
-)
+from takagi.lmi.gains.decay.condition import Controlled, double_sums, pdc_condition, size_of_motion
 from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.gains.requirements.limits import Limits
 from takagi.lmi.gains.requirements.requirements import Requirements

@@ -101,8 +101,7 @@ def hinf_pdc(
         tolerance=(2 if task.level else 1) * task.tolerance,
     )
     meaning = Meaning(
-        gain=partial(_energy_gain, squared=task.level),
-        size=_as_posed if task.level else _storage,
+        gain=partial(_energy_gain, squared=task.level), size=_as_posed if task.level else _storage
     )
     return designed(task, _posed, meaning)
 

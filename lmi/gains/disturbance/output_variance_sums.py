@@ -132,9 +132,7 @@ def _entering(plant: DisturbedPlant, Q: Unknown, W: Unknown) -> LMI:
     r, n, q = plant.E.shape
     one, noise = np.eye(n)[None], np.eye(q)[None]
     p = plant.D11.shape[1]
-    constants = [
-        Constant(value=plant.E.transpose(0, 2, 1), at=(0, 1), latex=r"E_{i}^\top"),
-    ]
+    constants = [Constant(value=plant.E.transpose(0, 2, 1), at=(0, 1), latex=r"E_{i}^\top")]
     direct = plant.sample_time is not None and bool(plant.D11.any())
     if direct:
         constants += [

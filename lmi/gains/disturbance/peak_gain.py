@@ -178,11 +178,7 @@ class _Search:
     def task_at(self, look: _Look) -> DisturbanceRequest:
         """Return the task at a look's rate, from there."""
         return replace(
-            self.task,
-            decay_rate=look.rate,
-            guess=look.P,
-            reach=look.reach,
-            feedback=self.feedback,
+            self.task, decay_rate=look.rate, guess=look.P, reach=look.reach, feedback=self.feedback
         )
 
     def _go_to_best(self) -> None:

@@ -63,12 +63,7 @@ def closed_loop(
     moved = (1, 0) if discrete else (0, 0)
     parts = [
         SumPart(
-            unknown=Q,
-            left=A,
-            right=one,
-            at=moved,
-            plus_transpose=not discrete,
-            latex=("A_{i}", ""),
+            unknown=Q, left=A, right=one, at=moved, plus_transpose=not discrete, latex=("A_{i}", "")
         ),
         SumPart(
             unknown=M,

@@ -91,12 +91,7 @@ def limits_of(
 
 
 def input_lmis(
-    Q: Unknown,
-    M: Unknown,
-    limit: Array,
-    *,
-    name: str = "input limit",
-    symbol: str = r"\bar u",
+    Q: Unknown, M: Unknown, limit: Array, *, name: str = "input limit", symbol: str = r"\bar u"
 ) -> tuple[LMI, ...]:
     """Pose [[u_k^2, m_k], [m_k', Q]] > 0, m_k row k of M_i: |K_i x|_k <= u_k where x' P x <= 1.
 

@@ -130,10 +130,7 @@ def motion_lmi(
         Term(unknown=P, left=s / root * EYE, right=EYE, at=(row, 0)),
         Term(unknown=pace, left=root / (2 * s) * EYE, at=(row, 0), members=index),
     ]
-    constants = [
-        Constant(value=-s / root * EYE, at=(row, 0)),
-        Constant(value=-2 * EYE, at=step),
-    ]
+    constants = [Constant(value=-s / root * EYE, at=(row, 0)), Constant(value=-2 * EYE, at=step)]
     if around.disturbed:
         terms.append(Term(unknown=P, left=EYE, right=d, at=(0, 1)))
         terms.append(Term(unknown=pace, left=-ONE, at=(1, 1), members=index))

@@ -193,13 +193,7 @@ def _settled(
     for _ in range(most):
         least = float(np.log(kept.mean / mean)) if kept.mean > 0 else None
         weights = Weights(
-            aim.wind_class * shares,
-            aim.overspeed,
-            aim.decay,
-            np.zeros(0),
-            shares,
-            least,
-            floors,
+            aim.wind_class * shares, aim.overspeed, aim.decay, np.zeros(0), shares, least, floors
         )
         found = joint_step(windy, still, functions, directions, weights)
         shown = None

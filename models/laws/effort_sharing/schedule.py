@@ -59,13 +59,7 @@ class EffortSchedule:
     overlap: float
 
     def __post_init__(self) -> None:
-        columns = (
-            "wind",
-            "rotor_speed",
-            "trim_effort",
-            "effectiveness",
-            "effectiveness_limit",
-        )
+        columns = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
         for name in columns:
             column = np.array(getattr(self, name), dtype=np.float64)
             if column.shape != np.shape(self.wind) or not np.all(np.isfinite(column)):

@@ -235,12 +235,7 @@ class _Block:
 
 
 def _array(
-    word: str,
-    rows: Iterable[Iterable[Decimal]],
-    kind: str,
-    told: str,
-    *,
-    flat: bool = True,
+    word: str, rows: Iterable[Iterable[Decimal]], kind: str, told: str, *, flat: bool = True
 ) -> Iterator[str]:
     """Yield the declaration of an array, eight numbers a line."""
     table = [list(row) for row in rows]

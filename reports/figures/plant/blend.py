@@ -12,14 +12,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
 from takagi.reports.figures.plant.responses import finish_over_time
-from takagi.reports.figures.style import (
-    COLOURS,
-    GREY,
-    STYLES,
-    decimate,
-    house_style,
-    new_figure,
-)
+from takagi.reports.figures.style import COLOURS, GREY, STYLES, decimate, house_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,14 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.errors import ModelError
-from takagi.reports.figures.style import (
-    COLOURS,
-    GREY,
-    STYLES,
-    decimate,
-    house_style,
-    new_figure,
-)
+from takagi.reports.figures.style import COLOURS, GREY, STYLES, decimate, house_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -58,11 +58,7 @@ def _table(law: EffortSharingLaw) -> Table:
     # nu, f and g belong to the interval that begins at the node; the last node begins none.
     rates, inertia, limit = (
         [*map(float, column), float("nan")]
-        for column in (
-            gains.integral_rate,
-            law.feedforward.inertia,
-            law.feedforward.effort_limit,
-        )
+        for column in (gains.integral_rate, law.feedforward.inertia, law.feedforward.effort_limit)
     )
     columns = (
         table.wind,

@@ -28,10 +28,7 @@ if TYPE_CHECKING:
 
 CORNERS = ("lower", "upper")
 EVIDENCE = "why it cannot leave"
-SYMBOLS = {
-    "partial load": ("k<sub>ω</sub>",),
-    "full load": ("k<sub>ω</sub>", "k<sub>β</sub>"),
-}
+SYMBOLS = {"partial load": ("k<sub>ω</sub>",), "full load": ("k<sub>ω</sub>", "k<sub>β</sub>")}
 UNITS = {"partial load": ("N m s/rad", "N m/rad"), "full load": ("s", "-", "1/rad")}
 
 
