@@ -147,7 +147,6 @@ def wide_box(
     bound = 1.0 / found.bound if found.bound > 0 else np.inf
     answer = Answer(
         status="candidate",
-        P=None,
         margin=found.outcome.margin,
         bound=loops.begin + bound,
         values=found.outcome.values,

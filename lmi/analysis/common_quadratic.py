@@ -265,7 +265,6 @@ def _no_by_one_vertex(
     size = "" if step is None else f", of size {abs(eigenvalue):.6g},"
     return Answer(
         status="infeasible",
-        P=None,
         margin=-np.inf,
         bound=0.0,
         multipliers={"vertex": Z[None]},

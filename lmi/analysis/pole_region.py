@@ -209,7 +209,6 @@ def _no_by_one_vertex(
     shown = f"{z.real:.6g}" if z.imag == 0 else f"{z.real:.6g} +- {abs(z.imag):.6g}j"
     return Answer(
         status="infeasible",
-        P=None,
         margin=-np.inf,
         bound=0.0,
         multipliers={region.labels[region.parts.index(part)]: Z[None] / np.trace(Z)},

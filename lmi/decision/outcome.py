@@ -55,7 +55,6 @@ class Outcome:
         """Return the outcome as an answer that shows no P yet and gives no diagnosis."""
         return Answer(
             status=self.status,
-            P=None,
             margin=self.margin,
             bound=self.bound,
             values=self.values,

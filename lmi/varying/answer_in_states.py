@@ -54,7 +54,6 @@ def no_lyapunov(condition: Condition, s: Floats, why: str) -> Answer:
     """Return the no for a reason that needs no solver."""
     return Answer(
         status="infeasible",
-        P=None,
         margin=-np.inf,
         bound=0.0,
         coordinates=s,

@@ -67,7 +67,7 @@ def least_gain(
     s = state_units(path.A, scales, step=path.sample_time)
     why = _hopeless_vertex(path, s, decay_rate) or infinite
     if why:
-        return Answer(status="infeasible", P=None, margin=-np.inf, coordinates=s, diagnosis=why)
+        return Answer(status="infeasible", margin=-np.inf, coordinates=s, diagnosis=why)
     P = guess(path) if guess is not None and scales is None else None
     T = None if P is None else states_of(P)
     tries: tuple[Try, ...] = ()
@@ -228,7 +228,6 @@ def _answer_without(
         )
     return Answer(
         status="infeasible" if no else "unknown",
-        P=None,
         margin=stable.margin if no else min(tried.margin, 0.0),
         bound=stable.bound if no else np.inf,
         multipliers=stable.multipliers if no else {},

@@ -209,7 +209,6 @@ def _no_by_fixed_mode(
     vertex, eigenvalue = fixed
     answer = Answer(
         status="infeasible",
-        P=None,
         margin=-np.inf,
         bound=0.0,
         coordinates=task.s,
@@ -220,14 +219,7 @@ def _no_by_fixed_mode(
             f"{task.slowness(eigenvalue):.6g} 1/s"
         ),
     )
-    return Design(
-        gains=None,
-        P=None,
-        decay_rate=decay_rate,
-        margin=-np.inf,
-        relaxation=relaxation,
-        answer=answer,
-    )
+    return Design(decay_rate=decay_rate, margin=-np.inf, relaxation=relaxation, answer=answer)
 
 
 def _diagnosis(task: DecayRequest, condition: Condition, outcome: Outcome, relaxation: str) -> str:

@@ -274,7 +274,6 @@ def _without(task: DisturbanceRequest, plain: Design, found: _Solved, meaning: M
         )
     answer = Answer(
         status="infeasible" if no else "unknown",
-        P=None,
         margin=min(outcome.margin, 0.0),
         bound=outcome.bound,
         multipliers=outcome.multipliers,
@@ -284,12 +283,7 @@ def _without(task: DisturbanceRequest, plain: Design, found: _Solved, meaning: M
         tries=outcome.tries,
     )
     return Design(
-        gains=None,
-        P=None,
-        decay_rate=task.decay_rate,
-        margin=answer.margin,
-        relaxation=task.relaxation,
-        answer=answer,
+        decay_rate=task.decay_rate, margin=answer.margin, relaxation=task.relaxation, answer=answer
     )
 
 

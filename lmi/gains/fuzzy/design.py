@@ -30,10 +30,10 @@ class FuzzyDesign:
     answer : how it was found; its condition is in balanced states and inputs.
     """
 
-    gains: Floats | None
-    numerators: Floats | None
-    slacks: Floats | None
-    matrices: Floats | None
+    gains: Floats | None = None
+    numerators: Floats | None = None
+    slacks: Floats | None = None
+    matrices: Floats | None = None
     discrete: bool
     decay_rate: float
     margin: float

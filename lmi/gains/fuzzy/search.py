@@ -100,10 +100,6 @@ def _design(
         diagnosis="" if good else _diagnosis(task, condition, outcome),
     )
     plain = FuzzyDesign(
-        gains=None,
-        numerators=None,
-        slacks=None,
-        matrices=None,
         discrete=task.discrete,
         decay_rate=alpha,
         margin=outcome.margin,

@@ -33,9 +33,9 @@ class StructuredDesign:
     answer : the check of the gains as they are, K fixed and P unknown.
     """
 
-    gains: Floats | None
-    output_gains: Floats | None
-    P: Floats | None
+    gains: Floats | None = None
+    output_gains: Floats | None = None
+    P: Floats | None = None
     objective: Objective
     value: float
     unstructured: float
@@ -106,7 +106,6 @@ def unsettled(climb: LocalSearch) -> Answer:
     rate = climb.reached()
     return Answer(
         status="unknown",
-        P=None,
         margin=-np.inf,
         diagnosis=(
             f"from no start were gains of this structure found; the largest decay rate of one "
@@ -120,9 +119,6 @@ def unsettled(climb: LocalSearch) -> Answer:
 def without(search: StepSearch, answer: Answer, steps: tuple[LocalStep, ...]) -> StructuredDesign:
     """Return a design without gains."""
     return StructuredDesign(
-        gains=None,
-        output_gains=None,
-        P=None,
         objective=search.objective,
         value=float("nan"),
         unstructured=float("nan"),
