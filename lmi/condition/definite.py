@@ -15,16 +15,20 @@ def positive(P: Unknown) -> LMI:
     return LMI(name=f"{P.name} positive definite", blocks=(P.rows,), terms=(term,))
 
 
-def bounded(P: Unknown, largest: float = 1.0) -> LMI:
-    """Pose P <= largest I, which fixes the scale of a condition that is homogeneous in P."""
+def bounded(P: Unknown, largest: float = 1.0, *, latex: str = "") -> LMI:
+    """Pose P <= largest I, which fixes the scale of a condition that is homogeneous in P.
+
+    Parameters
+    ----------
+    latex : the constant; empty for -I, or -I times the number.
+    """
     one = np.eye(P.rows)[None]
+    told = latex or ("-I" if largest == 1 else f"-{largest:g} I")
     return LMI(
         name=f"scale of {P.name}",
         blocks=(P.rows,),
         terms=(Term(unknown=P, left=one, right=one),),
-        constants=(
-            Constant(value=-largest * one, latex="-I" if largest == 1 else f"-{largest:g} I"),
-        ),
+        constants=(Constant(value=-largest * one, latex=told),),
         sign=-1,
         strict=False,
     )

@@ -39,6 +39,7 @@ from takagi.lmi.argument_checks import (
     symmetric,
     vertex_stack,
 )
+from takagi.lmi.condition.definite import bounded
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion
@@ -216,15 +217,7 @@ def lqr_pdc_condition(
 
 def largest_lmi(S: Unknown) -> LMI:
     """Pose S <= 1e6 I, in states where P is about 1: keeps S finite where a state costs nothing."""
-    one = np.eye(S.rows)[None]
-    return LMI(
-        name="scale of S",
-        blocks=(S.rows,),
-        terms=(Term(unknown=S, left=one, right=one),),
-        constants=(Constant(value=-LARGEST_S * one, latex=rf"-{LARGEST_S:g} I"),),
-        sign=-1,
-        strict=False,
-    )
+    return bounded(S, LARGEST_S)
 
 
 def initial_factor(deviations: ArrayLike, size: int) -> Array:
