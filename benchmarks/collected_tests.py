@@ -13,8 +13,6 @@ import pytest
 from hypothesis import Phase, settings
 from warm_tests import LONGEST, WarmTests
 
-__all__ = ["MARKS", "with_tests"]
-
 # Which tests are collected.
 MARKS = "not slow and not tex and not coq"
 

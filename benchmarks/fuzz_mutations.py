@@ -9,8 +9,6 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.reader import Number, digest
 
-__all__ = ["damaged_text", "damaged_tree", "places", "resealed", "without_content"]
-
 Path = tuple[Any, ...]
 NUMBERS = ["0", "-0", "1", "-1", "2", "3", "0.5", "1e-30", "1e30", "1e40", "-1e40", "1e-40", "1E+2"]
 NUMBERS += ["9" * 60, "0." + "3" * 58, "1e41", "1e999999999", "-0.0", "12", "1000000", "80", "1e7"]

@@ -53,8 +53,6 @@ from takagi.models.turbine.full_load import full_load_model
 from takagi.models.turbine.loader import model_files, nrel5mw
 from takagi.models.turbine.partial_load import partial_load_model
 
-__all__ = ["CERTIFICATE", "GAINS", "write_seeds"]
-
 CERTIFICATE, GAINS = "certificate.json", "gains.json"
 Document = Mapping[str, Any]
 PAIR = [[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -4.0], [0.25, -1.0]]]

@@ -175,7 +175,7 @@ def _beside(found: Timed | str, mine: Timed) -> tuple[str, str]:
 def _raw_margin(condition: Any, limits: dict[str, float]) -> Timed:
     """Solve the cone data, assembled beforehand, by a bare clarabel call: the floor."""
     from takagi.lmi.cone.assemble import assemble
-    from takagi.lmi.solver.solve import SolverRow, cone_program
+    from takagi.lmi.cone.program import SolverRow, cone_program
 
     data = assemble(condition)
     t = np.eye(len(data.objective) + 1)[-1]
@@ -328,7 +328,7 @@ def at_once(given: dict[str, Any]) -> dict[str, Any]:
     """Hand all vertices to the solver at once."""
     from takagi.lmi import common_lyapunov_condition
     from takagi.lmi.cone.assemble import assemble
-    from takagi.lmi.solver.solve import cone_program
+    from takagi.lmi.cone.program import cone_program
 
     A = stable_vertices(given["count"], given["n"])
     if given["question"] == "margin":

@@ -41,8 +41,10 @@ from takagi.certificates.checker.kernel.certificate import check_document  # noq
 from takagi.certificates.claims.turbine.effort_sharing import (  # noqa: E402
     DEFAULT_BOX,
     DEFAULT_UNCERTAINTY,
-    EffortSharingCandidate,
     effort_sharing_claim,
+)
+from takagi.certificates.claims.turbine.largest_wind_error import (  # noqa: E402
+    EffortSharingCandidate,
 )
 from takagi.certificates.design.turbine.effort_sharing_gains import effort_sharing_gain_design  # noqa: E402
 from takagi.certificates.document.certificate_file import (  # noqa: E402

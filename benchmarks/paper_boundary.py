@@ -17,12 +17,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from boundary_figure import Boundary, boundary_csv, boundary_figure
+from disturbance_trials import DISTURBANCES, TrialOutcome, tried
 from numpy.typing import NDArray
+from trial_laws import effort_sharing_trial, published_trial
+from trial_plant import TrialRotor, rotor_of
 
 from takagi.certificates.campaign.loop import certified_loop
-from takagi.certificates.campaign.trial_laws import effort_sharing_trial, published_trial
-from takagi.certificates.campaign.trial_plant import TrialRotor, rotor_of
-from takagi.certificates.campaign.trials import DISTURBANCES, TrialOutcome, tried
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.claims.turbine.published import (
     published_candidate,
@@ -38,7 +39,6 @@ from takagi.models.laws.published.equilibrium import equilibrium
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
-from takagi.reports.campaign.boundary import Boundary, boundary_csv, boundary_figure
 from takagi.reports.figures.writing import figure_to_png, figure_to_svg
 from takagi.reports.output import write_folder
 

@@ -16,17 +16,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "cvxpy_compensation",
-    "cvxpy_energy_gain",
-    "cvxpy_lyapunov",
-    "cvxpy_rate",
-    "cvxpy_rate_by_parameter",
-    "cvxpy_variance",
-    "picos_compensation",
-    "picos_lyapunov",
-]
-
 Floats = NDArray[np.float64]
 
 

@@ -11,19 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi import Condition
-from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
-
-__all__ = [
-    "Channelled",
-    "disturbed_rules",
-    "energy_gain_condition",
-    "least_trace_condition",
-    "scattered_rules",
-    "stable_vertices",
-]
+from takagi.lmi.sums.summands import KnownBlock, SumPart
 
 Floats = NDArray[np.float64]
 

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from takagi.lmi import LMI, Condition, Constant, Term, Unknown
 
-__all__ = ["OPTIMA", "condition_of", "read_sdpa"]
-
 # Borchers (1999), table of optimal objective values, to the digits printed there.
 OPTIMA = {
     "control1": "1.778463e+01",

@@ -15,8 +15,6 @@ import pytest
 from _pytest.fixtures import FixtureDef, FixtureRequest
 from traced_lines import Lines, traced
 
-__all__ = ["Recorder", "kept", "name_of", "shared"]
-
 # Whose fixtures are not the project's.
 PLUGINS = ("_pytest", "pytest", "hypothesis", "xdist")
 

@@ -10,8 +10,6 @@ from types import FrameType
 
 from coverage import Coverage
 
-__all__ = ["Lines", "TooLong", "interrupted", "traced"]
-
 Lines = dict[str, set[int]]
 
 

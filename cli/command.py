@@ -10,8 +10,6 @@ import typer
 
 from takagi.cli.errors import guard
 
-__all__ = ["run_command"]
-
 
 def run_command(
     name: str,

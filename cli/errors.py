@@ -7,8 +7,6 @@ import os
 import sys
 from collections.abc import Callable
 
-__all__ = ["INTERNAL", "INTERRUPTED", "MISUSE", "PROVED", "UNPROVED", "guard"]
-
 PROVED = 0  # everything asked is proved and passes
 UNPROVED = 1  # something is DISPROVED, UNDECIDED, or below its threshold
 MISUSE = 2  # what was asked makes no sense, or a file cannot be read or written

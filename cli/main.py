@@ -9,8 +9,6 @@ from importlib import import_module
 from takagi.cli.errors import MISUSE, guard
 from takagi.cli.verb_table import VERBS
 
-__all__ = ["main"]
-
 _INTRODUCTION = """\
 Usage: takagi VERB [OPTIONS] ...
 
@@ -76,9 +74,7 @@ def _help() -> str:
     width = max(len(verb.name) for verb in VERBS)
     verbs = [f"  {verb.name:<{width}}  {verb.help}" for verb in VERBS]
     steps = [f"  takagi {verb.example}" for verb in VERBS if verb.example]
-    return "\n".join(
-        [_INTRODUCTION, "Verbs:", *verbs, "", "First steps:", *steps, "", _CLOSING],
-    )
+    return "\n".join([_INTRODUCTION, "Verbs:", *verbs, "", "First steps:", *steps, "", _CLOSING])
 
 
 def _unknown(given: str) -> str:

@@ -10,8 +10,6 @@ from pathlib import Path
 
 from takagi.reports.output import OutputError
 
-__all__ = ["require_file_place", "require_folder_place"]
-
 # The output of a design has this size: a disk with less space is reported now.
 _ROOM = 4_000_000
 

@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, TextIO
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-__all__ = ["Tell", "progress"]
-
 # tell(step) or tell(step, done): the step in words, and the part of the whole that is done, 0..1.
 # Other packages take such a function as an argument; they do not depend on terminals.
 Tell = Callable[..., None]

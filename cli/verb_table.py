@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["VERBS", "Verb"]
-
 
 class Verb(NamedTuple):
     """A verb of the command line.  Its module has ``run(arguments: Sequence[str]) -> int``."""

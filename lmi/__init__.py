@@ -22,8 +22,9 @@ has the name of a function: it would hide it once imported.
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.lmi.analysis.actuator_rates import input_rate_bound
@@ -79,7 +80,7 @@ if TYPE_CHECKING:
     from takagi.lmi.refutation.refutation import exact_no, rigorous_no
     from takagi.lmi.relaxation_result import RelaxationResult, Rung
     from takagi.lmi.sums.corner_rules import ProductRules, product_rules
-    from takagi.lmi.sums.double_sum import DoubleSum, Fixed, KnownBlock, Part, SumPart
+    from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
     from takagi.lmi.sums.membership_shape import (
         neighbouring_rules,
         product_bounds,
@@ -88,6 +89,7 @@ if TYPE_CHECKING:
     )
     from takagi.lmi.sums.relaxation_sizes import RelaxationSize, relaxation_size
     from takagi.lmi.sums.relaxations import relaxation_named
+    from takagi.lmi.sums.summands import KnownBlock, SumPart
     from takagi.lmi.varying.constant_parameters import (
         polynomial_lyapunov,
         polynomial_lyapunov_condition,
@@ -192,109 +194,4 @@ __all__ = [
     "with_shape",
 ]
 
-_HOME = {
-    "Alternative": "refutation.alternative",
-    "Answer": "answer",
-    "Condition": "condition.term",
-    "Constant": "condition.term",
-    "Design": "answer",
-    "DoubleSum": "sums.double_sum",
-    "EigenvalueRegion": "condition.region",
-    "Explanation": "explaining.explanation",
-    "Extreme": "parameter_search.largest_parameter",
-    "FuzzyDesign": "gains.fuzzy.design",
-    "Fixed": "sums.double_sum",
-    "KnownBlock": "sums.double_sum",
-    "LMI": "condition.term",
-    "Ladder": "gains.decay.relaxation_table",
-    "LyapunovFamily": "polynomials.polynomial_lyapunov",
-    "NormBounded": "condition.uncertainty",
-    "Outcome": "decision.outcome",
-    "PolynomialLyapunov": "polynomials.polynomial_lyapunov",
-    "ProductRules": "sums.corner_rules",
-    "Region": "condition.region",
-    "RelaxationResult": "relaxation_result",
-    "RelaxationSize": "sums.relaxation_sizes",
-    "Rung": "relaxation_result",
-    "StructuredDesign": "gains.structured.answer",
-    "Part": "sums.double_sum",
-    "SumPart": "sums.double_sum",
-    "Term": "condition.term",
-    "Try": "answer",
-    "Unknown": "condition.unknown",
-    "attraction_ellipsoid": "gains.attraction.design",
-    "attraction_pdc": "gains.attraction.design",
-    "box_enlargement_condition": "analysis.growth_condition",
-    "common_lyapunov": "analysis.common_quadratic",
-    "common_lyapunov_condition": "analysis.common_quadratic",
-    "d_stability": "analysis.pole_region",
-    "d_stability_condition": "analysis.pole_region",
-    "decide": "decision.decide",
-    "decide_by_rounds": "decision.item_rounds",
-    "enlarged_loops": "analysis.loop_growth",
-    "exact_matrices": "condition.exact",
-    "exact_no": "refutation.refutation",
-    "explain": "explaining.weaker_requests",
-    "expressed": "condition.express",
-    "extreme_parameter": "parameter_search.largest_parameter",
-    "fuzzy_lyapunov": "varying.varying_memberships",
-    "fuzzy_lyapunov_condition": "varying.varying_memberships",
-    "fuzzy_pdc": "gains.fuzzy.pdc",
-    "fuzzy_pdc_condition": "gains.fuzzy.pdc",
-    "h2_norm": "analysis.disturbance.output_variance",
-    "h2_norm_condition": "analysis.disturbance.output_variance",
-    "h2_pdc": "gains.disturbance.output_variance",
-    "h2_pdc_condition": "gains.disturbance.output_variance_sums",
-    "hinf_norm": "analysis.disturbance.energy_gain",
-    "hinf_norm_condition": "analysis.disturbance.energy_gain",
-    "hinf_pdc": "gains.disturbance.energy_gain",
-    "hinf_pdc_condition": "gains.disturbance.energy_gain_sums",
-    "input_rate_bound": "analysis.actuator_rates",
-    "latex": "condition.typeset",
-    "lqr_pdc": "gains.cost.regulator",
-    "lqr_pdc_condition": "gains.cost.condition",
-    "markdown": "condition.typeset",
-    "max_box_enlargement": "analysis.box_enlargement",
-    "max_decay_rate": "analysis.decay_rate",
-    "neighbouring_rules": "sums.membership_shape",
-    "objective_below": "refutation.objective_limit",
-    "observer": "gains.observer",
-    "observer_condition": "gains.observer",
-    "optimise": "decision.decide",
-    "optimise_by_rounds": "decision.item_rounds",
-    "pdc": "gains.decay.pdc",
-    "pdc_condition": "gains.decay.condition",
-    "peak_gain": "analysis.disturbance.peak_to_peak",
-    "peak_gain_condition": "analysis.disturbance.peak_condition",
-    "peak_pdc": "gains.disturbance.peak_gain",
-    "peak_pdc_condition": "gains.disturbance.peak_gain_sums",
-    "polynomial_lyapunov": "varying.constant_parameters",
-    "polynomial_lyapunov_condition": "varying.constant_parameters",
-    "product_bounds": "sums.membership_shape",
-    "product_rules": "sums.corner_rules",
-    "relaxation_ladder": "gains.decay.relaxation_table",
-    "relaxation_named": "sums.relaxations",
-    "relaxation_size": "sums.relaxation_sizes",
-    "rigorous_no": "refutation.refutation",
-    "robust_hinf_norm": "varying.robust_gain",
-    "robust_hinf_norm_condition": "varying.robust_gain",
-    "robust_lyapunov": "analysis.norm_bounded",
-    "robust_lyapunov_condition": "analysis.norm_bounded",
-    "secant_vertices": "gains.secant_vertices",
-    "structured_pdc": "gains.structured.design",
-    "structured_pdc_condition": "gains.structured.slack_matrix",
-    "sweep": "parameter_search.parameter_sweep",
-    "with_input_states": "gains.requirements.rate_limits",
-    "with_overlap": "sums.membership_shape",
-    "with_shape": "sums.membership_shape",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(f"takagi.lmi.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

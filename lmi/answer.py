@@ -14,8 +14,6 @@ from takagi.lmi.relaxation_result import RelaxationResult
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["Answer", "Design", "Status", "Try"]
-
 Status: TypeAlias = Literal["candidate", "infeasible", "unknown"]
 
 
@@ -62,7 +60,7 @@ class Answer:
     """
 
     status: Status
-    P: Floats | None
+    P: Floats | None = None
     margin: float
     family: PolynomialLyapunov | None = None
     decay_rate: float | None = None
@@ -113,8 +111,8 @@ class Design:
     ladder : what was tried, in order, where the relaxation was "auto"; else empty.
     """
 
-    gains: Floats | None
-    P: Floats | None
+    gains: Floats | None = None
+    P: Floats | None = None
     decay_rate: float
     margin: float
     relaxation: str

@@ -10,23 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.condition.term import Array
-from takagi.lmi.stabilisability import check_stabilisable, fixed_mode
 from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
-
-__all__ = [
-    "Vertices",
-    "check_stabilisable",
-    "corners_of",
-    "fixed_mode",
-    "input_stack",
-    "number",
-    "positive_vector",
-    "rate_parameter",
-    "sample_time_of",
-    "symmetric",
-    "vertex_stack",
-]
 
 
 @runtime_checkable

@@ -7,8 +7,6 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-__all__ = ["RelaxationResult", "Rung", "RungStatus"]
-
 RungStatus: TypeAlias = Literal["candidate", "infeasible", "unknown", "not tried", "bound"]
 
 

@@ -7,8 +7,6 @@ import numpy as np
 from takagi.lmi.condition.term import Array
 from takagi.models.errors import ModelError
 
-__all__ = ["check_stabilisable", "fixed_mode"]
-
 
 def check_stabilisable(
     A: Array,

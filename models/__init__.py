@@ -10,14 +10,16 @@
     laws/, loops/           controller laws as values; closed loops as families of matrices
     turbine/, simulation/   wind turbines; the nonlinear plant and the loop in time
     loading, errors         models from files and built-in ones by name; ModelError
+    lazy_names              the names of a package, imported when they are used
 
 Importing this package imports nothing heavy: names are looked up when they are used.
 """
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.models.control_systems.law_systems import law_system
@@ -113,66 +115,4 @@ __all__ = [
     "wind_observer_model",
 ]
 
-_HOME = {
-    "Cell": "ranges.cell",
-    "CellModels": "reduction.cell_models",
-    "Curve": "splines.curve",
-    "Derivation": "ts.derivation",
-    "Domain": "ranges.domain",
-    "ErrorBound": "reduction.error_bound",
-    "Feedback": "loops.secant.feedback",
-    "Interval": "intervals.interval",
-    "Matrices": "ts.model",
-    "MergedModel": "reduction.reduced_model",
-    "ModelCell": "reduction.cell_models",
-    "ModelError": "errors",
-    "NormBlock": "reduction.norm_block",
-    "Output": "plant.variables",
-    "Parameter": "plant.variables",
-    "Plant": "plant.plant",
-    "Premise": "ts.premise",
-    "ReducedModel": "reduction.reduced_model",
-    "Region": "loops.secant.embedding",
-    "RuleCount": "sector.rule_counting",
-    "SecantEmbedding": "loops.secant.matrices",
-    "SecantRegion": "loops.secant.embedding",
-    "Step": "equations.step",
-    "Surface": "splines.surface",
-    "TSModel": "ts.model",
-    "Turbine": "turbine.data",
-    "Variable": "plant.variables",
-    "WindObserver": "turbine.wind_observer",
-    "blended_feedback": "loops.secant.feedback",
-    "built_in_models": "files.library",
-    "full_load_model": "turbine.full_load",
-    "interpolate_curve": "splines.curve",
-    "law_system": "control_systems.law_systems",
-    "load_model": "loading",
-    "load_ts_model": "ts.mat_file",
-    "merge_vertices": "reduction.vertex_merging",
-    "mode_spectrum": "reduction.rule_tensor",
-    "nonlinear_system": "control_systems.plant_systems",
-    "nrel5mw": "turbine.loader",
-    "partial_load_model": "turbine.partial_load",
-    "plant_file_schema": "plant.entries",
-    "product_memberships": "loops.secant.feedback",
-    "reduce_rules": "reduction.tensor_reduction",
-    "refine": "reduction.box_refinement",
-    "rule_count": "sector.model",
-    "sampled_bounds": "ranges.sampled",
-    "secant_embedding": "loops.secant.embedding",
-    "sector_model": "sector.model",
-    "statespace": "control_systems.plant_systems",
-    "table_function": "splines.table_function",
-    "wind_observer_model": "turbine.wind_observer",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(f"takagi.models.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-__all__ = ["ModelError", "did_you_mean"]
-
 
 class ModelError(ValueError):
     """What was asked makes no sense for the model it was asked of.

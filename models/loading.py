@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     ModelFile: TypeAlias = PlantFile | TurbineFile
 
-__all__ = ["load_model", "read_model"]
-
 
 def read_model(name_or_path: str | Path) -> ModelFile:
     """Return the file of a built-in name or path, read once.

@@ -12,8 +12,6 @@ from typing import NamedTuple, Protocol
 from urllib.parse import quote
 from xml.sax.saxutils import escape, quoteattr
 
-__all__ = ["CheckedFile", "CheckedClaim", "junit", "markdown", "refusal", "sarif"]
-
 _SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 
 

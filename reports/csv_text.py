@@ -6,8 +6,6 @@ import csv
 import io
 from collections.abc import Iterable
 
-__all__ = ["csv_text"]
-
 
 def csv_text(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
     """Return a line of headings and one a row; None is empty, lines end in a line feed."""

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from takagi.certificates.design.design import Design
 
-__all__ = ["appendix_files", "design_files"]
-
 Files = dict[str, bytes | str]
 Tell = Callable[[str], None]
 # Kind of model -> what makes its gain file, report and appendix: module and function.

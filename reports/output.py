@@ -10,8 +10,6 @@ from pathlib import Path, PurePosixPath
 
 from takagi.reports.system_errors import explain
 
-__all__ = ["OutputError", "write_file", "write_folder"]
-
 
 class OutputError(OSError):
     """A file could not be written.  The message says which, why and what to do.

@@ -6,8 +6,6 @@ from functools import cache
 
 from takagi.models import TSModel, full_load_model, nrel5mw, partial_load_model
 
-__all__ = ["regional_models"]
-
 
 @cache
 def regional_models() -> tuple[TSModel, TSModel]:

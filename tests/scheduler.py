@@ -10,8 +10,6 @@ import re
 from functools import cache
 from pathlib import Path
 
-__all__ = ["group"]
-
 ROOT = Path(__file__).parents[1]
 # What is shared -> how a file of tests asks for it: by a fixture's name, or by an import.
 SHARED = {

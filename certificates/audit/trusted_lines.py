@@ -22,8 +22,6 @@ from pathlib import Path
 from types import CodeType, FrameType, ModuleType
 from typing import Any
 
-__all__ = ["File", "Trusted", "check_counted", "code_lines"]
-
 CHECKER = "takagi.certificates.checker"
 FOLDER = Path(__file__).parents[1] / "checker"
 WORDS = "words"

@@ -19,8 +19,6 @@ from takagi.certificates.checker.kernel.result import Checked
 from takagi.certificates.cross_check import Opinion, Refusal, judge, judge_document
 from takagi.certificates.cross_check.opinion import CONTAINING, LOOPS, NOT_REPLAYED
 
-__all__ = ["VerdictComparison", "VerdictRow", "cross_checked", "cross_checked_document"]
-
 REFUSED, NOT_PROVED = "REFUSED", ("UNDECIDED", "REFUSED")
 
 

@@ -7,15 +7,15 @@
     batch, runs             steps that end at wind nodes, and records: ``run_campaign``
     outside                 campaigns outside the certified class
     first_breaks            which bound is exceeded first in them
-    trial_plant, trial_laws, trials    any law after a disturbance: settles or not
 
 No proof uses this code, and this code uses no result of a proof.
 """
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.certificates.campaign.bounds import BOUNDS
@@ -40,27 +40,4 @@ __all__ = [
     "run_campaign",
 ]
 
-_HOME = {
-    "BOUNDS": "bounds",
-    "INSIDE": "outside",
-    "PLAYERS": "winds",
-    "STANDARD": "outside",
-    "Beyond": "outside",
-    "Break": "first_breaks",
-    "Campaign": "runs",
-    "CertifiedLoop": "loop",
-    "beyond_of": "outside",
-    "breaks_of": "first_breaks",
-    "certified_loop": "loop",
-    "run_campaign": "runs",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(f"takagi.certificates.campaign.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -37,8 +37,6 @@ from takagi.certificates.campaign.plants import drawn_starts, inertia_factors, w
 from takagi.certificates.campaign.winds import PLAYERS, DisturbanceShares, Player, Seen
 from takagi.models.arrays import Floats
 
-__all__ = ["Records", "run_batch"]
-
 Tell = Callable[[float], None]
 
 # One run in so many is advanced a second time, with steps half as long and the same inputs.

@@ -20,9 +20,6 @@ from takagi.certificates.campaign.motion import At, Demand, Drive, ramp, rates
 from takagi.certificates.campaign.plants import DIRECTIONS, quadratic
 from takagi.models.arrays import Floats
 
-__all__ = ["BOUNDS", "DECAYS", "RunEquilibrium", "decay_shares", "run_equilibrium", "shares"]
-
-
 DECAYS = ("decay", "common decay")
 BOUNDS = (
     *("set", "speed error", "effort lag", "speed signal", "integral", "rotor speed"),

@@ -14,8 +14,6 @@ from takagi.certificates.campaign.bounds import BOUNDS
 from takagi.certificates.campaign.runs import Campaign
 from takagi.models.arrays import Floats, Indices
 
-__all__ = ["TABLE", "Break", "breaks_of", "first_breaks", "overspeed"]
-
 TABLE = "coefficient table"
 
 

@@ -15,8 +15,6 @@ from takagi.certificates.campaign.spline_patches import Patches, spline_patches
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["PEAKS", "CertifiedLoop", "certified_loop"]
-
 KIND = "coherent-loop"
 PEAKS = ("speed_error", "effort_lag", "speed_signal", "integral")
 # The order of the rows of ``CertifiedLoop.tables``.
@@ -76,11 +74,6 @@ class CertifiedLoop:
     inertia: tuple[float, float]
     power: tuple[float, float]
     frozen_wake: bool
-
-    @property
-    def speed_bound(self) -> float:
-        """max omega* + p_e [rad/s]: the stated bound on rotor speed."""
-        return float(self.tables[0].max() + self.peaks[0])
 
 
 def certified_loop(document: Mapping[str, Any]) -> CertifiedLoop:

@@ -24,19 +24,6 @@ import numpy as np
 from takagi.certificates.campaign.loop import CertifiedLoop
 from takagi.models.arrays import Floats, Indices
 
-__all__ = [
-    "At",
-    "Demand",
-    "Drive",
-    "at_wind",
-    "blowing",
-    "demanded",
-    "error_state",
-    "ramp",
-    "rates",
-    "step",
-]
-
 Cells = Indices
 LEAST_WIND = 0.1
 

@@ -14,8 +14,6 @@ from dataclasses import dataclass, replace
 from takagi.certificates.campaign.loop import CertifiedLoop
 from takagi.models.errors import ModelError, did_you_mean
 
-__all__ = ["INSIDE", "STANDARD", "Beyond", "beyond_of"]
-
 KINDS = ("wind", "wind-error", "wind-rate", "start", "inertia", "wake")
 MOST = 1000.0
 

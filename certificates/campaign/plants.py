@@ -15,8 +15,6 @@ from takagi.certificates.campaign.loop import CertifiedLoop
 from takagi.certificates.campaign.motion import At, Cells, at_wind, ramp
 from takagi.models.arrays import Floats
 
-__all__ = ["DIRECTIONS", "TrialStart", "drawn_starts", "inertia_factors", "quadratic", "wake_fits"]
-
 # Rows h of h xi: e, zeta, e - x, x.
 DIRECTIONS = np.array([[1.0, 0, 0], [0, 1.0, 0], [1.0, 0, -1.0], [0, 0, 1.0]])
 # Fractions of the starts: on the boundary, and at boundary points where a bound is attained.

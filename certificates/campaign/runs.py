@@ -19,8 +19,6 @@ from takagi.certificates.campaign.loop import CertifiedLoop, certified_loop
 from takagi.certificates.campaign.outside import INSIDE, Beyond
 from takagi.models.errors import ModelError
 
-__all__ = ["DURATION", "TOLERANCE", "Campaign", "run_campaign"]
-
 Tell = Callable[[str, float], None]
 
 DURATION = 60.0

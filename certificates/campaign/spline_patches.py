@@ -18,8 +18,6 @@ from scipy.interpolate import BSpline
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
-__all__ = ["Patches", "spline_patches"]
-
 DEGREE = 3
 
 

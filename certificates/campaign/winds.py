@@ -21,9 +21,6 @@ from takagi.certificates.campaign.motion import At, Demand, Drive, demanded, err
 from takagi.certificates.campaign.plants import DIRECTIONS
 from takagi.models.arrays import Floats
 
-__all__ = ["PLAYERS", "DisturbanceShares", "Player", "Seen"]
-
-
 # Mean times between two switches, and angular frequencies of waves: one decade to either side of
 # the loop's natural frequency, which is near 0.3 rad/s.
 SHORTEST, LONGEST = 0.1, 30.0

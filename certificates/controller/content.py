@@ -9,8 +9,6 @@ from takagi.certificates.checker.controller.content import file_content
 from takagi.certificates.checker.kernel.reader import Number, digest
 from takagi.certificates.document.certificate_file import as_read
 
-__all__ = ["bound", "gain_file_of", "plain"]
-
 # The first members of the file; the others keep their order.
 ORDER = ("format", "version", "name", "turbine", "plant", "units", "law", "states", "inputs")
 LAST = ("language", "programs", "rotor", "tables", "certificate")
@@ -20,11 +18,7 @@ def bound(document: Mapping[str, Any], controller: Mapping[str, Any]) -> dict[st
     """Return the certificate with the other members of its gain file, and their hash."""
     provenance = document["provenance"]
     hashes = {**provenance["sha256"], "controller": digest(as_read(controller))}
-    return {
-        **document,
-        "controller": controller,
-        "provenance": {**provenance, "sha256": hashes},
-    }
+    return {**document, "controller": controller, "provenance": {**provenance, "sha256": hashes}}
 
 
 def gain_file_of(document: Mapping[str, Any]) -> dict[str, Any]:

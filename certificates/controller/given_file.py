@@ -22,8 +22,6 @@ from takagi.certificates.checker.kernel.reader import read_json, read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.controller.content import bound, gain_file_of, plain
 
-__all__ = ["bound_to_file", "refreshed", "told"]
-
 # Members that model and law do not determine; they are taken from the file.
 FREE = ("name", "turbine", "plant", "notes", "trim", "start", "observer", "certificate")
 NEEDED = ("trim", "observer")  # of a turbine's file

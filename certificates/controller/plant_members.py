@@ -13,15 +13,9 @@ if TYPE_CHECKING:
     from takagi.models.plant.variables import Variable
     from takagi.models.ts.model import TSModel
 
-__all__ = ["plant_members"]
-
 
 def plant_members(
-    plant: Plant,
-    model: TSModel,
-    law: Mapping[str, Any],
-    checked: Checked,
-    notes: tuple[str, ...],
+    plant: Plant, model: TSModel, law: Mapping[str, Any], checked: Checked, notes: tuple[str, ...]
 ) -> dict[str, Any]:
     """Return the certificate's member ``controller`` for a plant with gains."""
     near, words = removable_points(model)

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from takagi.models.intervals.interval import Interval
     from takagi.models.ts.model import TSModel
 
-__all__ = ["removable_points"]
-
 NEAR = 1e-12
 # Distances to try, as shares of the factor's largest size in the box; and powers of the factor.
 SHARES = (1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)

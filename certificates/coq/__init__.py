@@ -7,20 +7,13 @@ coq_export    the file: all matrices of a certificate, claim by claim
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.certificates.coq.coq_export import CoqFile, coq_file
 
 __all__ = ["CoqFile", "coq_file"]
 
-
-def __getattr__(name: str) -> object:
-    if name in __all__:
-        return getattr(import_module("takagi.certificates.coq.coq_export"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -20,8 +20,6 @@ from takagi.certificates.cross_check.kernel.obligation import Definite, Obligati
 from takagi.certificates.cross_check.kernel.reading import NotReplayed, Refusal
 from takagi.certificates.cross_check.opinion import claims_of
 
-__all__ = ["CoqFile", "coq_file"]
-
 # Coq reads a text recursively: one of some ten thousand characters fits its stack.
 LONGEST_TEXT, MOST_IN_ONE = 8_000, 200
 

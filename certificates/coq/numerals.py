@@ -16,8 +16,6 @@ from flint import fmpq, fmpq_mat
 
 from takagi.certificates.cross_check.kernel.exact import is_definite
 
-__all__ = ["Shorter", "shorter", "text_of", "whole_numbers"]
-
 BITS = (12, 16, 24, 32, 48, 64, 96, 128, 256, 512, 1024, 4096)
 Rows = list[list[int]]
 

@@ -26,27 +26,9 @@ from takagi.certificates.cross_check.kernel.reading import (
     stack,
     whole,
 )
-from takagi.certificates.cross_check.loop import (
-    decay,
-    disturbed,
-    fuzzy,
-    limits,
-    observing,
-    sampled,
-)
+from takagi.certificates.cross_check.loop import decay, disturbed, fuzzy, limits, observing, sampled
 from takagi.certificates.cross_check.loop.loop import VertexLoop
 from takagi.certificates.cross_check.plant.model_loop import read_loop
-
-__all__ = [
-    "CONTAINING",
-    "LOOPS",
-    "NOT_REPLAYED",
-    "Opinion",
-    "claims_of",
-    "judge",
-    "judge_document",
-    "obligations",
-]
 
 NOT_REPLAYED = "NOT REPLAYED"
 FORMAT, VERSION = "takagi-certificate", 1

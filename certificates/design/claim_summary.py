@@ -11,8 +11,6 @@ from takagi.certificates.checker.kernel.result import Claim, Verdict
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-__all__ = ["ClaimSummary", "claim_summary"]
-
 KIND = "coherent-loop"
 
 

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
 
-__all__ = ["CertifiedLaw", "Design", "NoDesign"]
-
 
 class Design(Protocol):
     """A finished design.  Verbs and reports read it without asking what the model is."""

@@ -16,9 +16,6 @@ from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.splines.surface import Surface
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["as_read", "certificate_document", "effort_sharing_law_data", "content_of", "dumps"]
-__all__ += ["files_sha256", "turbine_data"]
-
 STRING_OR_SEAM = re.compile(r'"(?:[^"\\]|\\.)*"|\},\{')
 
 

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
     from takagi.models.ts.premise import Premise
 
-__all__ = ["pdc_law_data", "ts_model_data"]
-
 
 def ts_model_data(model: TSModel) -> dict[str, Any]:
     """Return the model of kind ``takagi-sugeno``: vertices, names, premises, rules, box.

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from takagi.models.blending.blending import Actuator, Blending
     from takagi.models.ts.model import TSModel
 
-__all__ = ["blend_claim", "blend_data", "blend_of", "unknown_premises"]
-
 
 def blend_of(model: TSModel) -> Blending | None:
     """Return the blend of the plant that a model was derived from; None where it has none."""

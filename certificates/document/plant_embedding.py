@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from takagi.models.plant.variables import Variable
     from takagi.models.ts.model import TSModel
 
-__all__ = ["embedding_claim", "is_embedded", "law_members", "plant_and_claim", "plant_data"]
-
 
 def is_embedded(model: TSModel) -> bool:
     """Return whether the model carries the plant it was derived from, on a box."""

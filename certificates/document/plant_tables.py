@@ -10,8 +10,6 @@ if TYPE_CHECKING:
 
     from takagi.models.splines.table_function import TableFunction
 
-__all__ = ["tables_data"]
-
 
 def tables_data(expressions: Iterable[sp.Expr]) -> dict[str, Any]:
     """Return the splines that stand in the expressions, by name; nothing where there are none."""

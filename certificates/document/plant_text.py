@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["number_data", "rational_symbol", "text_data"]
-
 
 def number_data(value: Fraction) -> float | int | str:
     """Return the number as JSON has it, or as text where no float prints it."""

@@ -11,8 +11,6 @@ from typing import Any
 
 from takagi.models.intervals.interval import Interval
 
-__all__ = ["plain", "provenance"]
-
 LIBRARIES = ("takagi", "numpy", "scipy", "sympy", "clarabel", "python-flint")
 
 

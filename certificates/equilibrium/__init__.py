@@ -8,8 +8,9 @@ The answers come from the checker's own exact enclosures; the theorem is in docs
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.certificates.equilibrium.answers import (
@@ -28,20 +29,4 @@ __all__ = [
     "closed_loop_equilibria",
 ]
 
-_HOME = {
-    "ClosedLoopEquilibria": "answers",
-    "ClosedLoopRests": "answers",
-    "EquilibriumCell": "answers",
-    "RestCell": "answers",
-    "closed_loop_equilibria": "search",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(f"takagi.certificates.equilibrium.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

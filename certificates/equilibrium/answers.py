@@ -10,8 +10,6 @@ from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Checked
 from takagi.certificates.document.certificate_file import certificate_document
 
-__all__ = ["ClosedLoopEquilibria", "ClosedLoopRests", "EquilibriumCell", "RestCell"]
-
 
 @dataclass(frozen=True, slots=True)
 class EquilibriumCell:

@@ -19,8 +19,6 @@ from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["closed_loop_equilibria"]
-
 Tell = Callable[[str], None]
 NARROWEST = 0.01
 DECIMALS = 9

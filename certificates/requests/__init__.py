@@ -27,8 +27,9 @@ Importing this package loads no large module: a name is imported when it is firs
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.certificates.requests.all_claims import attempts_at_all
@@ -70,34 +71,4 @@ __all__ = [
     "attempts_at_all",
 ]
 
-_HOME = {
-    "Attempt": "request",
-    "BoxEnlargement": "box_enlargement",
-    "ClaimedLoop": "loop.loop",
-    "Decay": "decay",
-    "FuzzyDecay": "fuzzy_decay",
-    "GainRounding": "gain_rounding",
-    "H2Norm": "h2_norm",
-    "InputLimits": "input_limits",
-    "InvariantEllipsoid": "invariant_ellipsoid",
-    "L2Gain": "l2_gain",
-    "Loop": "loop.loop",
-    "ObservedFeedback": "observer",
-    "ObserverError": "observer",
-    "Peak": "peak",
-    "Poles": "pole_region",
-    "Request": "request",
-    "SampledLoop": "sampled_loop",
-    "Transient": "transient",
-    "attempts_at_all": "all_claims",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(f"takagi.certificates.requests.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

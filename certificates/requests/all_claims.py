@@ -22,8 +22,6 @@ from takagi.certificates.requests.request import Attempt, Request
 from takagi.certificates.requests.transient import Transient
 from takagi.models.errors import ModelError
 
-__all__ = ["attempts_at_all", "requests_for"]
-
 
 def attempts_at_all(
     loop: ClaimedLoop, *, decay_rate: float | None = None, observer: ArrayLike | None = None

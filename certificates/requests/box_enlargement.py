@@ -17,8 +17,6 @@ from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["BoxEnlargement"]
-
 BACK_OFF = (0.999, 0.99, 0.95, 0.9, 0.75, 0.5, 0.0)
 # The limit if the vertices do not differ, so that nothing bounds theta.
 LARGEST = 1e6

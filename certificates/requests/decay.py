@@ -21,8 +21,6 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     from takagi.lmi.answer import Answer
 
-__all__ = ["Decay", "common_function", "faster_function"]
-
 LARGEST = 1e38
 # Fractions of the rate found, tried in order until the rounded numbers prove the claim.
 BACK_OFF = (0.999, 0.99, 0.9, 0.5, 0.0)

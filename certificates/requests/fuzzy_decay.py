@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from takagi.lmi.answer import Answer
     from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov
 
-__all__ = ["FuzzyDecay"]
-
 BACK_OFF = (1.0, 0.99, 0.9, 0.5, 0.0)
 POLYA = (0, 1, 2, 4, 7)
 # Blends in quarters, at most so many, and how often those at which P(h) failed join them.

@@ -27,8 +27,6 @@ from takagi.certificates.requests.loop.weight_points import (
     point_at,
 )
 
-__all__ = ["Cut", "cut"]
-
 MOST_PIECES = 400
 
 

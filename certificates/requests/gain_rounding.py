@@ -17,8 +17,6 @@ from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["GainRounding"]
-
 # Fraction of the decay rate found: robustness to rounding costs decay rate.
 RATE_SHARE = 0.5
 BACK_OFF = (0.99, 0.9, 0.5, 0.1, 0.0)

@@ -19,8 +19,6 @@ from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["H2Norm"]
-
 # P is searched this far (relative) above the least norm, so that the rounded P keeps a margin.
 INSIDE, AT_LEAST = (1e-4, 4e-4), 5e-7
 # Shares added to P, and digits of it, each tried until the rounded numbers prove.

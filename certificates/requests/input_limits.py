@@ -18,8 +18,6 @@ from takagi.certificates.requests.request import Attempt, first_proved, or_else
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["InputLimits"]
-
 # The checker decides with numbers as they are written; this much is left for their rounding.
 SPARE = 1e-6
 

@@ -27,8 +27,6 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     from takagi.lmi.answer import Answer
 
-__all__ = ["InvariantEllipsoid", "candidate_set", "claimed_sets"]
-
 DIGITS = (6, 9, 12)
 # Shares of the disturbance that are tried where its bounds come from the model's box.
 SHARES = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)

@@ -22,8 +22,6 @@ from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["L2Gain"]
-
 # P is searched this far (relative) above the least gain, so that the rounded P keeps a margin.
 INSIDE, AT_LEAST = 2e-4, 1e-6
 # The same of one vertex, whose P needs no program.

@@ -19,8 +19,6 @@ from takagi.models.arrays import Floats
 if TYPE_CHECKING:
     from takagi.lmi.answer import Answer
 
-__all__ = ["no_common_decay"]
-
 # Numbers beyond are no part of a certificate.
 LARGEST = 1e38
 

@@ -32,8 +32,6 @@ from takagi.certificates.requests.request import Attempt, Request
 from takagi.certificates.requests.sampled_loop import SampledLoop
 from takagi.certificates.requests.transient import Transient
 
-__all__ = ["attempted"]
-
 # Claims that contain decay: V falls along all blends by one P.
 FALLING = (GainRounding, H2Norm, InputLimits, InvariantEllipsoid, L2Gain, Peak, Transient)
 # Blends in halves, quarters, eighths of the rules, or of each premise's weights, at most so many.

@@ -26,8 +26,6 @@ from takagi.certificates.requests.request import Attempt, first_proved, or_else
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["Peak"]
-
 BACK_OFF = (1e-5, 1e-4, 1e-3, 1e-2, 0.1)
 DIGITS = (6, 9, 12, 15)
 # Of one vertex: how much of the bound is given for room, and the back-off with each, relative.

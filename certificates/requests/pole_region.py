@@ -15,8 +15,6 @@ from takagi.certificates.requests.request import Attempt, first_proved
 if TYPE_CHECKING:
     from takagi.lmi.condition.region import EigenvalueRegion
 
-__all__ = ["Poles"]
-
 
 @dataclass(frozen=True, slots=True)
 class Poles:

@@ -10,8 +10,6 @@ from typing import Any, Protocol
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 
-__all__ = ["Attempt", "Request", "first_proved", "or_else"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attempt:

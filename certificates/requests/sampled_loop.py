@@ -21,8 +21,6 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     from takagi.lmi.analysis.sampled_loop import SampledFunction
 
-__all__ = ["SampledLoop"]
-
 DIGITS = (6, 9, 12)
 # Degrees of the function that is tried, and the one by which the largest sample time is sought.
 DEGREES, HIGHEST = (2, 4), 8

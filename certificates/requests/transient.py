@@ -18,8 +18,6 @@ from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["Transient"]
-
 DIGITS = (4, 6, 9, 12)
 # Shares of the largest decay rate: a slower one has a rounder ellipsoid, so less overshoot.
 SHARES = (0.95, 0.8, 0.6, 0.4)

@@ -54,8 +54,9 @@ Importing this package imports nothing heavy: names are looked up when they are 
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.certificates.sweep.axis import Axis, AxisKind, parse_axes
@@ -76,25 +77,4 @@ __all__ = [
     "run_sweep",
 ]
 
-_HOME = {
-    "Axis": "axis",
-    "AxisKind": "axis",
-    "Journal": "journal",
-    "JournalError": "journal",
-    "PointResult": "grid",
-    "SweepMap": "grid",
-    "SweepResult": "grid",
-    "Task": "grid",
-    "parse_axes": "axis",
-    "run_sweep": "runner",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(f"takagi.certificates.sweep.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.turbine_units import UNITS, to_si
 
-__all__ = ["Axis", "AxisKind", "parse_axes"]
-
 # Values between the ends are short decimals: they name the point in journal and tables.
 _DIGITS = 9
 _MOST = 100_000

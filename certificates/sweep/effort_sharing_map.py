@@ -17,11 +17,9 @@ from takagi.certificates.document.provenance import plain, provenance
 from takagi.certificates.sweep.axis import Axis
 from takagi.certificates.sweep.grid import SweepMap, Task
 from takagi.certificates.sweep.loop_answer import answer
-from takagi.certificates.sweep.loop_settings import AXES, loop_at, model_numbers
+from takagi.certificates.sweep.loop_settings import loop_at, model_numbers
 from takagi.certificates.sweep.wind_ranges import wind_ranges
 from takagi.models.turbine.data import Turbine
-
-__all__ = ["AXES", "build", "loop_settings", "point"]
 
 Tell = Callable[..., None]
 
@@ -57,10 +55,6 @@ def point(task: Task) -> dict[str, Any]:
     turbine: Turbine = task.shared
     loop = loop_at(turbine, default_settings(turbine), task.at)
     found = effort_sharing_candidate(
-        loop.turbine,
-        loop.law,
-        box=loop.box,
-        uncertainty=loop.uncertainty,
-        wind_class=loop.shape,
+        loop.turbine, loop.law, box=loop.box, uncertainty=loop.uncertainty, wind_class=loop.shape
     )
     return answer(loop.turbine, loop.law, found, wind_ranges(turbine))

@@ -16,8 +16,6 @@ from takagi.certificates.sweep.loop_settings import model_numbers
 from takagi.certificates.sweep.published_point import Span, WindowResult, point_result
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["effort_sharing_row", "point"]
-
 
 def effort_sharing_row(turbine: Turbine, winds: Sequence[Span]) -> SweepMap:
     """Return the map of one point: the coherent law with gains found in two steps."""

@@ -11,18 +11,6 @@ from typing import Any
 
 from takagi.certificates.sweep.axis import Axis
 
-__all__ = [
-    "FAILED",
-    "PARTLY",
-    "PROVED",
-    "UNDECIDED",
-    "PointResult",
-    "SweepMap",
-    "SweepResult",
-    "Task",
-    "canonical",
-]
-
 # A point's verdicts: all of what was asked, some of it, none.
 PROVED, PARTLY, UNDECIDED = "PROVED", "PARTLY", "UNDECIDED"
 # A point that raised something else than that its condition cannot be met; it is tried again.

@@ -20,8 +20,6 @@ from takagi.certificates.sweep.grid import FAILED, SweepMap, canonical
 from takagi.certificates.sweep.lock import hold
 from takagi.models.errors import ModelError
 
-__all__ = ["FORMAT", "NAME", "VERSION", "Journal", "JournalError"]
-
 FORMAT, VERSION = "takagi-sweep", 1
 NAME = "points.jsonl"
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import sys
 
-__all__ = ["hold"]
-
 
 def hold(handle: int) -> bool:
     """Lock an open file for this process until it is closed; False if another process holds it.

@@ -9,11 +9,9 @@ import numpy as np
 
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.claims.turbine.effort_sharing import (
-    EffortSharingCandidate,
-    effort_sharing_claim,
-)
+from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_claim
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
+from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
 from takagi.certificates.document.certificate_file import (
     certificate_document,
     effort_sharing_law_data,
@@ -25,8 +23,6 @@ from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.turbine.aerodynamics import rotor_power
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
-
-__all__ = ["answer", "checked", "energy_cost", "range_class"]
 
 REMEDY = (
     "reduce the uncertainty (inertia, frozen-wake, power-coefficient), the box (speed-error) or "
@@ -71,11 +67,7 @@ def answer(
         return {"verdict": UNDECIDED, "reason": f"{words}; {REMEDY}", **common}
     claim = checked(turbine, law, candidate)
     if claim.verdict is not Verdict.PROVED:
-        return {
-            "verdict": claim.verdict.name,
-            "reason": f"{claim.text}; {REMEDY}",
-            **common,
-        }
+        return {"verdict": claim.verdict.name, "reason": f"{claim.text}; {REMEDY}", **common}
     return {
         "verdict": claim.verdict.name,
         "reason": None,

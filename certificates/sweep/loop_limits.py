@@ -23,8 +23,6 @@ from takagi.models.intervals.interval import Interval
 from takagi.models.loops.effort_sharing.cells import CellLoop
 from takagi.models.loops.effort_sharing.loop_cell import LoopCell
 
-__all__ = ["COEFFICIENTS", "Limit", "what_limits"]
-
 # Coefficient -> what it is, in words.  The first five are ranges, the others sizes.
 COEFFICIENTS = {
     "stiffness": "slope of torque over speed (inertia, speed error)",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.certificates.claims.turbine.effort_sharing import WindClass
+from takagi.certificates.claims.turbine.wind_class import WindClass
 from takagi.certificates.sweep.axis import AxisKind
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
@@ -21,8 +21,6 @@ from takagi.models.turbine.data import Turbine
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
-
-__all__ = ["AXES", "LoopSettings", "loop_at", "model_numbers"]
 
 # Where the rate that is asked for is largest, it is this [m/s^2] by default.
 FULL_RATE = max(WindClass().rate)
@@ -143,10 +141,7 @@ def model_numbers(turbine: Turbine) -> dict[str, Any]:
             found[field.name] = value
     wake = turbine.frozen_wake
     return found | {
-        "frozen_wake": [
-            np.asarray(wake.wind).tolist(),
-            np.asarray(wake.power_sensitivity).tolist(),
-        ]
+        "frozen_wake": [np.asarray(wake.wind).tolist(), np.asarray(wake.power_sensitivity).tolist()]
     }
 
 

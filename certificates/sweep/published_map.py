@@ -28,8 +28,6 @@ from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
 
-__all__ = ["AXES", "Prepared", "build", "default_winds", "point", "prepare", "windows"]
-
 SPEED, TORQUE, WIND = "speed-overlap", "torque-overlap", "wind"
 
 AXES = (

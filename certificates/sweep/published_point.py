@@ -21,8 +21,6 @@ from takagi.certificates.document.certificate_file import certificate_document, 
 from takagi.certificates.sweep.grid import PARTLY, PROVED, UNDECIDED
 from takagi.models.laws.published.law import PublishedLaw
 
-__all__ = ["Span", "WindowResult", "certified_windows", "overlap_point", "point_result"]
-
 # Half widths in speed of the sets that are tried, from the largest down [rad/s].
 LADDER = (0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001, 5e-5, 2e-5)
 

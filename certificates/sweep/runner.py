@@ -27,8 +27,6 @@ from takagi.certificates.sweep.journal import Journal
 from takagi.certificates.sweep.sending import received, sent
 from takagi.models.errors import ModelError
 
-__all__ = ["default_workers", "run_sweep"]
-
 Place = tuple[float, ...]
 Made = tuple[Place, dict[str, Any], float]
 Tell = Callable[..., None]

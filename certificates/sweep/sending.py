@@ -9,8 +9,6 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-__all__ = ["received", "sent"]
-
 
 def sent(value: object) -> bytes:
     """Return the value as bytes.

@@ -18,13 +18,11 @@ from takagi.certificates.sweep.axis import Axis
 from takagi.certificates.sweep.effort_sharing_map import loop_settings
 from takagi.certificates.sweep.grid import PARTLY, PROVED, UNDECIDED, SweepMap, Task
 from takagi.certificates.sweep.loop_answer import answer, energy_cost
-from takagi.certificates.sweep.loop_settings import AXES, LoopSettings, loop_at
+from takagi.certificates.sweep.loop_settings import LoopSettings, loop_at
 from takagi.certificates.sweep.widest_set import widest_candidate
 from takagi.certificates.sweep.wind_ranges import WindRange, law_on, wind_ranges
 from takagi.models.errors import ModelError
 from takagi.models.turbine.data import Turbine
-
-__all__ = ["AXES", "READY_MADE", "build", "claim_on", "point"]
 
 # What ``--trade-off`` sweeps where no axis is given.
 READY_MADE = (

@@ -31,9 +31,6 @@ from takagi.models.loops.effort_sharing.cells import CellLoop
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
 
-__all__ = ["widest_candidate", "widest_functions"]
-
-
 # How often all rates are halved where no function bears them, and how often one is improved.
 ATTEMPTS, CALMER, IMPROVEMENTS = 6, 0.5, 8
 # An improvement of the mean by less than this ends the search.

@@ -11,8 +11,6 @@ from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
 
-__all__ = ["WindRange", "law_on", "wind_ranges"]
-
 # The transition, as shares of rated wind: 10 to 13 m/s for the NREL 5-MW turbine.
 TRANSITION = (0.875, 1.135)
 COLUMNS = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")

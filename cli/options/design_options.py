@@ -44,18 +44,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
     from takagi.models.turbine.data import Turbine
 
-__all__ = [
-    "Bandwidth",
-    "Law",
-    "Model",
-    "Overlap",
-    "SpeedOverlap",
-    "SpeedSetpoint",
-    "TorqueOverlap",
-    "design_settings",
-    "turbine_options",
-]
-
 COHERENT = "coherent"  # the default law of a turbine
 Model = Annotated[
     str,

@@ -8,8 +8,6 @@ from typing import Any
 
 from takagi.models.errors import ModelError
 
-__all__ = ["Groups", "as_typed", "defaults_of", "option_of", "refuse_designing"]
-
 # Functions whose parameters declare options.
 Groups = tuple[Callable[..., None], ...]
 # What may be asked of a certificate for gains that exist; the rest is about making gains.

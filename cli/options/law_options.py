@@ -13,18 +13,6 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     from takagi.models.turbine.data import Turbine
 
-__all__ = [
-    "OF_COHERENT",
-    "OF_PAPER",
-    "PitchEffectivenessShare",
-    "RampPlacement",
-    "RampShape",
-    "TorqueSetpoint",
-    "TrackingTime",
-    "WindFilter",
-    "law_settings",
-]
-
 TorqueSetpoint = Annotated[
     str | None,
     typer.Option(

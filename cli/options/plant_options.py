@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from takagi.models.plant.entries import VariableEntry
     from takagi.models.plant_files.loader import PlantFile
 
-__all__ = ["plant_options", "plant_settings", "sampled_options", "values_in_si"]
-
 _PAIR = re.compile(
     r"\s*([A-Za-z][A-Za-z0-9_]*)\s*=\s*([-+]?[0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*(.*)"
 )
@@ -29,8 +27,7 @@ def plant_options(
     decay_rate: Annotated[
         str | None,
         typer.Option(
-            metavar="RATE",
-            help='Plants: decay rate [1/s], or "max"; a moderate one unless given.',
+            metavar="RATE", help='Plants: decay rate [1/s], or "max"; a moderate one unless given.'
         ),
     ] = None,
     relaxation: Annotated[

@@ -8,8 +8,6 @@ import typer
 
 from takagi.models.errors import ModelError
 
-__all__ = ["OF_SYNTHESIS", "ObjectiveName", "TwoStep", "synthesis_settings"]
-
 # Options that the law coherent alone has.
 OF_SYNTHESIS = ("two_step", "objective")
 

@@ -12,15 +12,6 @@ if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
     from takagi.reports.baseline import CertificateComparison
 
-__all__ = [
-    "TOLERANCE",
-    "TOLERANCE_HELP",
-    "EarlierCertificate",
-    "compared",
-    "read_baseline",
-    "tolerance_of",
-]
-
 TOLERANCE = "5%"
 TOLERANCE_HELP = "By how much of its old value a figure may get worse, e.g. 5% or 0.05."
 _LONGEST = 20

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.design import CertifiedLaw, Design, NoDesign
     from takagi.models.loading import ModelFile
 
-__all__ = ["DESIGN_OPTIONS", "MAKERS", "Maker", "maker_of", "own_options"]
-
 
 class Maker(Protocol):
     """Makes what verbs ask of one model.  Misuse is a ``ModelError``.

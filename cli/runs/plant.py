@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.plant_files.loader import PlantFile
 
-__all__ = ["PlantMaker"]
-
 
 @dataclass(frozen=True, eq=False)
 class PlantMaker:

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.models.turbine.loader import TurbineFile
 
-__all__ = ["TurbineMaker"]
-
 Value = TypeVar("Value")
 
 

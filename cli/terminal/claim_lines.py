@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from takagi.reports.ci_formats import CheckedFile
 
-__all__ = ["claim_lines"]
-
 
 def claim_lines(checked: CheckedFile) -> list[str]:
     """Return a line for each claim: the verdict, the name in quotes, what was found.

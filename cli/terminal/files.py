@@ -13,8 +13,6 @@ from takagi.cli.errors import UNPROVED
 if TYPE_CHECKING:
     from takagi.certificates.design.design import NoDesign
 
-__all__ = ["FOLDERS", "PURPOSES", "print_files", "tell_none"]
-
 # What lands in the folder, and what each is for; `figures` holds several.
 PURPOSES = {
     "gains.json": "the law to load into a controller: schedule, gains, limits, units",

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.ts.premise import Premise
 
-__all__ = ["as_data", "as_text", "next_commands"]
-
 _WIDTH, _INDENT = 100, " " * 13
 _TIE = "\N{NO-BREAK SPACE}"
 _LONGEST = 60  # characters of a premise's expression that is shown

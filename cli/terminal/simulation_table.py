@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from takagi.reports.simulation.runs import Simulation
 
-__all__ = ["print_simulation"]
-
 # In a pipe or a file there is no terminal to fit into.
 _WIDTH = 100
 # Two short lines a column, so that the table fits into 80 characters; the full titles and units

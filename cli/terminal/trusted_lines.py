@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from takagi.certificates.audit.trusted_lines import File, Trusted
 
-__all__ = ["as_data", "as_text"]
-
 _HEAD = ("file of certificates/checker", "lines of code", "executed")
 
 

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.reports.loops.overlap_claims import OverlapClaim
 
-__all__ = ["as_data", "as_text", "claims_as_data", "claims_as_text", "next_commands"]
-
 
 def as_data(design: TurbineDesign) -> dict[str, Any]:
     """Return the summary as plain data: verdict, claims, and for the coherent law its numbers."""
@@ -104,10 +102,7 @@ def _by_overlaps(claims: Sequence[OverlapClaim]) -> list[str]:
 def _overlap_rows(claim: OverlapClaim) -> dict[str, str]:
     from takagi.reports.loops.overlap_claims import gap_words, wind_words
 
-    rows = {
-        "overlaps": f"{claim.label}: {claim.verdict.name}",
-        "proved winds": wind_words(claim),
-    }
+    rows = {"overlaps": f"{claim.label}: {claim.verdict.name}", "proved winds": wind_words(claim)}
     if claim.left:
         rows["not proved"] = gap_words(claim)
     if not (claim.decay and claim.speed_share and claim.half_width):
@@ -138,11 +133,7 @@ def claims_as_data(checked: Checked) -> dict[str, Any]:
         {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}
         for claim in checked.claims
     ]
-    return {
-        "verdict": checked.verdict.name,
-        "claims": claims,
-        "assumes": list(checked.assumes),
-    }
+    return {"verdict": checked.verdict.name, "claims": claims, "assumes": list(checked.assumes)}
 
 
 def _numbers(found: ClaimSummary) -> dict[str, Any]:

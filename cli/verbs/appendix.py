@@ -18,8 +18,6 @@ from takagi.cli.progress import progress
 from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
 from takagi.cli.terminal.files import tell_none
 
-__all__ = ["appendix", "run"]
-
 _MAIN, _BODY, _FIGURES = "appendix.tex", "appendix-body.tex", "figures"
 
 

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
     from takagi.reports.baseline import CertificateComparison
 
-__all__ = ["certify", "run"]
-
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""
@@ -46,8 +44,7 @@ def certify(
         Path, typer.Option("--out", "-o", metavar="FILE", help="The certificate to write.")
     ],
     gains: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="A gain file: certify its law as it stands."),
+        Path | None, typer.Option(metavar="FILE", help="A gain file: certify its law as it stands.")
     ] = None,
     gains_out: Annotated[
         Path | None,

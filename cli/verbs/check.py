@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
     from takagi.reports.ci_formats import CheckedFile
 
-__all__ = ["run"]
-
 _USAGE = "takagi check [OPTIONS] CERT"
 
 _DESCRIPTION = """\

@@ -21,8 +21,6 @@ from takagi.cli.runs.earlier_certificate import (
 if TYPE_CHECKING:
     from takagi.reports.baseline.changes import Change
 
-__all__ = ["compare", "run"]
-
 MOST_LISTED = 40
 
 

@@ -19,8 +19,6 @@ from takagi.cli.progress import progress
 from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
 from takagi.cli.terminal.files import FOLDERS, PURPOSES, print_files, tell_none
 
-__all__ = ["design", "run"]
-
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""

@@ -15,8 +15,6 @@ from takagi.cli.errors import PROVED, UNPROVED
 if TYPE_CHECKING:
     from takagi.reports.code.controller_program import ControllerProgram
 
-__all__ = ["export", "run"]
-
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""
@@ -58,8 +56,7 @@ def export(
     law: Annotated[
         str | None,
         typer.Option(
-            metavar="LAW",
-            help="baseline: the turbine's published controller, which is not proved.",
+            metavar="LAW", help="baseline: the turbine's published controller, which is not proved."
         ),
     ] = None,
     certificate: Annotated[

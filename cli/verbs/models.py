@@ -11,8 +11,6 @@ import typer
 from takagi.cli.command import run_command
 from takagi.cli.errors import PROVED
 
-__all__ = ["list_models", "run"]
-
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""

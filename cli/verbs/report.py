@@ -17,8 +17,6 @@ from takagi.cli.progress import progress
 from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
 from takagi.cli.terminal.files import tell_none
 
-__all__ = ["report", "run"]
-
 _REPORT, _FIGURES = "report.html", "figures"
 
 

@@ -14,8 +14,6 @@ from takagi.cli.options.design_options import Model
 from takagi.cli.options.given import Groups
 from takagi.cli.runs.makers import MAKERS, own_options
 
-__all__ = ["run", "simulate"]
-
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from takagi.models.turbine.loader import TurbineFile
     from takagi.reports.campaign.folder import CampaignReport
 
-__all__ = ["campaign_options", "simulate_campaign", "without_campaign"]
-
 RUNS, RUNS_BEYOND = 10_000, 2000
 _WIDTH = 100  # in a pipe or a file there is no terminal to fit into
 _DRAWING = 0.97
@@ -144,11 +142,7 @@ def _beyond(texts: list[str]) -> list[Beyond]:
 
 
 def _run(
-    model: Path,
-    options: Mapping[str, Any],
-    asked: list[Beyond],
-    duration: float | None,
-    tell: Tell,
+    model: Path, options: Mapping[str, Any], asked: list[Beyond], duration: float | None, tell: Tell
 ) -> CampaignReport:
     from takagi.certificates.campaign.outside import INSIDE
     from takagi.certificates.campaign.runs import DURATION, run_campaign

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from takagi.models.plant_files.loader import PlantFile
     from takagi.reports.simulation.plant import PlantSimulation
 
-__all__ = ["GROUPS", "simulate"]
-
 _WIDTH = 100  # in a pipe or a file there is no terminal to fit into
 _FILES, _FOLDERS = ("responses.csv", "simulation.json"), ("figures",)
 

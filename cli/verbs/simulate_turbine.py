@@ -16,8 +16,6 @@ from takagi.cli.verbs.simulate_campaign import campaign_options, without_campaig
 if TYPE_CHECKING:
     from takagi.models.turbine.loader import TurbineFile
 
-__all__ = ["GROUPS", "simulate"]
-
 # The whole as one bar: making the laws takes about as long as simulating them.
 _MAKING, _SIMULATING = 0.45, 0.95
 _DESIGN_STEPS = 7

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from takagi.cli.progress import Tell
     from takagi.models.loading import ModelFile
 
-__all__ = ["run", "sweep"]
-
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["LAWS", "TRADE_OFF", "SweptLaw"]
-
 
 class SweptLaw(NamedTuple):
     """A law with a map.

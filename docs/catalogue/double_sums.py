@@ -17,8 +17,6 @@ from takagi.lmi.sums.product_premises import polya, product
 from takagi.lmi.sums.relaxations import RELAXATIONS
 from takagi.models import ModelError
 
-__all__ = ["NAMES", "section"]
-
 WORDS = MappingProxyType(
     {
         "common-gain": "One gain for all rules: a robust controller without a schedule.",

@@ -10,8 +10,6 @@ import numpy as np
 from takagi.lmi import Condition
 from takagi.models import Premise, TSModel
 
-__all__ = ["Case", "Entry", "FEW", "GENERAL", "Pose", "SMALL", "SQUARE", "Sizes", "THREE", "plant"]
-
 
 @dataclass(frozen=True, slots=True)
 class Sizes:

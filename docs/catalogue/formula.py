@@ -11,8 +11,6 @@ from takagi.lmi import LMI, Condition, latex
 # A line of a pair of rules with more characters of LaTeX than this leaves the page.
 WIDEST = 300
 
-__all__ = ["body", "counts", "formula"]
-
 # LMIs that come once for each corner of the rates, or for each next rule.
 REPEATED = re.compile(r"^(?:rates|next rule|step) (\d+)\b")
 

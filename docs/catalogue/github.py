@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 import textwrap
 
-__all__ = ["github"]
-
 WIDTH = 100
 FENCED = re.compile(r"(^```.*?^```$)", re.DOTALL | re.MULTILINE)
 INLINE = re.compile(r"(?<!`)\$(?!`)([^$`]+)(?<!`)\$(?!`)")

@@ -13,8 +13,6 @@ from takagi.lmi import (
     robust_hinf_norm_condition,
 )
 
-__all__ = ["ENTRIES"]
-
 P = "n*(n+1)/2"
 
 

@@ -7,8 +7,6 @@ from functools import partial
 from catalogue.entry import SMALL, Case, Entry, Sizes, plant
 from takagi.lmi import Condition, observer_condition, structured_pdc_condition
 
-__all__ = ["ENTRIES"]
-
 Q = "n*(n+1)/2"
 PAIRS = "r*(r+1)/2"
 ROWS = (

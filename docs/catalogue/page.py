@@ -12,8 +12,6 @@ from catalogue.formula import counts, formula
 from catalogue.github import github
 from takagi.lmi import Condition
 
-__all__ = ["SECTIONS", "anchor", "entries", "page"]
-
 SECTIONS = MappingProxyType(
     {
         "Stability of a given loop": stability.ENTRIES,

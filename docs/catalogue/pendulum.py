@@ -30,8 +30,6 @@ CLAIMS = {
     "no-common-decay": "`no-common-decay`, no $P$ does so for all blends at once.",
 }
 
-__all__ = ["FIGURES", "certificates", "figures", "page"]
-
 FIGURES = {
     "cart_pole_2rules": "pendulum-two-rules.svg",
     "cart_pole": "pendulum-sixteen-rules.svg",

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from takagi.models import TSModel
 from takagi.reports.figures.plant.weights import PremiseCurve, premise_curves
 
-__all__ = ["bounds_table", "sampled_ranges", "table"]
-
 # A share below this is rounding.
 EDGE = 1e-9
 

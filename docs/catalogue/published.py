@@ -5,8 +5,6 @@ from __future__ import annotations
 from catalogue.github import github
 from catalogue.problems import PROBLEMS, Problem
 
-__all__ = ["PROBLEMS", "page"]
-
 HEAD = """# Published problems
 
 Numbers of the literature, of other tools' manuals and tests, and closed forms, beside what takagi

@@ -11,8 +11,6 @@ from takagi.lmi import Condition
 from takagi.lmi.gains.attraction.condition import attraction_condition
 from takagi.lmi.gains.attraction.request import AttractionRequest, GivenRegion, attraction_request
 
-__all__ = ["ENTRIES"]
-
 Q = "n*(n+1)/2"
 PAIRS = "r*(r+1)/2"
 # Saturation has a double sum for each set of saturated inputs.

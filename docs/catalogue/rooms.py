@@ -10,8 +10,6 @@ from graphlib import TopologicalSorter
 from html import escape
 from pathlib import Path
 
-__all__ = ["FLOORS", "Room", "imports_within", "listing", "page", "picture", "rooms"]
-
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "architecture.md"
 FIRST, LAST = "<!-- rooms: made by `make docs` -->\n", "<!-- end rooms -->"

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["sheet"]
-
 HEAD = r"""\documentclass[10pt]{article}
 \usepackage[a4paper,landscape,margin=12mm]{geometry}
 \usepackage{amsmath,amssymb}

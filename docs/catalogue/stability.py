@@ -20,8 +20,6 @@ from takagi.lmi import (
     robust_lyapunov_condition,
 )
 
-__all__ = ["ENTRIES"]
-
 P = "n*(n+1)/2"
 
 

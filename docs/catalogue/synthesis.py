@@ -18,8 +18,6 @@ from takagi.lmi import (
 )
 from takagi.lmi.gains.requirements.limits import limits_of
 
-__all__ = ["ENTRIES", "PAIRS"]
-
 Q = "n*(n+1)/2"
 # All pairs of rules.
 PAIRS = "r*(r+1)/2"

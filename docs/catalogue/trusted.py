@@ -11,8 +11,6 @@ from typing import Any
 from takagi.certificates import certify
 from takagi.certificates.audit.trusted_lines import Trusted, check_counted
 
-__all__ = ["DECAY", "TURBINE", "block", "certificates", "decay", "page", "row"]
-
 PAGE = Path(__file__).parents[1] / "certificate.md"
 FIRST, LAST = "<!-- trusted: made by `make docs` -->\n", "<!-- end trusted -->"
 TURBINE = "a turbine: the claims of `takagi design nrel5mw`"

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
-__all__ = ["CELLS", "COLUMNS", "page"]
-
 COLUMNS = ("shared", "own", "products", "tables", "secants", "sampled")
 
 PROVED, REFUSED = "theorem", "refused"

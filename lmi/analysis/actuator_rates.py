@@ -33,8 +33,6 @@ from takagi.lmi.argument_checks import (
 from takagi.lmi.condition.term import Array
 from takagi.models.errors import ModelError
 
-__all__ = ["input_rate_bound", "input_rate_rows", "membership_corners", "membership_rates"]
-
 # Rules for which the corners of the set of membership rates, r 2^(r-1), are still listed.
 MOST_RULES = 12
 

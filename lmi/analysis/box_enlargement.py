@@ -19,8 +19,6 @@ from takagi.lmi.parameter_search.largest_parameter import Extreme, extreme_param
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 
-__all__ = ["max_box_enlargement", "wide_box"]
-
 # Of the matrices that do not move with the box: rounding only.
 STILL = 1e-13
 ROUNDS, ADDED = 40, 12
@@ -149,7 +147,6 @@ def wide_box(
     bound = 1.0 / found.bound if found.bound > 0 else np.inf
     answer = Answer(
         status="candidate",
-        P=None,
         margin=found.outcome.margin,
         bound=loops.begin + bound,
         values=found.outcome.values,

@@ -26,15 +26,15 @@ from takagi.lmi.argument_checks import (
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.definite import bounded, positive
+from takagi.lmi.condition.term import LMI, Array, Condition, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, state_units
-from takagi.lmi.decision.decide import Outcome
 from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.decision.vertex_rounds import CHUNK, decide_by_rounds
 from takagi.lmi.solver.time_limit import limited, out_of_time
 from takagi.models.arrays import Floats
-
-__all__ = ["common_lyapunov", "common_lyapunov_condition", "rate_of"]
 
 
 def common_lyapunov_condition(
@@ -73,19 +73,6 @@ def common_lyapunov_condition(
     n = A.shape[1]
     P = Unknown("P", n, n, symmetric=True)
     one = _identity(A)
-    positive = LMI(
-        name="P positive definite",
-        blocks=(n,),
-        terms=(Term(unknown=P, left=one, right=one),),
-    )
-    bounded = LMI(
-        name="scale of P",
-        blocks=(n,),
-        terms=(Term(unknown=P, left=one, right=one),),
-        constants=(Constant(value=-one, latex="-I"),),
-        sign=-1,
-        strict=False,
-    )
     decay = LMI(
         name="vertex",
         blocks=(n,),
@@ -98,7 +85,7 @@ def common_lyapunov_condition(
     return Condition(
         name="common quadratic Lyapunov function",
         unknowns=(P,),
-        lmis=(positive, bounded, decay),
+        lmis=(positive(P), bounded(P), decay),
         parameters=rate_parameter(alpha, step),
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1"
         if step is None
@@ -220,19 +207,8 @@ def answer_in_states(
         scaled = scaled / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(scaled)[0])))
         P = scaled / s / s[:, None]
         rate = rate_of(A * s / s[:, None], scaled, step=step)
-    return Answer(
-        status=outcome.status,
-        P=P,
-        margin=outcome.margin,
-        decay_rate=rate,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        coordinates=s,
-        condition=condition,
-        diagnosis="" if P is not None else _diagnosis(condition, outcome),
-        tries=outcome.tries,
-    )
+    diagnosis = "" if P is not None else _diagnosis(condition, outcome)
+    return replace(outcome.as_answer(condition, s), P=P, decay_rate=rate, diagnosis=diagnosis)
 
 
 def rate_of(A: Floats, P: Floats, *, step: float | None = None) -> float:
@@ -289,7 +265,6 @@ def _no_by_one_vertex(
     size = "" if step is None else f", of size {abs(eigenvalue):.6g},"
     return Answer(
         status="infeasible",
-        P=None,
         margin=-np.inf,
         bound=0.0,
         multipliers={"vertex": Z[None]},
@@ -305,11 +280,7 @@ def _no_by_one_vertex(
 
 def _diagnosis(condition: Condition, outcome: Outcome) -> str:
     if outcome.status == "unknown":
-        return (
-            f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
-            f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
-            "decay rate a little, or give scales"
-        )
+        return outcome.unsettled("lower the decay rate a little, or give scales")
     return (
         f"no common P: {binding_items(condition, outcome.multipliers, 'vertex')}; lower the decay "
         "rate, shrink the box that these vertices span, or use a Lyapunov function that depends "

@@ -19,14 +19,12 @@ from takagi.lmi.argument_checks import Vertices, number, sample_time_of, vertex_
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.decision.decide import Outcome, decide
-from takagi.lmi.decision.outcome import promised
+from takagi.lmi.decision.decide import decide
+from takagi.lmi.decision.outcome import Outcome, promised
 from takagi.lmi.decision.vertex_rounds import first_vertices
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
-
-__all__ = ["fast_decay", "max_decay_rate"]
 
 ROUNDS, ADDED = 40, 12
 # The search begins anew in coordinates where the last P is the identity, so often, each time

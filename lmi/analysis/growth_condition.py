@@ -22,11 +22,11 @@ import numpy as np
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.loop_growth import EnlargedLoops
 from takagi.lmi.argument_checks import number
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.definite import bounded, positive
+from takagi.lmi.condition.term import LMI, Array, Condition, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, nearest_power
 from takagi.models.arrays import Floats
-
-__all__ = ["box_enlargement_condition", "growth_allowed"]
 
 
 def box_enlargement_condition(
@@ -49,25 +49,12 @@ def box_enlargement_condition(
     alpha = float(number("decay_rate", decay_rate))
     n = loops.base.shape[1]
     P = Unknown("P", n, n, symmetric=True)
-    one = np.eye(n)[None]
-    keep = Term(unknown=P, left=one, right=one)
     pose = _continuous if sample_time is None else _discrete
     rate = alpha if sample_time is None else float(-np.expm1(-2.0 * alpha * sample_time))
     return Condition(
         name="box enlargement of a common quadratic Lyapunov function",
         unknowns=(P,),
-        lmis=(
-            LMI(name="P positive definite", blocks=(n,), terms=(keep,)),
-            LMI(
-                name="scale of P",
-                blocks=(n,),
-                terms=(keep,),
-                constants=(Constant(value=-one, latex="-I"),),
-                sign=-1,
-                strict=False,
-            ),
-            *pose(P, loops, rate),
-        ),
+        lmis=(positive(P), bounded(P), *pose(P, loops, rate)),
         parameters={"reciprocal": 0.0},
         source="derived from Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1",
     )

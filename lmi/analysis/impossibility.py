@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.argument_checks import vertex_stack
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import decide
 from takagi.models.arrays import Floats
-
-__all__ = ["impossibility_condition", "impossibility_multipliers"]
 
 
 def impossibility_condition(
@@ -53,11 +52,7 @@ def impossibility_condition(
         count=count,
         strict=False,
     )
-    alternative = LMI(
-        name="alternative",
-        blocks=(n,),
-        terms=_sum(A, Z, decay_rate, sample_time),
-    )
+    alternative = LMI(name="alternative", blocks=(n,), terms=_sum(A, Z, decay_rate, sample_time))
     return Condition(
         name="no common quadratic function",
         unknowns=(Z,),

@@ -24,8 +24,6 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 
-__all__ = ["Contraction", "contraction", "lyapunov_candidates"]
-
 MULTIPLIERS = (0.3, 0.6, 0.9, 0.1)
 SHIFTS = (0.0, 0.5, 0.85)
 ROOM = 1e-3

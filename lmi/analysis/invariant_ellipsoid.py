@@ -21,19 +21,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from takagi.lmi.analysis.common_quadratic import common_lyapunov
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import optimise
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
-
-__all__ = [
-    "Ellipsoid",
-    "decay_rates",
-    "invariant_ellipsoid",
-    "invariant_ellipsoid_condition",
-    "largest_scale",
-    "slacks",
-]
 
 Groups = Indices
 
@@ -93,12 +85,7 @@ def invariant_ellipsoid_condition(
         blocks=(n, 1),
         terms=(
             Term(unknown=P, left=one, right=A, plus_transpose=True, latex=("", "A_{k}")),
-            Term(
-                unknown=P,
-                left=alpha[:, None, None] * one,
-                right=one,
-                latex=(r"\alpha_{k}", ""),
-            ),
+            Term(unknown=P, left=alpha[:, None, None] * one, right=one, latex=(r"\alpha_{k}", "")),
             Term(unknown=P, left=one, right=d[:, :, None], at=(0, 1), latex=("", "d_{k}")),
         ),
         constants=(Constant(value=-alpha[:, None, None], at=(1, 1), latex=r"-\alpha_{k}"),),

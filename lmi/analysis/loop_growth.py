@@ -29,8 +29,6 @@ from takagi.lmi.argument_checks import Vertices, corners_of, input_stack, vertex
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 
-__all__ = ["EnlargedLoops", "Law", "enlarged_loops"]
-
 Law: TypeAlias = Literal["independent", "stretched", "clamped"]
 LAWS: tuple[Law, ...] = get_args(Law)
 # Of the largest entry: how far the vertices of "clamped" may be from affine in the premises.

@@ -12,8 +12,6 @@ from takagi.lmi.condition.term import Array
 from takagi.models.errors import ModelError
 from takagi.models.ts.vertex_arrays import finite_array
 
-__all__ = ["gain_stack", "of_pairs", "pair_means", "pairs_of"]
-
 
 def gain_stack(gains: ArrayLike, r: int, m: int, n: int) -> Array:
     """Return K, (r, m, n), of u = -sum_j h_j K_j x; one (m, n) gain stands for all rules.

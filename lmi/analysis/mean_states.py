@@ -17,8 +17,6 @@ import numpy as np
 from takagi.lmi.argument_checks import rate_parameter
 from takagi.models.arrays import Floats
 
-__all__ = ["states_of_mean"]
-
 
 def states_of_mean(A: Floats, alpha: float, step: float | None) -> Floats | None:
     """Return T of x = T xhat; None where the mean does not decay at the rate alpha [1/s]."""

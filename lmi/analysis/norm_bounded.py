@@ -25,6 +25,7 @@ and Zhou (1990), IEEE Trans. Automatic Control 35(3), for the equivalence.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -42,14 +43,15 @@ from takagi.lmi.argument_checks import (
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.definite import bounded, positive
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
 from takagi.lmi.condition.uncertainty import Uncertainty, UncertaintyBlock, blocks_of
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power, state_units
-from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.solver.time_limit import limited
-
-__all__ = ["robust_lyapunov", "robust_lyapunov_condition"]
 
 
 def robust_lyapunov_condition(
@@ -126,18 +128,11 @@ def robust_lyapunov(
     if outcome.status == "candidate":
         P = outcome.values["P"][0]
         P = P / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(P)[0]))) / s / s[:, None]
-    answer = Answer(
-        status=outcome.status,
+    answer = replace(
+        outcome.as_answer(condition, s),
         P=P,
-        margin=outcome.margin,
         decay_rate=None if P is None else alpha,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        coordinates=s,
-        condition=condition,
         diagnosis="" if P is not None else _diagnosis(condition, outcome),
-        tries=outcome.tries,
     )
     return of_pairs(answer, gains)
 
@@ -171,20 +166,6 @@ def _posed(
 ) -> Condition:
     n = A.shape[1]
     P = Unknown("P", n, n, symmetric=True)
-    one = np.eye(n)[None]
-    positive = LMI(
-        name="P positive definite",
-        blocks=(n,),
-        terms=(Term(unknown=P, left=one, right=one),),
-    )
-    bounded = LMI(
-        name="scale of P",
-        blocks=(n,),
-        terms=(Term(unknown=P, left=one, right=one),),
-        constants=(Constant(value=-one, latex="-I"),),
-        sign=-1,
-        strict=False,
-    )
     taus = tuple(_tau(channel, k) for k, channel in enumerate(channels, start=1))
     nominal: Callable[[Array, Unknown], tuple[Term, ...]] = _flow if step is None else _step
     weight = vertex_weight(A) if step is None else 1.0
@@ -208,7 +189,7 @@ def _posed(
     return Condition(
         name="common quadratic Lyapunov function, norm-bounded uncertainty",
         unknowns=(P, *taus),
-        lmis=(positive, bounded, *(_bounded(tau) for tau in taus), decay),
+        lmis=(positive(P), bounded(P), *(_bounded(tau) for tau in taus), decay),
         parameters=rate_parameter(alpha, step),
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1",
     )
@@ -294,11 +275,7 @@ def _channel_terms(
 
 def _diagnosis(condition: Condition, outcome: Outcome) -> str:
     if outcome.status == "unknown":
-        return (
-            f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
-            f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
-            "decay rate or the uncertainty a little, or give scales"
-        )
+        return outcome.unsettled("lower the decay rate or the uncertainty a little, or give scales")
     binding = binding_items(condition, outcome.multipliers, "uncertain vertex")
     return (
         f"no common P for all that is uncertain: {binding}; shrink the uncertainty, lower the "

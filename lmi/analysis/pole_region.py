@@ -11,16 +11,17 @@ from numpy.typing import ArrayLike
 from takagi.lmi.analysis.loop_pairs import gain_stack, of_pairs, pairs_of
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, input_stack, sample_time_of, vertex_stack
+from takagi.lmi.condition.definite import bounded, positive
 from takagi.lmi.condition.region import EigenvalueRegion, RegionPart
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Array, Condition, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-
-__all__ = ["coefficient_latex", "d_stability", "d_stability_condition", "region_weight"]
 
 
 def d_stability_condition(model: Vertices, region: EigenvalueRegion) -> Condition:
@@ -45,20 +46,6 @@ def d_stability_condition(model: Vertices, region: EigenvalueRegion) -> Conditio
     _check_region(region)
     n = A.shape[1]
     P = Unknown("P", n, n, symmetric=True)
-    one = np.eye(n)[None]
-    positive = LMI(
-        name="P positive definite",
-        blocks=(n,),
-        terms=(Term(unknown=P, left=one, right=one),),
-    )
-    bounded = LMI(
-        name="scale of P",
-        blocks=(n,),
-        terms=(Term(unknown=P, left=one, right=one),),
-        constants=(Constant(value=-one, latex="-I"),),
-        sign=-1,
-        strict=False,
-    )
     parts = (
         _part_lmi(A, P, part, label)
         for part, label in zip(region.parts, region.labels, strict=True)
@@ -66,7 +53,7 @@ def d_stability_condition(model: Vertices, region: EigenvalueRegion) -> Conditio
     return Condition(
         name=f"eigenvalues in {region}",
         unknowns=(P,),
-        lmis=(positive, bounded, *parts),
+        lmis=(positive(P), bounded(P), *parts),
         source="Chilali and Gahinet (1996), theorem 2.2",
     )
 
@@ -222,7 +209,6 @@ def _no_by_one_vertex(
     shown = f"{z.real:.6g}" if z.imag == 0 else f"{z.real:.6g} +- {abs(z.imag):.6g}j"
     return Answer(
         status="infeasible",
-        P=None,
         margin=-np.inf,
         bound=0.0,
         multipliers={region.labels[region.parts.index(part)]: Z[None] / np.trace(Z)},
@@ -243,19 +229,8 @@ def _answer(
         scaled = outcome.values["P"][0]
         scaled = scaled / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(scaled)[0])))
         P, rate = scaled / s / s[:, None], _rate(A, scaled, step)
-    answer = Answer(
-        status=outcome.status,
-        P=P,
-        margin=outcome.margin,
-        decay_rate=rate,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        coordinates=s,
-        condition=condition,
-        tries=outcome.tries,
-    )
-    return answer if answer.found else replace(answer, diagnosis=_diagnosis(condition, outcome))
+    diagnosis = "" if P is not None else _diagnosis(condition, outcome)
+    return replace(outcome.as_answer(condition, s), P=P, decay_rate=rate, diagnosis=diagnosis)
 
 
 def _rate(A: Floats, P: Floats, step: float | None) -> float:
@@ -270,11 +245,7 @@ def _rate(A: Floats, P: Floats, step: float | None) -> float:
 
 def _diagnosis(condition: Condition, outcome: Outcome) -> str:
     if outcome.status == "unknown":
-        return (
-            f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
-            f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: widen the region "
-            "a little, or give scales"
-        )
+        return outcome.unsettled("widen the region a little, or give scales")
     names = [lmi.name for lmi in condition.lmis[2:]]
     binding = binding_items(condition, outcome.multipliers, *names)
     return (

@@ -24,11 +24,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.definite import bounded, positive
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import decide
 from takagi.models.arrays import Floats
-
-__all__ = ["SampledFunction", "sampled_loop_condition", "sampled_function"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +95,7 @@ def sampled_loop_condition(
         name="sampled loop",
         unknowns=(P, Q),
         lmis=(
-            LMI(name="P positive definite", blocks=(n,), terms=(plain,)),
+            positive(P),
             LMI(
                 name="P near the function given",
                 blocks=(n,),
@@ -103,14 +103,7 @@ def sampled_loop_condition(
                 constants=(Constant(value=-least * np.eye(n)[None], latex=f"-{least:g} I"),),
                 strict=False,
             ),
-            LMI(
-                name="scale of P",
-                blocks=(n,),
-                terms=(plain,),
-                constants=(Constant(value=-np.eye(n)[None], latex="-I"),),
-                sign=-1,
-                strict=False,
-            ),
+            bounded(P),
             LMI(
                 name="function",
                 blocks=(n + m,),
@@ -160,12 +153,7 @@ def _flow(Q: Unknown, A: Floats, B: Floats, sample_time: float, weight: float) -
     if own.any():
         terms.append(weighed(own, 0))
     return LMI(
-        name="flow",
-        blocks=(n + m,),
-        terms=tuple(terms),
-        sign=-1,
-        count=len(place),
-        weight=weight,
+        name="flow", blocks=(n + m,), terms=tuple(terms), sign=-1, count=len(place), weight=weight
     )
 
 

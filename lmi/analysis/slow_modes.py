@@ -19,9 +19,6 @@ from numpy.typing import NDArray
 from takagi.lmi.argument_checks import rate_parameter
 from takagi.models.arrays import Floats
 
-__all__ = ["decays_exactly", "slow_vertex"]
-
-
 # Vertices that are looked at, slowest first; the others are left to the solver.
 MOST = 8
 # What rounding may do to an eigenvalue, in units of size, condition number and epsilon.

@@ -10,8 +10,6 @@ import numpy as np
 from takagi.lmi.condition.term import LMI, Array, Condition
 from takagi.models.arrays import Floats
 
-__all__ = ["SMALLEST_MARGIN", "holds", "lmi_value", "margin", "shares", "smallest_eigenvalues"]
-
 # A margin is recomputed from the unknowns, so it is wrong by rounding only, some 1e-15.
 SMALLEST_MARGIN = 1e-10
 

@@ -15,8 +15,6 @@ from takagi.lmi.condition.evaluate import lmi_value
 from takagi.lmi.condition.term import LMI, Array, Condition
 from takagi.models.errors import ModelError
 
-__all__ = ["exact_matrices", "fractions"]
-
 
 def fractions(array: ArrayLike) -> Array:
     """Return the array with each entry as the Fraction it is exactly.

@@ -12,8 +12,6 @@ import numpy as np
 from takagi.lmi.condition.term import LMI, Array, Condition, Term
 from takagi.lmi.condition.unknown import Unknown
 
-__all__ = ["Expressed", "expressed"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Expressed:

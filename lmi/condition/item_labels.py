@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import overload
 
-__all__ = ["Labels"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Labels(Sequence[str]):

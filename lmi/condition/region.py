@@ -26,8 +26,6 @@ from takagi.lmi.condition.term import Array
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["EigenvalueRegion", "Region", "RegionPart"]
-
 Number: TypeAlias = float | Fraction
 Rows: TypeAlias = tuple[tuple[Number, ...], ...]
 

@@ -11,8 +11,6 @@ from takagi.lmi.condition.item_labels import Labels
 from takagi.lmi.condition.term import LMI, Array, Constant, Term
 from takagi.models.arrays import Indices
 
-__all__ = ["selected_items"]
-
 
 def selected_items(lmi: LMI, items: Indices | range) -> LMI:
     """Return the LMI with these items only, in this order; labels stay those of the whole.

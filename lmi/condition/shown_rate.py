@@ -9,8 +9,6 @@ import numpy as np
 from takagi.lmi.condition.evaluate import lmi_value
 from takagi.lmi.condition.term import LMI, Array, Condition
 
-__all__ = ["rate_of_parameter", "shown_rate"]
-
 
 def shown_rate(condition: Condition, values: Mapping[str, Array], step: float | None) -> float:
     """Return the largest decay rate in 1/s at which these unknowns satisfy the condition.

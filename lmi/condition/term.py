@@ -15,8 +15,6 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
 
-__all__ = ["Condition", "Constant", "LMI", "Term", "Unknown"]
-
 # float64, or objects that are exact fractions: builders pass either through unchanged.
 Array: TypeAlias = NDArray[Any]
 Position: TypeAlias = tuple[int, int]

@@ -12,8 +12,6 @@ import numpy as np
 from takagi.lmi.condition.term import LMI, Condition, Constant, Position, Term
 from takagi.lmi.condition.unknown import Unknown
 
-__all__ = ["latex", "lmi_latex", "markdown"]
-
 
 class _Piece(NamedTuple):
     """One summand of a block: what multiplies it, and the product with its sign."""

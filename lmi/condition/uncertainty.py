@@ -22,8 +22,6 @@ from numpy.typing import ArrayLike
 from takagi.lmi.condition.term import Array
 from takagi.models.errors import ModelError
 
-__all__ = ["NormBounded", "Uncertainty", "blocks_of"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NormBounded:
@@ -121,11 +119,7 @@ def _channel(block: NormBounded, k: int, count: int, r: int, n: int, m: int) -> 
     D, E = _stack(f"{what}: D", block.D, r), _stack(f"{what}: E", block.E, r)
     q = E.shape[1]
     F = np.zeros((r, q, m)) if block.F is None else _stack(f"{what}: F", block.F, r)
-    for letter, array, shape in (
-        ("D", D, (n, D.shape[2])),
-        ("E", E, (q, n)),
-        ("F", F, (q, m)),
-    ):
+    for letter, array, shape in (("D", D, (n, D.shape[2])), ("E", E, (q, n)), ("F", F, (q, m))):
         if array.shape[1:] != shape:
             raise ModelError(
                 f"{what}: {letter} is {array.shape[1]} x {array.shape[2]}; {shape[0]} x "

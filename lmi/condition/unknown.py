@@ -9,8 +9,6 @@ import numpy as np
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
-__all__ = ["Unknown", "triangle"]
-
 
 def triangle(size: int) -> int:
     """Return size (size + 1) / 2, the number of entries on and above the diagonal."""

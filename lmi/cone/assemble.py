@@ -15,8 +15,6 @@ from takagi.lmi.condition.term import LMI, Array, Condition, Term
 from takagi.lmi.condition.unknown import triangle
 from takagi.models.arrays import Floats, Indices
 
-__all__ = ["Assembled", "Cone", "assemble", "pack", "unpack"]
-
 
 class Cone(NamedTuple):
     """``items`` cones of symmetric (size, size) matrices, whose rows start at ``start``."""

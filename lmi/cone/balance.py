@@ -8,9 +8,6 @@ from numpy.typing import ArrayLike
 from takagi.lmi.argument_checks import positive_vector
 from takagi.lmi.condition.term import Array
 
-__all__ = ["balanced_inputs", "balanced_states", "motion", "nearest_power", "state_units"]
-
-
 SWEEPS = 40
 FARTHEST = 2.0**200
 

@@ -13,9 +13,6 @@ from takagi.lmi.cone.assemble import pack, unpack
 from takagi.lmi.cone.program import ConeProgram, Raw
 from takagi.models.arrays import Floats
 
-__all__ = ["in_dual_cone", "least_objective_bound", "margin_bound"]
-
-
 ALLOWED = 10.0
 # Share of |b| . |z| by which b . z must be negative to be told from zero.
 CLEARLY = 1e-6

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +9,6 @@ import scipy.sparse as sp
 
 from takagi.lmi.cone.assemble import Assembled, Cone
 from takagi.models.arrays import Floats
-
-__all__ = ["ConeProgram", "Raw", "SolverRow", "cone_program"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +48,6 @@ def cone_program(
     rows: tuple[SolverRow, ...],
     *,
     margin: float | None = None,
-    parameters: Mapping[str, float] | None = None,
 ) -> ConeProgram:
     """Return: minimise over y = (x, t) with rows, and every LMI held with margin t.
 
@@ -59,7 +55,7 @@ def cone_program(
     ----------
     margin : None keeps t as the last variable; a number fixes it, then y = x.
     """
-    G = assembled.matrix(parameters)
+    G = assembled.matrix()
     b = assembled.constant
     if margin is None:
         G = sp.hstack([G, -sp.csc_array(assembled.margin_column[:, None])], format="csc")

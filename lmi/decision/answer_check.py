@@ -23,9 +23,6 @@ from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.refutation.contradiction import contradiction
 from takagi.models.arrays import Floats
 
-__all__ = ["exactly_judged", "judged", "says_no", "values_of"]
-
-
 # What the solver's tolerances can distinguish from zero.
 SMALLEST_BOUND = 1e-7
 # Where no LMI is strict, a least share of all of them that leaves no room for their tolerances.

@@ -21,10 +21,11 @@ from dataclasses import replace
 import numpy as np
 
 from takagi.lmi.answer import Try
-from takagi.lmi.condition.evaluate import SMALLEST_MARGIN, holds, margin
+from takagi.lmi.condition.evaluate import holds, margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import Assembled, assemble, pack
 from takagi.lmi.cone.duality import least_objective_bound
+from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program
 from takagi.lmi.decision.answer_check import exactly_judged, judged, says_no, values_of
 from takagi.lmi.decision.outcome import (
     Outcome,
@@ -35,21 +36,8 @@ from takagi.lmi.decision.outcome import (
     objective_at,
     promised,
 )
-from takagi.lmi.solver.solve import (
-    ConeProgram,
-    Raw,
-    Session,
-    SolverRow,
-    again,
-    attempts,
-    cone_program,
-    quick,
-    rescaled,
-)
+from takagi.lmi.solver.solve import Session, again, attempts, quick, rescaled
 from takagi.lmi.solver.time_limit import limited
-
-__all__ = ["SMALLEST_MARGIN", "Outcome", "decide", "improve", "optimise"]
-
 
 # Solvers that are asked where none of their multipliers shows a no, though the bound says one.
 DOUBTFUL = 3
@@ -117,29 +105,21 @@ def decide(
     return replace(best, tries=tuple(tries))
 
 
-def improve(
-    condition: Condition,
-    start: Outcome,
-    *,
-    keep: float = 0.5,
-    parameters: Mapping[str, float] | None = None,
-    session: Session | None = None,
-    assembled: Assembled | None = None,
-) -> Outcome:
-    """Return unknowns with the least objective among those with margin keep * start.margin.
+def improve(condition: Condition, start: Outcome, *, assembled: Assembled | None = None) -> Outcome:
+    """Return unknowns with the least objective among those with half the margin of ``start``.
 
     A result that is worse, or does not withstand its check, is dropped for ``start``.  ``least``
     and ``settled`` refer to the margin that is kept.
     """
-    data = _posed(condition, parameters, assembled)
-    program = cone_program(data, data.objective, (), margin=keep * start.margin)
+    data = _posed(condition, None, assembled)
+    program = cone_program(data, data.objective, (), margin=0.5 * start.margin)
     tries = list(start.tries)
     before = objective_at(data.condition, start.values)
-    for raw in _few(attempts(program, session)):
+    for raw in _few(attempts(program)):
         values = values_of(data, raw)
         held = margin(data.condition, values) if values else -np.inf
         tries.append(_try(raw, held))
-        if held < 0.5 * keep * start.margin:
+        if held < 0.25 * start.margin:
             continue
         after = objective_at(data.condition, values)
         if after <= before:
@@ -259,13 +239,7 @@ def _inside(data: Assembled, program: ConeProgram, inside: float, slack: float) 
 
 
 def _centred(
-    data: Assembled,
-    raw: Raw,
-    held: float,
-    bound: float,
-    slack: float,
-    cap: float,
-    session: Session,
+    data: Assembled, raw: Raw, held: float, bound: float, slack: float, cap: float, session: Session
 ) -> Outcome:
     """Return the largest margin with the objective a hair above that of ``raw``.
 

@@ -10,8 +10,6 @@ import numpy as np
 from takagi.lmi.condition.term import LMI, Condition
 from takagi.models.arrays import Floats
 
-__all__ = ["Share", "binding_items", "binding_shares", "shares_in_words"]
-
 # Items with less of the bound than this are not reported.
 LEAST = 0.02
 

@@ -23,12 +23,12 @@ from takagi.lmi.condition.selected_items import selected_items
 from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.assemble import assemble
-from takagi.lmi.decision.decide import Outcome, decide, optimise
-from takagi.lmi.solver.solve import attempts, cone_program
+from takagi.lmi.cone.program import cone_program
+from takagi.lmi.decision.decide import decide, optimise
+from takagi.lmi.decision.outcome import Outcome
+from takagi.lmi.solver.solve import attempts
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats, Indices
-
-__all__ = ["ALL_AT_ONCE", "decide_by_rounds", "optimise_by_rounds"]
 
 # Up to so many items of an LMI are given to the solver at once: quicker than rounds.
 ALL_AT_ONCE = 48

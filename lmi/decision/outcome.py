@@ -7,21 +7,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from takagi.lmi.answer import Status, Try
+from takagi.lmi.answer import Answer, Status, Try
 from takagi.lmi.condition.term import Condition
 from takagi.models.arrays import Floats
-
-__all__ = [
-    "Outcome",
-    "better",
-    "concluded",
-    "measured",
-    "not_least",
-    "nothing",
-    "objective_at",
-    "promised",
-]
-
 
 # How far above its bound an objective may be to pass for the least, relative, where less was asked
 # for: the bound is good to the solver's accuracy only.
@@ -62,6 +50,26 @@ class Outcome:
     settled: bool = False
     feasible: Mapping[str, Floats] = field(default_factory=dict)
     reason: str = ""
+
+    def as_answer(self, condition: Condition, coordinates: Floats | None) -> Answer:
+        """Return the outcome as an answer that shows no P yet and gives no diagnosis."""
+        return Answer(
+            status=self.status,
+            margin=self.margin,
+            bound=self.bound,
+            values=self.values,
+            multipliers=self.multipliers,
+            coordinates=coordinates,
+            condition=condition,
+            tries=self.tries,
+        )
+
+    def unsettled(self, cures: str) -> str:
+        """Return in words that nothing was decided, and what to do."""
+        return (
+            f"no solver settled it: the best margin was {self.margin:.2g}, the bound on it "
+            f"{self.bound:.2g}; the condition is at its limit or badly scaled: {cures}"
+        )
 
 
 def better(one: Outcome, other: Outcome) -> bool:

@@ -14,11 +14,9 @@ import numpy as np
 from takagi.lmi.answer import Try
 from takagi.lmi.condition.evaluate import smallest_eigenvalues
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.decision.decide import decide
+from takagi.lmi.decision.outcome import Outcome
 from takagi.models.arrays import Floats, Indices
-
-__all__ = ["decide_by_rounds", "first_vertices"]
-
 
 # Below this many vertices one solve of all is quicker than rounds.
 ALL_AT_ONCE = 48

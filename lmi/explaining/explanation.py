@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from takagi.lmi.decision.diagnosis import Share, shares_in_words
 from takagi.lmi.explaining.uncontrollable_blend import UncontrollableBlend
 
-__all__ = ["NAMED", "Explanation", "PremiseRelief"]
-
 # Items that are named in words.
 NAMED = 4
 

@@ -13,8 +13,6 @@ from takagi.lmi.condition.term import Array
 from takagi.models import Premise, TSModel
 from takagi.models.errors import ModelError
 
-__all__ = ["on_smaller_box", "with_narrower_premise"]
-
 STACKS = ("A", "B", "C", "D", "E")
 
 
@@ -99,9 +97,7 @@ def _towards_mean(share: float) -> Callable[[Array], Array]:
 
 
 def _rebuilt(
-    model: TSModel,
-    move: Callable[[Array], Array],
-    premises: tuple[Premise, ...],
+    model: TSModel, move: Callable[[Array], Array], premises: tuple[Premise, ...]
 ) -> TSModel:
     stacks = {name: getattr(model, name) for name in STACKS}
     moved = {

@@ -11,8 +11,6 @@ from scipy.optimize import nnls
 from takagi.lmi.answer import Answer
 from takagi.models.arrays import Floats
 
-__all__ = ["UncontrollableBlend", "uncontrollable_blend"]
-
 # Multipliers of about one direction, and a mode that is out of reach to solver accuracy.
 ONE_DIRECTION, REACH = 1e-3, 1e-3
 

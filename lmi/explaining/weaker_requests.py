@@ -20,8 +20,6 @@ from takagi.lmi.sums.relaxation_order import contains
 from takagi.models import TSModel
 from takagi.models.errors import ModelError
 
-__all__ = ["explain"]
-
 # What is asked again: ``pdc``, ``common_lyapunov``, or a function that is called like them.
 Asked: TypeAlias = Callable[..., Answer | Design]
 

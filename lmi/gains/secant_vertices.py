@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["secant_vertices"]
-
 MOST_ENTRIES = 12
 
 

@@ -27,14 +27,13 @@ from takagi.lmi.answer import Try
 from takagi.lmi.argument_checks import number
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.decision.decide import decide
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.parameter_search.multiplier_bound import excluded_from
 from takagi.lmi.parameter_search.parameter_path import follow_path
 from takagi.lmi.parameter_search.parameter_pencil import WORST, ParameterPencil, Values
 from takagi.lmi.solver.solve import Session
 from takagi.models.errors import ModelError
-
-__all__ = ["Extreme", "extreme_parameter"]
 
 STEPS = 60
 # Steps before leaps; and how many differences that do not matter the bound may be off at the end.
@@ -160,12 +159,7 @@ def extreme_parameter(
 
 
 def _centred(
-    pencil: ParameterPencil,
-    value: float,
-    bound: float,
-    best: Values,
-    hair: float,
-    tries: list[Try],
+    pencil: ParameterPencil, value: float, bound: float, best: Values, hair: float, tries: list[Try]
 ) -> Extreme:
     """Return the result with the unknowns of largest margin, if they allow as much."""
     aim = value - pencil.d * hair

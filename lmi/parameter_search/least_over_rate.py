@@ -9,11 +9,9 @@ import numpy as np
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import assemble
-from takagi.lmi.solver.solve import Session, cone_program
+from takagi.lmi.cone.program import cone_program
+from takagi.lmi.solver.solve import Session
 from takagi.models.arrays import Floats
-
-__all__ = ["least_objective", "least_over_rate", "unknowns_near_least"]
-
 
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 # Held by this much, in units of order one, the LMIs withstand the solver's tolerances: what is

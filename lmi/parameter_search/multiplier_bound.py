@@ -15,10 +15,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Condition, Term, Unknown
+from takagi.lmi.condition.term import LMI, Condition, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.models.arrays import Floats
-
-__all__ = ["adjoint", "excluded_from"]
 
 # Directions without multipliers bound nothing; a little of every direction keeps it finite.
 LEAST = 1e-13

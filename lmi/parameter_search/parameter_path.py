@@ -26,8 +26,6 @@ from takagi.lmi.cone.assemble import Cone, unpack
 from takagi.lmi.parameter_search.parameter_pencil import ParameterPencil, Values
 from takagi.models.arrays import Floats
 
-__all__ = ["follow_path"]
-
 STEPS = 60
 # Share of the way to the boundary of the cone that a step takes.
 INSIDE = 0.9

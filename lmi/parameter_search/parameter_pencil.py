@@ -20,8 +20,6 @@ from takagi.lmi.cone.assemble import Assembled, assemble, pack
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["WORST", "ParameterPencil", "Values", "allowed_value"]
-
 Values = Mapping[str, Floats]
 
 # Share of an LMI's own weight that is added to G, so that x stays inside where G is singular.
@@ -29,18 +27,6 @@ FLOOR = 1e-6
 # Reciprocal condition below which unknowns are not used: near a value that is approached but
 # not attained they degenerate, and the value they show is then meaningless.
 WORST = 1e-8
-
-
-def allowed_value(
-    condition: Condition, name: str, values: Values, *, largest: bool = True
-) -> float:
-    """Return the largest (smallest) value of the parameter that the given unknowns allow.
-
-    Recomputed by eigenvalues; nan where the unknowns satisfy no value, or not the LMIs without
-    the parameter.
-    """
-    pencil = ParameterPencil.of(condition, name, largest=largest)
-    return pencil.allowed(values, condition.parameters[name])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

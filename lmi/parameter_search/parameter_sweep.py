@@ -8,11 +8,10 @@ from typing import Any
 from takagi.lmi.argument_checks import number
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import assemble
-from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.decision.decide import decide
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.solver.solve import Session
 from takagi.models.errors import ModelError
-
-__all__ = ["sweep"]
 
 
 def sweep(

@@ -11,8 +11,6 @@ from takagi.lmi.polynomials.simplex_polynomials import Basis, marginals
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
-__all__ = ["LyapunovFamily", "PolynomialLyapunov"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PolynomialLyapunov:

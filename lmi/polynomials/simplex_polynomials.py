@@ -34,8 +34,6 @@ from numpy.typing import ArrayLike
 from takagi.lmi.condition.term import Array
 from takagi.models.arrays import Floats, Indices
 
-__all__ = ["Basis", "Degrees", "Known", "Products", "marginals", "products"]
-
 Degrees: TypeAlias = tuple[int, ...]
 
 _fraction = np.frompyfunc(Fraction, 2, 1)

@@ -14,9 +14,6 @@ from takagi.lmi.condition.term import Array
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known, products
 from takagi.models.arrays import Floats, Indices
 
-__all__ = ["Contributions", "UnknownPolynomial", "contributions", "substituted"]
-
-
 _fraction = np.frompyfunc(Fraction, 1, 1)
 
 

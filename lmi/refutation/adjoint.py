@@ -21,8 +21,6 @@ from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
 from takagi.lmi.condition.unknown import triangle
 from takagi.models.arrays import Indices
 
-__all__ = ["Adjoint", "Block", "adjoint", "over_one_denominator"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:

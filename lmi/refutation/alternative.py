@@ -27,8 +27,6 @@ from takagi.lmi.refutation.definiteness import is_semidefinite
 from takagi.lmi.refutation.indefinite import fault_of_function
 from takagi.models.errors import ModelError
 
-__all__ = ["Alternative", "multiplier_entries"]
-
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Alternative:

@@ -22,9 +22,6 @@ from takagi.lmi.cone.program import ConeProgram
 from takagi.lmi.refutation.multiplier_equalities import Equalities, equalities_of
 from takagi.models.arrays import Floats
 
-__all__ = ["contradiction"]
-
-
 # Corrections, one after another; how far each may go towards a singular multiplier.
 STEPS, FARTHEST = 6, 0.9
 # A correction so far beyond is the first of too many.

@@ -10,8 +10,6 @@ import numpy as np
 from takagi.lmi.condition.term import Array
 from takagi.models.arrays import Indices
 
-__all__ = ["is_definite", "is_semidefinite"]
-
 # Entries are first cut to so many bits: enough unless the matrix is singular to that accuracy.
 SHORT = 96
 

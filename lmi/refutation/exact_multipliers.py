@@ -17,8 +17,6 @@ from takagi.lmi.refutation.adjoint import over_one_denominator
 from takagi.lmi.refutation.multiplier_face import Face
 from takagi.models.arrays import Floats, Indices
 
-__all__ = ["exact_near"]
-
 # Free entries are rounded to so many binary digits behind the largest.
 DIGITS = 64
 # A pivot below this share of the first belongs to an equality that follows from the others.

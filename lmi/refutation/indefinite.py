@@ -27,8 +27,6 @@ from takagi.lmi.refutation.adjoint import Adjoint, Block
 from takagi.lmi.refutation.definiteness import is_definite
 from takagi.models.arrays import Floats
 
-__all__ = ["fault_of_function", "function_that_decays"]
-
 # Binary digits to which the function is rounded, and items that are tried.
 DIGITS, MOST = 48, 256
 

@@ -15,9 +15,6 @@ from takagi.lmi.cone.assemble import unpack
 from takagi.lmi.cone.program import ConeProgram
 from takagi.models.arrays import Floats, Indices
 
-__all__ = ["Equalities", "equalities_of"]
-
-
 # Reciprocal condition number below which a row of A' follows from others.
 DEPENDENT = 1e-13
 # Entries of the linear system above which it is not posed: some seconds.

@@ -19,8 +19,6 @@ from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.refutation.adjoint import Adjoint
 from takagi.models.arrays import Floats, Indices
 
-__all__ = ["Face", "faces_near", "open_face", "packed_places", "restricted_to_face"]
-
 # What is taken for zero, relative to the largest eigenvalue of a multiplier, and how near a ratio
 # must come to a fraction to be taken for it: solvers leave less or more noise.
 ROUGHNESS = ((1e-6, 1e-5), (1e-5, 1e-4), (1e-4, 1e-3))

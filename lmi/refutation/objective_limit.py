@@ -7,10 +7,9 @@ from fractions import Fraction
 import numpy as np
 
 from takagi.lmi.argument_checks import number
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.models.errors import ModelError
-
-__all__ = ["objective_below"]
 
 
 def objective_below(condition: Condition, value: float | Fraction) -> Condition:

@@ -26,15 +26,14 @@ from takagi.lmi.answer import Answer, Design
 from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.cone.assemble import Assembled, Cone, assemble, unpack
+from takagi.lmi.cone.program import ConeProgram
 from takagi.lmi.refutation.adjoint import Adjoint, adjoint
 from takagi.lmi.refutation.alternative import Alternative, multiplier_entries
 from takagi.lmi.refutation.exact_multipliers import exact_near
 from takagi.lmi.refutation.indefinite import function_that_decays
 from takagi.lmi.refutation.multiplier_face import Face, faces_near, open_face, packed_places
-from takagi.lmi.solver.solve import ConeProgram, attempts
+from takagi.lmi.solver.solve import attempts
 from takagi.models.arrays import Floats, Indices
-
-__all__ = ["exact_no", "rigorous_no"]
 
 TRIES = 2
 # How much of the size of the constants the sum should be below zero, for multipliers of order one.

@@ -16,9 +16,6 @@ from takagi.lmi.cone.program import ConeProgram, Raw
 from takagi.lmi.solver.time_limit import out_of_time, remaining, stopped
 from takagi.models.arrays import Floats
 
-__all__ = ["with_cvxpy", "with_others"]
-
-
 # Most accurate first.
 OTHERS = ("MOSEK", "CVXOPT", "SCS")
 SECONDS_FOR_OTHERS = 20.0

@@ -19,8 +19,6 @@ from takagi.lmi.cone.program import ConeProgram
 from takagi.lmi.solver.incidence import Incidence, incidence
 from takagi.models.arrays import Indices
 
-__all__ = ["Guide", "guide"]
-
 # Cones of fewer rows are factored in no time in any order.
 WIDEST_UNGUIDED = 8
 # A variable of two cones may go first: what it joins is joined in any order.

@@ -9,8 +9,6 @@ import numpy as np
 from takagi.lmi.cone.program import ConeProgram
 from takagi.models.arrays import Indices
 
-__all__ = ["Incidence", "incidence"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Incidence:

@@ -22,9 +22,6 @@ from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.cone.program import ConeProgram, Raw
 from takagi.models.arrays import Floats
 
-__all__ = ["Scaling", "scaling_of"]
-
-
 # How far the scales of LMIs, and those of variables, may lie apart.
 FARTHEST = 2.0**40
 
@@ -37,10 +34,7 @@ class Scaling:
         self._cost = float(nearest_power(np.array([np.abs(program.q * variables).max() or 1.0]))[0])
         A = sp.diags_array(1.0 / rows) @ program.A @ sp.diags_array(variables)
         self.program = replace(
-            program,
-            q=program.q * variables / self._cost,
-            A=sp.csc_array(A),
-            b=program.b / rows,
+            program, q=program.q * variables / self._cost, A=sp.csc_array(A), b=program.b / rows
         )
 
     def back(self, raw: Raw) -> Raw:

@@ -30,8 +30,6 @@ from takagi.lmi.solver.solver_choice import sdpa_iteration
 from takagi.lmi.solver.time_limit import remaining, stopped
 from takagi.models.arrays import Floats, Indices
 
-__all__ = ["sdpa_is_installed", "with_sdpa"]
-
 Entries: TypeAlias = tuple[Indices, Indices, Floats]
 
 # Where the iterates begin: a multiple of the identity, to be larger than the solution.  Too small

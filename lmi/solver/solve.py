@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program
+from takagi.lmi.cone.program import ConeProgram, Raw
 from takagi.lmi.solver.cvxpy_solvers import with_others
 from takagi.lmi.solver.elimination_order import Guide, guide
 from takagi.lmi.solver.incidence import incidence
@@ -24,18 +24,6 @@ from takagi.lmi.solver.rescaled import scaling_of
 from takagi.lmi.solver.sdpa_solver import sdpa_is_installed, with_sdpa
 from takagi.lmi.solver.solver_choice import prefers_sdpa
 from takagi.lmi.solver.time_limit import out_of_time, remaining, stopped
-
-__all__ = [
-    "ConeProgram",
-    "Raw",
-    "Session",
-    "SolverRow",
-    "again",
-    "attempts",
-    "cone_program",
-    "quick",
-    "rescaled",
-]
 
 # Chordal decomposition is wrong on some published problems and right on others where the direct
 # form fails (SDPLIB control1, hinf9).

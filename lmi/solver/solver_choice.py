@@ -11,8 +11,6 @@ import numpy as np
 
 from takagi.lmi.solver.incidence import Incidence
 
-__all__ = ["prefers_sdpa"]
-
 # Seconds in clarabel below which it is called in any case, and how much quicker sdpa must be.
 LONG, CLEARLY = 0.5, 1.5
 ITERATIONS_CLARABEL, ITERATIONS_SDPA = 25, 30

@@ -17,8 +17,6 @@ from typing import Any, ParamSpec, TypeVar, cast
 from takagi.lmi.argument_checks import number
 from takagi.models.errors import ModelError
 
-__all__ = ["limited", "out_of_time", "remaining", "stopped"]
-
 P = ParamSpec("P")
 R = TypeVar("R")
 

@@ -13,8 +13,6 @@ from numpy.typing import ArrayLike
 from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
 
-__all__ = ["Corners", "HasPremises", "ProductRules", "product_rules"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProductRules:

@@ -15,24 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi.condition.item_labels import Labels
-from takagi.lmi.condition.term import LMI, Array, Term, Unknown
+from takagi.lmi.condition.term import LMI, Array, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.sums.corner_rules import Corners, product_rules
-from takagi.lmi.sums.summands import KnownBlock, Member, Summand, SumPart, changes_with_gain
+from takagi.lmi.sums.summands import KnownBlock, Summand, SumPart, changes_with_gain
 from takagi.lmi.sums.weighted_sum import constant_of, same_term, term_of
 from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
-
-__all__ = [
-    "DoubleSum",
-    "Fixed",
-    "KnownBlock",
-    "Member",
-    "Part",
-    "Posed",
-    "SumPart",
-    "Summand",
-    "selections",
-]
 
 # What a relaxation makes of a double sum: unknowns of its own, and LMIs.
 Posed: TypeAlias = tuple[tuple[Unknown, ...], tuple[LMI, ...]]

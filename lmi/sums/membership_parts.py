@@ -11,15 +11,15 @@ dh_k/dt P_k in every rule.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from takagi.lmi.condition.term import Unknown
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import SumPart
 from takagi.models.arrays import Floats, Indices
-
-__all__ = ["double_sums", "rate_parts", "rule_table", "swapped_rules"]
 
 
 def rule_table(rules: int, by: str, members: Indices | None = None) -> Indices:
@@ -46,12 +46,7 @@ def swapped_rules(corners: Indices, premise: int, corner: int) -> Indices:
 
 
 def rate_parts(
-    P: Unknown,
-    corners: Indices,
-    velocity: Sequence[Floats],
-    *,
-    members: Indices | None = None,
-    weight: float = 1.0,
+    P: Unknown, corners: Indices, velocity: Sequence[Floats], *, members: Indices | None = None
 ) -> tuple[SumPart, ...]:
     """Return dP/dt at one velocity of the memberships, as parts of block (0, 0).
 
@@ -60,7 +55,6 @@ def rate_parts(
     corners : (r, K), the corner of each simplex that rule i takes.
     velocity : dw^k/dt, one array a simplex.
     members : (r,), the member of P for each rule; None for the rules' own order.
-    weight : multiplies it.
     """
     one = np.eye(P.rows)[None]
     own = np.arange(len(corners)) if members is None else members
@@ -76,7 +70,7 @@ def rate_parts(
             found.append(
                 SumPart(
                     unknown=P,
-                    left=weight * rates[corner] * one,
+                    left=rates[corner] * one,
                     right=one,
                     member=rule_table(len(corners), "vertex", rules),
                     latex=(rate, ""),
@@ -92,16 +86,8 @@ def double_sums(
     """Return the double sum with each of the given parts added, each with a name of its own."""
     count = len(parts)
     return tuple(
-        DoubleSum(
-            rules=plain.rules,
-            blocks=plain.blocks,
-            parts=(*plain.parts, *more),
-            fixed=plain.fixed,
-            weight=plain.weight,
-            name=f"{name} {k + 1}" if count > 1 else plain.name,
-            corners=plain.corners,
-            active=plain.active,
-            active_rules=plain.active_rules,
+        replace(
+            plain, parts=(*plain.parts, *more), name=f"{name} {k + 1}" if count > 1 else plain.name
         )
         for k, more in enumerate(parts)
     )

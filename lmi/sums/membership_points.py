@@ -9,11 +9,10 @@ from math import log2, prod
 import numpy as np
 
 from takagi.lmi.sums.corner_rules import Corners, ProductRules, product_rules
-from takagi.lmi.sums.double_sum import DoubleSum, Posed, Summand
+from takagi.lmi.sums.double_sum import DoubleSum, Posed
 from takagi.lmi.sums.multisets import count_of, multisets
+from takagi.lmi.sums.summands import Summand
 from takagi.models.arrays import Floats, Indices
-
-__all__ = ["at_points", "points_of", "number_of_points"]
 
 
 def number_of_points(rules: int, corners: Corners | None, parts: int) -> int:

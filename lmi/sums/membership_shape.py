@@ -24,14 +24,14 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.lmi.condition.term import LMI, Array, Term, Unknown
+from takagi.lmi.condition.term import LMI, Array, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.sums.corner_rules import Corners, HasPremises, product_rules
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.rule_pairs import SLACK_SHARE, slack_unknown
+from takagi.lmi.sums.summands import SumPart
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
-
-__all__ = ["neighbouring_rules", "product_bounds", "with_overlap", "with_shape"]
 
 Shaped: TypeAlias = tuple[DoubleSum, tuple[Unknown, ...], tuple[LMI, ...]]
 

@@ -8,8 +8,6 @@ import numpy as np
 
 from takagi.models.arrays import Indices
 
-__all__ = ["count_of", "multisets", "numbers_of"]
-
 
 def count_of(values: int, degree: int) -> int:
     """Return how many multisets of ``degree`` numbers from 0 ... values - 1 there are."""

@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Term, Unknown
+from takagi.lmi.condition.term import LMI, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.sums.corner_rules import Corners, ProductRules, product_rules
 from takagi.lmi.sums.double_sum import DoubleSum, Posed, selections
 from takagi.lmi.sums.rule_pairs import slack_unknown
@@ -25,8 +26,6 @@ from takagi.lmi.sums.simplex_products import (
 )
 from takagi.lmi.sums.slack_matrices import negative_whole
 from takagi.models.errors import ModelError
-
-__all__ = ["both_rules", "polya", "product", "product_liu_zhang"]
 
 # The shares of the Theta_ij in a coefficient, which sum to 1.
 _POLYA = r"\sum_{{i,j}} \tfrac{{k_i (k_j - \delta_{{ij}})}}{{{}}}"

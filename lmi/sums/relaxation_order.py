@@ -9,8 +9,6 @@ from types import MappingProxyType
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.sums.relaxation_sizes import RelaxationSize
 
-__all__ = ["MOST_WORK", "NAMES", "PRODUCTS", "contains", "work_of"]
-
 # What "auto" tries.
 NAMES = (
     "common-gain",

@@ -18,8 +18,6 @@ from takagi.lmi.sums.simplex_products import simplexes_of
 from takagi.lmi.sums.summands import SumPart
 from takagi.models.errors import ModelError
 
-__all__ = ["MOST_ENTRIES", "RelaxationSize", "check_size", "relaxation_size", "size_of"]
-
 # Assembly and clarabel took some 65 bytes for each (16 rules, Polya's of degrees 2 and 3, Liu and
 # Zhang's): 3 GB, and some minutes.
 MOST_ENTRIES = 50_000_000

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Term, Unknown
-from takagi.lmi.sums.double_sum import DoubleSum, Summand
-
-__all__ = ["SLACK_SHARE", "pair_lmis", "rule_lmi", "slack_name", "slack_unknown", "together"]
+from takagi.lmi.condition.term import LMI, Term
+from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import Summand
 
 # Margin of a slack unknown for a margin 1 of Theta: what a slack must keep away from zero it takes
 # from the margin of the sum, r - 1 times in Tanaka and Wang's.  Much smaller, and the centring near

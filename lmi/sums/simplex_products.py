@@ -14,13 +14,11 @@ from math import log2, perm, prod
 import numpy as np
 
 from takagi.lmi.sums.corner_rules import ProductRules
-from takagi.lmi.sums.double_sum import DoubleSum, Summand
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.multisets import count_of, multisets, numbers_of
-from takagi.lmi.sums.summands import Weights
+from takagi.lmi.sums.summands import Summand, Weights
 from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
-
-__all__ = ["SimplexCoefficients", "Simplex", "coefficients", "simplexes_of"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Term, Unknown
-from takagi.lmi.condition.unknown import triangle
+from takagi.lmi.condition.term import LMI, Term
+from takagi.lmi.condition.unknown import Unknown, triangle
 from takagi.lmi.sums.double_sum import DoubleSum, Posed, selections
 from takagi.lmi.sums.rule_pairs import SLACK_SHARE, pair_lmis, slack_name, slack_unknown
 from takagi.models.arrays import Indices
-
-__all__ = ["kim_lee", "liu_zhang", "negative_whole"]
 
 
 def kim_lee(loop: DoubleSum) -> Posed:

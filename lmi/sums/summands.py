@@ -7,10 +7,9 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from takagi.lmi.condition.term import Array, Position, Unknown
+from takagi.lmi.condition.term import Array, Position
+from takagi.lmi.condition.unknown import Unknown
 from takagi.models.arrays import Floats, Indices
-
-__all__ = ["KnownBlock", "Member", "SumPart", "Summand", "Weights", "changes_with_gain"]
 
 Weights: TypeAlias = Floats
 # Which member of its unknown a part takes: the first, that of the vertex, that of the gain; or a

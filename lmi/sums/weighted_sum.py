@@ -13,8 +13,6 @@ from takagi.lmi.condition.term import Array, Constant, Term
 from takagi.lmi.sums.summands import KnownBlock, Summand, SumPart, Weights
 from takagi.models.arrays import Indices
 
-__all__ = ["constant_of", "same_term", "term_of"]
-
 
 def term_of(part: SumPart, summand: Summand, gains: int, scale: float) -> Term:
     """Return scale times the summand's sum of one part.

@@ -8,23 +8,17 @@ one_step/                       the same gains and the loop's quadratic function
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortDesign, EffortSettings, effort_gains
     from takagi.lmi.turbine.one_step.design import OneStepDesign, effort_loop_reach, one_step_gains
     from takagi.lmi.turbine.one_step.loop_of_gains import LoopFamily, LoopOfGains
     from takagi.lmi.turbine.one_step.objective import Objective
-    from takagi.lmi.turbine.regional import (
-        FULL_LOAD,
-        PARTIAL_LOAD,
-        RegionalGains,
-        RegionGains,
-        Requirement,
-        region_gains,
-        regional_gains,
-    )
+    from takagi.lmi.turbine.region_request import FULL_LOAD, PARTIAL_LOAD, Requirement
+    from takagi.lmi.turbine.regional import RegionalGains, RegionGains, region_gains, regional_gains
     from takagi.lmi.turbine.regional_condition import ActuatorBound, regional_gain_condition
 
 __all__ = [
@@ -48,33 +42,4 @@ __all__ = [
     "regional_gains",
 ]
 
-_HOME = {
-    "ActuatorBound": "regional_condition",
-    "EffortDesign": "effort",
-    "EffortSettings": "effort",
-    "FULL_LOAD": "regional",
-    "LoopFamily": "one_step.loop_of_gains",
-    "LoopOfGains": "one_step.loop_of_gains",
-    "Objective": "one_step.objective",
-    "OneStepDesign": "one_step.design",
-    "PARTIAL_LOAD": "regional",
-    "RegionGains": "regional",
-    "RegionalGains": "regional",
-    "Requirement": "regional",
-    "effort_gains": "effort",
-    "effort_loop_reach": "one_step.design",
-    "one_step_gains": "one_step.design",
-    "region_gains": "regional",
-    "regional_gain_condition": "regional_condition",
-    "regional_gains": "regional",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(f"takagi.lmi.turbine.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

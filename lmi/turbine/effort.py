@@ -30,8 +30,6 @@ from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["EffortDesign", "EffortSettings", "effort_gains"]
-
 CURVE_POINTS = 25
 
 
@@ -179,13 +177,7 @@ def _least_gain(
 
 
 def _check(asked: EffortSettings) -> None:
-    for name in (
-        "bandwidth",
-        "partial_bandwidth",
-        "speed_error",
-        "torque_share",
-        "integral_share",
-    ):
+    for name in ("bandwidth", "partial_bandwidth", "speed_error", "torque_share", "integral_share"):
         value = getattr(asked, name)
         if not 0 < value < 100:
             raise ModelError(f"{name} = {value!r} was given; a positive number is needed")

@@ -6,12 +6,11 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.turbine.region_request import RegionRequest, Requirement
 from takagi.models.turbine.regional_model import WIND_ESTIMATE
-
-__all__ = ["why_none"]
 
 BISECTIONS = 8
 

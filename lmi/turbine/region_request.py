@@ -17,9 +17,6 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.regional_model import PITCH_DEVIATION, SPEED_ERROR, WIND_ESTIMATE
 from takagi.models.turbine.trim import TrimPoint, trim
 
-__all__ = ["FULL_LOAD", "PARTIAL_LOAD", "RegionRequest", "Requirement", "region_request"]
-
-
 WIND_SAMPLES = 43
 
 

@@ -30,17 +30,6 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.full_load import full_load_model
 from takagi.models.turbine.partial_load import partial_load_model
 
-__all__ = [
-    "FULL_LOAD",
-    "PARTIAL_LOAD",
-    "RegionGains",
-    "RegionalGains",
-    "Requirement",
-    "region_gains",
-    "regional_gains",
-]
-
-
 RELAXATION = "none needed: one input matrix in all rules"
 # The least demand is approached to this share; at the least value no inequality has room.
 OBJECTIVE_SLACK = 1e-2

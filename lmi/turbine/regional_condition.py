@@ -24,13 +24,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.definite import bounded
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.requirements.limits import initial_lmis, input_lmis, state_lmis
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-
-__all__ = ["ActuatorBound", "regional_gain_condition"]
-
 
 # Largest eigenvalue of Q in scaled states: the ellipsoid may reach this many times (squared) the
 # states' ranges.  It only keeps the unknowns bounded.
@@ -94,7 +93,8 @@ def regional_gain_condition(
     Q = Unknown("Q", n, n, symmetric=True)
     M = Unknown("M", 1, n, count=rules)
     mu = Unknown("mu", 1, 1, symmetric=True, latex=r"\mu")
-    lmis = [_scale(Q), _decay(Q, M, A, B), *initial_lmis(Q, corners), *state_lmis(Q, box)]
+    scale = bounded(Q, LARGEST_Q, latex=r"-\kappa I")
+    lmis = [scale, _decay(Q, M, A, B), *initial_lmis(Q, corners), *state_lmis(Q, box)]
     for bound in bounds:
         _check_bound(bound, n)
         if bound.least or np.any(bound.offset):
@@ -109,18 +109,6 @@ def regional_gain_condition(
         objective={"mu": np.ones((1, 1, 1))} if least else {},
         parameters={"alpha": decay_rate},
         source="Tanaka and Wang (2001), sections 3.3-3.4",
-    )
-
-
-def _scale(Q: Unknown) -> LMI:
-    one = np.eye(Q.rows)[None]
-    return LMI(
-        name="scale of Q",
-        blocks=(Q.rows,),
-        terms=(Term(unknown=Q, left=one, right=one),),
-        constants=(Constant(value=-LARGEST_Q * one, latex=r"-\kappa I"),),
-        sign=-1,
-        strict=False,
     )
 
 

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from takagi.lmi.answer import Answer
 from takagi.lmi.condition.shown_rate import shown_rate
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.decision.decide import Outcome, decide
+from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov
 from takagi.lmi.polynomials.simplex_polynomials import Basis
 from takagi.lmi.varying.parameter_loop import VaryingLoop
 from takagi.models.arrays import Floats
-
-__all__ = ["decided_lyapunov", "lyapunov_in_states", "no_lyapunov"]
 
 
 def decided_lyapunov(
@@ -29,19 +30,11 @@ def decided_lyapunov(
     """
     outcome = decide(condition)
     good = outcome.status == "candidate"
-    return Answer(
-        status=outcome.status,
-        P=None,
+    return replace(
+        outcome.as_answer(condition, s),
         family=lyapunov_in_states(outcome, loop, s, basis) if good else None,
-        margin=outcome.margin,
         decay_rate=shown_rate(condition, outcome.values, loop.sample_time) if good else None,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        coordinates=s,
-        condition=condition,
         diagnosis="" if good else _diagnosis(condition, outcome, cures),
-        tries=outcome.tries,
     )
 
 
@@ -61,7 +54,6 @@ def no_lyapunov(condition: Condition, s: Floats, why: str) -> Answer:
     """Return the no for a reason that needs no solver."""
     return Answer(
         status="infeasible",
-        P=None,
         margin=-np.inf,
         bound=0.0,
         coordinates=s,
@@ -72,11 +64,7 @@ def no_lyapunov(condition: Condition, s: Floats, why: str) -> Answer:
 
 def _diagnosis(condition: Condition, outcome: Outcome, cures: str) -> str:
     if outcome.status == "unknown":
-        return (
-            f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
-            f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
-            "decay rate a little, or give scales"
-        )
+        return outcome.unsettled("lower the decay rate a little, or give scales")
     names = [lmi.name for lmi in condition.lmis if lmi.strict]
     binding = binding_items(condition, outcome.multipliers, *names[1:])
     return f"no P(h) by these LMIs, which says nothing of others: {binding}; {cures}"

@@ -21,8 +21,6 @@ from takagi.lmi.varying.parameter_loop import VaryingLoop, varying_loop
 from takagi.lmi.varying.parameter_motion import motion_of
 from takagi.lmi.varying.parameter_space import degrees_of, polya_of
 
-__all__ = ["polynomial_lyapunov", "polynomial_lyapunov_condition"]
-
 
 def polynomial_lyapunov_condition(
     model: Vertices,

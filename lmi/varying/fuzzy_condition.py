@@ -15,19 +15,22 @@ Systems and Control Letters 55, for the corners.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.argument_checks import rate_parameter
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.definite import bounded
+from takagi.lmi.condition.term import LMI, Condition, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees
 from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.membership_parts import double_sums, rate_parts, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.lmi.sums.summands import SumPart
 from takagi.lmi.varying.lyapunov_forms import SOURCES, Form, check_form, form_lmis
 from takagi.lmi.varying.parameter_condition import (
     SoughtPolynomial,
@@ -39,8 +42,6 @@ from takagi.lmi.varying.parameter_loop import VaryingLoop
 from takagi.lmi.varying.parameter_motion import motion_of, still_motion
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-
-__all__ = ["Question", "RATE_SOURCES", "rate_slack", "slack_unknown"]
 
 RATE_SOURCES = "Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006)"
 
@@ -134,7 +135,7 @@ def slack_unknown(states: int) -> Unknown:
     return Unknown("rate slack", states, states, symmetric=True, latex="X")
 
 
-def rate_slack(P: Unknown, X: Unknown, weight: float = 1.0) -> tuple[LMI, LMI]:
+def rate_slack(P: Unknown, X: Unknown) -> tuple[LMI, LMI]:
     """Pose P_i + X > 0 for every member of P, and X <= I, which only fixes the scale."""
     one = np.eye(P.rows)[None]
     every = np.arange(P.count)
@@ -146,18 +147,10 @@ def rate_slack(P: Unknown, X: Unknown, weight: float = 1.0) -> tuple[LMI, LMI]:
             Term(unknown=X, left=one, right=one),
         ),
         count=P.count,
-        weight=weight,
         labels=tuple(f"slack of rule {k + 1}" for k in range(P.count)),
         index=rf"i = 1, \dots, {P.count}",
     )
-    return positive, LMI(
-        name="scale of the slack",
-        blocks=(P.rows,),
-        terms=(Term(unknown=X, left=one, right=one),),
-        constants=(Constant(value=-one, latex="-I"),),
-        sign=-1,
-        strict=False,
-    )
+    return positive, replace(bounded(X), name="scale of the slack")
 
 
 def _slackened(
@@ -174,11 +167,7 @@ def _slackened(
         symbol=f"{P.symbol}_i",
     )
     shared = Term(unknown=X, left=rates.sum() * at.one, right=at.one, latex=(r"\sum_i \phi_i", ""))
-    return (X,), (
-        *polynomial_lmis(sought),
-        direct_lmi(sought, (moved, shared)),
-        *rate_slack(P, X),
-    )
+    return (X,), (*polynomial_lmis(sought), direct_lmi(sought, (moved, shared)), *rate_slack(P, X))
 
 
 def _named(

@@ -23,7 +23,8 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Term, Unknown
+from takagi.lmi.condition.term import LMI, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis
 from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial
 from takagi.lmi.varying.parameter_condition import (
@@ -34,8 +35,6 @@ from takagi.lmi.varying.parameter_condition import (
 )
 from takagi.lmi.varying.parameter_terms import TermCoefficients
 from takagi.models.errors import ModelError
-
-__all__ = ["SOURCES", "Form", "check_form", "dilated_lmi", "form_lmis"]
 
 Form: TypeAlias = Literal["direct", "dilated"]
 SOURCES = {

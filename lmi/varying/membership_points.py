@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, rate_parameter
-from takagi.lmi.condition.term import LMI, Condition, Term, Unknown
+from takagi.lmi.condition.term import LMI, Condition, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis
 from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial
 from takagi.lmi.varying.answer_in_states import decided_lyapunov
@@ -29,8 +30,6 @@ from takagi.lmi.varying.parameter_loop import varying_loop
 from takagi.lmi.varying.parameter_motion import kept_degrees, motion_of
 from takagi.lmi.varying.parameter_space import RateBounds, degrees_of, membership_rates
 from takagi.models.arrays import Floats
-
-__all__ = ["function_at_points"]
 
 
 def function_at_points(

@@ -17,20 +17,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
 from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial
 from takagi.lmi.varying.parameter_motion import ParameterMotion
 from takagi.lmi.varying.parameter_terms import TermCoefficients, identity_like
-
-__all__ = [
-    "SoughtPolynomial",
-    "decay_term",
-    "direct_lmi",
-    "direct_terms",
-    "polynomial_lmis",
-    "unknown_lyapunov",
-]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -161,12 +153,7 @@ def direct_terms(
 def decay_term(sought: SoughtPolynomial, at: TermCoefficients) -> Term:
     """Return 2 alpha P(h)."""
     return at.term(
-        sought.P,
-        sought.now,
-        factor=2,
-        parameter="alpha",
-        latex=(r"2\alpha", ""),
-        symbol="P(h)",
+        sought.P, sought.now, factor=2, parameter="alpha", latex=(r"2\alpha", ""), symbol="P(h)"
     )
 
 

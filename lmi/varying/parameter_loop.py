@@ -16,8 +16,6 @@ from takagi.lmi.polynomials.simplex_polynomials import Known, marginals
 from takagi.lmi.varying.parameter_space import Space, space_of
 from takagi.models.arrays import Floats
 
-__all__ = ["VaryingLoop", "varying_loop"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VaryingLoop:

@@ -21,17 +21,6 @@ from takagi.lmi.varying.rate_polytopes import step_corners, velocity_corners
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = [
-    "ParameterMotion",
-    "MotionPoint",
-    "continuous_motion",
-    "discrete_motion",
-    "kept_degrees",
-    "motion_of",
-    "still_motion",
-]
-
-
 MOST_CORNERS = 1024
 
 
@@ -117,10 +106,7 @@ def kept_degrees(degrees: Degrees, rates: Sequence[Floats], *, discrete: bool) -
 
 
 def motion_of(
-    space: Space,
-    degrees: Degrees,
-    rates: Sequence[Floats],
-    sample_time: float | None,
+    space: Space, degrees: Degrees, rates: Sequence[Floats], sample_time: float | None
 ) -> ParameterMotion:
     """Return the motion with |dw/dt| <= rates, or |w(t + T) - w(t)| <= T rates.
 

@@ -15,8 +15,6 @@ from takagi.lmi.polynomials.simplex_polynomials import Degrees, Known
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError, did_you_mean
 
-__all__ = ["RateBounds", "Space", "degrees_of", "membership_rates", "polya_of", "space_of"]
-
 # A bound for each premise, by name or in order, in its unit per second; or for each membership.
 RateBounds: TypeAlias = ArrayLike | Mapping[str, float]
 

@@ -9,7 +9,8 @@ from fractions import Fraction
 import numpy as np
 
 from takagi.lmi.condition.item_labels import Labels
-from takagi.lmi.condition.term import Array, Constant, Position, Term, Unknown
+from takagi.lmi.condition.term import Array, Constant, Position, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
 from takagi.lmi.polynomials.unknown_polynomial import (
     Contributions,
@@ -17,8 +18,6 @@ from takagi.lmi.polynomials.unknown_polynomial import (
     contributions,
 )
 from takagi.lmi.varying.parameter_motion import ParameterMotion
-
-__all__ = ["TermCoefficients", "identity_like"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,9 +16,6 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["step_corners", "velocity_corners"]
-
-
 # Memberships of one simplex that may move with bounds of their own: corners multiply beyond it.
 MOST_MOVING = 12
 MOST_STEPPING = 4

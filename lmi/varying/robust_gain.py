@@ -35,10 +35,11 @@ from takagi.lmi.analysis.disturbance.channel import (
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, rate_parameter
 from takagi.lmi.condition.evaluate import lmi_value
-from takagi.lmi.condition.term import LMI, Condition, Term, Unknown
+from takagi.lmi.condition.term import LMI, Condition, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.decision.decide import Outcome, optimise
-from takagi.lmi.decision.outcome import not_least
+from takagi.lmi.decision.decide import optimise
+from takagi.lmi.decision.outcome import Outcome, not_least
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.varying.answer_in_states import decided_lyapunov, lyapunov_in_states, no_lyapunov
@@ -61,8 +62,6 @@ from takagi.lmi.varying.parameter_space import (
 )
 from takagi.lmi.varying.parameter_terms import TermCoefficients
 from takagi.models.arrays import Floats
-
-__all__ = ["robust_hinf_norm", "robust_hinf_norm_condition"]
 
 SOURCE = "Oliveira and Peres (2007); Gahinet and Apkarian (1994)"
 
@@ -163,17 +162,10 @@ def robust_hinf_norm(
         return _unsettled(stable, condition, outcome, s, units)
     basis = task.sought(degrees, polya).basis
     size = units.output * units.disturbance / units.rate
-    return Answer(
-        status=outcome.status,
-        P=None,
+    return replace(
+        outcome.as_answer(condition, s),
         family=lyapunov_in_states(outcome, task.loop, s, basis, size),
-        margin=outcome.margin,
         gain=_shown(condition, outcome) * units.output / units.disturbance,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        coordinates=s,
-        condition=condition,
         tries=(*stable.tries, *outcome.tries),
     )
 
@@ -251,10 +243,7 @@ def _bounded_real(sought: SoughtPolynomial, gamma: Unknown, task: _Path) -> LMI:
             Term(unknown=gamma, left=sign * np.eye(q)[None], at=(1, 1), latex=("-"[:-sign], "I")),
             Term(unknown=gamma, left=sign * np.eye(p)[None], at=(2, 2), latex=("-"[:-sign], "I")),
         ),
-        constants=(
-            at.constant(C, (0, 2), r"C(h)^\top"),
-            at.constant(D, (1, 2), r"D(h)^\top"),
-        ),
+        constants=(at.constant(C, (0, 2), r"C(h)^\top"), at.constant(D, (1, 2), r"D(h)^\top")),
         sign=sign,
         count=at.count,
         labels=at.labels(),

@@ -20,8 +20,6 @@ from takagi.lmi.varying.parameter_motion import kept_degrees
 from takagi.lmi.varying.parameter_space import RateBounds, degrees_of, membership_rates
 from takagi.models.errors import ModelError
 
-__all__ = ["fuzzy_lyapunov", "fuzzy_lyapunov_condition"]
-
 Rates: TypeAlias = Literal["corners", "slack"]
 
 

@@ -9,20 +9,16 @@ run_time             shares, commands and actuators over a motion, in floating p
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.models.blending.blending import Actuator, Blending
     from takagi.models.blending.modelling import blended_model
     from takagi.models.blending.run_time import RunningBlend, RunTimeBlending
     from takagi.models.blending.substitution import blended_plant
-    from takagi.models.ramps.exact_effort_ramp import (
-        ramp,
-        ramp_slope,
-        share_range,
-        share_value,
-    )
+    from takagi.models.ramps.exact_effort_ramp import ramp, ramp_slope, share_range, share_value
 
 __all__ = [
     "Actuator",
@@ -37,25 +33,4 @@ __all__ = [
     "share_value",
 ]
 
-_HOME = {
-    "Actuator": "takagi.models.blending.blending",
-    "Blending": "takagi.models.blending.blending",
-    "RunTimeBlending": "takagi.models.blending.run_time",
-    "RunningBlend": "takagi.models.blending.run_time",
-    "blended_model": "takagi.models.blending.modelling",
-    "blended_plant": "takagi.models.blending.substitution",
-    "ramp": "takagi.models.ramps.exact_effort_ramp",
-    "ramp_slope": "takagi.models.ramps.exact_effort_ramp",
-    "share_range": "takagi.models.ramps.exact_effort_ramp",
-    "share_value": "takagi.models.ramps.exact_effort_ramp",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

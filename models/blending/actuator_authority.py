@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from takagi.models.ranges.branch_and_bound import Range
 
-__all__ = ["check_authority", "effectiveness_range"]
-
 GRID = 9  # points along each side where a place for a message is looked for
 MOST_POINTS = 10_000
 HALVINGS = 40

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.plant.variables import Variable
 
-__all__ = ["EFFORT", "RATE", "SHARE", "Actuator", "Blending", "blending_of", "unit_text"]
-
 # Names that the blended plant has beside those of the file.
 EFFORT, RATE, SHARE = "effort", "effort_rate", "share"
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from takagi.models.sector.choice import Choice
     from takagi.models.ts.model import TSModel
 
-__all__ = ["blended_model"]
-
 
 def blended_model(
     plant: Plant,

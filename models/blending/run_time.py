@@ -17,8 +17,6 @@ from takagi.models.ramps.effort_ramp import effort_ramp
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["RunTimeBlending", "RunningBlend"]
-
 
 @dataclass(frozen=True, eq=False)
 class RunTimeBlending:

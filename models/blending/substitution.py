@@ -26,8 +26,6 @@ from takagi.models.plant.variables import Parameter, Variable
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["actuator_laws", "blended_plant", "blending_parameters"]
-
 FROM = "from [blending]"
 
 

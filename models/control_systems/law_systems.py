@@ -16,8 +16,6 @@ from takagi.models.laws.sampled import ProgramState, SampledLaw
 if TYPE_CHECKING:
     import control
 
-__all__ = ["law_system"]
-
 
 def law_system(law: PdcLaw | Law | SampledLaw) -> control.NonlinearIOSystem:
     """Return a law as a nonlinear system, SI units.

@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-__all__ = ["signal_names"]
-
 
 def signal_names(labels: Iterable[str]) -> list[str]:
     """Return labels such as ``rotor speed [rad/s]`` as ``rotor_speed``.

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     import control
     import sympy as sp
 
-__all__ = ["nonlinear_system", "statespace"]
-
 
 def statespace(
     model: Plant | TSModel | Turbine | SimulatedTurbine, *, at: Mapping[str, float] | None = None

@@ -15,8 +15,6 @@ from takagi.models.simulation.turbine_plant import SimulatedTurbine
 if TYPE_CHECKING:
     import control
 
-__all__ = ["turbine_statespace", "turbine_system"]
-
 INPUTS = ["torque", "pitch_reference", "wind"]
 # Step of the differences, as a share of the state's or input's size.
 STEP = 1e-5
@@ -79,11 +77,5 @@ def turbine_statespace(plant: SimulatedTurbine, wind: float) -> control.StateSpa
         else:
             J[:, k] = (rate(centre + step) - rate(centre - step)) / (2 * step[k])
     return control.ss(
-        J[:, :n],
-        J[:, n:],
-        np.eye(n),
-        np.zeros((n, 3)),
-        states=names,
-        inputs=INPUTS,
-        outputs=names,
+        J[:, :n], J[:, n:], np.eye(n), np.zeros((n, 3)), states=names, inputs=INPUTS, outputs=names
     )

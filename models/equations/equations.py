@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Equations", "Factored"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Equations:

@@ -11,8 +11,6 @@ from takagi.models.plant.plant import Plant
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["EquilibriumOption", "check_equilibrium", "inputs_at_equilibrium"]
-
 EquilibriumOption: TypeAlias = Literal["given", "solve inputs"]
 RESTS = ("given", "solve inputs")
 

@@ -13,8 +13,6 @@ from takagi.models.ranges.domain import Domain
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["explicit"]
-
 LARGEST_BLOCK = 5  # rows that hang together; the adjugate of a full 6 x 6 has 720 products an entry
 
 

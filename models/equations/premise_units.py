@@ -13,8 +13,6 @@ from takagi.models.plant.plant import Plant
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["UNKNOWN", "unit_of", "units_of"]
-
 UNKNOWN = "SI"  # coherent SI units; which, is hidden in the numbers
 NUMBERS = (
     "sin cos tan exp log asin acos atan sinh cosh tanh asinh acosh atanh sinc erf sign".split()

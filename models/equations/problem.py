@@ -25,8 +25,6 @@ from takagi.models.ranges.domain import Domain
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Problem", "box_in_fractions", "cleaned", "over_box", "problem_of_plant", "rational"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
@@ -231,9 +229,7 @@ def _output_label(name: str, unit: str, offset: sp.Expr) -> str:
     return f"{name} [{unit}]" if offset == 0 else f"delta_{name} [{unit}]"
 
 
-def box_in_fractions(
-    problem: Problem,
-) -> dict[str, tuple[Fraction, Fraction]]:
+def box_in_fractions(problem: Problem) -> dict[str, tuple[Fraction, Fraction]]:
     """Return label -> (lower, upper), as a ``TSModel`` keeps its box."""
     return {
         problem.equations.named([symbol])[0]: (side.lower, side.upper)

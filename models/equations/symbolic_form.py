@@ -10,8 +10,6 @@ if TYPE_CHECKING:
     from takagi.models.equations.problem import Problem
     from takagi.models.plant.plant import Plant
 
-__all__ = ["SymbolicForm"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SymbolicForm:

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from takagi.models.splines.table_function import TableFunction
 
-__all__ = ["evidence_data", "evidence_of_data"]
-
 NUMBER = re.compile(r"-?[0-9]{1,400}(/[1-9][0-9]{0,399})?")
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,99}")
 PRECISIONS = range(53, 1025)

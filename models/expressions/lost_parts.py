@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from takagi.models.plant.plant import Plant
 
-__all__ = ["PARTIAL", "LostPart", "check_lost", "lost_parts"]
-
 TOLERANCE = Fraction(1, 10**6)
 # Function -> (least, greatest argument); an end that is None is open, and "open" excludes both.
 PARTIAL: Mapping[str, tuple[int | None, int | None]] = {

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     from takagi.models.splines.table_function import TableFunction
 
-__all__ = ["FUNCTIONS", "RESERVED", "Scope", "parse_expression", "parsed_with_losses"]
-
 FUNCTIONS = {
     "sin": "sin",
     "cos": "cos",

@@ -9,8 +9,6 @@ from fractions import Fraction
 
 from takagi.models.errors import ModelError
 
-__all__ = ["Token", "expression_error", "number_of", "tokens_of"]
-
 MAX_LENGTH = 4000  # characters
 MAX_DIGITS = 40
 MAX_EXPONENT = 100  # of ten, in a number

@@ -11,8 +11,6 @@ from takagi.models.ranges.table_balls import tables_class
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["expression_text", "read_back"]
-
 
 def expression_text(expression: sp.Expr) -> str:
     """Return the expression as plant files write it, e.g. ``"x*sin(2*y)/(3/2 - cos(x)^2)"``.

@@ -12,8 +12,6 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.files.toml_document import read_text
 
-__all__ = ["CoefficientTable", "read_coefficient_table"]
-
 FIRST_LINE = "takagi coefficient table 1"
 ROWS = "tip-speed ratio [-]"
 COLUMNS = {"collective pitch [deg]": np.pi / 180, "collective pitch [rad]": 1.0}

@@ -19,8 +19,6 @@ from takagi.models.files.units import Unit
 from takagi.models.splines.curve import Curve, interpolate_curve
 from takagi.models.splines.surface import Surface, interpolate
 
-__all__ = ["read_curve", "read_surface"]
-
 MAX_CELLS = 200_000
 SMALLEST_AXIS = 4  # points; what a cubic needs
 FIT = 1e-6  # of the largest value: how near the spline passes to the table
@@ -53,11 +51,7 @@ def read_curve(path: Path, *, name: str, units: tuple[Unit, Unit], x_name: str =
 
 
 def read_surface(
-    path: Path,
-    *,
-    name: str,
-    units: tuple[Unit, Unit, Unit],
-    axes: tuple[str, str] = ("x", "y"),
+    path: Path, *, name: str, units: tuple[Unit, Unit, Unit], axes: tuple[str, str] = ("x", "y")
 ) -> Surface:
     """Return the bicubic spline through a grid, in SI.
 

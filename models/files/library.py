@@ -9,8 +9,6 @@ from typing import Any
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.toml_document import read_document
 
-__all__ = ["built_in_kinds", "built_in_models", "data_folder", "resolve_model"]
-
 
 def data_folder() -> Path:
     """Return the folder with the package's model files."""

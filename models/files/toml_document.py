@@ -12,8 +12,6 @@ from typing import Any
 
 from takagi.models.errors import ModelError
 
-__all__ = ["Document", "decimal_of", "read_document", "read_text"]
-
 
 @dataclass(frozen=True, slots=True)
 class Document:

@@ -6,8 +6,6 @@ from math import pi
 
 from takagi.models.errors import ModelError, did_you_mean
 
-__all__ = ["UNITS", "accepted_units", "to_si"]
-
 UNITS: dict[str, tuple[str, float]] = {
     "-": ("-", 1.0),
     "m": ("m", 1.0),

@@ -15,8 +15,6 @@ from functools import lru_cache
 
 from takagi.models.errors import ModelError, did_you_mean
 
-__all__ = ["PLACES", "PURE", "Dimension", "Unit", "parse_unit"]
-
 PLACES = 12  # decimals of a figure converted by a factor with pi
 # Enough for 12 decimals of figures up to 1e30.
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")

@@ -10,8 +10,6 @@ from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 from takagi.models.errors import ModelError
 
-__all__ = ["SIDES", "Ends", "SearchResult", "Bounded", "NoBound", "search"]
-
 Ends: TypeAlias = tuple[Any, Any]  # two exact numbers of one ordered type, smaller first
 Place = TypeVar("Place")
 

@@ -13,8 +13,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Dual", "Range", "constant", "hull", "larger", "smaller", "span", "times"]
-
 Range = tuple[float, float]
 NOTHING: Range = (0.0, 0.0)
 

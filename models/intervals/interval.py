@@ -9,8 +9,6 @@ from fractions import Fraction
 
 from takagi.models.errors import ModelError
 
-__all__ = ["Interval", "Number", "exact"]
-
 Number = Fraction | int | float | str
 """What a bound may be given as; a float stands for its shortest decimal (see ``exact``)."""
 

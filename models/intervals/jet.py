@@ -11,8 +11,6 @@ from fractions import Fraction
 
 from takagi.models.intervals.interval import Interval
 
-__all__ = ["Jet"]
-
 ZERO = Interval(Fraction(0), Fraction(0))
 
 
@@ -37,9 +35,7 @@ class Jet:
 
     def __add__(self, other: Jet) -> Jet:
         return Jet(
-            self.value + other.value,
-            self.slope + other.slope,
-            self.curvature + other.curvature,
+            self.value + other.value, self.slope + other.slope, self.curvature + other.curvature
         )
 
     def __mul__(self, other: Jet) -> Jet:
@@ -64,7 +60,5 @@ class Jet:
     def rounded(self, digits: int) -> Jet:
         """Return the jet with ends rounded outward to ``digits`` decimals."""
         return Jet(
-            self.value.outward(digits),
-            self.slope.outward(digits),
-            self.curvature.outward(digits),
+            self.value.outward(digits), self.slope.outward(digits), self.curvature.outward(digits)
         )

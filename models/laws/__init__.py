@@ -9,8 +9,9 @@ published/         the published multi-region law and its parts; its equilibria,
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.models.laws.effort_sharing.feedforward import (
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from takagi.models.laws.published.reference_filter import FilteredReferenceLaw, ReferenceFilter
     from takagi.models.laws.sampled import SampledLaw
 
+# ``coupling_filter`` is imported from its module: function and module share the name.
 __all__ = [
     "CoherentLaw",
     "Command",
@@ -59,38 +61,4 @@ __all__ = [
     "published_law",
 ]
 
-# ``coupling_filter`` is imported from its module: function and module share the name.
-_HOME = {
-    "CoherentLaw": "effort_sharing.law",
-    "Command": "protocol",
-    "CouplingFilter": "published.coupling_filter",
-    "EffortGains": "effort_sharing.law",
-    "EffortSchedule": "effort_sharing.schedule",
-    "EffortSharingLaw": "effort_sharing.law",
-    "Feedforward": "effort_sharing.feedforward",
-    "FilteredReferenceLaw": "published.reference_filter",
-    "Law": "protocol",
-    "Measurement": "protocol",
-    "PaperLaw": "published.law",
-    "PaperRule": "published.law",
-    "PdcLaw": "pdc",
-    "PublishedLaw": "published.law",
-    "PublishedRule": "published.law",
-    "ReferenceFilter": "published.reference_filter",
-    "SampledLaw": "sampled",
-    "effort_schedule": "effort_sharing.schedule",
-    "known_rate_feedforward": "effort_sharing.feedforward",
-    "no_feedforward": "effort_sharing.feedforward",
-    "paper_law": "published.law",
-    "published_law": "published.law",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(f"takagi.models.laws.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

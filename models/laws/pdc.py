@@ -17,8 +17,6 @@ from takagi.models.ts.vertex_arrays import finite_array
 if TYPE_CHECKING:
     from takagi.models.blending.run_time import RunTimeBlending
 
-__all__ = ["PdcLaw"]
-
 
 @dataclass(frozen=True, eq=False)
 class PdcLaw:

@@ -12,8 +12,6 @@ from typing import NamedTuple, Protocol
 
 from takagi.models.arrays import Floats
 
-__all__ = ["Command", "Law", "Measurement"]
-
 
 class Measurement(NamedTuple):
     """What a law sees: rotor speed [rad/s], pitch [rad], wind estimate [m/s]."""

@@ -28,8 +28,6 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Command, Law, Measurement
 
-__all__ = ["ProgramState", "SampledLaw", "Sampling", "require_times", "sampled"]
-
 
 @runtime_checkable
 class Sampling(Protocol):

@@ -10,8 +10,6 @@ from typing import Literal, TypeAlias
 
 from takagi.models.errors import ModelError, did_you_mean
 
-__all__ = ["CHOICES", "PlantSettings"]
-
 Choice: TypeAlias = Literal["fewest-rules", "least-conservative"]
 Rest: TypeAlias = Literal["given", "solve inputs"]
 CHOICES = ("fewest-rules", "least-conservative")

@@ -12,8 +12,6 @@ from takagi.models.files.units import PURE, Dimension, parse_unit
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["CURE", "dimension_of", "short"]
-
 CURE = 'correct the expression or a unit, or turn checking off with units = "unchecked"'
 KEPT = ("Abs", "Max", "Min")  # the value has the unit of the arguments
 NUMBERS = (
@@ -47,10 +45,7 @@ class _Reader:
     """Dimensions of the parts of one expression."""
 
     def __init__(
-        self,
-        units: Mapping[sp.Symbol, Dimension],
-        values: Mapping[sp.Symbol, Fraction],
-        place: str,
+        self, units: Mapping[sp.Symbol, Dimension], values: Mapping[sp.Symbol, Fraction], place: str
     ) -> None:
         self.units = units
         self.values = values

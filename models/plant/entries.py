@@ -7,8 +7,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
-__all__ = ["DesignEntry", "PlantEntry", "TableEntry", "VariableEntry", "plant_file_schema"]
-
 MAX_EXPONENT = 100
 
 
@@ -194,8 +192,7 @@ class PlantEntry(_Entry):
     source: Annotated[Text, Field(description="where the equations come from")] = ""
     units: Literal["checked", "unchecked"] = "checked"
     sample_time: Annotated[
-        Figure | None,
-        Field(description="in s: the equations then give x(t + T); without it, x'"),
+        Figure | None, Field(description="in s: the equations then give x(t + T); without it, x'")
     ] = None
     states: Annotated[dict[Name, VariableEntry], Field(min_length=1)]
     inputs: dict[Name, VariableEntry] = {}

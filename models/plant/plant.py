@@ -17,8 +17,6 @@ from takagi.models.plant.variables import Output, Parameter, Variable
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Blended", "Plant"]
-
 PER_SECOND = parse_unit("1/s").dimension
 
 

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from takagi.models.plant.plant import Plant
 
-__all__ = ["check_coverage"]
-
 TOLERANCE = Fraction(1, 10**6)
 
 

@@ -11,8 +11,6 @@ from takagi.models.intervals.interval import Interval
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Output", "Parameter", "Variable"]
-
 
 @dataclass(frozen=True, slots=True)
 class Variable:

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.plant.variables import Variable
 
-__all__ = ["behind_blend"]
-
 PLACE = "blending"
 FIELDS = {"overlap": "effort.overlap", "effort": "effort.range"}
 

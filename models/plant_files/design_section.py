@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from takagi.models.files.toml_document import Document
     from takagi.models.plant.entries import PlantEntry, VariableEntry
 
-__all__ = ["settings_of"]
-
 _NUMBERS = ("gain_bound", "damping", "fastest", "sample_time")
 
 

@@ -10,8 +10,6 @@ from takagi.models.errors import did_you_mean
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-__all__ = ["problem_of"]
-
 VARIABLE = '{ unit = "m", range = [-1, 1] }'
 EXAMPLES = {
     "states": VARIABLE,

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.entries import PlantEntry, VariableEntry
 
-__all__ = ["PlantFile", "load_plant", "plant_files"]
-
 Found = TypeVar("Found")
 # Those whose names share one space.
 SECTIONS = ("states", "inputs", "disturbances", "scheduling", "parameters", "tables", "premises")
@@ -133,10 +131,7 @@ class _Reader:
         self.check_names()
         states = self.variables("states", entry.states)
         inputs = self.variables("inputs", entry.inputs)
-        disturbances = (
-            *self.variables("disturbances", entry.disturbances),
-            *self.scheduling(),
-        )
+        disturbances = (*self.variables("disturbances", entry.disturbances), *self.scheduling())
         parameters = tuple(self.parameter(name) for name in entry.parameters)
         scope = self.scope((*states, *inputs, *disturbances), parameters)
         self.check_rows("equations", entry.equations, needed=True)

@@ -11,8 +11,6 @@ from takagi.models.files.units import Unit, parse_unit
 from takagi.models.plant.entries import TableEntry
 from takagi.models.splines.table_function import TableFunction, table_function
 
-__all__ = ["read_table", "table_path"]
-
 
 def read_table(document: Document, name: str, given: TableEntry) -> type[TableFunction]:
     """Return the function of one or two arguments, in SI.

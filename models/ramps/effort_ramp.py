@@ -15,8 +15,6 @@ from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
 
-__all__ = ["effort_ramp", "effort_ramp_slope"]
-
 
 def effort_ramp(effort: ArrayLike, overlap: float) -> Floats:
     """Return psi(s), the part of the effort above the corner.

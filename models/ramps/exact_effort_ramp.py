@@ -22,8 +22,6 @@ from fractions import Fraction
 
 from takagi.models.intervals.interval import Interval
 
-__all__ = ["ramp", "ramp_slope", "share_range", "share_value"]
-
 
 def ramp(s: Fraction, overlap: Fraction) -> Fraction:
     """Return psi(s), exactly."""

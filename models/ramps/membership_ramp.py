@@ -21,8 +21,6 @@ from numpy.typing import ArrayLike
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 
-__all__ = ["Ramp", "Shape", "rated_speed_ramp"]
-
 Shape: TypeAlias = Literal["linear", "smooth"]
 
 # max of d/ds over [0, 1]: 1 for s, and 6 s (1 - s) = 3/2 at s = 1/2.

@@ -17,8 +17,9 @@ points somebody looked at.
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.models.expressions.evidence_file import evidence_data, evidence_of_data
@@ -45,28 +46,4 @@ __all__ = [
     "sampled_bounds",
 ]
 
-_HOME = {
-    "Cell": "takagi.models.ranges.cell",
-    "Domain": "takagi.models.ranges.domain",
-    "Evidence": "takagi.models.ranges.evidence",
-    "ExactSpline": "takagi.models.splines.exact_spline",
-    "Interval": "takagi.models.intervals.interval",
-    "SampledBounds": "takagi.models.ranges.sampled",
-    "evidence_data": "takagi.models.expressions.evidence_file",
-    "evidence_of_data": "takagi.models.expressions.evidence_file",
-    "exact": "takagi.models.intervals.interval",
-    "exact_bounds": "takagi.models.splines.exact_spline",
-    "exact_value": "takagi.models.splines.exact_spline",
-    "replay": "takagi.models.ranges.evidence",
-    "sampled_bounds": "takagi.models.ranges.sampled",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

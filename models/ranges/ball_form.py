@@ -38,8 +38,6 @@ from takagi.models.ranges.tape import Tape, tape_of
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["PRECISION", "BallForm"]
-
 SHORT = 60  # operations of an expression whose second derivatives are worth their making
 PRECISION = 128  # bits; Taylor forms near a removable singularity cancel leading digits
 

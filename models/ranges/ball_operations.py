@@ -7,20 +7,6 @@ from typing import Any, TypeAlias
 from takagi.models.intervals.box_search import Ends
 from takagi.models.ranges.box_side import BoxSide, halves_of
 
-__all__ = [
-    "Ball",
-    "Sides",
-    "attained_at",
-    "between",
-    "common",
-    "ends_of",
-    "finite_or_none",
-    "halved",
-    "highest",
-    "wider",
-    "worst_axis",
-]
-
 Ball: TypeAlias = Any  # flint.arb carries no type annotations
 Sides: TypeAlias = tuple[BoxSide, ...]
 FINEST = 2**60  # a side that much narrower than its number is not halved any more

@@ -30,14 +30,6 @@ from takagi.models.intervals.interval import Interval
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = [
-    "PolynomialBox",
-    "halved_polynomial",
-    "has_pole",
-    "look_at_polynomial",
-    "polynomial_box",
-]
-
 Integers: TypeAlias = NDArray[Any]  # of Python integers: dtype object
 MOST_COEFFICIENTS = 400  # more are dearer than ball arithmetic
 MOST_OPERATIONS = 300  # of an expression that sympy is asked to write as one fraction

@@ -6,8 +6,6 @@ from typing import Any, NamedTuple, TypeAlias
 
 from takagi.models.intervals.interval import Interval
 
-__all__ = ["BoxSide", "halves_of", "side_of"]
-
 Ball: TypeAlias = Any  # flint.arb and flint.fmpq carry no type annotations
 
 

@@ -15,8 +15,6 @@ from takagi.models.intervals.interval import Interval
 if TYPE_CHECKING:
     from takagi.models.ranges.evidence import Evidence
 
-__all__ = ["Box", "Range", "range_over"]
-
 Box: TypeAlias = tuple[Interval, ...]
 Enclose: TypeAlias = Callable[[Box], Interval | None]
 Changes: TypeAlias = Callable[[Box], Sequence[float]]

@@ -12,8 +12,6 @@ from takagi.models.intervals.interval import Interval
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Cell"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cell:

@@ -14,16 +14,6 @@ from takagi.models.intervals.interval import Interval
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = [
-    "CellEnclosures",
-    "attained_at_points",
-    "checked_symbols",
-    "enclosed_by_letter",
-    "halve",
-    "enclose",
-    "refined",
-]
-
 MOST_CORNERS = 4  # sides whose ends are all tried as first samples
 
 

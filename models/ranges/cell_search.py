@@ -27,8 +27,6 @@ from takagi.models.ranges.linear_combination import combined
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["MOST_BOXES", "TOLERANCE", "Bounds", "bounds_on", "cell_root", "fraction", "searched"]
-
 MOST_BOXES = 8000
 TOLERANCE = Fraction(1, 10**6)
 MOST_SIDES = 36  # letters of a tree that number the sides

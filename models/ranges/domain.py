@@ -15,8 +15,6 @@ from takagi.models.ranges.cell_search import bounds_on
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Domain", "DomainLike", "as_domain", "value_of"]
-
 DIGITS = 12  # decimals of a range that is rounded outward
 
 

@@ -23,8 +23,6 @@ from takagi.models.ranges.replayed_leaves import replayed_bounds
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["LONGEST", "Evidence", "replay"]
-
 LONGEST = 100_000  # characters of all trees together that a reader accepts
 
 

@@ -24,8 +24,6 @@ from takagi.models.ranges.linear_combination import combined
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["expression_range", "expression_value"]
-
 
 def expression_range(
     expression: sp.Expr,

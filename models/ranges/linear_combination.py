@@ -17,8 +17,6 @@ from takagi.models.intervals.interval import Interval
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["combined"]
-
 Linear: TypeAlias = "tuple[tuple[sp.Symbol, Fraction], ...]"
 
 

@@ -15,8 +15,6 @@ from takagi.models.ranges.cell_search import cell_root, fraction
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["leaves_of", "replayed_bounds"]
-
 Place = TypeVar("Place")
 
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from takagi.models.ranges.cell import Cell
     from takagi.models.ranges.domain import Domain, DomainLike
 
-__all__ = ["SampledBounds", "moved_into", "sampled_bounds"]
-
 
 class SampledBounds(NamedTuple):
     """Smallest and largest sampled value, widened, and words that say so.

@@ -9,8 +9,6 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["derivative", "is_zero", "order_of", "slope_or_none"]
-
 
 def derivative(expression: sp.Expr, symbol: sp.Symbol, order: int = 1) -> sp.Expr | None:
     """Return the derivative; None where a table has no further one."""

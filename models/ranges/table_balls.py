@@ -10,8 +10,6 @@ from typing import Any, TypeAlias
 
 from takagi.models.intervals.interval import Interval
 
-__all__ = ["TableBalls", "ball_of", "fraction_of", "tables_class"]
-
 Ball: TypeAlias = Any  # flint.arb carries no type annotations
 # What rounding may put an argument outside its table by, as a share of the table's width.
 EDGE = Fraction(1, 2**90)

@@ -16,8 +16,6 @@ from takagi.models.ranges.table_balls import TableBalls, tables_class
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["UNARY", "Ball", "Tape", "UnknownFunction", "tape_of"]
-
 Ball: TypeAlias = Any  # flint.arb carries no type annotations
 UNARY = "sin cos tan exp log sqrt asin acos atan sinh cosh tanh asinh acosh atanh sinc erf".split()
 ONE, TWO, TABLE = range(3)  # kinds of operations: one operand, two, any number into a table

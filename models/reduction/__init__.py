@@ -14,8 +14,9 @@ box_refinement     refine: a plant's box cut into cells where that reduces the w
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.models.reduction.box_refinement import refine
@@ -40,25 +41,4 @@ __all__ = [
     "refine",
 ]
 
-_HOME = {
-    "CellModels": "cell_models",
-    "ErrorBound": "error_bound",
-    "MergedModel": "reduced_model",
-    "ModelCell": "cell_models",
-    "NormBlock": "norm_block",
-    "ReducedModel": "reduced_model",
-    "merge_vertices": "vertex_merging",
-    "mode_spectrum": "rule_tensor",
-    "reduce_rules": "tensor_reduction",
-    "refine": "box_refinement",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(f"takagi.models.reduction.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

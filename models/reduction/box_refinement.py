@@ -26,8 +26,6 @@ from takagi.models.ts.premise import Premise
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["refine"]
-
 Box: TypeAlias = "Mapping[sp.Symbol, Interval]"
 ROUGH = Fraction(1, 50)  # excess of bounds that only tell where to cut
 

@@ -12,8 +12,6 @@ from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, exact
 from takagi.models.ts.model import TSModel
 
-__all__ = ["CellModels", "ModelCell"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ModelCell:

@@ -15,8 +15,6 @@ from takagi.models.errors import ModelError
 from takagi.models.reduction.exact_residual import Decimals, root_above
 from takagi.models.reduction.norm_block import NormBlock, block_around, entry_blocks
 
-__all__ = ["ErrorBound", "Place", "error_bound"]
-
 Place: TypeAlias = tuple[str, int, int]
 """Letter of the matrix, row, column."""
 

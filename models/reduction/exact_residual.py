@@ -19,8 +19,6 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import exact
 
-__all__ = ["Decimals", "residual", "root_above", "row_sums_are_one"]
-
 Integers: TypeAlias = NDArray[Any]  # Python integers, of any size
 
 

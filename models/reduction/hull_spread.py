@@ -13,8 +13,6 @@ from takagi.models.equations.equations import Factored
 from takagi.models.intervals.interval import Interval
 from takagi.models.sector.multilinear import MultiAffine, multi_affine
 
-__all__ = ["HullSpread"]
-
 DIRECTIONS = 64
 
 

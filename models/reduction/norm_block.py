@@ -19,8 +19,6 @@ from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import exact
 from takagi.models.reduction.exact_residual import root_above
 
-__all__ = ["NormBlock", "block_around", "entry_blocks"]
-
 Rationals: TypeAlias = NDArray[Any]
 
 # Directions of less weight than this share of the first have this weight: it costs nothing, and

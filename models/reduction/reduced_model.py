@@ -18,8 +18,6 @@ from takagi.models.reduction.rule_tensor import RuleTensor
 from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import Premise
 
-__all__ = ["MergedModel", "ReducedModel", "bounded_reduction"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReducedModel:

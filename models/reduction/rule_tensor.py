@@ -19,8 +19,6 @@ from takagi.models.errors import ModelError
 from takagi.models.reduction.error_bound import LETTERS, Place
 from takagi.models.ts.model import TSModel
 
-__all__ = ["RuleTensor", "mode_spectrum", "rule_tensor", "varying_entries"]
-
 # Below this share of the largest, a singular value is what rounding leaves of zero.
 NOTHING = 1e-12
 

@@ -7,8 +7,6 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["simplex_weights"]
-
 PLACES = 12  # of the decimals; sums of so many digits are exact in integers below 2**53
 MOST_STARTS = 32
 

@@ -15,8 +15,6 @@ from takagi.models.reduction.rule_tensor import RuleTensor, rule_tensor
 from takagi.models.reduction.simplex_hull import simplex_weights
 from takagi.models.ts.model import TSModel
 
-__all__ = ["reduce_rules"]
-
 DIGITS = 14  # of the reduced vertices, so that what is exact in decimals stays so
 ROUNDING = 1e-9  # share of the tolerance by which floats may seem to miss it
 

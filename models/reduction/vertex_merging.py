@@ -13,8 +13,6 @@ from takagi.models.reduction.reduced_model import ReducedModel, bounded_reductio
 from takagi.models.reduction.rule_tensor import RuleTensor, varying_entries
 from takagi.models.ts.model import TSModel
 
-__all__ = ["merge_vertices"]
-
 
 def merge_vertices(model: TSModel, tolerance: Number) -> ReducedModel:
     """Return the model with vertices of Frobenius distance <= tolerance replaced by one of them.

@@ -14,8 +14,9 @@ rule_steps, domain_steps    rules and vertices in LaTeX; a band or a union of ce
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.models.equations.equations import Equations, Factored
@@ -37,24 +38,4 @@ __all__ = [
     "sector_model",
 ]
 
-_HOME = {
-    "Factored": "takagi.models.equations.equations",
-    "Equations": "takagi.models.equations.equations",
-    "RuleCount": "takagi.models.sector.rule_counting",
-    "assemble": "takagi.models.sector.assembly",
-    "expression_range": "takagi.models.ranges.expression_range",
-    "expression_value": "takagi.models.ranges.expression_range",
-    "factor": "takagi.models.sector.factorisation",
-    "rule_count": "takagi.models.sector.model",
-    "sector_model": "takagi.models.sector.model",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

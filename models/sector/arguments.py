@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from takagi.models.ranges.domain import Domain
     from takagi.models.sector.choice import Choice
 
-__all__ = ["GivenEquations", "factored_problem"]
-
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class GivenEquations:

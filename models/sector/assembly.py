@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from takagi.models.equations.symbolic_form import SymbolicForm
 
-__all__ = ["assemble"]
-
 LETTERS = ("A", "B", "C", "D", "E")
 
 

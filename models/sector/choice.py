@@ -19,8 +19,6 @@ from takagi.models.sector.terms import Option, RowTerm, Sum, row_terms
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Choice", "chosen_form"]
-
 Choice: TypeAlias = Literal["fewest-rules", "least-conservative"]
 CHOICES = ("fewest-rules", "least-conservative")
 MOST_ASSIGNMENTS = 64  # ways to give terms to states that are compared

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from takagi.models.ranges.cell import Cell
     from takagi.models.ranges.domain import Domain
 
-__all__ = ["domain_steps"]
-
 MOST_SHOWN = 4
 
 

@@ -14,8 +14,6 @@ from takagi.models.intervals.interval import Interval
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Exactness", "check_exact"]
-
 POINTS = 12
 DENOMINATOR = 997  # of the points' coordinates as shares of the sides: a prime, so no special angle
 SMALLEST = Fraction(1, 10**20)  # what a ball at a point may be wide and still speak for zero

@@ -13,8 +13,6 @@ from takagi.models.sector.terms import Sum, product_of, terms_of
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["FactoredForm", "Place", "forms_of"]
-
 Place: TypeAlias = tuple[str, int, int]
 """Matrix letter, row and column of an entry."""
 Polynomial: TypeAlias = "dict[tuple[sp.Expr, ...], sp.Expr]"

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
 
     from takagi.models.equations.equations import Equations
 
-__all__ = ["factor"]
-
 
 def factor(plant: Equations) -> dict[str, sp.Matrix]:
     """Return A, B, C, D, E in the plant's own variables with f = A x + B u + E w, y = C x + D u.

@@ -10,8 +10,6 @@ from takagi.models.sector.factored_form import FactoredForm
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["with_quotients", "without_quotients"]
-
 
 def with_quotients(
     rows: Sequence[sp.Expr], wanted: Mapping[sp.Symbol, sp.Expr], states: Sequence[sp.Symbol]

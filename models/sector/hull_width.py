@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from takagi.models.ranges.domain import Domain
 
-__all__ = ["HullWidth"]
-
 SAMPLES = 400
 DIRECTIONS = 64
 

@@ -10,8 +10,6 @@ from takagi.models.sector.terms import Sum
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["LinearSpan"]
-
 Combination: TypeAlias = "dict[Hashable, sp.Rational]"
 
 

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from takagi.models.ranges.domain import Domain
     from takagi.models.sector.choice import Choice
 
-__all__ = ["rule_count", "sector_model"]
-
 MOST_RULES = 1024
 
 

@@ -16,8 +16,6 @@ from takagi.models.ts.vertex_product import VertexProduct
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["MultiAffine", "corner_values", "multi_affine", "vertex_product"]
-
 MultiAffine: TypeAlias = Mapping[tuple[int, ...], Fraction]
 """Premise numbers -> coefficient of their product; () is the constant term."""
 

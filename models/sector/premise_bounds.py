@@ -22,15 +22,6 @@ if TYPE_CHECKING:
     from takagi.models.equations.equations import Factored
     from takagi.models.ranges.evidence import Evidence
 
-__all__ = [
-    "BoundsRequest",
-    "Given",
-    "bounded_premise",
-    "bounded_premises",
-    "check_rule_count",
-    "counted_premises",
-]
-
 Given: TypeAlias = "tuple[Number, Number] | SampledBounds"
 
 FINER = (Fraction(1, 10**6), Fraction(1, 10**9))  # tolerances at which given bounds are tried

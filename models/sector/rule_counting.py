@@ -8,8 +8,6 @@ from fractions import Fraction
 
 from takagi.models.ts.premise import Premise
 
-__all__ = ["RuleCount", "counted"]
-
 ROUGH = Fraction(1, 50)  # excess of bounds that only rank premises
 MOST_TOLD = 8  # premises that are told, of how many there may be
 

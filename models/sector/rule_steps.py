@@ -10,16 +10,11 @@ from takagi.models.equations.step import Step
 from takagi.models.ts.premise import Premise
 from takagi.models.ts.vertex_product import VertexProduct
 
-__all__ = ["rule_steps"]
-
 MOST_LISTED = 16  # rules whose corners and vertices are written out
 
 
 def rule_steps(
-    premises: Sequence[Premise],
-    products: Mapping[str, VertexProduct],
-    *,
-    discrete: bool = False,
+    premises: Sequence[Premise], products: Mapping[str, VertexProduct], *, discrete: bool = False
 ) -> tuple[Step, ...]:
     """Return the steps from proved ranges to vertices; empty for a model without premises.
 
@@ -51,10 +46,7 @@ def _weights(premise: Premise) -> str:
 
 
 def _numbering(
-    varying: Sequence[Premise],
-    count: int,
-    products: Mapping[str, VertexProduct],
-    discrete: bool,
+    varying: Sequence[Premise], count: int, products: Mapping[str, VertexProduct], discrete: bool
 ) -> Step:
     names = ", ".join(premise.name for premise in varying)
     weights = r"\, ".join(f"w_{{{p.latex},c_{{i,{k}}}}}" for k, p in enumerate(varying, start=1))

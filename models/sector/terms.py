@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from takagi.models.equations.equations import Equations
 
-__all__ = ["Option", "RowTerm", "Sum", "product_of", "row_terms", "terms_of"]
-
 Sum: TypeAlias = "dict[sp.Expr, sp.Rational]"
 """Atom -> rational coefficient; atoms are products without rational factor, 1 is the constant."""
 

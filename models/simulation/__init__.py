@@ -10,8 +10,9 @@ metrics, scenario       numbers of a record; laws side by side in the same winds
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.models.simulation.baseline import BaselineLaw
@@ -77,44 +78,4 @@ __all__ = [
     "validation_plant",
 ]
 
-_HOME = {
-    "BaselineLaw": "baseline",
-    "Case": "scenario",
-    "Diverged": "closed_loop",
-    "Flag": "turbine_plant",
-    "History": "history",
-    "Metrics": "metrics",
-    "Observer": "closed_loop",
-    "Plant": "turbine_plant",
-    "Result": "scenario",
-    "SimulatedTurbine": "turbine_plant",
-    "WindSeries": "wind",
-    "constant_wind": "wind",
-    "damage_equivalent_load": "metrics",
-    "design_plant": "turbine_plant",
-    "gust_wind": "wind",
-    "measure": "metrics",
-    "paper_scenario": "scenario",
-    "paper_winds": "scenario",
-    "published_scenario": "scenario",
-    "published_winds": "scenario",
-    "ramp_wind": "wind",
-    "run_cases": "scenario",
-    "same_turbulence": "turbulence",
-    "simulate": "closed_loop",
-    "step_wind": "wind",
-    "transition_scenario": "scenario",
-    "transition_winds": "scenario",
-    "turbulent_wind": "turbulence",
-    "validation_plant": "turbine_plant",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(f"takagi.models.simulation.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -36,8 +36,6 @@ from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import trim
 
-__all__ = ["BaselineLaw"]
-
 # Pitch above its smallest from which torque is that of region 3 whatever the speed: OpenFAST 5-MW
 # controller source, whose smallest pitch is 0.
 REGION_3_PITCH = radians(1.0)

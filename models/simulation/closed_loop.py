@@ -29,8 +29,6 @@ from takagi.models.simulation.time_steps import (
 from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine
 from takagi.models.simulation.wind import WindSeries
 
-__all__ = ["Diverged", "Observer", "simulate"]
-
 
 class Observer(Protocol):
     """What estimates the wind from speed [rad/s], pitch [rad] and torque (high-speed) [N m]."""

@@ -14,8 +14,6 @@ from takagi.models.simulation.wake import excess_sensitivity, wake_time_constant
 from takagi.models.splines.scalar_surface import scalar_surface
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["Dynamics", "Loads", "dynamics", "plant_derivative"]
-
 State = list[float]
 # A wind below this is no wind for a rotor; the tip-speed ratio is clipped long before [m/s].
 SMALLEST_WIND = 0.1

@@ -13,8 +13,6 @@ from takagi.models.turbine.aerodynamics import rotor_thrust
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind, trim
 
-__all__ = ["History"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class History:

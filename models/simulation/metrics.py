@@ -12,8 +12,6 @@ from takagi.models.errors import ModelError
 from takagi.models.simulation.history import History
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["Metrics", "damage_equivalent_load", "measure"]
-
 # Wohler exponent of welded steel towers; 10 is usual for composite blades.
 TOWER_EXPONENT = 4.0
 REFERENCE_FREQUENCY = 1.0

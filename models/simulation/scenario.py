@@ -23,18 +23,6 @@ from takagi.models.simulation.wind import WindSeries, gust_wind, step_wind
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
 
-__all__ = [
-    "Case",
-    "Result",
-    "paper_scenario",
-    "paper_winds",
-    "published_scenario",
-    "published_winds",
-    "run_cases",
-    "transition_scenario",
-    "transition_winds",
-]
-
 PAPER_MEANS = (8.0, 11.5, 14.0)
 PAPER_INTENSITY = 0.18
 # Chosen because it shows what the scenario is for: the highest wind is above rated for three

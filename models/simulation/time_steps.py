@@ -9,8 +9,6 @@ from takagi.models.laws.protocol import Law
 from takagi.models.laws.sampled import SampledLaw
 from takagi.models.simulation.wind import WindSeries
 
-__all__ = ["TIME_STEP", "fitting_step", "sampled_program", "step_counts", "whole_steps"]
-
 # Of the plant's integration [s]: resolves all its modes.
 TIME_STEP = 0.02
 # A computation time is looked for among the steps of up to this many more to a sample.

@@ -17,8 +17,6 @@ from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TrimPoint, trim
 
-__all__ = ["Flag", "Plant", "SimulatedTurbine", "design_plant", "validation_plant"]
-
 DRIVES = ("first-order", "second-order")
 
 

@@ -30,8 +30,6 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.simulation.wind import TIME_STEP, WindSeries
 
-__all__ = ["kaimal_spectrum", "rotor_share", "same_turbulence", "turbulent_wind"]
-
 # Quadrature points for the mean over the disc: 1e-6 against 2000 points up to 10 Hz.
 NODES = 300
 

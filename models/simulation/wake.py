@@ -27,8 +27,6 @@ from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import trim
 
-__all__ = ["excess_sensitivity", "wake_time_constant"]
-
 LARGEST_INDUCTION = 0.5
 
 

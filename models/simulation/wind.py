@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["WindSeries", "constant_wind", "gust_wind", "ramp_wind", "step_wind"]
-
 TIME_STEP = 0.05
 # IEC 61400-1 (ed. 3), table 1: the NREL 5-MW is a class I B machine.
 REFERENCE_WIND = 50.0

@@ -12,8 +12,6 @@ from takagi.models.intervals.interval import Interval
 from takagi.models.splines.patch_ranges import patch_ranges
 from takagi.models.splines.surface import Surface
 
-__all__ = ["quick_ranges"]
-
 # An end on the table's edge may round to the far side of it.
 EDGE = 1e-12
 

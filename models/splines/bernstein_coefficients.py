@@ -19,9 +19,6 @@ from operator import mul
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 
-__all__ = ["DEGREE", "MAX_ORDER", "KnotAxis", "AxisMap", "Rows", "axis_of", "pieces"]
-__all__ += ["times", "times_columns"]
-
 Rows = tuple[tuple[int, ...], ...]
 DEGREE = 3
 MAX_ORDER = 2  # second derivatives are the last continuous ones

@@ -21,8 +21,6 @@ from takagi.models.intervals.interval import Interval, Number, exact
 from takagi.models.splines.bernstein_coefficients import DEGREE, MAX_ORDER
 from takagi.models.splines.exact_spline import ExactSpline, exact_bounds, exact_spline
 
-__all__ = ["Curve", "interpolate_curve"]
-
 # A point given in other units lands on the edge only up to rounding: see models/splines/surface.py.
 EDGE = 1e-9
 # A curve is a surface that does not depend on y: one span [0, 1] with four equal coefficients.

@@ -36,8 +36,6 @@ from takagi.models.splines.bernstein_coefficients import (
     times_columns,
 )
 
-__all__ = ["ExactSpline", "exact_bounds", "exact_spline", "exact_value"]
-
 MAX_SPLITS = 20_000  # per end; reaching it returns a valid, less tight bound
 
 
@@ -77,10 +75,7 @@ class Patch:
 
 
 def exact_spline(
-    x_knots: tuple[Fraction, ...],
-    y_knots: tuple[Fraction, ...],
-    coefficients: Rows,
-    scale: int,
+    x_knots: tuple[Fraction, ...], y_knots: tuple[Fraction, ...], coefficients: Rows, scale: int
 ) -> ExactSpline:
     """Return the spline with those full knot vectors and coefficients[i][j] / scale."""
     return ExactSpline(axis_of(x_knots), axis_of(y_knots), coefficients, scale)

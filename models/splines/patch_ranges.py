@@ -20,8 +20,6 @@ from takagi.models.intervals.dual import Range
 from takagi.models.splines.scalar_surface import patch_coefficients
 from takagi.models.splines.surface import Surface
 
-__all__ = ["PatchRanges", "patch_ranges"]
-
 DEGREE = 3
 Matrix = Floats
 

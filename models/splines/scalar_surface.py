@@ -18,15 +18,11 @@ from scipy.interpolate import BSpline
 from takagi.models.arrays import Floats
 from takagi.models.splines.surface import Surface
 
-__all__ = ["ScalarSurface", "patch_coefficients", "scalar_surface"]
-
 DEGREE = 3
 ScalarSurface = Callable[[float, float], float]
 
 
-def patch_coefficients(
-    surface: Surface,
-) -> tuple[Floats, Floats, Floats]:
+def patch_coefficients(surface: Surface) -> tuple[Floats, Floats, Floats]:
     """Return (x corners, y corners, c) with s = sum_pq c[i, j, p, q] (x - x_i)^p (y - y_j)^q.
 
     Shapes: (mx + 1,), (my + 1,), (mx, my, 4, 4) for mx times my knot cells.

@@ -19,14 +19,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
 from takagi.models.splines.bernstein_coefficients import DEGREE, MAX_ORDER
-from takagi.models.splines.exact_spline import (
-    ExactSpline,
-    exact_bounds,
-    exact_spline,
-    exact_value,
-)
-
-__all__ = ["DECIMALS", "Surface", "interpolate"]
+from takagi.models.splines.exact_spline import ExactSpline, exact_bounds, exact_spline, exact_value
 
 DECIMALS = 12
 # A point given in other units lands on the edge only up to rounding: 30 deg is 3e-13 rad
@@ -135,13 +128,7 @@ class Surface:
         return np.asarray(held, dtype=np.float64)
 
     def bounds(
-        self,
-        x: Interval,
-        y: Interval,
-        dx: int = 0,
-        dy: int = 0,
-        *,
-        tolerance: Number | None = None,
+        self, x: Interval, y: Interval, dx: int = 0, dy: int = 0, *, tolerance: Number | None = None
     ) -> Interval:
         """Return a rigorous enclosure of a partial derivative over the rectangle x times y.
 

@@ -15,8 +15,6 @@ from takagi.models.splines.bernstein_coefficients import MAX_ORDER
 from takagi.models.splines.curve import Curve
 from takagi.models.splines.surface import Surface
 
-__all__ = ["TableFunction", "table_function", "table_ranges"]
-
 Found = TypeVar("Found")
 
 

@@ -10,8 +10,6 @@ from takagi.models.equations.step import Step
 if TYPE_CHECKING:
     from takagi.models.equations.symbolic_form import SymbolicForm
 
-__all__ = ["Derivation"]
-
 SPECIAL = {letter: f"\\{letter}" for letter in "&%$#_{}"} | {
     "\\": r"\textbackslash{}",
     "^": r"\textasciicircum{}",

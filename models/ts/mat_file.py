@@ -12,8 +12,6 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 
-__all__ = ["load_ts_model"]
-
 # Letter -> which of (n, m, p, q) its rows and columns are.
 SHAPES = {"B": ("n", "m"), "C": ("p", "n"), "D": ("p", "m"), "E": ("n", "q")}
 

@@ -25,8 +25,6 @@ from takagi.models.ts.vertex_product import VertexProduct
 if TYPE_CHECKING:
     from takagi.models.ranges.domain import Domain
 
-__all__ = ["Matrices", "Premise", "TSModel"]
-
 Rule: TypeAlias = tuple[int, ...]
 LETTERS = ("A", "B", "C", "D", "E")
 

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from takagi.models.ranges.domain import Domain
     from takagi.models.ranges.evidence import Evidence
 
-__all__ = ["Premise", "round_outward"]
-
 # A premise computed in floats may leave its exact range by rounding alone: this part of the
 # width (or of the size, for narrow ranges) is moved back to the end, more than that is refused.
 ROUNDING = 1e-12

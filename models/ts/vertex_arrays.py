@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["check_unique", "finite_array", "vertex_arrays"]
-
 Names: TypeAlias = tuple[str, ...]
 
 # What the rows and columns of each matrix count.
@@ -33,9 +31,7 @@ COUNTED_IN = {
 
 
 def vertex_arrays(
-    A: ArrayLike,
-    others: Mapping[str, ArrayLike | None],
-    labels: Mapping[str, Sequence[str] | None],
+    A: ArrayLike, others: Mapping[str, ArrayLike | None], labels: Mapping[str, Sequence[str] | None]
 ) -> tuple[dict[str, Floats], dict[str, Names]]:
     """Return the matrices as read-only (r, ., .) float64 copies, and the names of their axes.
 

@@ -14,8 +14,6 @@ from takagi.models.ts.premise import Premise
 from takagi.models.ts.vertex_arrays import vertex_arrays
 from takagi.models.ts.vertex_product import VertexProduct
 
-__all__ = ["check_corners", "stored_matrices"]
-
 
 def stored_matrices(
     given: Mapping[str, ArrayLike | VertexProduct | None],

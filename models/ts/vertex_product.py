@@ -13,8 +13,6 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["VertexProduct"]
-
 Entry: TypeAlias = tuple[tuple[int, ...], Floats]
 
 

@@ -10,8 +10,9 @@ wind_observer        the wind observer: for design, and to run
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.models.turbine.aerodynamics import (
@@ -51,32 +52,4 @@ __all__ = [
     "tip_speed_ratio",
 ]
 
-_HOME = {
-    "Baseline": "data",
-    "BaselineController": "data",
-    "Figure": "data",
-    "FrozenWake": "data",
-    "TrimPoint": "trim",
-    "Turbine": "data",
-    "load_turbine": "loader",
-    "nrel5mw": "loader",
-    "optimal_tip_speed_ratio": "trim",
-    "optimal_torque_constant": "trim",
-    "rated_wind": "trim",
-    "reference_speed": "trim",
-    "rotor_power": "aerodynamics",
-    "rotor_thrust": "aerodynamics",
-    "rotor_torque": "aerodynamics",
-    "rotor_torque_gradient": "aerodynamics",
-    "tip_speed_ratio": "aerodynamics",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(f"takagi.models.turbine.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

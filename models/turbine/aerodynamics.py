@@ -21,14 +21,6 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.turbine.data import Turbine
 
-__all__ = [
-    "rotor_power",
-    "rotor_thrust",
-    "rotor_torque",
-    "rotor_torque_gradient",
-    "tip_speed_ratio",
-]
-
 
 def tip_speed_ratio(turbine: Turbine, rotor_speed: ArrayLike, wind: ArrayLike) -> Floats:
     """Return lambda = omega R / v [-]; ModelError where the wind is not above 0."""

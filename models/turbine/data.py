@@ -8,8 +8,6 @@ from math import pi
 
 from takagi.models.splines.surface import Surface
 
-__all__ = ["Baseline", "BaselineController", "Figure", "FrozenWake", "Turbine"]
-
 
 @dataclass(frozen=True, slots=True)
 class Figure:

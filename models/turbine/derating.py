@@ -27,8 +27,6 @@ from takagi.models.errors import ModelError
 from takagi.models.turbine.data import Figure, Turbine
 from takagi.models.turbine.trim import optimal_torque_constant, rated_wind
 
-__all__ = ["derated"]
-
 RATED = "generator.rated_torque"
 LOOKS, BISECTIONS = 20, 8
 

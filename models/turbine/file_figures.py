@@ -15,8 +15,6 @@ from takagi.models.files.toml_document import Document
 from takagi.models.files.turbine_units import accepted_units, to_si
 from takagi.models.turbine.data import Figure
 
-__all__ = ["FileFigure", "column_at", "figure_at", "read_figure", "text_at"]
-
 
 class FileFigure(NamedTuple):
     """Where a figure is in the file, which attribute it fills, and the range accepted in SI.

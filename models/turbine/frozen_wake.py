@@ -21,8 +21,6 @@ from takagi.models.files.toml_document import Document
 from takagi.models.turbine.data import FrozenWake, Turbine
 from takagi.models.turbine.file_figures import FileFigure, column_at, text_at
 
-__all__ = ["WAKE", "read_frozen_wake"]
-
 _WIND = FileFigure("frozen_wake.wind", "wind", "m/s", 0.1, 60)
 _PITCH = FileFigure("frozen_wake.pitch", "pitch", "rad", -1, 2)
 _SENSITIVITY = FileFigure("frozen_wake.power_sensitivity", "power_sensitivity", "W/rad", -1e12, 0)

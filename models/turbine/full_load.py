@@ -35,8 +35,6 @@ from takagi.models.turbine.regional_model import (
 from takagi.models.turbine.torque_secants import secant_premise, telescoping_step, torque_symbols
 from takagi.models.turbine.trim import rated_wind
 
-__all__ = ["full_load_model"]
-
 
 def full_load_model(
     turbine: Turbine,

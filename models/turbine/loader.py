@@ -17,9 +17,6 @@ from takagi.models.turbine.data import BaselineController, Figure, FrozenWake, T
 from takagi.models.turbine.file_figures import FileFigure, figure_at, read_figure, text_at
 from takagi.models.turbine.frozen_wake import WAKE, read_frozen_wake
 
-__all__ = ["TurbineFile", "load_turbine", "model_files", "nrel5mw"]
-
-
 _FIELDS = (
     FileFigure("rotor.radius", "rotor_radius", "m", 0.1, 500),
     FileFigure("rotor.hub_height", "hub_height", "m", 0.1, 1000),

@@ -28,9 +28,6 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.torque_slope import Slope, hold, slope_enclosure, slope_gradient
 from takagi.models.turbine.trim import trim
 
-__all__ = ["OperatingBand", "operating_band", "slope_range"]
-
-
 NODE_DECIMALS = 9
 
 
@@ -125,11 +122,7 @@ def operating_band(
 
 
 def slope_range(
-    band: OperatingBand,
-    slope: Slope,
-    *,
-    off_trim: tuple[str, ...],
-    tolerance: Fraction,
+    band: OperatingBand, slope: Slope, *, off_trim: tuple[str, ...], tolerance: Fraction
 ) -> Range:
     """Return the rigorous range of a slope of T_r / J over (part of) the tube.
 

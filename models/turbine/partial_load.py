@@ -30,8 +30,6 @@ from takagi.models.turbine.regional_model import (
 from takagi.models.turbine.torque_secants import secant_premise, telescoping_step, torque_symbols
 from takagi.models.turbine.trim import rated_wind, reference_speed
 
-__all__ = ["lowest_wind", "partial_load_model"]
-
 LOWEST_WIND_STEP = 0.05  # m/s
 
 
@@ -100,11 +98,7 @@ def partial_load_model(
 
 
 def lowest_wind(
-    turbine: Turbine,
-    *,
-    speed_band: Number,
-    wind_band: Number,
-    speed_setpoint: float | None = None,
+    turbine: Turbine, *, speed_band: Number, wind_band: Number, speed_setpoint: float | None = None
 ) -> float:
     """Return the lowest wind, in steps of 0.05 m/s from cut-in, whose band fits into the table.
 

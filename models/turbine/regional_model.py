@@ -15,18 +15,6 @@ from takagi.models.ts.premise import Premise
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import OperatingBand
 
-__all__ = [
-    "INTEGRAL",
-    "PITCH_DEVIATION",
-    "RegionalPlant",
-    "SPEED_ERROR",
-    "WIND_DEVIATION",
-    "WIND_ESTIMATE",
-    "band_box",
-    "inertia_value",
-    "region_model",
-]
-
 SPEED_ERROR = "rotor speed error [rad/s]"
 INTEGRAL = "integral of speed deficit [rad]"
 PITCH_DEVIATION = "pitch deviation [rad]"

@@ -36,8 +36,6 @@ from takagi.models.turbine.torque_slope import Slope
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["TorqueSymbols", "secant_premise", "telescoping_step", "torque_secant", "torque_symbols"]
-
 # Below this difference (rad/s, rad, m/s) a quotient of floats loses digits and the derivative in
 # the middle is better: it errs by the third derivative times the square of this, below 1e-12.
 SMALL = 1e-6

@@ -21,8 +21,6 @@ from typing import Literal, TypeAlias
 from takagi.models.intervals.interval import Interval, exact
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["Slope", "hold", "slope_enclosure", "slope_gradient"]
-
 Slope: TypeAlias = Literal["speed", "pitch", "wind"]
 
 PI = Interval(

@@ -24,16 +24,6 @@ from takagi.models.errors import ModelError
 from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
 
-__all__ = [
-    "TABLE_SHARE",
-    "TrimPoint",
-    "optimal_tip_speed_ratio",
-    "optimal_torque_constant",
-    "rated_wind",
-    "reference_speed",
-    "trim",
-]
-
 TABLE_SHARE = 0.9
 # Winds and pitches are looked at this closely to find the sign change that Brent's method refines.
 WIND_STEPS = 221

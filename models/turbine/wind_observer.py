@@ -41,8 +41,6 @@ from takagi.models.turbine.partial_load import lowest_wind
 from takagi.models.turbine.regional_model import band_box
 from takagi.models.turbine.torque_secants import torque_secant
 
-__all__ = ["WindObserver", "wind_observer_model"]
-
 STATES = ("rotor speed estimation error [rad/s]", "wind estimation error [m/s]")
 
 

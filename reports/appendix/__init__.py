@@ -15,8 +15,9 @@ paper, and the figures.  Everything is typeset from the values that were solved 
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.reports.appendix.plant_files import plant_appendix
@@ -24,17 +25,4 @@ if TYPE_CHECKING:
 
 __all__ = ["appendix_files", "plant_appendix"]
 
-_HOME = {
-    "appendix_files": "turbine_files",
-    "plant_appendix": "plant_files",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(f"takagi.reports.appendix.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -12,8 +12,6 @@ from takagi.reports.appendix.tex import Tex, escape
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["assembled", "checked_context"]
-
 
 def assembled(
     body: str, context: Mapping[str, object], drawn: Mapping[str, Figure]

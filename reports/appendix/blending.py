@@ -7,8 +7,6 @@ from takagi.models.laws.published.law import PublishedLaw
 from takagi.reports.appendix.tex import Tex, matrix, scientific, with_decimals
 from takagi.reports.sections.turbine.blending import filter_of
 
-__all__ = ["blending_context"]
-
 
 def blending_context(design: TurbineDesign) -> dict[str, object]:
     """Return filter, corners and rule numbering."""

@@ -10,8 +10,6 @@ from takagi.reports.appendix.assembly import checked_context
 from takagi.reports.appendix.tex import Tex, decimal, escape, interval, matrix, range_text
 from takagi.reports.page.rounded_bounds import at_most_to
 
-__all__ = ["certificate_context"]
-
 _RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
 _SIZES = (
     "integral_rate",

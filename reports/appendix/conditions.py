@@ -6,13 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from takagi.certificates.claims.turbine.effort_sharing import EffortSharingCandidate
+from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.typeset import latex
 from takagi.reports.appendix.tex import Tex, escape
-
-__all__ = ["conditions_context", "laid_out"]
 
 
 def conditions_context(design: TurbineDesign) -> dict[str, object]:

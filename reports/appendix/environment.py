@@ -23,8 +23,6 @@ from takagi.reports.appendix.tex import (
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-__all__ = ["render"]
-
 _TEMPLATES = "takagi.reports.appendix.templates"
 
 

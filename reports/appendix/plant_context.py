@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from takagi.models.plant.variables import Variable
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = ["latex_context"]
-
 # Gains of more columns than this are set as a matrix per rule.
 MOST_COLUMNS = 9
 # A table of more rows than this is broken over pages.

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from takagi.certificates.design.plant.result import PlantDesign
 
-__all__ = ["plant_appendix"]
-
 Tell = Callable[[str], None]
 
 

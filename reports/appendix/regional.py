@@ -19,8 +19,6 @@ from takagi.reports.appendix.tex import (
     with_decimals,
 )
 
-__all__ = ["region_context", "rule_rows", "vertex_lines"]
-
 # How the evidence of a premise names a derivative, and what a reader of formulas expects.
 _DERIVATIVES = {
     r"dT\_r/domega / J": r"$\partial_\omega T_r / J$",
@@ -70,10 +68,7 @@ def region_context(model: TSModel, gains: RegionGains, letter: str) -> dict[str,
 def rule_rows(model: TSModel) -> list[list[Tex]]:
     """Return one row per rule: its number and the corner of each premise."""
     return [
-        [
-            escape(i),
-            *(decimal(p.corners[c]) for p, c in zip(model.premises, rule, strict=True)),
-        ]
+        [escape(i), *(decimal(p.corners[c]) for p, c in zip(model.premises, rule, strict=True))]
         for i, rule in enumerate(model.rules, start=1)
     ]
 

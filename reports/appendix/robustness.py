@@ -13,8 +13,6 @@ from takagi.reports.appendix.turbine import DEGREES, table_winds
 from takagi.reports.loops.turbine_local import LoopPoint, loop_points
 from takagi.reports.margins import Loops, Margins, disk_margin, loop_margins, loops_at_trim
 
-__all__ = ["TrimLoops", "margins_context", "trim_loops"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrimLoops:

@@ -9,8 +9,6 @@ from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.reports.appendix.tex import NONE, Tex, decimal, escape, scientific, with_decimals
 from takagi.reports.appendix.turbine import DEGREES
 
-__all__ = ["law_context"]
-
 
 def law_context(design: TurbineDesign) -> dict[str, Any]:
     """Return the constants and the gain table of the coherent law; only a flag for another law."""

@@ -18,20 +18,6 @@ from numpy.typing import ArrayLike
 from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import exact
 
-__all__ = [
-    "NONE",
-    "Tex",
-    "decimal",
-    "escape",
-    "with_decimals",
-    "interval",
-    "matrix",
-    "scientific",
-    "range_text",
-    "stacked",
-    "unit",
-]
-
 
 class Tex(str):
     """Text that is LaTeX already and is not escaped again."""

@@ -9,8 +9,6 @@ from takagi.models.turbine.data import Figure, Turbine
 from takagi.models.turbine.trim import TrimPoint, optimal_tip_speed_ratio, rated_wind, trim
 from takagi.reports.appendix.tex import Tex, escape, matrix, scientific, unit, with_decimals
 
-__all__ = ["plant_context", "table_winds", "trim_points"]
-
 DEGREES = 180 / np.pi
 RPM = 30 / np.pi
 _SYMBOLS = {

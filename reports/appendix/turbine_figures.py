@@ -17,8 +17,6 @@ from takagi.reports.sections.turbine.operation import power_surface, trim_drawin
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["drawn_figures"]
-
 _BODE_WINDS = (6.0, 10.0, 11.4, 12.0, 14.0, 18.0, 25.0)
 _CURVE = 120
 

@@ -6,8 +6,6 @@ from collections.abc import Callable
 
 from takagi.certificates.design.turbine.result import TurbineDesign
 
-__all__ = ["appendix_files"]
-
 Tell = Callable[[str], None]
 
 

@@ -10,8 +10,9 @@ Names are looked up when they are used.
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.reports.baseline.comparison import (
@@ -30,17 +31,4 @@ __all__ = [
     "compare_certificates",
 ]
 
-_HOME = {
-    "CertificateComparison": "comparison",
-    "Comparison": "comparison",
-    "as_data": "formats",
-    "as_markdown": "formats",
-    "as_text": "formats",
-    "compare_certificates": "comparison",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -10,8 +10,6 @@ from takagi.certificates.checker.files.differing import Difference, differing, i
 from takagi.certificates.checker.files.model_content import beside_the_claims
 from takagi.certificates.checker.kernel.reader import Number
 
-__all__ = ["Change", "changes", "listed_changes"]
-
 Data = Mapping[str, Any]
 MOST_LISTED = 8
 # Members that follow from other parts of the model; reported only if nothing else differs.

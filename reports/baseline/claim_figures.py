@@ -26,8 +26,6 @@ from takagi.certificates.checker.words.ellipsoid_size import (
     volume_below,
 )
 
-__all__ = ["ClaimFigure", "Found", "Profile", "box_figures", "claim_figures", "question"]
-
 
 @dataclass(frozen=True, slots=True)
 class ClaimFigure:

@@ -26,8 +26,6 @@ from takagi.reports.baseline.claim_figures import (
     question,
 )
 
-__all__ = ["CertificateComparison", "Comparison", "Moved", "compare_certificates"]
-
 Data = Mapping[str, Any]
 Number = Fraction | float
 BOX = "box of validity"

@@ -14,8 +14,6 @@ from takagi.certificates.checker.words.shown import at_least, at_most
 from takagi.reports.baseline.changes import listed_changes
 from takagi.reports.baseline.comparison import CertificateComparison, Moved
 
-__all__ = ["as_data", "as_markdown", "as_text"]
-
 _LARGEST = 10**300
 # Digits of a figure: more than the first where two that differ would look the same.
 _DIGITS = (6, 9, 12, 17, 34)

@@ -16,9 +16,6 @@ from takagi.reports.figures.style import COLOURS, GREY, house_style, new_figure,
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["first_breaks_figure", "inside_figure", "leaving_figure"]
-
-
 # The ratios in the first panel: those that depend on more than the start itself.
 SHOWN = ("set", "speed error", "effort lag", "torque asked")
 

@@ -13,8 +13,6 @@ from takagi.reports.campaign.tables import as_csv, as_json
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["FILES", "CampaignReport", "campaign_files"]
-
 FILES = ("summary.md", "campaign.json", "runs.csv")
 
 

@@ -14,8 +14,6 @@ from takagi.reports.campaign.tables import (
     sentence,
 )
 
-__all__ = ["as_markdown"]
-
 READING = (
     "A share of 1 is the bound itself. Starts lie on the boundary and where each bound is "
     'attained; "late" is the second half of the runs, when the start is forgotten and wind and '

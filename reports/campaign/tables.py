@@ -16,17 +16,6 @@ from takagi.certificates.campaign.runs import Campaign
 from takagi.certificates.campaign.winds import PLAYERS
 from takagi.reports.csv_text import csv_text
 
-__all__ = [
-    "ABOUT",
-    "as_csv",
-    "as_json",
-    "beyond_row",
-    "bound_rows",
-    "first_words",
-    "player_rows",
-    "sentence",
-]
-
 # Bound -> the quantity of its ratio, for the table.
 ABOUT = {
     "set": "V ≤ 1",

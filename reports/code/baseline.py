@@ -26,8 +26,6 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import trim
 from takagi.reports.code.controller_program import ControllerProgram, controller_program
 
-__all__ = ["baseline_program"]
-
 NOT_PROVED = "not proved (the published baseline controller, to compare with)"
 _UNITS = {
     "gear_ratio": "-",

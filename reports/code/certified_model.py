@@ -10,8 +10,6 @@ from takagi.certificates.checker.kernel.reader import digest, member, read_json
 from takagi.models.errors import ModelError
 from takagi.reports.code.controller_program import ControllerProgram
 
-__all__ = ["certified_claims", "certified_model"]
-
 
 def certified_model(
     gains: Path, certificate: Path | None, program: ControllerProgram

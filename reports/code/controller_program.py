@@ -17,20 +17,6 @@ from typing import Any, TypeAlias
 from takagi.models.errors import ModelError
 from takagi.reports.code.formula import Call, Formula, Name, Operation, names_of, parsed
 
-__all__ = [
-    "Assignment",
-    "Constant",
-    "ControllerProgram",
-    "Kept",
-    "Near",
-    "Signal",
-    "Spline",
-    "Stage",
-    "controller_program",
-    "read_controller",
-    "renamed",
-]
-
 Row: TypeAlias = tuple[Decimal, ...]
 Value: TypeAlias = "Decimal | Row | tuple[Row, ...] | Spline"
 

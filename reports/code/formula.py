@@ -10,8 +10,6 @@ from typing import TypeAlias
 
 from takagi.models.errors import ModelError
 
-__all__ = ["FUNCTIONS", "Call", "Formula", "Name", "Number", "Operation", "names_of", "parsed"]
-
 # What a formula may call, and how many arguments it takes (least, most); None is any number.
 FUNCTIONS: dict[str, tuple[int, int | None]] = {
     **dict.fromkeys(

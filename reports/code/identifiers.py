@@ -7,17 +7,11 @@ from collections.abc import Collection, Iterable
 
 from takagi.models.errors import ModelError
 
-__all__ = ["file_word", "identifiers"]
-
 LONGEST = 63  # characters that C99 promises to tell apart
 
 
 def identifiers(
-    names: Iterable[str],
-    reserved: Collection[str],
-    *,
-    language: str,
-    ignore_case: bool = False,
+    names: Iterable[str], reserved: Collection[str], *, language: str, ignore_case: bool = False
 ) -> dict[str, str]:
     """Return for each name one that the language can hold: its own, with ``_`` where it is taken.
 

@@ -11,8 +11,6 @@ from typing import Any
 from takagi.reports.code.controller_program import Assignment, ControllerProgram, Spline
 from takagi.reports.code.formula import Call, Formula, Name, Number, Operation
 
-__all__ = ["ProgramRun", "value_of"]
-
 _SIGNS: Mapping[str, Callable[[float, float], float]] = {
     "+": operator.add,
     "-": operator.sub,

@@ -9,8 +9,6 @@ from takagi.reports.code.controller_program import Constant, ControllerProgram, 
 from takagi.reports.code.targets import Exported, ExportSettings
 from takagi.reports.csv_text import csv_text
 
-__all__ = ["export"]
-
 
 def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     """Return the tables: ``numbers.csv``, and one file for each row, matrix or spline.

@@ -11,16 +11,6 @@ from typing import Any, Literal, NamedTuple, TypeAlias, cast, get_args
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.reports.code.controller_program import ControllerProgram
 
-__all__ = [
-    "TARGETS",
-    "Exported",
-    "ExportSettings",
-    "Precision",
-    "Target",
-    "export_settings",
-    "exported",
-]
-
 Precision: TypeAlias = Literal["double", "float"]
 
 

@@ -15,8 +15,9 @@ One style for all, fit for colour-blind readers, a phone and a printed page; ``f
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.reports.figures.bode import BodeLine, bode_figure, bode_line
@@ -54,35 +55,4 @@ __all__ = [
     "trim_figure",
 ]
 
-_HOME = {
-    "BodeLine": "bode",
-    "OverlapRow": "overlaps",
-    "ResponseLine": "response",
-    "ScenarioRun": "scenario",
-    "bode_figure": "bode",
-    "bode_line": "bode",
-    "cells_figure": "cells",
-    "decimate": "style",
-    "equilibria_figure": "equilibria",
-    "figure_to_pdf": "writing",
-    "figure_to_png": "writing",
-    "figure_to_svg": "writing",
-    "membership_figure": "memberships",
-    "overlaps_figure": "overlaps",
-    "poles_figure": "poles",
-    "power_surface_figure": "operation",
-    "response_figure": "response",
-    "rests_figure": "equilibria",
-    "scenario_figure": "scenario",
-    "trim_figure": "operation",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(f"takagi.reports.figures.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

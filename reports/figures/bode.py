@@ -26,9 +26,6 @@ if TYPE_CHECKING:
 
     from takagi.reports.margins import LoopResponse, Margins
 
-__all__ = ["BodeLine", "bode_figure", "bode_line"]
-
-
 LEGEND_COLUMNS = 2
 # Below this gain the loop is treated as open: -200 dB is no gain.
 SILENT = 1e-10

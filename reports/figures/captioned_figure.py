@@ -10,8 +10,6 @@ from takagi.reports.page.text import CaptionedFigure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["captioned_figure"]
-
 
 def captioned_figure(
     figure: Figure, name: str, *, caption: str, alternative: str

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["cells_figure", "cells_panel"]
-
 
 def cells_figure(
     edges: ArrayLike,

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.figure import Figure
 
-__all__ = ["equilibria_figure", "rests_figure"]
-
 # Answer -> (colour, hatch), in the order of the legend; what is not known stays white.
 LOOKS = {
     "one at the trim": (COLOURS[0], ""),

@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.contour import QuadContourSet
     from matplotlib.figure import Figure
 
-__all__ = ["membership_figure"]
-
-
 RPM = 30 / np.pi
 LEVELS = np.linspace(0.0, 1.0, 11)
 

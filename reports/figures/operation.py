@@ -22,9 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["power_surface_figure", "trim_figure"]
-
-
 RPM, DEGREES = 30 / np.pi, 180 / np.pi
 
 

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["OverlapRow", "overlaps_figure"]
-
 # Narrower than this share of the axis a range could not be seen.
 LEAST_SHARE = 0.014
 # Any: the properties of a patch have as many types as there are of them.
@@ -76,11 +74,7 @@ def overlaps_figure(rows: Sequence[OverlapRow], *, wind: tuple[float, float]) ->
 
 
 def _bars(
-    axes: Axes,
-    place: int,
-    spans: Sequence[tuple[float, float]],
-    least: float,
-    look: dict[str, Any],
+    axes: Axes, place: int, spans: Sequence[tuple[float, float]], least: float, look: dict[str, Any]
 ) -> None:
     from matplotlib.patches import Rectangle
 
@@ -94,8 +88,5 @@ def _bars(
 def _legend(axes: Axes) -> None:
     from matplotlib.patches import Patch
 
-    handles = [
-        Patch(label="proved", **PROVED),
-        Patch(label="looked at, not proved", **LEFT),
-    ]
+    handles = [Patch(label="proved", **PROVED), Patch(label="looked at, not proved", **LEFT)]
     axes.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)

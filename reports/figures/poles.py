@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["poles_figure"]
-
 STEPS = 22
 
 
@@ -62,13 +60,7 @@ def poles_figure(
     return figure
 
 
-def _plane(
-    figure: Figure,
-    axes: Axes,
-    v: Floats,
-    poles: Sequence[Complex],
-    reach: float,
-) -> None:
+def _plane(figure: Figure, axes: Axes, v: Floats, poles: Sequence[Complex], reach: float) -> None:
     from matplotlib import colormaps
 
     every = np.concatenate([np.asarray(p, dtype=np.complex128) for p in poles])

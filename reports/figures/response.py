@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
     from takagi.models.simulation.history import History
 
-__all__ = ["ResponseLine", "response_figure"]
-
 # quantity: factor to the shown unit, label
 QUANTITIES = {
     "wind": (1.0, "wind\n[m/s]"),
@@ -106,11 +104,7 @@ def response_figure(
 
 
 def _panel(
-    axes: Axes,
-    t: Floats,
-    lines: Sequence[ResponseLine],
-    quantity: str,
-    factor: float,
+    axes: Axes, t: Floats, lines: Sequence[ResponseLine], quantity: str, factor: float
 ) -> None:
     values = columns(quantity, [getattr(line, quantity) for line in lines], len(t))
     if quantity == "wind" and all(np.array_equal(values[0], other) for other in values[1:]):

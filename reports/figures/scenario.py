@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["ScenarioRun", "scenario_figure"]
-
-
 ROWS = {
     "wind": "wind\n[m/s]",
     "pitch": "pitch\n[°]",

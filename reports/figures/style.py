@@ -23,22 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = [
-    "COLOURS",
-    "GREY",
-    "SEQUENTIAL",
-    "STYLES",
-    "columns",
-    "decimate",
-    "house_style",
-    "marks_above",
-    "new_figure",
-    "region_axes",
-    "shades",
-    "wind_axis",
-]
-
-
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 # Dashes distinguish lines in black-and-white print, where colours cannot.
 STYLES = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (1, 1)), (0, (8, 3)))

@@ -16,8 +16,6 @@ from takagi.reports.figures.style import house_style
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["figure_to_pdf", "figure_to_png", "figure_to_svg"]
-
 # Paths of more characters than this are data lines, not markers: a tenth of a point is enough.
 LONG_PATH = 400
 LINES = re.compile(r"([ML] \S+ \S+)((?: L \S+ \S+)+)")

@@ -10,8 +10,6 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from takagi.certificates.controller.content import gain_file_of
 
-__all__ = ["Envelope", "dump_gains", "file_schema", "validated"]
-
 Numbers: TypeAlias = list[float]
 
 # Members whose entries stand on lines of their own.

@@ -25,8 +25,6 @@ from takagi.reports.gains_file.envelope import (
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
 
-__all__ = ["PlantGainFile", "plant_gain_file", "plant_gain_file_schema"]
-
 
 class PdcLawEntry(BaseModel):
     """The law, as the certificate states it."""

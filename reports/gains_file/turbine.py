@@ -25,8 +25,6 @@ from takagi.reports.gains_file.envelope import (
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-__all__ = ["GainFile", "gain_file", "gain_file_schema"]
-
 
 class CoherentLawTables(Strict):
     """The effort-sharing law: tables over the schedule wind, linear between the nodes."""

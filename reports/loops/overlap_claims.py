@@ -17,8 +17,6 @@ from takagi.certificates.checker.kernel.result import Claim, Verdict
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-__all__ = ["OverlapClaim", "Span", "gap_words", "overlap_claims", "wind_words", "window_width"]
-
 KIND = "paper-loop"
 NUMBER = r"(\d+(?:\.\d+)?(?:e[+-]?\d+)?)"
 RANGE = re.compile(rf"{NUMBER} to {NUMBER}")

@@ -19,8 +19,6 @@ from takagi.reports.margins import LoopResponse, Margins, loop_margins, loop_res
 if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = ["PlantLocalLoop", "common_frequencies", "local_loops", "pair_poles"]
-
 POINTS = 1200
 # An undamped open loop has no finite response at its own frequency.
 NUDGE = 1e-9

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.blending.run_time import RunTimeBlending
 
-__all__ = ["PlantLoop", "plant_loop"]
-
 
 @dataclass(frozen=True, eq=False)
 class PlantLoop:

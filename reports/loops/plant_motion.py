@@ -15,9 +15,6 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = ["PlantMotion", "around", "horizon", "motions", "plant_rate", "settling_time",
-           "starts"]  # fmt: skip
-
 # A start lies this far out in the ellipsoid, as a share of its level, or of the box without one.
 INSIDE, SHARE = 0.98, 0.3
 SAMPLES, STEPS = 301, 300

@@ -10,8 +10,6 @@ from takagi.certificates.checker.kernel.result import Checked, Verdict
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
 
-__all__ = ["embedded", "proved_claims", "proved_kinds"]
-
 EMBEDDING = "sector-embedding"
 
 

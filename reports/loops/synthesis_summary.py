@@ -9,8 +9,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.lmi.turbine.one_step.value import ReachedValues
 
-__all__ = ["SynthesisSummary", "synthesis_summary", "synthesis_words"]
-
 
 @dataclass(frozen=True, slots=True)
 class SynthesisSummary:

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw
     from takagi.models.laws.published.law import PublishedLaw
 
-__all__ = ["LoopPoint", "loop_points"]
-
 # A loop is left out if its share or gain is below this value.
 SILENT = 1e-6
 

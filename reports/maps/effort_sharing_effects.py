@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["effect_figure", "pair_figure", "side_by_side_figure"]
-
-
 DECAY = "common_decay [1/s]"
 MARKS = ("o", "s", "^", "D")
 HATCH = "////"

@@ -23,8 +23,6 @@ from takagi.reports.page.rounded_bounds import at_least, at_least_to, at_most_to
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["pages"]
-
 KEPT = (
     "PROVED is the independent checker's word on the emitted decimals. |v - v_s| is the distance "
     "of the wind from the law's schedule wind and |v_s'| the rate of the schedule wind; both are "

@@ -11,9 +11,6 @@ import numpy as np
 from takagi.certificates.sweep.grid import PointResult, SweepResult
 from takagi.models.arrays import Floats
 
-__all__ = ["Line", "column", "flat", "front", "guaranteed_pairs", "range_names", "wind_words"]
-
-
 ERROR, RATE = "mean_wind_error [m/s]", "mean_wind_rate [m/s^2]"
 LEAST_ERROR, LEAST_RATE = "least_wind_error [m/s]", "least_wind_rate [m/s^2]"
 OVERSPEED = "overspeed [%]"

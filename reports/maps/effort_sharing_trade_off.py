@@ -13,8 +13,6 @@ from takagi.reports.maps.effort_sharing_rows import Line, front, guaranteed_pair
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["claim_winds", "trade_off_figure"]
-
 
 def claim_winds(result: SweepResult) -> dict[str, tuple[float, float]]:
     """Return name -> winds [m/s] of the claims that a trade-off makes, the widest first."""

@@ -15,9 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
-__all__ = ["edges", "overlap_map_figure"]
-
-
 HATCH = "////"
 
 
@@ -59,12 +56,7 @@ def _finite(values: Floats) -> list[float]:
 
 
 def _panel(
-    axes: Axes,
-    found: Grid,
-    values: Floats,
-    title: str,
-    norm: Normalize,
-    nothing: str = "",
+    axes: Axes, found: Grid, values: Floats, title: str, norm: Normalize, nothing: str = ""
 ) -> None:
     from matplotlib.colors import LogNorm
     from matplotlib.patches import Rectangle

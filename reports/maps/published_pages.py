@@ -11,8 +11,6 @@ from takagi.reports.maps.published_rows import grid, of_windows, reason_counts, 
 from takagi.reports.maps.published_winds import wind_slices_figure
 from takagi.reports.maps.table import map_json, points_csv, rows_csv
 
-__all__ = ["figures", "pages", "tables"]
-
 
 def pages(result: SweepResult) -> dict[str, bytes | str]:
     """Return file name -> content: map.md, map.json, points.csv, windows.csv, figures/."""

@@ -12,8 +12,6 @@ import numpy as np
 from takagi.certificates.sweep.grid import PointResult, SweepResult
 from takagi.models.arrays import Floats
 
-__all__ = ["SPEED", "TORQUE", "Grid", "grid", "of_windows", "reason_counts", "windows_of"]
-
 SPEED, TORQUE = "speed-overlap", "torque-overlap"
 
 # A number in a sentence, but not the 1 of "1/s".

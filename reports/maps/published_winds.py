@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
 
-__all__ = ["wind_slices_figure"]
-
 # Marks of a window that is proved: at the trim, and where the law rests elsewhere.
 AT_TRIM, ELSEWHERE = "s", "o"
 FAILED = COLOURS[1]

@@ -9,8 +9,6 @@ from typing import Any
 from takagi.certificates.sweep.grid import PointResult, SweepResult
 from takagi.reports.csv_text import csv_text
 
-__all__ = ["map_json", "points_csv", "rows_csv"]
-
 
 def rows_csv(rows: Sequence[Mapping[str, Any]]) -> str:
     """Return rows as CSV; columns are the keys, in the order they first appear; None is empty."""

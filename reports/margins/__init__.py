@@ -8,8 +8,9 @@ turbine_loops       its two loops, each broken at its actuator with the other cl
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.reports.margins.disk import (
@@ -60,35 +61,4 @@ __all__ = [
     "torque_loop",
 ]
 
-_HOME = {
-    "DiskMargin": "disk",
-    "FirstOrderDrive": "turbine_dynamics",
-    "LocalGains": "turbine_loops",
-    "LoopResponse": "response",
-    "Loops": "turbine_loops",
-    "Margins": "margins",
-    "MimoDiskMargins": "disk",
-    "SecondOrderDrive": "turbine_dynamics",
-    "Tower": "turbine_dynamics",
-    "break_loops": "turbine_loops",
-    "closed_loop_poles": "turbine_loops",
-    "disk_margin": "disk",
-    "linear_plant": "turbine_dynamics",
-    "loop_margins": "margins",
-    "loop_response": "response",
-    "loops_at_trim": "turbine_loops",
-    "mimo_disk_margins": "disk",
-    "pitch_loop": "turbine_loops",
-    "plant_at_trim": "turbine_loops",
-    "torque_loop": "turbine_loops",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(f"takagi.reports.margins.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -27,15 +27,6 @@ from takagi.reports.margins.response import LoopResponse, largest, loop_response
 if TYPE_CHECKING:
     from control import FrequencyResponseData, StateSpace, TransferFunction
 
-__all__ = [
-    "DiskMargin",
-    "MimoDiskMargins",
-    "disk_margin",
-    "mimo_disk_margins",
-    "scaled_bound",
-]
-
-
 # Balancing rows and columns converges in a few sweeps; each sweep leaves a valid upper bound.
 SWEEPS = 12
 

@@ -27,9 +27,6 @@ from takagi.reports.margins.response import LoopResponse, largest, loop_response
 if TYPE_CHECKING:
     from control import FrequencyResponseData, StateSpace, TransferFunction
 
-__all__ = ["Margins", "loop_margins"]
-
-
 INF = float("inf")
 
 

@@ -20,9 +20,6 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     from control import FrequencyResponseData, StateSpace, TransferFunction
 
-__all__ = ["LoopResponse", "frequency_grid", "largest", "loop_response"]
-
-
 POINTS_PER_DECADE = 150
 # A pole nearer than this to the axis, relative to the fastest pole, counts as lying at zero.
 ORIGIN = 1e-9

@@ -26,9 +26,6 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     from control import StateSpace
 
-__all__ = ["PADE_ORDER", "FirstOrderDrive", "SecondOrderDrive", "Tower", "linear_plant"]
-
-
 # Order 2 is exact to 1e-4 rad up to a phase lag of 0.9 rad: at 30 ms, up to 5 Hz.
 PADE_ORDER = 2
 

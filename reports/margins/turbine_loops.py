@@ -33,17 +33,6 @@ from takagi.reports.margins.turbine_dynamics import (
 if TYPE_CHECKING:
     from control import StateSpace
 
-__all__ = [
-    "LocalGains",
-    "Loops",
-    "break_loops",
-    "closed_loop_poles",
-    "loops_at_trim",
-    "pitch_loop",
-    "plant_at_trim",
-    "torque_loop",
-]
-
 Plant = Literal["design", "validation"]
 
 # The validation plant runs its controller every 20 ms and gives the command one sample later.

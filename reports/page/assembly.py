@@ -13,8 +13,6 @@ from takagi.reports.page.text import Section, powers
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-__all__ = ["ReportFiles", "render", "report_files"]
-
 # A room's own templates go before those that all pages share.
 TEMPLATES = ("takagi.reports.sections.{}.templates", "takagi.reports.page.templates")
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["name_of", "unit_of"]
-
 
 def name_of(label: str) -> str:
     """Return the name without its unit."""

@@ -16,8 +16,6 @@ from takagi.models.errors import ModelError
 from takagi.reports.page.mathml_signs import ACCENTS, FUNCTIONS, LETTERS, SIGNS, SPACES, WORDS
 from takagi.reports.page.text import powers
 
-__all__ = ["mathml"]
-
 TOKEN = re.compile(r"\\[A-Za-z]+\*?|\\.|\d+(?:\.\d+)?|\s+|.", re.DOTALL)
 # Elements that enlarge the brackets around them.
 TALL = ("<mfrac", "<mtable", "<munder", "<msqrt", "<mroot")

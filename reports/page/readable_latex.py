@@ -9,8 +9,6 @@ from __future__ import annotations
 import re
 from fractions import Fraction
 
-__all__ = ["readable", "shortens"]
-
 # An integer of more digits than this is written as a decimal with SHOWN significant digits.
 LONGEST = 9
 SHOWN = 6

@@ -13,8 +13,6 @@ from math import ceil, floor
 
 from takagi.certificates.checker.words import shown
 
-__all__ = ["at_least", "at_least_to", "at_most", "at_most_to"]
-
 Bound = float | Fraction
 
 

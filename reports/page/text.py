@@ -10,20 +10,6 @@ from typing import Any
 
 from takagi.reports.page import rounded_bounds as bounds
 
-__all__ = [
-    "CaptionedFigure",
-    "Section",
-    "Table",
-    "at_least",
-    "at_most",
-    "complex_words",
-    "decimal",
-    "with_decimals",
-    "powers",
-    "significant",
-    "range_text",
-]
-
 LONG_CELL = 24
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 MINUS, DASH, INFINITY = "\u2212", "\u2013", "\u221e"

@@ -9,8 +9,6 @@ import numpy as np
 from takagi.reports.margins import Margins
 from takagi.reports.page.text import Table, significant, with_decimals
 
-__all__ = ["margin_table"]
-
 BESIDE = (("disk: gain", "± dB"), ("disk: phase", "± °"), ("peak |S|", "-"))
 
 

@@ -9,8 +9,6 @@ from takagi.reports.page.text import Table, decimal
 if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
 
-__all__ = ["premise_table"]
-
 
 def premise_table(model: TSModel, caption: str, evidence: str) -> Table:
     """Return the premises of a model with their rigorous ranges; ``evidence`` heads the last."""

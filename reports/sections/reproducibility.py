@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-__all__ = ["check_section", "provenance_section"]
-
 
 def check_section(*, compared: str, law: bool = True, needs: str = "") -> Section:
     """Return the section that says how to check the certificate.

@@ -8,8 +8,6 @@ from typing import Any
 from takagi.certificates.checker.kernel.result import Checked
 from takagi.reports.page.text import Section
 
-__all__ = ["verdict_box"]
-
 
 def verdict_box(checked: Checked, content: Mapping[str, Any]) -> Section:
     """Return the verdict box: the checker's verdict and claims, with what a report adds."""

@@ -10,8 +10,9 @@ plant              a plant under its law, from chosen starts
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.reports.simulation.folder import simulation_files
@@ -37,29 +38,4 @@ __all__ = [
     "table_rows",
 ]
 
-_HOME = {
-    "LAW_NAMES": "laws",
-    "SCENARIOS": "scenarios",
-    "ChosenLaws": "laws",
-    "Run": "runs",
-    "Scenario": "scenarios",
-    "Simulation": "runs",
-    "as_csv": "tables",
-    "as_json": "tables",
-    "as_markdown": "tables",
-    "chosen_laws": "laws",
-    "run_simulation": "runs",
-    "scenario_winds": "scenarios",
-    "simulation_files": "folder",
-    "table_rows": "tables",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(f"takagi.reports.simulation.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

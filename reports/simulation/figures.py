@@ -14,8 +14,6 @@ from takagi.reports.simulation.runs import Run, Simulation
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["simulation_figures", "slug"]
-
 # Enough for oscillations of a second in records of a minute; the file stays below 1 MB.
 POINTS = 40_000
 

@@ -15,8 +15,6 @@ from takagi.models.turbine.derating import derated
 from takagi.models.turbine.wind_observer import WindObserver
 from takagi.reports.simulation.laws import ChosenLaws
 
-__all__ = ["filed_laws"]
-
 
 def filed_laws(
     turbine: Turbine, path: Path, beside: Sequence[str] = ()

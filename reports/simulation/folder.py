@@ -7,8 +7,6 @@ from takagi.reports.simulation.figures import simulation_figures, slug
 from takagi.reports.simulation.runs import Simulation
 from takagi.reports.simulation.tables import as_csv, as_json, as_markdown, series_csv
 
-__all__ = ["simulation_files"]
-
 
 def simulation_files(simulation: Simulation) -> dict[str, bytes | str]:
     """Return file name -> content: summary, tables, figures as SVG and PNG, series.

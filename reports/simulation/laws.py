@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.certificates.design.turbine.settings import DesignSettings
 
-__all__ = ["DEFAULT_LAWS", "LAW_NAMES", "ChosenLaws", "chosen_laws", "require_law_names"]
-
 # The law's name, and what a reader of its numbers should know.
 LAW_NAMES: Mapping[str, str] = MappingProxyType(
     {

@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import PlantMotion
 
-__all__ = ["PlantSimulation", "corner_starts", "simulate_plant", "simulation_data"]
-__all__ += ["simulation_files"]
-
 Start = tuple[str, Floats]
 # The number of corners of a box doubles with each state.
 MOST_CORNERS = 16
@@ -51,7 +48,6 @@ def simulate_plant(
     *,
     starts: Sequence[Mapping[str, float]] | None = None,
     duration: float | None = None,
-    errors: Mapping[str, float] | None = None,
 ) -> PlantSimulation:
     """Return the motions of the plant itself under the design's law, disturbances at rest.
 
@@ -60,7 +56,6 @@ def simulate_plant(
     starts : state -> value in SI, not named ones at rest; None takes the corners of the box, drawn
         in to the ellipsoid of the certificate's function.
     duration : in s; None takes some time constants of the slowest pole.
-    errors : blended actuator -> by what share it moves the plant more than it is told.
 
     Raises
     ------
@@ -76,7 +71,7 @@ def simulate_plant(
         begin, scale = corner_starts(loop)
     else:
         begin, scale = [_start(loop, given) for given in starts], 1.0
-    return PlantSimulation(loop, motions(loop, begin, duration=duration, errors=errors), scale)
+    return PlantSimulation(loop, motions(loop, begin, duration=duration), scale)
 
 
 def corner_starts(loop: PlantLoop) -> tuple[list[Start], float]:

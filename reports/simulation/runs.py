@@ -17,8 +17,6 @@ from takagi.models.simulation.wind import WindSeries
 from takagi.models.turbine.data import Turbine
 from takagi.reports.simulation.laws import ChosenLaws
 
-__all__ = ["WAKES", "Run", "Simulation", "require_sampling", "run_simulation", "simulation_plant"]
-
 WAKES = ("equilibrium", "dynamic")
 # Fractions above which the table gets a remark [-].
 WORTH_TELLING = 0.01

@@ -15,8 +15,6 @@ from takagi.models.simulation.wind import WindSeries, gust_wind, step_wind
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
 
-__all__ = ["LONGEST", "SCENARIOS", "Scenario", "scenario_winds"]
-
 # An hour at 50 samples a second: a longer record adds no information and needs much memory.
 LONGEST = 3600.0
 # Half the height of the steps around rated wind [m/s].

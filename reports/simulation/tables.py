@@ -16,8 +16,6 @@ from takagi.reports.simulation.laws import LAW_NAMES
 from takagi.reports.simulation.runs import Run, Simulation
 from takagi.reports.simulation.scenarios import SCENARIOS
 
-__all__ = ["COLUMNS", "as_csv", "as_json", "as_markdown", "notes", "series_csv", "table_rows"]
-
 # Metric -> (title, unit, decimals), in the table's order.
 COLUMNS: dict[str, tuple[str, str, int]] = {
     "energy": ("energy", "kWh", 2),

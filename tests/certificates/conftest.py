@@ -11,10 +11,10 @@ import pytest
 
 from takagi.certificates.checker.kernel.reader import digest, read_text
 from takagi.certificates.claims.turbine.effort_sharing import (
-    EffortSharingCandidate,
     effort_sharing_candidate,
     effort_sharing_claim,
 )
+from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
 from takagi.certificates.document.certificate_file import (
     certificate_document,
     effort_sharing_law_data,

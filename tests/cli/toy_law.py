@@ -10,8 +10,6 @@ from takagi.certificates.sweep import Axis, AxisKind, SweepMap, SweepResult
 from takagi.models import Turbine
 from tests.certificates.sweep.toy import product, toy, troubled
 
-__all__ = ["AXES", "build", "pages"]
-
 AXES = (AxisKind("x", "m", "one"), AxisKind("y", "s", "the other"))
 
 

@@ -8,8 +8,6 @@ from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant, load_model
 
-__all__ = ["design_of"]
-
 
 @cache
 def design_of(name: str) -> PlantDesign:

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from takagi.lmi import EigenvalueRegion
     from takagi.models.ts.model import TSModel
 
-__all__ = ["ClaimRequirements", "plant_certificate"]
-
 # Each claim other than decay needs a few solver runs; with more blends they take minutes.
 MOST_BLENDS = 2500
 

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from takagi.certificates.requests.request import Request
     from takagi.models.ts.model import TSModel
 
-__all__ = ["Certificate", "certify", "load_certificate"]
-
 LONGEST = 60  # characters of what was given, in a message
 
 

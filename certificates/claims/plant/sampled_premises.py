@@ -9,8 +9,6 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
 
-__all__ = ["refuse_sampled"]
-
 
 def refuse_sampled(model: TSModel) -> None:
     """Raise ModelError for a model with a premise whose bounds come from samples.

@@ -25,8 +25,6 @@ from takagi.certificates.checker.turbine.actuator_rates import (
 from takagi.certificates.checker.turbine.coherent_inputs import Subject
 from takagi.models.intervals.interval import exact
 
-__all__ = ["actuator_rates_claim"]
-
 # Of B found in floating point.
 RESERVE = 1 + 1e-6
 DIGITS = 7
@@ -37,7 +35,6 @@ def actuator_rates_claim(
     gains: Mapping[str, Any],
     loop: Mapping[str, Any],
     *,
-    place: int = 0,
     wind_rate: tuple[Mapping[str, Any], int] | None = None,
 ) -> dict[str, Any]:
     """Return the claim as plain data.
@@ -48,7 +45,7 @@ def actuator_rates_claim(
     Parameters
     ----------
     model, gains : as the certificate states them.
-    loop : its claim of kind ``coherent-loop``;  place : of that claim in the file.
+    loop : its claim of kind ``coherent-loop``, the first of the file.
     wind_rate : its claim of kind ``wind-rate`` and that claim's place; it is named where all of its
         winds keep to the |v_s''| that is stated.
     """
@@ -66,7 +63,7 @@ def actuator_rates_claim(
     claim: dict[str, Any] = {
         "name": "actuator rates of the coherent loop",
         "kind": "actuator-rates",
-        "loop": place,
+        "loop": 0,
         "torque_step": float(_up(torque_step(subject.law, rates))),
         "cells": [
             {

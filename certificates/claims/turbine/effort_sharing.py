@@ -14,7 +14,6 @@ import numpy as np
 
 from takagi.certificates.checker.words.shown import at_least, at_most
 from takagi.certificates.claims.turbine.largest_wind_error import (
-    SHRINK,
     EffortSharingCandidate,
     RequestedLoops,
     largest_wind_errors,
@@ -29,16 +28,6 @@ from takagi.models.loops.effort_sharing.cells import CellLoop
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
 from takagi.models.turbine.data import Turbine
-
-__all__ = [
-    "DEFAULT_BOX",
-    "DEFAULT_UNCERTAINTY",
-    "EffortSharingCandidate",
-    "SHRINK",
-    "WindClass",
-    "effort_sharing_candidate",
-    "effort_sharing_claim",
-]
 
 Tell = Callable[[str], None]
 
@@ -161,10 +150,7 @@ def effort_sharing_claim(candidate: EffortSharingCandidate) -> dict[str, Any]:
         },
         "P": candidate.P.tolist(),
         "peaks": _peaks(candidate.P),
-        "settling": {
-            "P": candidate.settling_P.tolist(),
-            "decay_rate": candidate.common_rate,
-        },
+        "settling": {"P": candidate.settling_P.tolist(), "decay_rate": candidate.common_rate},
         "cells": [_cell(candidate, k) for k in range(len(cells))],
     }
 

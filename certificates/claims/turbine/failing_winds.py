@@ -10,8 +10,6 @@ from takagi.models.arrays import Floats
 from takagi.models.loops.effort_sharing.loop_cell import LoopCell
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
 
-__all__ = ["failing_winds"]
-
 
 def failing_winds(cells: Sequence[LoopCell]) -> str:
     """Return, in words, the winds that prevent one quadratic function for all cells.

@@ -20,8 +20,6 @@ from takagi.models.loops.effort_sharing.cells import CellLoop
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
 from takagi.models.loops.effort_sharing.vertices import LoopVertices, loop_vertices
 
-__all__ = ["SHRINK", "RequestedLoops", "EffortSharingCandidate", "largest_wind_errors"]
-
 Tell = Callable[[str], None]
 
 # P is increased by this factor, so that the set stays inside the box after rounding.

@@ -18,10 +18,8 @@ from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.claims.turbine.actuator_rates import actuator_rates_claim
-from takagi.certificates.claims.turbine.effort_sharing import (
-    EffortSharingCandidate,
-    effort_sharing_claim,
-)
+from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_claim
+from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
 from takagi.certificates.claims.turbine.wind_rate_claim import wind_rate_claim
 from takagi.certificates.document.certificate_file import (
     certificate_document,
@@ -31,8 +29,6 @@ from takagi.certificates.document.certificate_file import (
 from takagi.certificates.document.provenance import provenance
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.turbine.data import Turbine
-
-__all__ = ["loop_claims", "loop_document"]
 
 Made = Callable[[], "dict[str, Any] | None"]
 

@@ -26,18 +26,6 @@ from takagi.models.loops.published.tables import schedule_band
 from takagi.models.ramps.membership_ramp import Ramp
 from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
 
-__all__ = [
-    "WINDOW",
-    "PublishedCandidate",
-    "claiming_what_holds",
-    "merged",
-    "overlap_candidates",
-    "published_candidate",
-    "published_claim",
-    "published_law_data",
-    "with_overlaps",
-]
-
 Span = tuple[float, float]
 
 # Multiples of the law's overlaps in the grid of further claims.

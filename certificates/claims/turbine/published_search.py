@@ -24,9 +24,6 @@ from takagi.models.loops.published.cells import (
 )
 from takagi.models.loops.published.tables import LoopFigures, loop_figures
 
-__all__ = ["NARROWEST", "FoundCell", "PublishedSearch", "Unproved", "search_cells"]
-
-
 # Half widths of the set in rotor speed [rad/s]: the starting value, and those to grow to.
 STARTS = (0.001, 0.0005)
 LARGER = (0.002, 0.005, 0.015)

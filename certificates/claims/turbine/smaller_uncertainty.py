@@ -7,10 +7,8 @@ from fractions import Fraction
 from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_candidate
 from takagi.models.intervals.interval import Interval
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.loops.effort_sharing.cells import LoopBox, LoopUncertainty
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.turbine.data import Turbine
-
-__all__ = ["smaller_uncertainty"]
 
 # Fractions of the requested interval's excess over 1 that are tried, the largest first.
 SHARES = (Fraction(1, 2), Fraction(1, 4), Fraction(1, 8), Fraction(1, 16))

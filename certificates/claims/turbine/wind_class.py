@@ -15,9 +15,6 @@ from takagi.models.loops.effort_sharing.cells import CellLoop
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
 
-__all__ = ["CellClass", "WindClass", "asked_rates", "calmer", "cell_class"]
-
-
 # The requested rate is lowered if the lag would keep less than this fraction of the pitch drive's
 # rate, or if it disturbs the speed by more than this fraction of the control authority.
 DRIVE_SHARE = 0.45

@@ -24,9 +24,6 @@ from takagi.certificates.checker.turbine.wind_rate import Range, left_behind
 from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import exact
 
-__all__ = ["RateRange", "rate_range", "wind_rate_claim"]
-
-
 # tau_f times the slope of phi is the loss in r. A step of the class gets at most this slope. In
 # wide cells the slope is at least GENTLE, so that only the edge of the cell has a lower rate.
 STEEPEST, GENTLE = 0.3, 0.03
@@ -61,9 +58,7 @@ class RateRange:
         }
 
 
-def wind_rate_claim(
-    loop: Mapping[str, Any], wind_filter: float, *, place: int = 0
-) -> dict[str, Any] | None:
+def wind_rate_claim(loop: Mapping[str, Any], wind_filter: float) -> dict[str, Any] | None:
     """Return the claim as plain data, or None where nothing can be claimed.
 
     The first range covers all winds, known exactly.  A second one covers the winds in full load at
@@ -73,8 +68,7 @@ def wind_rate_claim(
 
     Parameters
     ----------
-    loop : a claim of kind ``coherent-loop``.   wind_filter : tau_f [s].
-    place : of that claim in the file.
+    loop : a claim of kind ``coherent-loop``, the first of the file.   wind_filter : tau_f [s].
     """
     if wind_filter <= 0:
         return None
@@ -90,7 +84,7 @@ def wind_rate_claim(
     return {
         "name": f"wind rate, {low:g} to {high:g} m/s",
         "kind": "wind-rate",
-        "loop": place,
+        "loop": 0,
         "ranges": [one.data() for one in ranges],
     }
 

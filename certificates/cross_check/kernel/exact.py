@@ -17,9 +17,6 @@ from collections.abc import Iterable, Sequence
 
 from flint import fmpq, fmpq_mat
 
-__all__ = ["blocks", "diagonal", "entries", "identity", "is_definite", "is_symmetric", "mean"]
-__all__ += ["negative", "scaled", "transposed", "zeros"]
-
 
 def is_symmetric(matrix: fmpq_mat) -> bool:
     """Return whether a matrix is square and its own transpose."""

@@ -10,8 +10,6 @@ from flint import fmpq_mat
 
 from takagi.certificates.cross_check.kernel.exact import is_definite, is_symmetric
 
-__all__ = ["Definite", "Fact", "Obligation", "Obligations"]
-
 
 @dataclass(frozen=True, slots=True)
 class Definite:

@@ -15,19 +15,6 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-__all__ = [
-    "NotReplayed",
-    "Refusal",
-    "Written",
-    "entry",
-    "hashes",
-    "hashes_differ",
-    "load",
-    "loads",
-    "rational",
-]
-__all__ += ["rational_row", "rationals", "stack", "table", "whole"]
-
 MOST_BYTES, MOST_LEVELS = 20_000_000, 48
 MOST_CHARACTERS, MOST_POWER = 64, 48
 WIDEST = 128  # rows and columns of a matrix

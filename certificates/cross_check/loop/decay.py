@@ -40,9 +40,6 @@ from takagi.certificates.cross_check.kernel.reading import (
 from takagi.certificates.cross_check.loop.loop import Stack, VertexLoop, pick
 from takagi.certificates.cross_check.loop.pieces import combined, mixtures
 
-__all__ = ["box_enlargement", "decay", "decrease", "gain_rounding", "no_common_decay", "rate_of"]
-__all__ += ["region", "transient"]
-
 BITS = 240
 MOST_EXPONENT = 200  # e^-200 is 0 for every purpose here
 

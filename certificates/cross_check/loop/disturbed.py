@@ -41,9 +41,6 @@ from takagi.certificates.cross_check.kernel.reading import (
 from takagi.certificates.cross_check.loop.loop import Mixture, Stack, VertexLoop
 from takagi.certificates.cross_check.loop.pieces import mixtures
 
-__all__ = ["Kept", "change", "h2_norm", "invariant_ellipsoid", "kept_set", "l2_gain", "peak"]
-__all__ += ["largest_extent", "stays", "within_box"]
-
 MOST_SIGNS = 1 << 10
 
 

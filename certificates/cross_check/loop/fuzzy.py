@@ -36,8 +36,6 @@ from takagi.certificates.cross_check.loop.decay import rate_of
 from takagi.certificates.cross_check.loop.loop import Stack, VertexLoop
 from takagi.certificates.cross_check.loop.pieces import Ends, leaves
 
-__all__ = ["fuzzy_decay"]
-
 Exponent: TypeAlias = tuple[int, ...]
 Terms: TypeAlias = dict[Exponent, fmpq_mat]
 MOST_TERMS, HIGHEST, MOST_CORNERS = 20_000, 8, 4096

@@ -25,8 +25,6 @@ from takagi.certificates.cross_check.loop.disturbed import Kept, kept_set, large
 from takagi.certificates.cross_check.loop.loop import VertexLoop, pick
 from takagi.certificates.cross_check.loop.pieces import pieces
 
-__all__ = ["input_limits"]
-
 MOST_RULES, MOST_MOVING = 24, 10
 
 

@@ -26,8 +26,6 @@ from takagi.certificates.cross_check.kernel.reading import (
 )
 from takagi.certificates.cross_check.kernel.reading import stack as read_stack
 
-__all__ = ["VertexLoop", "Mixture", "close", "pick", "same_weights", "single", "vertices"]
-
 Stack = Sequence[fmpq_mat]
 Side = tuple[fmpq, fmpq]
 MOST_MIXTURES = 200_000

@@ -24,8 +24,6 @@ from takagi.certificates.cross_check.loop.decay import decrease, rate_of
 from takagi.certificates.cross_check.loop.loop import Stack, VertexLoop, pick, single
 from takagi.certificates.cross_check.loop.pieces import pieces
 
-__all__ = ["observed_feedback", "observer"]
-
 
 def observer(claim: Any, loop: VertexLoop) -> Obligations:
     """The error decays along every combination."""

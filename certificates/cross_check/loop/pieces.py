@@ -22,8 +22,6 @@ from takagi.certificates.cross_check.kernel.exact import scaled
 from takagi.certificates.cross_check.kernel.reading import Refusal, rational_row
 from takagi.certificates.cross_check.loop.loop import Mixture, Stack, VertexLoop
 
-__all__ = ["Ends", "combined", "corner_weights", "leaves", "mixtures", "pieces"]
-
 # For each premise, or for the rules as the only one: the weights at the corners of a piece.
 Ends: TypeAlias = tuple[tuple[tuple[fmpq, ...], ...], ...]
 MOST_LEAVES = 20_000

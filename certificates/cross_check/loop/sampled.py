@@ -36,8 +36,6 @@ from takagi.certificates.cross_check.loop.decay import exponential
 from takagi.certificates.cross_check.loop.disturbed import largest_extent, within_box
 from takagi.certificates.cross_check.loop.loop import VertexLoop, pick
 
-__all__ = ["sampled_loop"]
-
 HIGHEST = 20
 
 

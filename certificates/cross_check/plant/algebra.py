@@ -24,8 +24,6 @@ from flint import Ordering, fmpq, fmpq_mpoly, fmpq_mpoly_ctx
 from takagi.certificates.cross_check.kernel.reading import NotReplayed
 from takagi.certificates.cross_check.plant.expression import Tree
 
-__all__ = ["Algebra", "power_of", "product_of"]
-
 ATOMS, MOST_MULTIPLE, MOST_TERMS, MOST_PRODUCTS, MOST_BITS = 64, 32, 4_000, 200_000, 20_000
 
 

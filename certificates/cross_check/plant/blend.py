@@ -44,8 +44,6 @@ from takagi.certificates.cross_check.plant.model_loop import read_loop
 from takagi.certificates.cross_check.plant.plant import TreePlant, Variable, read_plant
 from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_secant
 
-__all__ = ["effort_blend_obligations"]
-
 
 class _Side(NamedTuple):
     """One actuator; ``way`` is 1 for the high one, -1 for the low one."""

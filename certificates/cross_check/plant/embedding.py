@@ -32,8 +32,6 @@ from takagi.certificates.cross_check.plant.expression import (
 from takagi.certificates.cross_check.plant.interval import Box, Interval, Undefined, range_of
 from takagi.certificates.cross_check.plant.plant import TreePlant, Variable, plant_loop, read_plant
 
-__all__ = ["Search", "embedded", "identical", "trim_fits", "within"]
-
 SHARES = (fmpq(2, 7), fmpq(5, 11), fmpq(11, 13), fmpq(1), fmpq(0))
 MOST_BOXES, MOST_ROWS = 6_000, 6
 TRIM = fmpq(1, 10**12)

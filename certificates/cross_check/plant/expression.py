@@ -20,8 +20,6 @@ from flint import fmpq
 
 from takagi.certificates.cross_check.kernel.reading import Refusal, Written
 
-__all__ = ["Tree", "minus", "names_in", "number", "parsed", "plus", "put", "times", "value_of"]
-
 Tree: TypeAlias = tuple[Any, ...]
 PIECE = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)"

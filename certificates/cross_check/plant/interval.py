@@ -17,8 +17,6 @@ from flint import arb, ctx, fmpq
 from takagi.certificates.cross_check.kernel.reading import NotReplayed
 from takagi.certificates.cross_check.plant.expression import Tree
 
-__all__ = ["Box", "Interval", "Undefined", "range_of"]
-
 Interval: TypeAlias = tuple[fmpq, fmpq] | None
 Box: TypeAlias = Mapping[str, Interval]
 Removable: TypeAlias = Callable[[Tree, str], bool]

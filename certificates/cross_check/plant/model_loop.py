@@ -8,8 +8,6 @@ from takagi.certificates.cross_check.kernel.reading import Refusal, entry
 from takagi.certificates.cross_check.loop.loop import VertexLoop, close, vertices
 from takagi.certificates.cross_check.plant.plant import plant_loop
 
-__all__ = ["read_loop"]
-
 
 def read_loop(model: Any, gains: Any) -> VertexLoop:
     """Return the loop of a certificate's model and gains.

@@ -34,16 +34,8 @@ from takagi.certificates.cross_check.plant.expression import (
     value_of,
 )
 
-__all__ = ["TreePlant", "Premise", "Variable", "plant_loop", "read_plant"]
-
 MOST_VARIABLES, MOST_PREMISES, MOST_ENTRIES = 64, 12, 1 << 20
-LETTERS = {
-    "A": ("n", "n"),
-    "B": ("n", "m"),
-    "C": ("p", "n"),
-    "D": ("p", "m"),
-    "E": ("n", "q"),
-}
+LETTERS = {"A": ("n", "n"), "B": ("n", "m"), "C": ("p", "n"), "D": ("p", "m"), "E": ("n", "q")}
 FUNCTIONS = set(
     "sin cos tan asin acos atan exp log sqrt sinh cosh tanh asinh acosh atanh abs erf sign".split()
 )

@@ -29,8 +29,6 @@ from takagi.certificates.cross_check.plant.expression import Tree, minus, number
 from takagi.certificates.cross_check.plant.plant import TreePlant, Variable, plant_loop, read_plant
 from takagi.certificates.cross_check.plant.slope import has_kink, slope_of
 
-__all__ = ["lies_in_secants"]
-
 
 def lies_in_secants(model: Any, gains: Any) -> Obligations:
     """Yield the facts of the module, in its order."""

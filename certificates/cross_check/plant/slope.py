@@ -15,8 +15,6 @@ from flint import fmpq
 from takagi.certificates.cross_check.kernel.reading import NotReplayed
 from takagi.certificates.cross_check.plant.expression import Tree, minus, number, plus, times
 
-__all__ = ["has_kink", "slope_of"]
-
 ONE, TWO = number(1), number(2)
 
 

@@ -30,8 +30,6 @@ from takagi.certificates.cross_check.turbine.moving_schedule import asked_slope
 from takagi.certificates.cross_check.turbine.numbers import TurbineNumbers, WindCell
 from takagi.certificates.cross_check.turbine.wind_rate import loop_rested_on, rested_on, turns
 
-__all__ = ["actuator_rates"]
-
 ZERO = fmpq(0)
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from flint import fmpq
 
-__all__ = ["ramp", "ramp_slope", "ramp_secant"]
-
 ZERO, FULL = fmpq(0), fmpq(1)
 
 

@@ -45,8 +45,6 @@ from takagi.certificates.cross_check.turbine.torque_balance import (
     settled,
 )
 
-__all__ = ["equilibrium"]
-
 OF_THE_PAPER = {"one at the trim", "one off the trim", "none", "continuum"}  # never of this law
 ANSWERS = {"one", "several"} | OF_THE_PAPER
 LAWS_OF_THE_PAPER = ("paper", "paper-two-integrators")

@@ -34,8 +34,6 @@ from takagi.certificates.cross_check.kernel.reading import (
 from takagi.certificates.cross_check.turbine.numbers import TurbineNumbers
 from takagi.certificates.cross_check.turbine.ranges import enclosed
 
-__all__ = ["effort_sharing_loop"]
-
 RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
 SIZES = ("residual", "wind_gain", "inertia_gain", "effectiveness_slope", "reference_slope")
 DECIMALS = 10**7  # what the format gives the numbers of a cell

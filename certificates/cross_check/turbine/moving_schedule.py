@@ -22,8 +22,6 @@ from takagi.certificates.cross_check.turbine.effort_ramp import ramp
 from takagi.certificates.cross_check.turbine.numbers import WindCell
 from takagi.certificates.cross_check.turbine.surface import NumberRange
 
-__all__ = ["asked_slope", "schedule"]
-
 ZERO, FULL = fmpq(0), fmpq(1)
 
 

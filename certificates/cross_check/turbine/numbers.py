@@ -10,8 +10,6 @@ from takagi.certificates.cross_check.kernel.reading import Refusal, entry, ratio
 from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_slope
 from takagi.certificates.cross_check.turbine.surface import CoefficientSurface, NumberRange
 
-__all__ = ["WindCell", "Rotor", "TurbineNumbers"]
-
 CONSTANTS = (
     "torque_constant",
     "rotor_radius",

@@ -33,8 +33,6 @@ from takagi.certificates.cross_check.turbine.moving_schedule import schedule
 from takagi.certificates.cross_check.turbine.numbers import TurbineNumbers, WindCell
 from takagi.certificates.cross_check.turbine.surface import NumberRange, Outside
 
-__all__ = ["enclosed"]
-
 PARTS = 8  # of the ramp, along which share and slope go together
 ZERO = fmpq(0)
 

@@ -27,8 +27,6 @@ from flint import fmpq, fmpq_mat, fmpq_poly
 
 from takagi.certificates.cross_check.kernel.reading import NotReplayed, Refusal, rationals, table
 
-__all__ = ["Outside", "NumberRange", "CoefficientSurface"]
-
 DEGREE, BITS, MOST_PATCHES = 3, 80, 400
 MOST_FUNCTIONS = 128  # of one direction
 # What the format allows: a coefficient of torque is a fraction of 1.

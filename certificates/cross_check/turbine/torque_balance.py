@@ -31,8 +31,6 @@ from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_slope
 from takagi.certificates.cross_check.turbine.numbers import Rotor
 from takagi.certificates.cross_check.turbine.surface import NumberRange
 
-__all__ = ["Balance", "BalanceSign", "Looks", "middle", "settled"]
-
 MOST_LOOKS = 60_000
 ZERO, FULL = fmpq(0), fmpq(1)
 

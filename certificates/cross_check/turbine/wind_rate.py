@@ -27,8 +27,6 @@ from takagi.certificates.cross_check.kernel.reading import (
     whole,
 )
 
-__all__ = ["loop_rested_on", "rested_on", "turns", "wind_rate"]
-
 ZERO = fmpq(0)
 
 

@@ -37,8 +37,6 @@ if TYPE_CHECKING:
 
     from takagi.models.ts.model import TSModel
 
-__all__ = ["GivenLaw", "law_for"]
-
 # Members that must be those of the plant for any premises.
 SHARED = ("sample_time", "state_names", "input_names", "trim")
 
@@ -61,12 +59,7 @@ class GivenLaw:
 
 
 def law_for(
-    plant: Plant,
-    model: TSModel,
-    path: Path,
-    settings: PlantSettings,
-    *,
-    files: Sequence[Path] = (),
+    plant: Plant, model: TSModel, path: Path, settings: PlantSettings, *, files: Sequence[Path] = ()
 ) -> GivenLaw:
     """Return how the gains of a file are to be proved on a plant.
 

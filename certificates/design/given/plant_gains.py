@@ -21,8 +21,6 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
 
-__all__ = ["read_gains", "read_plant_law"]
-
 NAME = "pdc"
 LONGEST = 120  # characters of a value in a message
 

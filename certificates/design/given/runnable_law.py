@@ -31,8 +31,6 @@ from takagi.models.turbine.derating import derated
 if TYPE_CHECKING:
     from takagi.models.laws.published.regional_schedule import RegionalSchedule
 
-__all__ = ["law_from_gains"]
-
 FORMAT, VERSIONS = "takagi-gains", (1, 2, 3)
 COHERENT, PAPER = "coherent", ("paper", "paper-two-integrators")
 # What a coherent law of version 1 did not have: it fed nothing forward.

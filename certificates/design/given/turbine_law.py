@@ -26,10 +26,8 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.feedforward import Feedforward
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule, frozen_wake_effectiveness
-from takagi.models.loops.effort_sharing.cells import LoopBox, LoopUncertainty
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.turbine.data import Turbine
-
-__all__ = ["certify_law", "effort_sharing_law_from_data", "read_law"]
 
 
 def read_law(path: Path) -> Mapping[str, Any]:

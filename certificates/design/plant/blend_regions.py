@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel
 
-__all__ = ["Errorless", "errorless", "expanded", "one_gain"]
-
 ONE_GAIN = "common-gain"
 
 

@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from takagi.lmi import Design
     from takagi.models.ts.model import TSModel
 
-__all__ = ["certify_filed", "certify_plant", "design_plant"]
-
 # Significant digits of the emitted gains; more where fewer cannot be proved.
 DIGITS = (4, 6, 9)
 # The search for a helpful relaxation needs some fifty designs.

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel
 
-__all__ = ["FoundGains", "requirements_of", "find_gains", "input_limits", "regional_gains"]
-
 EFFORT = 2.0
 SIZE = 0.5
 HALVINGS = 7

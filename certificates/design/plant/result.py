@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel
 
-__all__ = ["PlantDesign"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlantDesign:

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from takagi.models.equations.equilibrium import EquilibriumOption
     from takagi.models.equations.problem import Problem
 
-__all__ = ["secant_model"]
-
 MOST_RULES = 1024
 
 

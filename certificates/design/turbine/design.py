@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortDesign
     from takagi.models.laws.protocol import Law
 
-__all__ = ["design_turbine"]
-
 OBSERVER_DECAY = 0.05
 
 

@@ -13,13 +13,11 @@ from typing import Literal
 
 import numpy as np
 
-from takagi.certificates.claims.turbine.effort_sharing import (
-    EffortSharingCandidate,
-    WindClass,
-    effort_sharing_candidate,
-)
+from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_candidate
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
+from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
 from takagi.certificates.claims.turbine.smaller_uncertainty import smaller_uncertainty
+from takagi.certificates.claims.turbine.wind_class import WindClass
 from takagi.certificates.design.step_clock import StepClock, Tell
 from takagi.lmi.turbine.one_step.design import STEPS, OneStepDesign, one_step_gains
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
@@ -28,15 +26,6 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.turbine.data import Turbine
-
-__all__ = [
-    "SYNTHESES",
-    "EffortSharingGainDesign",
-    "Synthesis",
-    "effort_sharing_gain_design",
-    "loop_of_gains",
-    "widened",
-]
 
 Synthesis = Literal["one-step", "two-step"]
 SYNTHESES: tuple[Synthesis, ...] = ("one-step", "two-step")

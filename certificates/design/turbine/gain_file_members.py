@@ -10,8 +10,6 @@ from takagi.certificates.design.claim_summary import claim_summary
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-__all__ = ["turbine_members"]
-
 
 def turbine_members(design: TurbineDesign) -> dict[str, Any]:
     """Return the certificate's member ``controller`` for a turbine's design."""

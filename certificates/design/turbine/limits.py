@@ -14,8 +14,6 @@ from takagi.models.turbine.trim import rated_wind, trim
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
 
-__all__ = ["check_limits"]
-
 # A command limited at rated torque must not be rounded off below half of rated torque.
 LARGEST_SHARE = 0.5
 WIND_STEPS = 201

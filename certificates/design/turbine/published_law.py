@@ -26,9 +26,6 @@ if TYPE_CHECKING:
     from takagi.models.laws.published.law import PublishedLaw
     from takagi.models.ts.model import TSModel
 
-__all__ = ["claimed_law", "designed_law"]
-
-
 # Decimals of the emitted gains: N m s/rad and N m/rad; s, - and 1/rad.
 TORQUE_DIGITS, PITCH_DIGITS = 1, 6
 

@@ -10,8 +10,6 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.full_load import full_load_model
 from takagi.models.turbine.partial_load import partial_load_model
 
-__all__ = ["regional_design"]
-
 
 def regional_design(
     turbine: Turbine, *, speed_setpoint: float | None = None, clock: StepClock | None = None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
-    from takagi.certificates.claims.turbine.effort_sharing import EffortSharingCandidate
+    from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
     from takagi.certificates.design.turbine.effort_sharing_gains import EffortSharingGainDesign
     from takagi.certificates.design.turbine.settings import DesignSettings
     from takagi.lmi.turbine.effort import EffortDesign
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
     from takagi.models.turbine.data import Turbine
     from takagi.models.turbine.wind_observer import WindObserver
-
-__all__ = ["ObserverDesign", "TurbineDesign"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -32,15 +32,13 @@ from typing import TYPE_CHECKING
 
 from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_BOX
 from takagi.certificates.design.turbine.settings import DesignSettings
-from takagi.models.loops.effort_sharing.cells import LoopBox
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TABLE_SHARE
 
 if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortSettings
     from takagi.lmi.turbine.region_request import Requirement
-
-__all__ = ["default_settings", "region_requirements", "scaled_box"]
 
 # The NREL 5-MW turbine, as models/data/nrel5mw.toml has it.
 SPEED = 12.1 * pi / 30
@@ -82,7 +80,7 @@ def _effort_settings(turbine: Turbine, speed_error: float) -> EffortSettings:
 
 def region_requirements(turbine: Turbine) -> tuple[Requirement, Requirement]:
     """Return what is asked of the regions' gains, partial load and full load."""
-    from takagi.lmi.turbine.regional import FULL_LOAD, PARTIAL_LOAD
+    from takagi.lmi.turbine.region_request import FULL_LOAD, PARTIAL_LOAD
 
     speed = float(scaled_box(turbine).speed_error / DEFAULT_BOX.speed_error)
     pitch = turbine.pitch_rate_limit * turbine.pitch_time_constant / DRIVE

@@ -10,13 +10,11 @@ from takagi.certificates.design.turbine.effort_sharing_gains import SYNTHESES, S
 from takagi.lmi.turbine.one_step.objective import OBJECTIVES, Objective
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import DEFAULT_WIND_FILTER
-from takagi.models.loops.effort_sharing.cells import LoopBox, LoopUncertainty
+from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 
 if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortSettings
     from takagi.models.ramps.membership_ramp import Shape
-
-__all__ = ["LAWS", "DesignSettings"]
 
 LAWS = ("coherent", "paper", "paper-two-integrators")
 

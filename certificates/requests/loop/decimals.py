@@ -6,8 +6,6 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 
-__all__ = ["DIGITS", "rounded_down", "rounded_up", "short"]
-
 # Tried in this order: few digits suffice if the margin is large.
 DIGITS = (4, 6, 9, 12)
 

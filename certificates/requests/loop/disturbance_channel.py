@@ -14,8 +14,6 @@ from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["Output", "Path", "WAYS", "disturbance_channel", "channel_evidence"]
-
 Path: TypeAlias = tuple[Floats, Floats, Floats, Floats]
 Output: TypeAlias = Sequence[ArrayLike | None]
 """(C, D, F) of y = C x + D u + F w, each (r, ., .) or (., .); D and F may be None or left out."""

@@ -12,8 +12,6 @@ from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.models.arrays import Floats
 
-__all__ = ["as_read", "floats", "stack_of"]
-
 
 def floats(matrix: Matrix) -> Floats:
     """Return the nearest floats of a matrix's entries."""

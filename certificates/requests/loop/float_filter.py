@@ -15,8 +15,6 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 
-__all__ = ["cannot_decrease", "cannot_be_definite"]
-
 ROUNDOFF = float(np.finfo(np.float64).eps)
 
 

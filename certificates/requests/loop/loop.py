@@ -29,8 +29,6 @@ from takagi.models.ts.vertex_arrays import finite_array
 if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
 
-__all__ = ["ClaimedLoop", "Loop"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClaimedLoop:

@@ -29,8 +29,6 @@ from takagi.certificates.requests.loop.weight_points import (
 )
 from takagi.models.arrays import Floats
 
-__all__ = ["Cuts"]
-
 FAILED = re.compile(r"rules? (\d+)(?: and (\d+))?$")
 # Pieces that are looked at for one request: of small loops, and a bound on the work for others.
 MOST_PIECES, MOST_WORK, EACH = 2000, 3e7, 2000

@@ -9,8 +9,6 @@ from scipy.optimize import minimize_scalar
 
 from takagi.models.arrays import Floats
 
-__all__ = ["best_multiplier", "box_corners", "fall_rate", "held_level"]
-
 # Multipliers that are tried, as shares of the rate at which V falls without disturbance.
 SHARES = np.linspace(0.02, 0.98, 97)
 # How finely the best share is looked for between two of them, and what stands for no level at all.

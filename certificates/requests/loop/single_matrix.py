@@ -8,8 +8,6 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 
-__all__ = ["equation_function", "modal_function"]
-
 # Beyond this a solution is rounding, not an answer.
 LARGEST = 1e14
 FASTEST = 30.0

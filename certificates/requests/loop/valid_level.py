@@ -8,8 +8,6 @@ from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models.arrays import Floats
 
-__all__ = ["box_rows", "input_bounds", "largest_level", "state_halves"]
-
 # The checker decides with numbers as they are written; this much is left for their rounding.
 SPARE = 1e-9
 
@@ -20,26 +18,21 @@ def state_halves(loop: ClaimedLoop) -> Floats:
     return np.array([np.inf if s is None else float(min(-s[0], s[1])) for s in sides])
 
 
-def box_rows(loop: ClaimedLoop, added: Floats | None = None) -> Floats:
-    """Return rows a, (T, n), with |a x| <= 1 in the box: states, and inputs by u = -K_j x.
-
-    Parameters
-    ----------
-    added : (m,) bounds on what is added to the inputs from outside; None for nothing.
-    """
+def box_rows(loop: ClaimedLoop) -> Floats:
+    """Return rows a, (T, n), with |a x| <= 1 in the box: states, and inputs by u = -K_j x."""
     halves = state_halves(loop)
     bounded = np.flatnonzero(np.isfinite(halves))
     rows = [np.eye(len(halves))[bounded] / np.maximum(halves[bounded, None], 1e-300)]
     if loop.gains is not None:
         for k, side in bounded_inputs(loop.family).items():
-            room = float(min(-side[0], side[1])) - (0.0 if added is None else float(added[k]))
+            room = float(min(-side[0], side[1]))
             rows.append(loop.gains[:, k] / max(room, 1e-300))
     return np.concatenate(rows)
 
 
-def largest_level(loop: ClaimedLoop, P: Floats, added: Floats | None = None) -> float:
+def largest_level(loop: ClaimedLoop, P: Floats) -> float:
     """Return about the largest c with {x'Px <= c} in the box, inf where nothing bounds it."""
-    rows = box_rows(loop, added)
+    rows = box_rows(loop)
     if not len(rows):
         return np.inf
     reach = np.einsum("ti,ij,tj->t", rows, np.linalg.inv(P), rows)

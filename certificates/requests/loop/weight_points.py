@@ -17,9 +17,6 @@ from typing import Any, TypeAlias
 from takagi.certificates.checker.kernel.family import Blend, Family, Stack
 from takagi.certificates.checker.kernel.matrices import Matrix
 
-__all__ = ["Corners", "Point", "corners_of", "grid", "halved_corners", "point_at", "points_of"]
-__all__ += ["seen_at", "weights_at"]
-
 Point: TypeAlias = tuple[tuple[int, ...], ...]
 # Of each premise, the weights at the corners of a piece.
 Corners: TypeAlias = tuple[tuple[tuple[Fraction, ...], ...], ...]

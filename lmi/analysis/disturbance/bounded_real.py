@@ -24,8 +24,6 @@ from scipy.optimize import minimize_scalar
 from takagi.lmi.cone.balance import state_units
 from takagi.models.arrays import Floats
 
-__all__ = ["bounded_real", "norm_seen"]
-
 # Frequencies beside those of the poles: so many decades about them, so many in each.
 AROUND, DENSITY = 3.0, 20
 # How much of the largest state's size a state has in the room at least: some hardly show.

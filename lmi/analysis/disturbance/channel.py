@@ -10,18 +10,10 @@ from numpy.typing import ArrayLike
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.argument_checks import Vertices, sample_time_of, vertex_stack
 from takagi.lmi.cone.balance import motion, nearest_power
-from takagi.lmi.decision.decide import Outcome
+from takagi.lmi.decision.outcome import Outcome
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 from takagi.models.ts.vertex_arrays import vertex_arrays
-
-__all__ = [
-    "DisturbanceChannel",
-    "ChannelUnits",
-    "disturbance_channel",
-    "largest_response",
-    "near_least",
-]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

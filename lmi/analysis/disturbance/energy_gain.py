@@ -34,11 +34,11 @@ from takagi.lmi.analysis.disturbance.guessed_function import guessed_of_energy
 from takagi.lmi.analysis.disturbance.least_gain import least_gain, motion_of
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.definite import positive
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
-
-__all__ = ["hinf_norm", "hinf_norm_condition"]
 
 SOURCE = "Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2; Gahinet and Apkarian (1994)"
 
@@ -73,10 +73,6 @@ def hinf_norm_condition(
     p = path.C.shape[1]
     P = Unknown("P", n, n, symmetric=True)
     gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
-    one = np.eye(n)[None]
-    positive = LMI(
-        name="P positive definite", blocks=(n,), terms=(Term(unknown=P, left=one, right=one),)
-    )
     bounded_real = LMI(
         name="vertex",
         blocks=(n, q, p),
@@ -96,7 +92,7 @@ def hinf_norm_condition(
     return Condition(
         name="energy gain, bounded real lemma",
         unknowns=(P, gamma),
-        lmis=(positive, bounded_real),
+        lmis=(positive(P), bounded_real),
         objective={"gamma": np.ones((1, 1, 1))},
         source=SOURCE,
     )

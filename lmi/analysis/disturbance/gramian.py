@@ -7,8 +7,6 @@ import numpy as np
 from takagi.lmi.cone.balance import state_units
 from takagi.models.arrays import Floats
 
-__all__ = ["gramian_with_room"]
-
 # How much of the largest state's size a state has in the room at least: some hardly show.
 LEAST = 1e-6
 

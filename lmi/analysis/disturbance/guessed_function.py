@@ -15,8 +15,6 @@ from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel, largest_
 from takagi.lmi.cone.balance import state_units
 from takagi.models.arrays import Floats
 
-__all__ = ["guessed_of_energy", "guessed_of_variance"]
-
 # The Riccati equation is asked above the norm, which is known from a few frequencies.
 ABOVE = (1.05, 2.0, 10.0)
 # What the observability Gramian has more of everything, as a share of its largest weight.

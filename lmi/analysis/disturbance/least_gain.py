@@ -20,8 +20,6 @@ from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, optimise_by_rounds
 from takagi.lmi.decision.outcome import Outcome, not_least, promised
 from takagi.models.arrays import Floats
 
-__all__ = ["Pose", "Shown", "least_gain", "motion_of", "states_of"]
-
 # The condition, of a path in the given units.
 Pose: TypeAlias = Callable[[DisturbanceChannel, ChannelUnits], Condition]
 # The gain that the unknowns show at all vertices, recomputed from them, and P; both in the units
@@ -69,7 +67,7 @@ def least_gain(
     s = state_units(path.A, scales, step=path.sample_time)
     why = _hopeless_vertex(path, s, decay_rate) or infinite
     if why:
-        return Answer(status="infeasible", P=None, margin=-np.inf, coordinates=s, diagnosis=why)
+        return Answer(status="infeasible", margin=-np.inf, coordinates=s, diagnosis=why)
     P = guess(path) if guess is not None and scales is None else None
     T = None if P is None else states_of(P)
     tries: tuple[Try, ...] = ()
@@ -101,19 +99,13 @@ def _attempt(
     gain, P, why = _gain_of(outcome, scaled, units, shown, noise=noise)
     good = gain is not None and not why
     sure = outcome.objective - outcome.least <= (slack + SURE) * abs(outcome.least)
-    answer = Answer(
+    answer = replace(
+        outcome.as_answer(condition, s),
         status="candidate" if good else outcome.status,
         P=P if good else None,
-        margin=outcome.margin,
         gain=gain if good else None,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        coordinates=s,
-        condition=condition,
         feasible={} if good else outcome.feasible,
         diagnosis=why,
-        tries=outcome.tries,
     )
     return answer, bool(sure)
 
@@ -236,7 +228,6 @@ def _answer_without(
         )
     return Answer(
         status="infeasible" if no else "unknown",
-        P=None,
         margin=stable.margin if no else min(tried.margin, 0.0),
         bound=stable.bound if no else np.inf,
         multipliers=stable.multipliers if no else {},

@@ -36,12 +36,12 @@ from takagi.lmi.analysis.disturbance.guessed_function import guessed_of_variance
 from takagi.lmi.analysis.disturbance.least_gain import least_gain, motion_of
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.definite import positive
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-
-__all__ = ["h2_norm", "h2_norm_condition", "infinite_variance"]
 
 
 def h2_norm_condition(
@@ -79,14 +79,10 @@ def h2_norm_condition(
     n = path.A.shape[1]
     P = Unknown("P", n, n, symmetric=True)
     nu = Unknown("nu", 1, 1, latex=r"\nu")
-    one = np.eye(n)[None]
-    positive = LMI(
-        name="P positive definite", blocks=(n,), terms=(Term(unknown=P, left=one, right=one),)
-    )
     return Condition(
         name="output variance",
         unknowns=(P, nu),
-        lmis=(positive, _energy(P, path), _variance(P, nu, path)),
+        lmis=(positive(P), _energy(P, path), _variance(P, nu, path)),
         objective={"nu": np.ones((1, 1, 1))},
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1",
     )

@@ -31,10 +31,9 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel, disturbance_channel
 from takagi.lmi.argument_checks import Vertices, number, rate_parameter
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.models.errors import ModelError
-
-__all__ = ["peak_gain_condition", "positive_rate"]
 
 SOURCE = "Abedor, Nagpal, Poolla (1996); Scherer, Gahinet, Chilali (1997)"
 

@@ -29,8 +29,6 @@ from takagi.lmi.parameter_search.least_over_rate import least_over_rate, unknown
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 
-__all__ = ["peak_gain"]
-
 # Shares of the largest common decay rate; at the largest itself nothing is left for w.
 SHARES = (0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98)
 # In discrete time a loop may reach the equilibrium in some steps: e^-7 in one is fast enough.

@@ -24,8 +24,6 @@ from takagi.lmi.cone.balance import state_units
 from takagi.lmi.parameter_search.least_over_rate import least_over_rate
 from takagi.models.arrays import Floats
 
-__all__ = ["OneVertex"]
-
 # The rate is looked for by sigma / (most - sigma), so finely at both ends of its range.
 ODDS = np.geomspace(1e-4, 1e6, 31)
 # How much of the largest state's size a state has in the room at least: some hardly move.

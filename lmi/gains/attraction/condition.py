@@ -17,7 +17,9 @@ import numpy as np
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.loop_pairs import pairs_of
 from takagi.lmi.argument_checks import rate_parameter
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.definite import bounded, positive
+from takagi.lmi.condition.term import LMI, Array, Condition
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.attraction.request import AttractionRequest
 from takagi.lmi.gains.attraction.saturation import dead_zone_sum, polytope_sums, secant_sums
 from takagi.lmi.gains.attraction.set_size import (
@@ -31,8 +33,6 @@ from takagi.lmi.gains.requirements.limits import input_lmis, row_lmis, state_lmi
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Indices
-
-__all__ = ["attraction_condition"]
 
 # Size of Q, in the states at hand, beyond which an ellipsoid is taken to be unbounded.
 LARGEST = 1e3
@@ -73,7 +73,7 @@ def attraction_condition(task: AttractionRequest) -> Condition:
     plain = Condition(
         name="region of attraction",
         unknowns=(Q, *unknowns),
-        lmis=(*_size_of(Q), *lmis),
+        lmis=(positive(Q), bounded(Q, LARGEST), *lmis),
         parameters=_parameters(task),
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 5.2 and 7.2.3",
     )
@@ -149,22 +149,6 @@ def _weight(task: AttractionRequest) -> float:
         return weight
     K = np.broadcast_to(task.gains, (len(task.A), *task.gains.shape[1:]))
     return max(weight, vertex_weight(pairs_of(task.A, task.B, K)))
-
-
-def _size_of(Q: Unknown) -> tuple[LMI, LMI]:
-    one = np.eye(Q.rows)[None]
-    term = Term(unknown=Q, left=one, right=one)
-    return (
-        LMI(name="Q positive definite", blocks=(Q.rows,), terms=(term,)),
-        LMI(
-            name="scale of Q",
-            blocks=(Q.rows,),
-            terms=(term,),
-            constants=(Constant(value=-LARGEST * one, latex=rf"-{LARGEST:g} I"),),
-            sign=-1,
-            strict=False,
-        ),
-    )
 
 
 def _measure(task: AttractionRequest, Q: Unknown) -> Measure:

@@ -10,24 +10,18 @@ from numpy.typing import ArrayLike
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.loop_pairs import gain_stack
 from takagi.lmi.answer import Answer, Design
-from takagi.lmi.argument_checks import (
-    Vertices,
-    check_stabilisable,
-    input_stack,
-    vertex_stack,
-)
+from takagi.lmi.argument_checks import Vertices, input_stack, vertex_stack
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import balanced_inputs, balanced_states
-from takagi.lmi.decision.decide import Outcome
 from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.gains.attraction.request import AttractionRequest, GivenRegion, attraction_request
 from takagi.lmi.gains.attraction.search import largest_ellipsoid
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.solver.time_limit import limited
+from takagi.lmi.stabilisability import check_stabilisable
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-
-__all__ = ["attraction_ellipsoid", "attraction_pdc"]
 
 
 @limited
@@ -217,19 +211,12 @@ def _answer(condition: Condition, outcome: Outcome, s: Floats, task: AttractionR
     if outcome.status == "candidate":
         inverse = np.linalg.inv(outcome.values["Q"][0])
         P = (inverse + inverse.T) / 2 / s / s[:, None]
-    return Answer(
-        status=outcome.status,
+    return replace(
+        outcome.as_answer(condition, s),
         P=P,
-        margin=outcome.margin,
         decay_rate=None if P is None else task.slowest,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        coordinates=s,
-        condition=condition,
         feasible=outcome.feasible,
         diagnosis="" if P is not None else _diagnosis(condition, outcome, task),
-        tries=outcome.tries,
     )
 
 
@@ -240,11 +227,7 @@ def _diagnosis(condition: Condition, outcome: Outcome, task: AttractionRequest) 
             "give a state box and input limits of the size that matters"
         )
     if outcome.status == "unknown":
-        return (
-            f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
-            f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
-            "decay rate a little"
-        )
+        return outcome.unsettled("lower the decay rate a little")
     names = [lmi.name for lmi in condition.lmis[1:] if lmi.strict]
     binding = binding_items(condition, outcome.multipliers, *names)
     return (

@@ -7,19 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.actuator_rates import (
-    input_rate_rows,
-    membership_corners,
-    membership_rates,
-)
+from takagi.lmi.analysis.actuator_rates import input_rate_rows, membership_corners, membership_rates
 from takagi.lmi.argument_checks import corners_of, number, positive_vector, sample_time_of
 from takagi.lmi.condition.term import Array
 from takagi.lmi.gains.attraction.state_box import measure_of, state_box_of
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError, did_you_mean
-
-__all__ = ["AttractionRequest", "GivenRegion", "attraction_request"]
 
 SATURATIONS = ("secant", "polytope", "dead-zone")
 # Rows of a rate limit, one LMI each, that are still listed.

@@ -34,14 +34,14 @@ from itertools import product
 
 import numpy as np
 
-from takagi.lmi.condition.term import Array, Unknown
+from takagi.lmi.condition.term import Array
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_member, gain_symbol
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import SumPart
 from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
-
-__all__ = ["dead_zone_sum", "gain_part", "polytope_sums", "secant_sums"]
 
 # Inputs whose corners, 2^m double sums, are still listed.
 MOST_INPUTS = 6
@@ -211,12 +211,7 @@ def gain_part(
     r = len(gain)
     both = np.broadcast_to(left[:, None] @ gain[None], (r, r, left.shape[1], Q.rows))
     return SumPart(
-        unknown=Q,
-        left=both,
-        right=one,
-        at=at,
-        plus_transpose=own,
-        latex=(f"{before}K_{{j}}", ""),
+        unknown=Q, left=both, right=one, at=at, plus_transpose=own, latex=(f"{before}K_{{j}}", "")
     )
 
 

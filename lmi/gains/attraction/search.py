@@ -10,12 +10,11 @@ from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.loop_pairs import pairs_of
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import balanced_states, nearest_power
-from takagi.lmi.decision.decide import Outcome, optimise
+from takagi.lmi.decision.decide import optimise
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.gains.attraction.condition import attraction_condition
 from takagi.lmi.gains.attraction.request import AttractionRequest
 from takagi.models.arrays import Floats
-
-__all__ = ["largest_ellipsoid"]
 
 # Slopes that the secant is tried with, from 1 / overdrive to 1, and nearer and nearer the best.
 SLOPES, ZOOMS = 5, 3

@@ -19,10 +19,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
-from takagi.lmi.condition.unknown import triangle
-
-__all__ = ["Measure", "points_measure", "trace_measure", "volume_measure"]
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown, triangle
 
 
 @dataclass(frozen=True, slots=True, eq=False)

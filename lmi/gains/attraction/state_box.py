@@ -10,8 +10,6 @@ from takagi.lmi.condition.term import Array
 from takagi.lmi.gains.requirements.limits import limits_of
 from takagi.models.errors import ModelError, did_you_mean
 
-__all__ = ["measure_of", "state_box_of"]
-
 MEASURES = ("volume", "trace")
 
 

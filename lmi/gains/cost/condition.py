@@ -39,7 +39,9 @@ from takagi.lmi.argument_checks import (
     symmetric,
     vertex_stack,
 )
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.definite import bounded
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.requirements.closed_loop import (
@@ -49,11 +51,10 @@ from takagi.lmi.gains.requirements.closed_loop import (
     gain_unknown,
 )
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.lmi.sums.summands import KnownBlock, SumPart
 from takagi.models.errors import ModelError
-
-__all__ = ["initial_factor", "largest_lmi", "lqr_pdc_condition"]
 
 # Largest S in states where P is about 1: keeps S finite where a state costs nothing, at a cost of
 # this much of the cost.
@@ -216,15 +217,7 @@ def lqr_pdc_condition(
 
 def largest_lmi(S: Unknown) -> LMI:
     """Pose S <= 1e6 I, in states where P is about 1: keeps S finite where a state costs nothing."""
-    one = np.eye(S.rows)[None]
-    return LMI(
-        name="scale of S",
-        blocks=(S.rows,),
-        terms=(Term(unknown=S, left=one, right=one),),
-        constants=(Constant(value=-LARGEST_S * one, latex=rf"-{LARGEST_S:g} I"),),
-        sign=-1,
-        strict=False,
-    )
+    return bounded(S, LARGEST_S)
 
 
 def initial_factor(deviations: ArrayLike, size: int) -> Array:

@@ -12,9 +12,6 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 
-__all__ = ["guaranteed_cost_condition", "guaranteed_cost_gain"]
-
-
 # Of the least cost: the gain is the best conditioned one that costs no more than this above it.
 SLACK = 1e-4
 

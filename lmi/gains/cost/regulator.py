@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.disturbance.channel import near_least
-from takagi.lmi.answer import Answer, Design, Status
+from takagi.lmi.answer import Design, Status
 from takagi.lmi.argument_checks import input_stack, sample_time_of, symmetric, vertex_stack
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import motion, state_units
-from takagi.lmi.decision.decide import Outcome, optimise
-from takagi.lmi.decision.outcome import not_least
+from takagi.lmi.decision.decide import optimise
+from takagi.lmi.decision.outcome import Outcome, not_least
 from takagi.lmi.gains.cost.condition import initial_factor, largest_lmi, lqr_pdc_condition
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import pdc
@@ -26,9 +26,6 @@ from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 from takagi.models.ts.premise import Premise
-
-__all__ = ["lqr_pdc"]
-
 
 # Share of the largest cost that a state is taken to have where it has none.
 LEAST_COST = 1e-8
@@ -122,12 +119,7 @@ def _solved(task: _Task, P: Floats, relaxation: str) -> tuple[Condition, Outcome
         units = _CostUnits.of(task, P)
         posed = task.posed(units)
         condition = lqr_pdc_condition(
-            posed,
-            posed.Q,
-            posed.R,
-            relaxation=relaxation,
-            deviations=posed.factor,
-            span=units.rate,
+            posed, posed.Q, posed.R, relaxation=relaxation, deviations=posed.factor, span=units.rate
         )
         condition = condition.with_lmis(largest_lmi(condition.unknowns[0]))
         outcome = optimise(condition)
@@ -262,17 +254,12 @@ def _cost_design(
         K = units.inputs @ np.linalg.solve(S, M.transpose(0, 2, 1)).transpose(0, 2, 1) @ back
         gains = np.broadcast_to(K, (len(task.A), *K.shape[1:])).copy()
         cost = float(np.trace(task.factor.T @ P @ task.factor))
-    answer = Answer(
+    answer = replace(
+        outcome.as_answer(condition, None),
         status=status,
         P=P,
-        margin=outcome.margin,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        condition=condition,
         feasible=outcome.feasible,
         diagnosis="" if P is not None else _unsettled(outcome, task, units),
-        tries=outcome.tries,
     )
     return Design(
         gains=gains,

@@ -17,30 +17,15 @@ from takagi.lmi.argument_checks import (
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.definite import bounded, positive
+from takagi.lmi.condition.term import LMI, Array, Condition, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion
 from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_unknown
-from takagi.lmi.gains.requirements.limits import (
-    Limits,
-    gain_lmis,
-    initial_lmis,
-    input_lmis,
-    state_lmis,
-)
+from takagi.lmi.gains.requirements.limits import Limits, limit_lmis
 from takagi.lmi.gains.requirements.requirements import Requirements, required_sums
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import Relaxation, relaxation_named
-
-__all__ = [
-    "Controlled",
-    "DoubleSums",
-    "LARGEST_ELLIPSOID",
-    "double_sums",
-    "effort_lmi",
-    "pdc_condition",
-    "size_of_motion",
-    "theta_weight",
-]
 
 
 class Controlled(Protocol):
@@ -101,13 +86,14 @@ def pdc_condition(
     relaxed = [pose(loop) for loop in posed.sums]
     slack = tuple(unknown for unknowns, _ in relaxed for unknown in unknowns)
     sums = tuple(lmi for _, lmis in relaxed for lmi in lmis)
-    more, restrictions = _restrictions(Q, M, limits)
+    more, restrictions = limit_lmis(Q, M, limits)
     largest = LARGEST_ELLIPSOID if limits is not None and limits.level else 1.0
     return Condition(
         name=", ".join(part for part in ("parallel distributed compensation", name) if part),
         unknowns=(Q, M, nu, *posed.unknowns, *slack, *more),
         lmis=(
-            *_scale_of(Q, largest),
+            positive(Q),
+            bounded(Q, largest),
             *sums,
             *posed.lmis,
             effort_lmi(Q, M, nu),
@@ -209,39 +195,3 @@ def effort_lmi(Q: Unknown, M: Unknown, nu: Unknown) -> LMI:
         strict=False,
         index=rf"i = 1, \dots, {r}",
     )
-
-
-def _scale_of(Q: Unknown, largest: float) -> tuple[LMI, LMI]:
-    one = np.eye(Q.rows)[None]
-    term = Term(unknown=Q, left=one, right=one)
-    bound = Constant(value=-largest * one, latex="-I" if largest == 1 else f"-{largest:g} I")
-    return (
-        LMI(name="Q positive definite", blocks=(Q.rows,), terms=(term,)),
-        LMI(
-            name="scale of Q",
-            blocks=(Q.rows,),
-            terms=(term,),
-            constants=(bound,),
-            sign=-1,
-            strict=False,
-        ),
-    )
-
-
-def _restrictions(
-    Q: Unknown, M: Unknown, limits: Limits | None
-) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
-    if limits is None:
-        return (), ()
-    unknowns: tuple[Unknown, ...] = ()
-    lmis: tuple[LMI, ...] = ()
-    if limits.inputs is not None:
-        lmis += input_lmis(Q, M, limits.inputs)
-    if limits.initial is not None:
-        lmis += initial_lmis(Q, limits.initial)
-    if limits.states is not None:
-        lmis += state_lmis(Q, limits.states)
-    if limits.gain is not None:
-        unknowns, bounds = gain_lmis(Q, M, limits)
-        lmis += bounds
-    return unknowns, lmis

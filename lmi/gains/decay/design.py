@@ -10,9 +10,10 @@ from takagi.lmi.answer import Answer, Design
 from takagi.lmi.condition.shown_rate import shown_rate
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import Assembled, assemble
-from takagi.lmi.decision.decide import Outcome, decide, improve
+from takagi.lmi.decision.decide import decide, improve
 from takagi.lmi.decision.diagnosis import binding_items
 from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, decide_by_rounds
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.gains.decay.limited_outcome import (
     EFFORTS,
     LimitedOutcome,
@@ -22,8 +23,6 @@ from takagi.lmi.gains.decay.limited_outcome import (
 from takagi.lmi.gains.decay.request import DecayRequest
 from takagi.lmi.sums.relaxations import Relaxation
 from takagi.models.arrays import Floats
-
-__all__ = ["ANY", "decided", "design_at", "design_of", "rate_shown"]
 
 # A margin below this may be one of unfit units, or of gains held too small.
 SECOND_LOOK = 1e-6
@@ -196,18 +195,11 @@ def _lyapunov(task: DecayRequest, outcome: Outcome) -> Floats:
 def _answer(found: LimitedOutcome, decay_rate: float, relaxation: str) -> Answer:
     task, condition, outcome = found.task, found.condition, found.outcome
     good = outcome.status == "candidate"
-    return Answer(
-        status=outcome.status,
+    return replace(
+        outcome.as_answer(condition, task.s),
         P=_lyapunov(task, outcome) if good else None,
-        margin=outcome.margin,
         decay_rate=rate_shown(found) if good else None,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        coordinates=task.s,
-        condition=condition,
         diagnosis="" if good else _diagnosis(task, condition, outcome, relaxation),
-        tries=outcome.tries,
     )
 
 
@@ -217,7 +209,6 @@ def _no_by_fixed_mode(
     vertex, eigenvalue = fixed
     answer = Answer(
         status="infeasible",
-        P=None,
         margin=-np.inf,
         bound=0.0,
         coordinates=task.s,
@@ -228,23 +219,12 @@ def _no_by_fixed_mode(
             f"{task.slowness(eigenvalue):.6g} 1/s"
         ),
     )
-    return Design(
-        gains=None,
-        P=None,
-        decay_rate=decay_rate,
-        margin=-np.inf,
-        relaxation=relaxation,
-        answer=answer,
-    )
+    return Design(decay_rate=decay_rate, margin=-np.inf, relaxation=relaxation, answer=answer)
 
 
 def _diagnosis(task: DecayRequest, condition: Condition, outcome: Outcome, relaxation: str) -> str:
     if outcome.status == "unknown":
-        return (
-            f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
-            f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
-            "decay rate a little, or give scales"
-        )
+        return outcome.unsettled("lower the decay rate a little, or give scales")
     names = [lmi.name for lmi in condition.lmis if lmi.strict]
     names.remove("Q positive definite")
     cures = ["lower the decay rate", "shrink the box that the rules span"]

@@ -11,18 +11,11 @@ from takagi.lmi.argument_checks import rate_parameter
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.decision.decide import decide
 from takagi.lmi.gains.decay.condition import size_of_motion
-from takagi.lmi.gains.decay.design import (
-    decided,
-    design_at,
-    design_of,
-    rate_shown,
-)
+from takagi.lmi.gains.decay.design import decided, design_at, design_of, rate_shown
 from takagi.lmi.gains.decay.limited_outcome import EFFORTS, LimitedOutcome, stopped_by_limit
 from takagi.lmi.gains.decay.request import DecayRequest
 from takagi.lmi.solver.solve import Session
 from takagi.lmi.sums.relaxations import Relaxation
-
-__all__ = ["Largest", "design_at_largest", "largest"]
 
 # Relative width of the bracket, and how far below it the gains are designed: at the end itself
 # there is no margin left for them.
@@ -109,11 +102,7 @@ class _Search:
     def _look(self, rate: float) -> None:
         here = self._in_fit_units(rate)
         outcome = decide(
-            here.condition,
-            rows=self._effort,
-            session=self._session,
-            assembled=here.data,
-            most=1,
+            here.condition, rows=self._effort, session=self._session, assembled=here.data, most=1
         )
         found = replace(here, outcome=outcome)
         if outcome.status == "unknown" or stopped_by_limit(found):

@@ -11,12 +11,10 @@ from takagi.lmi.condition.evaluate import holds, margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import Assembled, assemble, pack
 from takagi.lmi.cone.balance import nearest_power
-from takagi.lmi.decision.decide import Outcome
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.gains.decay.condition import LARGEST_ELLIPSOID
 from takagi.lmi.gains.decay.request import DecayRequest
 from takagi.lmi.sums.relaxations import Relaxation
-
-__all__ = ["EFFORTS", "LimitedOutcome", "stopped_by_limit", "in_fitting_size"]
 
 # Largest input effort nu, in inputs and states of order one, that is tried; the others only when
 # the first is not enough, in better units or without: huge gains cost the solver digits.

@@ -25,8 +25,6 @@ from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError
 
-__all__ = ["pdc"]
-
 
 @limited
 def pdc(

@@ -20,8 +20,6 @@ from takagi.lmi.sums.membership_points import at_points, number_of_points
 from takagi.lmi.sums.relaxation_order import MOST_WORK, NAMES, PRODUCTS, contains, work_of
 from takagi.lmi.sums.relaxation_sizes import RelaxationSize, size_of
 
-__all__ = ["RelaxationSearch", "Goal", "search_relaxations", "default_relaxations", "goal_of"]
-
 # A decay rate in 1/s, or the largest there is.
 Goal: TypeAlias = float | Literal["max"]
 

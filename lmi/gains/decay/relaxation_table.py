@@ -24,8 +24,6 @@ from takagi.lmi.relaxation_result import RelaxationResult
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError
 
-__all__ = ["Ladder", "relaxation_ladder"]
-
 HEADS = (
     "relaxation",
     "status",

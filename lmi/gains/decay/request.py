@@ -8,13 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.argument_checks import (
-    check_stabilisable,
-    fixed_mode,
-    input_stack,
-    sample_time_of,
-    vertex_stack,
-)
+from takagi.lmi.argument_checks import input_stack, sample_time_of, vertex_stack
 from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.cone.balance import (
     balanced_inputs,
@@ -23,21 +17,15 @@ from takagi.lmi.cone.balance import (
     nearest_power,
     state_units,
 )
-from takagi.lmi.gains.decay.condition import (
-    Controlled,
-    double_sums,
-    pdc_condition,
-    size_of_motion,
-)
+from takagi.lmi.gains.decay.condition import Controlled, double_sums, pdc_condition, size_of_motion
 from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.gains.requirements.limits import Limits
 from takagi.lmi.gains.requirements.requirements import Requirements
+from takagi.lmi.stabilisability import check_stabilisable, fixed_mode
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import Relaxation
 from takagi.models.arrays import Floats
 from takagi.models.ts.premise import Premise
-
-__all__ = ["DecayRequest", "decay_request"]
 
 # Bounds how far one guess of Q may move the units.
 SMALLEST_UNIT = 2.0**-20

@@ -21,9 +21,6 @@ from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.requirements.limits import Limits
 from takagi.models.arrays import Complex, Floats
 
-__all__ = ["WEIGHTS", "DisturbanceCoordinates", "Regulator", "guessed_regulator", "is_definite"]
-
-
 # Share of the largest weight that a state or an input has where the output does not show it, and
 # how far the states' units may lie apart when it is added.  The second is for outputs that leave
 # much free.

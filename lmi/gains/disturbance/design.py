@@ -10,11 +10,11 @@ import numpy as np
 
 from takagi.lmi.analysis.disturbance.channel import near_least
 from takagi.lmi.answer import Answer, Design, Try
-from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.condition.evaluate import SMALLEST_MARGIN, margin
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.decision.decide import SMALLEST_MARGIN, Outcome, optimise
+from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.diagnosis import binding_items
-from takagi.lmi.decision.outcome import not_least
+from takagi.lmi.decision.outcome import Outcome, not_least
 from takagi.lmi.gains.disturbance.coordinates import (
     WEIGHTS,
     DisturbanceCoordinates,
@@ -25,8 +25,6 @@ from takagi.lmi.gains.disturbance.request import DisturbanceRequest
 from takagi.lmi.parameter_search.least_over_rate import least_objective
 from takagi.lmi.solver.time_limit import out_of_time
 from takagi.models.arrays import Floats
-
-__all__ = ["Meaning", "Pose", "designed"]
 
 # Other coordinates are tried so often, when what they claim differs by more than this.
 ROUNDS, AGREED = 3, 1e-5
@@ -226,17 +224,13 @@ def _design(task: DisturbanceRequest, found: _Solved, meaning: Meaning) -> Desig
     gains = units.gains(outcome.values["Q"][0], outcome.values["M"], len(task.plant.A))
     held = _held(found, gains)
     good = held > SMALLEST_MARGIN
-    answer = Answer(
+    answer = replace(
+        outcome.as_answer(found.condition, None),
         status="candidate" if good else "unknown",
         P=meaning.size(units) * found.P if good else None,
         margin=held,
         gain=meaning.gain(units, outcome.objective) if good else None,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        condition=found.condition,
         diagnosis="" if good else ROUNDED,
-        tries=outcome.tries,
     )
     return Design(
         gains=gains if good else None,
@@ -280,7 +274,6 @@ def _without(task: DisturbanceRequest, plain: Design, found: _Solved, meaning: M
         )
     answer = Answer(
         status="infeasible" if no else "unknown",
-        P=None,
         margin=min(outcome.margin, 0.0),
         bound=outcome.bound,
         multipliers=outcome.multipliers,
@@ -290,12 +283,7 @@ def _without(task: DisturbanceRequest, plain: Design, found: _Solved, meaning: M
         tries=outcome.tries,
     )
     return Design(
-        gains=None,
-        P=None,
-        decay_rate=task.decay_rate,
-        margin=answer.margin,
-        relaxation=task.relaxation,
-        answer=answer,
+        decay_rate=task.decay_rate, margin=answer.margin, relaxation=task.relaxation, answer=answer
     )
 
 

@@ -9,14 +9,13 @@ from typing import Protocol, TypeAlias, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.argument_checks import check_stabilisable, sample_time_of, vertex_stack
+from takagi.lmi.argument_checks import sample_time_of, vertex_stack
 from takagi.lmi.condition.term import Array
 from takagi.lmi.cone.balance import state_units
+from takagi.lmi.stabilisability import check_stabilisable
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.premise import Premise
-
-__all__ = ["Disturbed", "DisturbedPlant", "Performance", "check_reachable", "plant_of"]
 
 # (C1, D12, D11), each (r, ., .) or (., .); None, or left out, for zero.
 Performance: TypeAlias = Sequence[ArrayLike | None]

@@ -19,8 +19,6 @@ from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.errors import ModelError
 
-__all__ = ["hinf_pdc"]
-
 
 @limited
 def hinf_pdc(
@@ -103,8 +101,7 @@ def hinf_pdc(
         tolerance=(2 if task.level else 1) * task.tolerance,
     )
     meaning = Meaning(
-        gain=partial(_energy_gain, squared=task.level),
-        size=_as_posed if task.level else _storage,
+        gain=partial(_energy_gain, squared=task.level), size=_as_posed if task.level else _storage
     )
     return designed(task, _posed, meaning)
 

@@ -28,7 +28,9 @@ from __future__ import annotations
 import numpy as np
 
 from takagi.lmi.argument_checks import number, rate_parameter
-from takagi.lmi.condition.term import Condition, Unknown
+from takagi.lmi.condition.definite import positive
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
@@ -38,20 +40,17 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
 from takagi.lmi.gains.disturbance.sums import (
     decay_sum,
     disturbance_parts,
-    limit_lmis,
     motion_parts,
     output_parts,
-    positive_lmi,
     root_share,
     source_of,
     sum_of,
 )
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
-from takagi.lmi.gains.requirements.limits import Limits
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
+from takagi.lmi.gains.requirements.limits import Limits, limit_lmis
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
-
-__all__ = ["hinf_pdc_condition"]
+from takagi.lmi.sums.summands import KnownBlock, SumPart
 
 SOURCE = "Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.5; Tanaka and Wang (2001)"
 
@@ -103,7 +102,7 @@ def hinf_pdc_condition(
     return Condition(
         name=f"energy gain, {relaxation}",
         unknowns=(Q, M, gamma, *slack, *more, *own_unknowns),
-        lmis=(positive_lmi(Q), *sums, *decay, *restrictions),
+        lmis=(positive(Q), *sums, *decay, *restrictions),
         objective={gamma.name: np.ones((1, 1, 1))},
         parameters=rate_parameter(alpha, plant.sample_time) if alpha > 0 else {},
         source=source_of(plant, SOURCE),

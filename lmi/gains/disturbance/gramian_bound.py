@@ -19,7 +19,8 @@ from itertools import islice
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.cone.duality import least_objective_bound
@@ -27,8 +28,6 @@ from takagi.lmi.cone.program import ConeProgram, Raw, cone_program
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.solver.solve import attempts, rescaled
 from takagi.models.arrays import Floats
-
-__all__ = ["least_variance"]
 
 # Solvers that are asked, and how often each is asked again where its own solution is of order one.
 SOLVERS, RESCALED = 4, 2

@@ -19,8 +19,6 @@ from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.errors import ModelError
 
-__all__ = ["h2_pdc"]
-
 
 @limited
 def h2_pdc(

@@ -26,7 +26,9 @@ import numpy as np
 
 from takagi.lmi.analysis.disturbance.output_variance import infinite_variance
 from takagi.lmi.argument_checks import number, rate_parameter
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
+from takagi.lmi.condition.definite import positive
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
@@ -36,20 +38,17 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
 from takagi.lmi.gains.disturbance.sums import (
     WEIGHT,
     decay_sum,
-    limit_lmis,
     motion_parts,
     output_parts,
-    positive_lmi,
     source_of,
     sum_of,
 )
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
-from takagi.lmi.gains.requirements.limits import Limits
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock
+from takagi.lmi.gains.requirements.limits import Limits, limit_lmis
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.lmi.sums.summands import KnownBlock
 from takagi.models.errors import ModelError
-
-__all__ = ["h2_pdc_condition"]
 
 SOURCE = (
     "Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 6.2.1 and 7.4; Tanaka and Wang (2001)"
@@ -108,7 +107,7 @@ def h2_pdc_condition(
     return Condition(
         name=f"output variance, {relaxation}",
         unknowns=(Q, M, W, nu, *slack, *more, *own_unknowns),
-        lmis=(positive_lmi(Q), *sums, _entering(plant, Q, W), _total(W, nu), *decay, *restrictions),
+        lmis=(positive(Q), *sums, _entering(plant, Q, W), _total(W, nu), *decay, *restrictions),
         objective={"nu": np.ones((1, 1, 1))},
         parameters=rate_parameter(alpha, plant.sample_time) if alpha > 0 else {},
         source=source_of(plant, SOURCE),
@@ -133,9 +132,7 @@ def _entering(plant: DisturbedPlant, Q: Unknown, W: Unknown) -> LMI:
     r, n, q = plant.E.shape
     one, noise = np.eye(n)[None], np.eye(q)[None]
     p = plant.D11.shape[1]
-    constants = [
-        Constant(value=plant.E.transpose(0, 2, 1), at=(0, 1), latex=r"E_{i}^\top"),
-    ]
+    constants = [Constant(value=plant.E.transpose(0, 2, 1), at=(0, 1), latex=r"E_{i}^\top")]
     direct = plant.sample_time is not None and bool(plant.D11.any())
     if direct:
         constants += [

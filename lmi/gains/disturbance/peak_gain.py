@@ -27,8 +27,6 @@ from takagi.lmi.parameter_search.least_over_rate import least_over_rate, unknown
 from takagi.lmi.solver.time_limit import limited, out_of_time
 from takagi.models.arrays import Floats
 
-__all__ = ["peak_pdc"]
-
 # Rates are looked for from the slowest over this to the fastest times it.
 AROUND = 10.0
 # Rates around that of plain compensation, and how many.
@@ -180,11 +178,7 @@ class _Search:
     def task_at(self, look: _Look) -> DisturbanceRequest:
         """Return the task at a look's rate, from there."""
         return replace(
-            self.task,
-            decay_rate=look.rate,
-            guess=look.P,
-            reach=look.reach,
-            feedback=self.feedback,
+            self.task, decay_rate=look.rate, guess=look.P, reach=look.reach, feedback=self.feedback
         )
 
     def _go_to_best(self) -> None:

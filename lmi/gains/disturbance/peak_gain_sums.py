@@ -28,7 +28,9 @@ from __future__ import annotations
 import numpy as np
 
 from takagi.lmi.analysis.disturbance.peak_condition import positive_rate
-from takagi.lmi.condition.term import Condition, Unknown
+from takagi.lmi.condition.definite import positive
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
@@ -37,21 +39,18 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
 )
 from takagi.lmi.gains.disturbance.sums import (
     disturbance_parts,
-    limit_lmis,
     motion_parts,
     output_parts,
     own,
-    positive_lmi,
     root_share,
     source_of,
     sum_of,
 )
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
-from takagi.lmi.gains.requirements.limits import Limits
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
+from takagi.lmi.gains.requirements.limits import Limits, limit_lmis
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
-
-__all__ = ["peak_pdc_condition"]
+from takagi.lmi.sums.summands import KnownBlock, SumPart
 
 SOURCE = (
     "Abedor, Nagpal, Poolla (1996); Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.1.3; "
@@ -106,7 +105,7 @@ def peak_pdc_condition(
     return Condition(
         name=f"peak-to-peak gain, {relaxation}",
         unknowns=(Q, M, kappa, *slack, *more, *own_unknowns),
-        lmis=(positive_lmi(Q), *invariant, *output, *restrictions),
+        lmis=(positive(Q), *invariant, *output, *restrictions),
         objective={"kappa": np.ones((1, 1, 1))},
         source=source_of(plant, SOURCE),
     )

@@ -23,8 +23,6 @@ from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["DisturbanceRequest", "positive", "disturbance_request"]
-
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class DisturbanceRequest:

@@ -40,8 +40,6 @@ from takagi.lmi.gains.disturbance.gramian_bound import least_variance
 from takagi.lmi.gains.disturbance.request import DisturbanceRequest
 from takagi.models.arrays import Floats
 
-__all__ = ["regulated"]
-
 # Weights of states and inputs that z leaves free, shares of the largest in z: none where z leaves
 # none free; else the largest that does leaves the smallest gains.
 LADDER = (0.0, 1e-8, 1e-10, 1e-12, 1e-14, 1e-16)

@@ -20,32 +20,13 @@ import numpy as np
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.argument_checks import corners_of
-from takagi.lmi.condition.term import LMI, Array, Position, Term, Unknown
+from takagi.lmi.condition.term import Array, Position
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, nearest_power
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_member, gain_symbol
-from takagi.lmi.gains.requirements.limits import (
-    Limits,
-    gain_lmis,
-    initial_lmis,
-    input_lmis,
-    state_lmis,
-)
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
-
-__all__ = [
-    "WEIGHT",
-    "decay_sum",
-    "disturbance_parts",
-    "limit_lmis",
-    "motion_parts",
-    "own",
-    "positive_lmi",
-    "root_share",
-    "output_parts",
-    "source_of",
-    "sum_of",
-]
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import KnownBlock, SumPart
 
 # Margin of Theta for a margin 1 of Q.  At the least gain Q tends to be singular, and the gains
 # without bound; what margin there is should go to Q.
@@ -166,30 +147,3 @@ def decay_sum(plant: DisturbedPlant, Q: Unknown, M: Unknown) -> DoubleSum:
 def source_of(plant: DisturbedPlant, source: str) -> str:
     """Return the source, with what the bars in the formula stand for where there are some."""
     return source if plant.sample_time is None else f"{source}; {BARS}"
-
-
-def positive_lmi(Q: Unknown) -> LMI:
-    """Pose Q > 0."""
-    one = np.eye(Q.rows)[None]
-    term = Term(unknown=Q, left=one, right=one)
-    return LMI(name="Q positive definite", blocks=(Q.rows,), terms=(term,))
-
-
-def limit_lmis(
-    Q: Unknown, M: Unknown, limits: Limits | None
-) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
-    """Return the LMIs, and their own unknowns, of all limits that there are."""
-    if limits is None:
-        return (), ()
-    unknowns: tuple[Unknown, ...] = ()
-    lmis: tuple[LMI, ...] = ()
-    if limits.inputs is not None:
-        lmis += input_lmis(Q, M, limits.inputs)
-    if limits.initial is not None:
-        lmis += initial_lmis(Q, limits.initial)
-    if limits.states is not None:
-        lmis += state_lmis(Q, limits.states)
-    if limits.gain is not None:
-        unknowns, bounds = gain_lmis(Q, M, limits)
-        lmis += bounds
-    return unknowns, lmis

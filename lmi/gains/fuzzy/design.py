@@ -11,8 +11,6 @@ from takagi.lmi.answer import Answer, Status
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["FuzzyDesign"]
-
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class FuzzyDesign:
@@ -32,10 +30,10 @@ class FuzzyDesign:
     answer : how it was found; its condition is in balanced states and inputs.
     """
 
-    gains: Floats | None
-    numerators: Floats | None
-    slacks: Floats | None
-    matrices: Floats | None
+    gains: Floats | None = None
+    numerators: Floats | None = None
+    slacks: Floats | None = None
+    matrices: Floats | None = None
     discrete: bool
     decay_rate: float
     margin: float

@@ -6,11 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.fuzzy.sums import SoughtGains
 from takagi.lmi.gains.requirements.closed_loop import gain_symbol
-
-__all__ = ["effort_lmi", "scale_lmis"]
 
 LARGEST_SLACK = 16.0
 

@@ -20,8 +20,6 @@ from takagi.lmi.varying.parameter_space import RateBounds, membership_rates, spa
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["fuzzy_pdc", "fuzzy_pdc_condition"]
-
 # Powers of four, so that their roots are powers of two: the middle of what helps, then outward.
 EPSILONS = tuple(4.0**k for k in (-2, -1, -3, 0, -4, 1, -5, 2, -6, -8))
 

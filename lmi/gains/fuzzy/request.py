@@ -8,7 +8,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from takagi.lmi.argument_checks import rate_parameter
-from takagi.lmi.condition.term import LMI, Array, Condition, Unknown
+from takagi.lmi.condition.term import LMI, Array, Condition
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.gains.decay.condition import size_of_motion, theta_weight
 from takagi.lmi.gains.fuzzy.limits import effort_lmi, scale_lmis
@@ -20,8 +21,6 @@ from takagi.lmi.varying.fuzzy_condition import rate_slack, slack_unknown
 from takagi.lmi.varying.parameter_motion import continuous_motion, kept_degrees
 from takagi.lmi.varying.parameter_space import Space
 from takagi.models.arrays import Floats
-
-__all__ = ["FuzzyRequest", "SlackKind"]
 
 SlackKind: TypeAlias = Literal["common", "rules"]
 

@@ -8,20 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.answer import Answer, Try
-from takagi.lmi.argument_checks import check_stabilisable, fixed_mode
+from takagi.lmi.answer import Try
 from takagi.lmi.condition.shown_rate import rate_of_parameter, shown_rate
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.cone.balance import balanced_inputs, state_units
-from takagi.lmi.decision.decide import Outcome, decide, improve
+from takagi.lmi.decision.decide import decide, improve
 from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.gains.decay.condition import size_of_motion
 from takagi.lmi.gains.fuzzy.design import FuzzyDesign
 from takagi.lmi.gains.fuzzy.request import FuzzyRequest
+from takagi.lmi.stabilisability import check_stabilisable, fixed_mode
 from takagi.models.arrays import Floats
-
-__all__ = ["FuzzyUnits", "searched", "units_of"]
 
 LARGEST_EFFORT = 1e6
 
@@ -95,24 +94,12 @@ def _design(
     task: FuzzyRequest, units: FuzzyUnits, condition: Condition, outcome: Outcome, alpha: float
 ) -> FuzzyDesign:
     good = outcome.status == "candidate"
-    answer = Answer(
-        status=outcome.status,
-        P=None,
-        margin=outcome.margin,
+    answer = replace(
+        outcome.as_answer(condition, units.states),
         decay_rate=shown_rate(condition, outcome.values, task.sample_time) if good else None,
-        bound=outcome.bound,
-        values=outcome.values,
-        multipliers=outcome.multipliers,
-        coordinates=units.states,
-        condition=condition,
         diagnosis="" if good else _diagnosis(task, condition, outcome),
-        tries=outcome.tries,
     )
     plain = FuzzyDesign(
-        gains=None,
-        numerators=None,
-        slacks=None,
-        matrices=None,
         discrete=task.discrete,
         decay_rate=alpha,
         margin=outcome.margin,
@@ -165,11 +152,7 @@ def _no_by_fixed_mode(
 
 def _diagnosis(task: FuzzyRequest, condition: Condition, outcome: Outcome) -> str:
     if outcome.status == "unknown":
-        return (
-            f"no solver settled it: the best margin was {outcome.margin:.2g}, the bound on it "
-            f"{outcome.bound:.2g}; the condition is at its limit or badly scaled: lower the "
-            "decay rate a little, or give scales"
-        )
+        return outcome.unsettled("lower the decay rate a little, or give scales")
     names = [lmi.name for lmi in condition.lmis if lmi.strict][1:]
     cures = ['take a richer relaxation ("liu-zhang", "polya-2")', "lower the decay rate"]
     if task.discrete and task.slack == "common":

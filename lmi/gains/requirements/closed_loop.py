@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from takagi.lmi.condition.term import Array, Unknown
+from takagi.lmi.condition.term import Array
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, Member, SumPart
-
-__all__ = ["closed_loop", "gain_member", "gain_symbol", "gain_unknown"]
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import Member, SumPart
 
 
 def gain_unknown(r: int, m: int, n: int, relaxation: str) -> Unknown:
@@ -63,12 +63,7 @@ def closed_loop(
     moved = (1, 0) if discrete else (0, 0)
     parts = [
         SumPart(
-            unknown=Q,
-            left=A,
-            right=one,
-            at=moved,
-            plus_transpose=not discrete,
-            latex=("A_{i}", ""),
+            unknown=Q, left=A, right=one, at=moved, plus_transpose=not discrete, latex=("A_{i}", "")
         ),
         SumPart(
             unknown=M,

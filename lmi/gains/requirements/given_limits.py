@@ -11,8 +11,6 @@ from takagi.lmi.condition.uncertainty import Uncertainty
 from takagi.lmi.gains.requirements.limits import Limits, limits_of
 from takagi.lmi.gains.requirements.requirements import Requirements, requirements_of
 
-__all__ = ["GivenLimits"]
-
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class GivenLimits:

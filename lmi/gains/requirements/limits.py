@@ -9,18 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.argument_checks import number, positive_vector
-from takagi.lmi.condition.term import LMI, Array, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Array, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.models.errors import ModelError
-
-__all__ = [
-    "Limits",
-    "gain_lmis",
-    "initial_lmis",
-    "input_lmis",
-    "limits_of",
-    "row_lmis",
-    "state_lmis",
-]
 
 MOST_CORNERS = 4096
 # Margin of a limit for a margin 1 of Q, in states and inputs of order one.
@@ -100,12 +91,7 @@ def limits_of(
 
 
 def input_lmis(
-    Q: Unknown,
-    M: Unknown,
-    limit: Array,
-    *,
-    name: str = "input limit",
-    symbol: str = r"\bar u",
+    Q: Unknown, M: Unknown, limit: Array, *, name: str = "input limit", symbol: str = r"\bar u"
 ) -> tuple[LMI, ...]:
     """Pose [[u_k^2, m_k], [m_k', Q]] > 0, m_k row k of M_i: |K_i x|_k <= u_k where x' P x <= 1.
 
@@ -280,3 +266,23 @@ def _corners(box: Array) -> Array:
     # A corner and its opposite are in the ellipsoid together.
     signs = np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=n - 1)])
     return signs * box
+
+
+def limit_lmis(
+    Q: Unknown, M: Unknown, limits: Limits | None
+) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
+    """Return the LMIs, and their own unknowns, of all limits that there are."""
+    if limits is None:
+        return (), ()
+    unknowns: tuple[Unknown, ...] = ()
+    lmis: tuple[LMI, ...] = ()
+    if limits.inputs is not None:
+        lmis += input_lmis(Q, M, limits.inputs)
+    if limits.initial is not None:
+        lmis += initial_lmis(Q, limits.initial)
+    if limits.states is not None:
+        lmis += state_lmis(Q, limits.states)
+    if limits.gain is not None:
+        unknowns, bounds = gain_lmis(Q, M, limits)
+        lmis += bounds
+    return unknowns, lmis

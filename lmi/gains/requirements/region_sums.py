@@ -18,12 +18,12 @@ import numpy as np
 
 from takagi.lmi.analysis.pole_region import coefficient_latex, region_weight
 from takagi.lmi.condition.region import EigenvalueRegion, RegionPart
-from takagi.lmi.condition.term import Array, Unknown
+from takagi.lmi.condition.term import Array
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.requirements.closed_loop import gain_member, gain_symbol
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import SumPart
 from takagi.models.arrays import Indices
-
-__all__ = ["region_sums"]
 
 
 def region_sums(

@@ -10,15 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.condition.region import EigenvalueRegion
-from takagi.lmi.condition.term import LMI, Array, Unknown
+from takagi.lmi.condition.term import LMI, Array
 from takagi.lmi.condition.uncertainty import NormBounded, blocks_of
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.requirements.region_sums import region_sums
 from takagi.lmi.gains.requirements.robust_sums import with_uncertainty
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.membership_shape import with_overlap
 from takagi.models.errors import ModelError
-
-__all__ = ["Requirements", "requirements_of", "required_sums"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -29,14 +29,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.pole_region import coefficient_latex
-from takagi.lmi.condition.term import Array, Unknown
+from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.uncertainty import Uncertainty, UncertaintyBlock, blocks_of
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.gains.requirements.closed_loop import gain_member, gain_symbol
-from takagi.lmi.sums.double_sum import DoubleSum, Member, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import Member, SumPart
 from takagi.models.errors import ModelError
-
-__all__ = ["loop_carrier", "with_uncertainty"]
 
 
 def loop_carrier(loop: DoubleSum, *, discrete: bool = False) -> Array:

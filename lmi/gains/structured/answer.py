@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,8 +12,6 @@ from takagi.lmi.gains.structured.local_search import LocalSearch, LocalStep
 from takagi.lmi.gains.structured.sums import Objective
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-
-__all__ = ["StructuredDesign", "found_at", "unsettled", "without"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -35,9 +33,9 @@ class StructuredDesign:
     answer : the check of the gains as they are, K fixed and P unknown.
     """
 
-    gains: Floats | None
-    output_gains: Floats | None
-    P: Floats | None
+    gains: Floats | None = None
+    output_gains: Floats | None = None
+    P: Floats | None = None
     objective: Objective
     value: float
     unstructured: float
@@ -81,16 +79,12 @@ def found_at(
     P = spot.P
     if search.objective == "decay_rate":
         P = P / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(P)[0])))
-    answer = Answer(
+    answer = replace(
+        spot.outcome.as_answer(spot.condition, None),
         status="candidate",
         P=P,
-        margin=spot.outcome.margin,
         decay_rate=value if search.objective == "decay_rate" else None,
         gain=value if search.objective == "hinf" else None,
-        bound=spot.outcome.bound,
-        values=spot.outcome.values,
-        multipliers=spot.outcome.multipliers,
-        condition=spot.condition,
         tries=tuple(search.tries),
     )
     return StructuredDesign(
@@ -112,7 +106,6 @@ def unsettled(climb: LocalSearch) -> Answer:
     rate = climb.reached()
     return Answer(
         status="unknown",
-        P=None,
         margin=-np.inf,
         diagnosis=(
             f"from no start were gains of this structure found; the largest decay rate of one "
@@ -126,9 +119,6 @@ def unsettled(climb: LocalSearch) -> Answer:
 def without(search: StepSearch, answer: Answer, steps: tuple[LocalStep, ...]) -> StructuredDesign:
     """Return a design without gains."""
     return StructuredDesign(
-        gains=None,
-        output_gains=None,
-        P=None,
         objective=search.objective,
         value=float("nan"),
         unstructured=float("nan"),

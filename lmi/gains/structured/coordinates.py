@@ -14,8 +14,6 @@ from takagi.lmi.gains.structured.structure import Structure
 from takagi.lmi.gains.structured.sums import Objective
 from takagi.models.arrays import Floats
 
-__all__ = ["LocalUnits"]
-
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class LocalUnits:

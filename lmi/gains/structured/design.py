@@ -16,12 +16,7 @@ from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import pdc
 from takagi.lmi.gains.disturbance.disturbed_plant import Performance
 from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc
-from takagi.lmi.gains.structured.answer import (
-    StructuredDesign,
-    found_at,
-    unsettled,
-    without,
-)
+from takagi.lmi.gains.structured.answer import StructuredDesign, found_at, unsettled, without
 from takagi.lmi.gains.structured.disturbed_plant import plant_for
 from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
 from takagi.lmi.gains.structured.local_search import LocalSearch, LocalStart, slack_start
@@ -31,8 +26,6 @@ from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.stabilisability import check_stabilisable
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError, did_you_mean
-
-__all__ = ["structured_pdc"]
 
 # Tolerances of H-infinity designs to begin from: the least gain is approached with gains without
 # bound, which is no place to project from.
@@ -192,13 +185,7 @@ def _unstructured(
         ]
     else:
         found = [
-            pdc(
-                model,
-                decay_rate="max",
-                relaxation=name,
-                gain_bound=bound,
-                sample_time=sample_time,
-            )
+            pdc(model, decay_rate="max", relaxation=name, gain_bound=bound, sample_time=sample_time)
         ]
     plain = pdc(search.plant.reaching, relaxation=name)
     good = [design for design in found if design.gains is not None]

@@ -15,8 +15,6 @@ from takagi.lmi.gains.structured.sums import Objective
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["plant_for"]
-
 
 def plant_for(
     model: Controlled,

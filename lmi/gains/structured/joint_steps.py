@@ -9,8 +9,10 @@ import numpy as np
 
 from takagi.lmi.answer import Try
 from takagi.lmi.condition.evaluate import margin
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term, Unknown
-from takagi.lmi.decision.decide import Outcome, optimise
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.decision.decide import optimise
+from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.structured.coordinates import LocalUnits
 from takagi.lmi.gains.structured.structure import Structure
@@ -19,9 +21,6 @@ from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.parameter_search.least_over_rate import unknowns_near_least
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
-
-__all__ = ["StepSearch", "StructuredPoint"]
-
 
 # Largest P of a step, in states where it began as I; it only keeps the unknowns bounded.
 LARGEST = 16.0

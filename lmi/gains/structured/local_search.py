@@ -14,8 +14,6 @@ from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
 from takagi.lmi.gains.structured.slack_matrix import slack_condition, slack_gains
 from takagi.models.arrays import Floats
 
-__all__ = ["LocalSearch", "LocalStart", "LocalStep", "slack_start"]
-
 # Steps towards any decay at all, and for a start with room around it.
 TOWARDS_DECAY, WITH_ROOM = 30, 2
 # Steps and relative gain at which a start is left for the best ones, of which so many go on.

@@ -35,16 +35,17 @@ from takagi.lmi.argument_checks import (
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Position, Term, Unknown
+from takagi.lmi.condition.definite import bounded, positive
+from takagi.lmi.condition.term import Array, Condition, Position
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.decay.condition import Controlled, theta_weight
 from takagi.lmi.gains.structured.structure import Structure, structure_of
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.lmi.sums.summands import SumPart
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-
-__all__ = ["slack_condition", "slack_gains", "structured_pdc_condition"]
 
 
 def structured_pdc_condition(
@@ -119,24 +120,10 @@ def slack_condition(
         corners=corners,
     )
     slack, sums = relaxation_named(relaxation)(loop)
-    one = np.eye(n)[None]
-    own = Term(unknown=Q, left=one, right=one)
-    largest = (Constant(value=-one, latex="-I"),)
     return Condition(
         name=f"structured gains with a slack matrix, {relaxation}",
         unknowns=(Q, *(row for row, _, _ in G), *M, *slack),
-        lmis=(
-            LMI(name="Q positive definite", blocks=(n,), terms=(own,)),
-            LMI(
-                name="scale of Q",
-                blocks=(n,),
-                terms=(own,),
-                constants=largest,
-                sign=-1,
-                strict=False,
-            ),
-            *sums,
-        ),
+        lmis=(positive(Q), bounded(Q), *sums),
         parameters=rate_parameter(alpha, step),
         source="de Oliveira, Bernussou, Geromel (1999); Mozelli, Palhares, Avellar (2009)",
     )

@@ -8,13 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.lmi.condition.term import Array, Unknown
-from takagi.lmi.sums.double_sum import Member
+from takagi.lmi.condition.term import Array
+from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.sums.summands import Member
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
-
-__all__ = ["Structure", "check_movable", "structure_of"]
-
 
 # An eigenvalue that so many arbitrary gains leave where it is, to rounding, is left by all.
 DRAWS, UNMOVED = 3, 1e-9

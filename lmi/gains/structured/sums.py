@@ -33,13 +33,13 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from takagi.lmi.argument_checks import corners_of
-from takagi.lmi.condition.term import Array, Position, Unknown
+from takagi.lmi.condition.term import Array, Position
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.structured.structure import Structure
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import KnownBlock, SumPart
 from takagi.models.arrays import Floats
-
-__all__ = ["StructuredGains", "Objective", "loop_sum"]
 
 Objective: TypeAlias = Literal["decay_rate", "cost", "hinf"]
 

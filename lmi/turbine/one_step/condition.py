@@ -28,21 +28,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Constant, Term, Unknown
+from takagi.lmi.condition.term import LMI, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.turbine.one_step.loop_of_gains import MovingCorners, WindCellCorners
 from takagi.models.arrays import Floats, Indices
-
-__all__ = [
-    "Around",
-    "bent",
-    "bounded_below",
-    "inside_box",
-    "limits",
-    "mean_class",
-    "motion_lmi",
-    "reach_in_speed",
-    "shortfall",
-]
 
 ONE = np.ones((1, 1, 1))
 EYE = np.eye(3)[None]
@@ -141,10 +130,7 @@ def motion_lmi(
         Term(unknown=P, left=s / root * EYE, right=EYE, at=(row, 0)),
         Term(unknown=pace, left=root / (2 * s) * EYE, at=(row, 0), members=index),
     ]
-    constants = [
-        Constant(value=-s / root * EYE, at=(row, 0)),
-        Constant(value=-2 * EYE, at=step),
-    ]
+    constants = [Constant(value=-s / root * EYE, at=(row, 0)), Constant(value=-2 * EYE, at=step)]
     if around.disturbed:
         terms.append(Term(unknown=P, left=EYE, right=d, at=(0, 1)))
         terms.append(Term(unknown=pace, left=-ONE, at=(1, 1), members=index))

@@ -36,8 +36,6 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 
-__all__ = ["OneStepDesign", "effort_loop_reach", "one_step_gains"]
-
 Tell = Callable[[str], None]
 
 STEPS = 12

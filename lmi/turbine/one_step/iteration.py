@@ -26,9 +26,6 @@ from takagi.lmi.turbine.one_step.value import (
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-__all__ = ["Iteration", "first_point", "with_largest_decay_rate"]
-
-
 # Trust region: of each logarithm, at the start, at most, and where the search ends.
 FIRST_REACH, LARGEST_REACH, LEAST_REACH = 0.1, 0.2, 0.01
 WIDER, NARROWER = 1.5, 0.3
@@ -196,13 +193,7 @@ def _settled(
     for _ in range(most):
         least = float(np.log(kept.mean / mean)) if kept.mean > 0 else None
         weights = Weights(
-            aim.wind_class * shares,
-            aim.overspeed,
-            aim.decay,
-            np.zeros(0),
-            shares,
-            least,
-            floors,
+            aim.wind_class * shares, aim.overspeed, aim.decay, np.zeros(0), shares, least, floors
         )
         found = joint_step(windy, still, functions, directions, weights)
         shown = None

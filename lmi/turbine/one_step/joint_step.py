@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Condition, Unknown
+from takagi.lmi.condition.term import LMI, Condition
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.parameter_search.least_over_rate import unknowns_near_least
 from takagi.lmi.turbine.one_step.condition import (
     Around,
@@ -23,9 +24,6 @@ from takagi.lmi.turbine.one_step.condition import (
 from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions, reached_by_function
 from takagi.lmi.turbine.one_step.loop_of_gains import MovingCorners, WindCellCorners
 from takagi.models.arrays import Floats, Indices
-
-__all__ = ["RemainingRoom", "JointStep", "Weights", "joint_step"]
-
 
 ONE, EYE = np.ones((1, 1, 1)), np.eye(3)[None]
 # Margin of the LMIs, in units of order one, and what is taken for violated.

@@ -10,8 +10,6 @@ from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, largest_scale, 
 from takagi.lmi.turbine.one_step.loop_of_gains import WindCellCorners
 from takagi.models.arrays import Floats
 
-__all__ = ["LoopFunctions", "functions_at", "reached_by_function"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoopFunctions:

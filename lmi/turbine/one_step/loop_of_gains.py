@@ -28,9 +28,6 @@ from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, Loop
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["LoopFamily", "LoopOfGains", "MovingCorners", "WindCellCorners"]
-
-
 # Decimals of the gains within the search; those that are emitted are rounded at its end.
 DECIMALS = 8
 # Opens a range that is one point, so that a cell has the same corners at any gains.

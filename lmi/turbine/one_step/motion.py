@@ -28,9 +28,6 @@ from takagi.models.laws.protocol import Measurement
 from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["PitchAndTowerMotion", "motion"]
-
-
 TURBULENCE_LENGTH = 8.1 * 42.0  # m
 # Steps of the central differences: rotor speed, pitch, integral, schedule wind, tower, its speed,
 # wind.

@@ -8,8 +8,6 @@ from types import MappingProxyType
 
 from takagi.models.errors import ModelError, did_you_mean
 
-__all__ = ["OBJECTIVES", "Objective", "objective_named"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Objective:

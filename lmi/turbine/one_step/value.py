@@ -13,17 +13,6 @@ from takagi.lmi.turbine.one_step.motion import motion
 from takagi.lmi.turbine.one_step.objective import Objective
 from takagi.models.arrays import Floats
 
-__all__ = [
-    "ReachedValues",
-    "DesignPoint",
-    "function_value",
-    "mean_error",
-    "shares_of",
-    "design_point",
-    "weights_at",
-    "widest_multiples",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class ReachedValues:

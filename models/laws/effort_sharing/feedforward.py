@@ -23,9 +23,6 @@ from takagi.models.laws.effort_sharing.schedule import EffortSchedule
 from takagi.models.ramps.effort_ramp import effort_ramp
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["Feedforward", "known_rate_feedforward", "no_feedforward"]
-
-
 # The share of the trim's torque that is left to the gains (``EffortSettings.torque_share``): both
 # together must not ask for negative torque.
 DEFAULT_TORQUE_KEPT = 0.62

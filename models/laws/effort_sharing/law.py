@@ -46,8 +46,6 @@ from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["CoherentLaw", "EffortGains", "EffortSharingLaw"]
-
 # Slow beside tower, flap and wake (0.5 s and 3 to 8 s for 5 MW): an estimate from rotor speed sees
 # their motion as wind, and a schedule that follows at once makes it a feedback that swings.
 DEFAULT_WIND_FILTER = 5.0

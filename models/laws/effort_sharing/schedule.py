@@ -29,9 +29,6 @@ from takagi.models.turbine.trim import (
     reference_speed,
 )
 
-__all__ = ["EffortSchedule", "effort_schedule", "frozen_wake_effectiveness"]
-
-
 DEFAULT_OVERLAP = 0.01
 DEFAULT_EFFECTIVENESS_SHARE = 0.6
 # Spacing of the nodes [m/s]: fine where the trim effort bends, around rated wind.
@@ -62,13 +59,7 @@ class EffortSchedule:
     overlap: float
 
     def __post_init__(self) -> None:
-        columns = (
-            "wind",
-            "rotor_speed",
-            "trim_effort",
-            "effectiveness",
-            "effectiveness_limit",
-        )
+        columns = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
         for name in columns:
             column = np.array(getattr(self, name), dtype=np.float64)
             if column.shape != np.shape(self.wind) or not np.all(np.isfinite(column)):

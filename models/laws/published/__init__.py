@@ -5,6 +5,5 @@ coupling_filter, reference_filter    torque and pitch control blended; a low-pas
 regional_schedule     one region's scheduled gains
 equilibrium, equilibrium_point    its equilibrium; that point as a value
 one_integrator, two_integrators   the balances that give the point
-placement         which regions each placement of the speed ramp serves
 linearisation     the law and its loop, linearised there
 """

@@ -36,8 +36,6 @@ from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.ramps.membership_ramp import Ramp, Shape, rated_speed_ramp
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["CouplingFilter", "Variant", "coupling_filter"]
-
 Variant: TypeAlias = Literal["sector", "saturated"]
 
 

@@ -24,13 +24,9 @@ All this is floating point, for a constant wind with v_hat = v.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from takagi.models.laws.published.equilibrium_point import Equilibrium, LawFigures
 from takagi.models.laws.published.one_integrator import one_integrator_equilibrium
 from takagi.models.laws.published.two_integrators import two_integrators_equilibrium
-
-__all__ = ["Equilibrium", "equilibria", "equilibrium"]
 
 
 def equilibrium(law: LawFigures, wind: float) -> Equilibrium:
@@ -47,8 +43,3 @@ def equilibrium(law: LawFigures, wind: float) -> Equilibrium:
         if law.name == "paper"
         else two_integrators_equilibrium(law, wind)
     )
-
-
-def equilibria(law: LawFigures, winds: Iterable[float]) -> tuple[Equilibrium, ...]:
-    """Return ``equilibrium`` at every wind."""
-    return tuple(equilibrium(law, float(v)) for v in winds)

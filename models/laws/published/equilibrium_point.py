@@ -16,21 +16,6 @@ from takagi.models.splines.scalar_surface import scalar_surface
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TrimPoint, trim
 
-__all__ = [
-    "Equilibrium",
-    "Kind",
-    "LawFigures",
-    "first_root",
-    "held_torque",
-    "highest_pitch",
-    "named",
-    "no_equilibrium",
-    "passing_torque",
-    "rotor_torque_over_pitch",
-    "torque_of",
-    "trim_at",
-]
-
 Kind: TypeAlias = Literal["intended", "shifted", "continuum", "none"]
 
 # "Intended" means trim up to these: far below what a turbine would notice.

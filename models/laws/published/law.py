@@ -37,17 +37,6 @@ from takagi.models.laws.published.regional_schedule import RegionalGainValues, R
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
 
-__all__ = [
-    "BlendedCommands",
-    "PaperLaw",
-    "PaperRule",
-    "PublishedLaw",
-    "PublishedLawName",
-    "PublishedRule",
-    "paper_law",
-    "published_law",
-]
-
 PublishedLawName: TypeAlias = Literal["paper", "paper-two-integrators"]
 
 

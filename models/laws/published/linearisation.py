@@ -11,19 +11,16 @@ Floating point: eigenvalues for tables, not a proof.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from takagi.models.arrays import Complex, Floats
 from takagi.models.laws.protocol import Command, Measurement
-from takagi.models.laws.published.equilibrium import Equilibrium, equilibrium
+from takagi.models.laws.published.equilibrium import equilibrium
+from takagi.models.laws.published.equilibrium_point import Equilibrium
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
-
-__all__ = ["PublishedLocalGains", "PublishedLocalLoop", "local_gains", "local_loop", "local_loops"]
-
 
 # Steps in rotor speed [rad/s], pitch [rad], integrals [rad]: small against every overlap, large
 # enough that rounding of the scheduled gains (1e-9 of their size) stays invisible.
@@ -123,11 +120,6 @@ def local_loop(law: PublishedLaw, wind: float) -> PublishedLocalLoop:
     matrix[2:] = gains.integrals
     eigenvalues = np.linalg.eigvals(matrix).astype(np.complex128)
     return PublishedLocalLoop(point, gains, matrix, eigenvalues[np.argsort(-eigenvalues.real)])
-
-
-def local_loops(law: PublishedLaw, winds: Iterable[float]) -> tuple[PublishedLocalLoop, ...]:
-    """Return ``local_loop`` at every wind."""
-    return tuple(local_loop(law, float(v)) for v in winds)
 
 
 def _response(

@@ -19,8 +19,6 @@ from takagi.models.laws.published.equilibrium_point import (
 )
 from takagi.models.turbine.trim import TrimPoint
 
-__all__ = ["one_integrator_equilibrium"]
-
 
 def one_integrator_equilibrium(law: LawFigures, wind: float) -> Equilibrium:
     speed, point = law.reference_speed(wind), trim_at(law, wind)

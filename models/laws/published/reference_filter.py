@@ -30,8 +30,6 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.laws.published.law import PublishedLaw
 
-__all__ = ["FilteredReferenceLaw", "ReferenceFilter"]
-
 
 @dataclass(frozen=True, slots=True)
 class ReferenceFilter:

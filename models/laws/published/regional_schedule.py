@@ -29,8 +29,6 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import OperatingBand, operating_band
 from takagi.models.turbine.regional_model import WIND_ESTIMATE
 
-__all__ = ["RegionalGainValues", "RegionalSchedule", "premise_evaluators", "regional_schedule"]
-
 Evaluator: TypeAlias = Callable[[float, float, float], float]
 
 # Steps [rad/s, rad, m/s] below which a secant is taken as a central difference of this width

@@ -23,8 +23,6 @@ from takagi.models.laws.published.equilibrium_point import (
 )
 from takagi.models.turbine.trim import TrimPoint
 
-__all__ = ["two_integrators_equilibrium"]
-
 CONTRACTIONS = 12
 
 

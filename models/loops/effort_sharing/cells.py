@@ -50,8 +50,6 @@ from takagi.models.loops.effort_sharing.torque_slopes import DIGITS, LoopTorque
 from takagi.models.splines.approximate_ranges import quick_ranges
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["CellLoop", "LoopBox", "LoopCell", "LoopUncertainty", "effort_sharing_cells"]
-
 # Decimals of the intervals that a certificate states; rounded outward.
 EMITTED_DIGITS = 7
 

@@ -10,8 +10,6 @@ from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox
 from takagi.models.ramps.exact_effort_ramp import ramp, ramp_slope
 
-__all__ = ["LawInterval", "hull"]
-
 CURVE_PIECES = 8
 
 

@@ -10,8 +10,6 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import Interval
 
-__all__ = ["NOMINAL", "LoopBox", "LoopCell", "LoopUncertainty"]
-
 NOMINAL = Interval(Fraction(1), Fraction(1))
 
 

@@ -23,8 +23,6 @@ from takagi.models.loops.effort_sharing.law_interval import LawInterval
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["MovingSchedule"]
-
 
 class MovingSchedule:
     """The parts of one cell's enclosure that depend on the schedule wind's rate.

@@ -15,8 +15,6 @@ from takagi.models.loops.effort_sharing.law_interval import LawInterval, hull
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.turbine.data import Turbine
 
-__all__ = ["DIGITS", "LoopTorque"]
-
 DIGITS = 14
 # The range of a derivative (dx, dy) of the torque coefficient over a rectangle.
 Ranges = Callable[[Interval, Interval, int, int], Interval]

@@ -16,8 +16,6 @@ from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import Interval
 from takagi.models.loops.effort_sharing.loop_cell import LoopCell
 
-__all__ = ["LoopVertices", "loop_vertices"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoopVertices:

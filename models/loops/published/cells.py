@@ -25,8 +25,6 @@ from takagi.models.intervals.dual import Dual, Range
 from takagi.models.loops.published.tables import LoopFigures
 from takagi.models.loops.published.vector_field import Corner, PublishedVectorField, StateRange
 
-__all__ = ["PublishedCell", "disturbance_bound", "enclosed_cell", "wind_breaks"]
-
 EMITTED_DIGITS = 7
 # Emitted ranges are wider than the computed ones by this share of the largest entry of their
 # row, far above what rounding in floating or fixed point amounts to.

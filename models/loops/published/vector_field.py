@@ -31,8 +31,6 @@ from takagi.models.errors import ModelError
 from takagi.models.intervals.dual import Dual, Range, constant, hull, larger, smaller, span, times
 from takagi.models.loops.published.tables import GainTable, LoopFigures, TrimTable
 
-__all__ = ["Corner", "PublishedVectorField", "StateRange"]
-
 End = Literal["all", "low", "high"]
 Hold = Literal["all", "free", "held"]
 NOISE = 2e-12

@@ -16,8 +16,6 @@ from takagi.models.ranges.expression_range import expression_range
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["ClosedLoop", "close_loop"]
-
 FINE = Fraction(1, 10**6)
 
 

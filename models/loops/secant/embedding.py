@@ -23,8 +23,6 @@ from takagi.models.ts.premise import round_outward
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Region", "SecantRegion", "secant_embedding"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SecantRegion:

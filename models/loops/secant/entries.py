@@ -35,8 +35,6 @@ from takagi.models.ranges.expression_range import expression_range
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Entry", "Form", "at_point", "entries_of", "split"]
-
 Form: TypeAlias = Literal["slope", "derivative", "jacobian"]
 
 

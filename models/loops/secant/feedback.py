@@ -13,8 +13,6 @@ from takagi.models.intervals.interval import Interval, Number, exact
 if TYPE_CHECKING:
     import sympy as sp
 
-__all__ = ["Feedback", "blended_feedback", "product_memberships"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Feedback:
@@ -48,9 +46,7 @@ class Feedback:
         object.__setattr__(self, "limits", MappingProxyType(limits))
 
 
-def product_memberships(
-    premises: Sequence[tuple[sp.Expr, Number, Number]],
-) -> tuple[sp.Expr, ...]:
+def product_memberships(premises: Sequence[tuple[sp.Expr, Number, Number]]) -> tuple[sp.Expr, ...]:
     """Return h_i = prod_k w_k,c_ik, w_k0 = (upper - z)/(upper - lower), w_k1 = 1 - w_k0.
 
     Parameters

@@ -14,8 +14,6 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 
-__all__ = ["SecantCell", "SecantEmbedding", "SecantFactor"]
-
 Exact: TypeAlias = tuple[tuple[Fraction, ...], ...]
 MOST_VERTICES = 1024
 

@@ -12,8 +12,6 @@ from takagi.reports.code.controller_program import ControllerProgram, Signal
 from takagi.reports.code.run import ProgramRun
 from takagi.reports.code.targets import ExportSettings
 
-__all__ = ["example", "page", "self_test", "wave"]
-
 SAMPLES = 40
 # Of the largest value of an output in the test.
 TOLERANCES = {"double": "1e-9", "float": "1e-3F"}

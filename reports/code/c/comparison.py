@@ -19,8 +19,6 @@ from takagi.reports.code.c.source import CSource, c_source
 from takagi.reports.code.controller_program import ControllerProgram, read_controller
 from takagi.reports.code.targets import export_settings
 
-__all__ = ["SourceComparison", "compared_source"]
-
 SHOWN = 10  # differences in a message
 _WORD = re.compile(
     r"""(?P<comment>/\*.*?\*/|//[^\n]*)|(?P<end>\n)|(?P<space>[ \t\r\f\v]+)|(?P<text>"[^"\n]*")

@@ -10,8 +10,6 @@ from takagi.models.errors import ModelError
 from takagi.reports.code.controller_program import Constant, Row, Spline
 from takagi.reports.code.formula import Call, Formula, Name, Number, Operation
 
-__all__ = ["Expressions", "literal"]
-
 Expression: TypeAlias = tuple[str, int]  # text, and how strongly its last operation binds
 
 _BINDS = {"+": 1, "-": 1, "*": 2, "/": 2}

@@ -6,15 +6,8 @@ from collections.abc import Iterator, Sequence
 
 from takagi.reports.code.c.expressions import Expressions, literal
 from takagi.reports.code.c.words import comment
-from takagi.reports.code.controller_program import (
-    Assignment,
-    ControllerProgram,
-    Kept,
-    Near,
-)
+from takagi.reports.code.controller_program import Assignment, ControllerProgram, Kept, Near
 from takagi.reports.code.formula import Call, Formula, Name, Operation, names_of
-
-__all__ = ["assignment_lines", "needed_names", "sample_function"]
 
 
 def needed_names(program: ControllerProgram) -> frozenset[str]:

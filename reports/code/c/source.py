@@ -14,8 +14,6 @@ from takagi.reports.code.controller_program import Constant, ControllerProgram, 
 from takagi.reports.code.identifiers import file_word, identifiers
 from takagi.reports.code.targets import ExportSettings
 
-__all__ = ["STATUS_BITS", "CSource", "c_source", "constant_text", "sample_time_of"]
-
 # Bit, word and meaning, the most serious first.
 STATUS_BITS = (
     (4, "RESULT_NOT_FINITE", "a result was not finite; the last good one was sent"),

@@ -7,8 +7,6 @@ from takagi.reports.code.c.source import c_source
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.targets import Exported, ExportSettings
 
-__all__ = ["export"]
-
 
 def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     """Return ``W.h``, ``W.c``, ``W_test.c``, ``W_example.c`` and ``README.md``.

@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Collection
 
-__all__ = ["HELPERS", "RESERVED", "comment", "file_name_word", "helpers"]
-
 # Keywords of C11 and C++20, names of <math.h> and macros of common compilers and systems.
 RESERVED = frozenset(
     """

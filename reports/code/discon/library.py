@@ -17,8 +17,6 @@ from takagi.reports.code.c.words import comment
 from takagi.reports.code.controller_program import ControllerProgram, controller_program
 from takagi.reports.code.targets import Exported, ExportSettings
 
-__all__ = ["export"]
-
 TEMPLATES = ("discon.h", "discon.c", "discon_files.c", "DISCON.IN", "Makefile", "README.md")
 READ = ("speed", "pitch", "wind_guess", "wind_estimate")
 USUAL_DRIVE_TIME = "0.2"  # s

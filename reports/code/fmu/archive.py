@@ -13,8 +13,6 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["Library", "archive", "library"]
-
 COMPILERS = ("cc", "gcc", "clang")
 # -ffp-contract=off: a * b + c is rounded twice, as in Python, on every processor.
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off")

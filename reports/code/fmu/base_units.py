@@ -7,8 +7,6 @@ import re
 from takagi.models.errors import ModelError
 from takagi.models.files.units import BASE, parse_unit
 
-__all__ = ["base_units"]
-
 
 def base_units(unit: str) -> dict[str, int] | None:
     """Return exponents of kg, m, s, A, K, mol, cd and rad that are not 0; None where none is known.

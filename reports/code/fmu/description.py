@@ -8,8 +8,6 @@ from xml.sax.saxutils import quoteattr
 from takagi.reports.code.fmu.base_units import base_units
 from takagi.reports.code.fmu.model_source import FmuModel, Variable
 
-__all__ = ["build_description", "model_description_2", "model_description_3"]
-
 HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
 CAUSALITY = {
     "time": "independent",

@@ -14,8 +14,6 @@ from takagi.reports.code.fmu.plant_equations import PlantEquations
 from takagi.reports.code.fmu.plant_source import plant_source
 from takagi.reports.code.identifiers import identifiers
 
-__all__ = ["FmuModel", "Variable", "fmu_model", "model_header"]
-
 RESERVED = ("time", "sample_time", "integration_step", "status")
 # Steps of the plant's integration in a sample, where the user names none.
 INNER_STEPS = 10

@@ -24,8 +24,6 @@ from takagi.reports.code.controller_program import (
 )
 from takagi.reports.code.formula import Formula, Name, names_of, parsed
 
-__all__ = ["PlantEquations", "PlantState", "plant_equations"]
-
 
 @dataclass(frozen=True, slots=True)
 class PlantState:

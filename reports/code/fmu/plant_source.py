@@ -12,8 +12,6 @@ from takagi.reports.code.fmu.plant_equations import PlantEquations
 from takagi.reports.code.formula import names_of
 from takagi.reports.code.identifiers import identifiers
 
-__all__ = ["plant_source"]
-
 OWN = ("m", "x", "rate", "mass", "model", "plant_rate", "plant_hold", "plant_solve", "plant_real")
 
 

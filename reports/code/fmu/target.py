@@ -18,8 +18,6 @@ from takagi.reports.code.fmu.model_source import FmuModel, fmu_model, model_head
 from takagi.reports.code.fmu.plant_equations import plant_equations
 from takagi.reports.code.targets import Exported, ExportSettings
 
-__all__ = ["export", "fmu_sources"]
-
 
 def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     """Return ``W.fmu`` and ``W_fmi2.fmu``; with the plant ``W_loop.fmu`` and ``W_loop_fmi2.fmu``.

@@ -10,17 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from decimal import Decimal
 
-from takagi.reports.code.controller_program import (
-    Assignment,
-    Constant,
-    ControllerProgram,
-    Spline,
-)
+from takagi.reports.code.controller_program import Assignment, Constant, ControllerProgram, Spline
 from takagi.reports.code.formula import Call, Formula, Name, Number, Operation
 from takagi.reports.code.identifiers import identifiers
 from takagi.reports.code.matlab.words import RESERVED
-
-__all__ = ["STATUS", "start_function", "step_function", "words_of"]
 
 STATUS = (
     (1, "an input was no finite number; its last good value stood in"),

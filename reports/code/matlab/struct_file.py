@@ -16,8 +16,6 @@ from takagi.reports.code.formula import parsed
 from takagi.reports.code.matlab.step_function import words_of
 from takagi.reports.code.run import value_of
 
-__all__ = ["struct_file"]
-
 # The first 116 bytes of a file are text for a person; scipy writes the date there.
 HEADER = 116
 

@@ -7,16 +7,9 @@ from decimal import Decimal
 from takagi.models.errors import ModelError
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.identifiers import file_word
-from takagi.reports.code.matlab.step_function import (
-    STATUS,
-    start_function,
-    step_function,
-    words_of,
-)
+from takagi.reports.code.matlab.step_function import STATUS, start_function, step_function, words_of
 from takagi.reports.code.matlab.struct_file import struct_file
 from takagi.reports.code.targets import Exported, ExportSettings
-
-__all__ = ["export"]
 
 DEFAULT_SAMPLE_TIME = Decimal("0.01")
 

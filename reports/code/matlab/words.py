@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["RESERVED"]
-
 RESERVED = frozenset(
     """
     break case catch classdef continue do else elseif end end_try_catch end_unwind_protect endfor

@@ -18,8 +18,6 @@ from takagi.reports.code.structured_text.statements import Statements, real, tol
 from takagi.reports.code.structured_text.words import RESERVED
 from takagi.reports.code.targets import Exported, ExportSettings
 
-__all__ = ["STATUS", "export", "function_block"]
-
 LARGEST = "1.0E30"  # no measurement in SI units is larger
 # Entries of one array that small controllers still hold (64 KiB of LREAL).
 LARGEST_ARRAY = 8192
@@ -238,12 +236,7 @@ class _Block:
 
 
 def _array(
-    word: str,
-    rows: Iterable[Iterable[Decimal]],
-    kind: str,
-    told: str,
-    *,
-    flat: bool = True,
+    word: str, rows: Iterable[Iterable[Decimal]], kind: str, told: str, *, flat: bool = True
 ) -> Iterator[str]:
     """Yield the declaration of an array, eight numbers a line."""
     table = [list(row) for row in rows]

@@ -15,8 +15,6 @@ from takagi.reports.code.controller_program import Assignment, Constant, Spline
 from takagi.reports.code.formula import Call, Formula, Name, Number, Operation
 from takagi.reports.code.structured_text.words import FUNCTIONS, WRITTEN_OUT
 
-__all__ = ["Statements", "real", "told"]
-
 # The largest power that is written as a product; beyond it, and for others, EXPT.
 LARGEST_PRODUCT = 4
 

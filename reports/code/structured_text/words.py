@@ -5,8 +5,6 @@ Source: IEC 61131-3:2013, tables of keywords and of standard functions.
 
 from __future__ import annotations
 
-__all__ = ["FUNCTIONS", "RESERVED", "WRITTEN_OUT"]
-
 FUNCTIONS = {
     "abs": "ABS",
     "sqrt": "SQRT",

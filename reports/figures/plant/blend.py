@@ -12,14 +12,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
 from takagi.reports.figures.plant.responses import finish_over_time
-from takagi.reports.figures.style import (
-    COLOURS,
-    GREY,
-    STYLES,
-    decimate,
-    house_style,
-    new_figure,
-)
+from takagi.reports.figures.style import COLOURS, GREY, STYLES, decimate, house_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,8 +21,6 @@ if TYPE_CHECKING:
     from takagi.models.blending.blending import Actuator
     from takagi.models.blending.run_time import RunTimeBlending
     from takagi.reports.loops.plant_motion import PlantMotion
-
-__all__ = ["BlendCurve", "actuators_figure", "blend_curve", "hand_over_figure"]
 
 LINE = 401
 SHADE = "#eeeeee"

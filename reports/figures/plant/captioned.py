@@ -25,16 +25,6 @@ if TYPE_CHECKING:
 
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = [
-    "Drawn",
-    "bode_drawings",
-    "captioned_bode_figures",
-    "captioned_motion_figures",
-    "captioned_poles_figure",
-    "captioned_weights_figure",
-    "numbers_csv",
-]
-
 AROUND = 12
 MOST_LINES = 6
 

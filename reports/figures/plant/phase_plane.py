@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import PlantMotion
 
-__all__ = ["ellipse", "phase_figure", "planes"]
-
 POINTS = 181
 MOST_PLANES = 4
 LEVELS = (0.25, 0.5, 0.75)

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = ["equilibrium_poles", "vertex_poles_figure"]
-
 # Beyond this ratio of the fastest to the slowest pole both axes become logarithmic.
 SPREAD = 30.0
 

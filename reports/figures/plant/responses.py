@@ -8,14 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.errors import ModelError
-from takagi.reports.figures.style import (
-    COLOURS,
-    GREY,
-    STYLES,
-    decimate,
-    house_style,
-    new_figure,
-)
+from takagi.reports.figures.style import COLOURS, GREY, STYLES, decimate, house_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,8 +16,6 @@ if TYPE_CHECKING:
 
     from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import PlantMotion
-
-__all__ = ["finish_over_time", "responses_figure"]
 
 MOST_PANELS = 10
 

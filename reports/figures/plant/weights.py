@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
     from takagi.models.ts.premise import Premise
 
-__all__ = ["PremiseCurve", "premise_curves", "weights_figure"]
-
 LINE, GRID = 201, 61
 TRIES, SEED = 6, 5
 

@@ -10,20 +10,13 @@ loops, motion           poles and margins; simulations
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.reports.sections.plant.page import plant_figures, plant_report, plant_report_files
 
 __all__ = ["plant_figures", "plant_report", "plant_report_files"]
 
-
-def __getattr__(name: str) -> object:
-    if name in __all__:
-        return getattr(import_module("takagi.reports.sections.plant.page"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import PlantMotion
 
-__all__ = ["actuators_csv", "blend_section", "hand_overs"]
-
 # The longest motion [s]: a plant with time constants of minutes takes hours to settle.
 LONGEST = 1e5
 

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = ["certificate_section"]
-
 
 def certificate_section(design: PlantDesign, loop: PlantLoop) -> Section:
     """Return the section with each claim, P and its ellipsoid."""

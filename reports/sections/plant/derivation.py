@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.ts.model import TSModel
 
-__all__ = ["derivation_section", "derivation_steps"]
-
 VERTEX = "Vertex "
 
 

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = ["gain_columns", "gain_rows", "gains_section", "largest_commands"]
-
 FOLDED = 16
 CORNERS = ("lower", "upper")
 LAW = r"u = u^{*} - \sum_{i=1}^{%d} h_i(z) K_i \left(x - x^{*}\right)"

@@ -15,8 +15,6 @@ from takagi.reports.sections.margin_table import margin_table
 if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = ["loops_section", "poles_section"]
-
 FOLDED = 8
 
 

@@ -15,8 +15,6 @@ from takagi.reports.page.text import DASH, Section, Table, significant
 if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = ["motion_section"]
-
 # V may seem to rise by this share through the tolerance of the integration.
 SLACK = 1e-5
 

@@ -13,8 +13,6 @@ from takagi.reports.page.text import Section
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
 
-__all__ = ["plant_figures", "plant_report", "plant_report_files"]
-
 Tell = Callable[[str], None]
 
 

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.plant.variables import Variable
 
-__all__ = ["equations_latex", "kinds", "parameter_rows", "plant_section", "variable_rows"]
-
 VARIABLES = (
     ("variable", ""), ("kind", ""), ("unit", ""), ("lower", ""), ("upper", ""), ("rest", ""),
     ("meaning", ""),

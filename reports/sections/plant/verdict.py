@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.reports.loops.plant_loop import PlantLoop
 
-__all__ = ["verdict_section"]
-
 
 def verdict_section(
     design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLocalLoop]

@@ -13,8 +13,9 @@ drawings                  figures that only this page has
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.reports.page.assembly import ReportFiles
@@ -22,17 +23,4 @@ if TYPE_CHECKING:
 
 __all__ = ["ReportFiles", "report_html"]
 
-_HOME = {
-    "ReportFiles": "takagi.reports.page.assembly",
-    "report_html": "takagi.reports.sections.turbine.page",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -17,8 +17,6 @@ from takagi.reports.sections.turbine.operation import trim_curve
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-__all__ = ["blending_section", "filter_of"]
-
 GRID = (121, 101)
 
 

@@ -13,8 +13,6 @@ from takagi.reports.page.text import Section, Table, at_least, at_most, with_dec
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-__all__ = ["cells_section"]
-
 
 def cells_section(design: TurbineDesign) -> Section:
     """Return the section with the details of the verdict."""

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.claim_summary import ClaimSummary
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 
-__all__ = ["effort_figure", "gains_figure", "regional_gains_figure", "wind_class_figure"]
-
 
 def wind_class_figure(summary: ClaimSummary) -> Figure:
     """Return the certified |v - v_s| [m/s] and |v_s'| [m/s^2] over the schedule wind."""

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 
-__all__ = ["gains_section"]
-
 
 def gains_section(design: TurbineDesign) -> Section:
     """Return the section about the law and its gains."""
@@ -60,11 +58,7 @@ def _table(law: EffortSharingLaw) -> Table:
     # nu, f and g belong to the interval that begins at the node; the last node begins none.
     rates, inertia, limit = (
         [*map(float, column), float("nan")]
-        for column in (
-            gains.integral_rate,
-            law.feedforward.inertia,
-            law.feedforward.effort_limit,
-        )
+        for column in (gains.integral_rate, law.feedforward.inertia, law.feedforward.effort_limit)
     )
     columns = (
         table.wind,

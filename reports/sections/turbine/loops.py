@@ -27,8 +27,6 @@ from takagi.reports.sections.margin_table import margin_table
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-__all__ = ["loops_section", "poles_section"]
-
 TRIMS = (8.0, 11.0, 12.0, 14.0, 18.0, 25.0)
 FREQUENCY = np.geomspace(1e-2, 30.0, 700)
 Actuator = Literal["torque", "pitch"]

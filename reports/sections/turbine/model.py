@@ -19,8 +19,6 @@ from takagi.reports.sections.turbine.operation import (
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-__all__ = ["model_section"]
-
 RPM, DEGREES = 30 / np.pi, 180 / np.pi
 GRID = (90, 90)
 LARGEST_SHOWN_PITCH = np.radians(30)

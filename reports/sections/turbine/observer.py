@@ -20,8 +20,6 @@ from takagi.reports.sections.turbine.regions import EVIDENCE
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-__all__ = ["observer_section"]
-
 
 def observer_section(design: TurbineDesign) -> Section:
     """Return the section about the wind observer."""

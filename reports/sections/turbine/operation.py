@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.models.arrays import Floats
 
-__all__ = ["power_surface", "region_starts", "trim_curve", "trim_drawing"]
-
 
 def region_starts(design: TurbineDesign) -> dict[str, float]:
     """Return region -> wind at which it begins [m/s], those inside cut-in to cut-out."""

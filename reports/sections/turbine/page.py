@@ -11,8 +11,6 @@ from takagi.reports.page.text import Section
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-__all__ = ["report_html"]
-
 Tell = Callable[[str], None]
 
 

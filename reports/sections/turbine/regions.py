@@ -26,14 +26,9 @@ if TYPE_CHECKING:
     from takagi.lmi.turbine.regional import RegionGains
     from takagi.models.ts.model import TSModel
 
-__all__ = ["EVIDENCE", "regions_section"]
-
 CORNERS = ("lower", "upper")
 EVIDENCE = "why it cannot leave"
-SYMBOLS = {
-    "partial load": ("k<sub>ω</sub>",),
-    "full load": ("k<sub>ω</sub>", "k<sub>β</sub>"),
-}
+SYMBOLS = {"partial load": ("k<sub>ω</sub>",), "full load": ("k<sub>ω</sub>", "k<sub>β</sub>")}
 UNITS = {"partial load": ("N m s/rad", "N m/rad"), "full load": ("s", "-", "1/rad")}
 
 

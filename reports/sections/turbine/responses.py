@@ -35,8 +35,6 @@ from takagi.reports.page.text import (
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-__all__ = ["responses_section"]
-
 STEP = 1.5
 DURATION, BEGIN = 90.0, 15.0
 NAMES = ("step-up", "step-down", "gust", "ramp")

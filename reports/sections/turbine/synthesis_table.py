@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 
-__all__ = ["synthesis_table"]
-
 
 def synthesis_table(design: TurbineDesign) -> Table | None:
     """Return the comparison; None where the design's gains were found in two steps."""

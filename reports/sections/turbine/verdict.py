@@ -34,8 +34,6 @@ from takagi.reports.sections.verdict import verdict_box
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-__all__ = ["verdict_section"]
-
 RPM = 30 / math.pi
 
 ALTERNATIVE = (

@@ -17,8 +17,6 @@ from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.test_damage import damage, documents, paths, resealed
 from tests.certificates.weights.cells import cubic
 
-__all__ = ["PLANTS", "all_kinds", "mutants", "plant_certificate"]
-
 Data = dict[str, Any]
 PLANTS = ("duffing", "flexible_joint", "lorenz", "ball_and_beam", "quarter_car")
 

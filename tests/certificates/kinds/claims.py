@@ -8,8 +8,6 @@ from takagi.certificates import Claim
 from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.document.certificate_file import certificate_document
 
-__all__ = ["law_data", "model_data", "said_of"]
-
 Data = dict[str, Any]
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-__all__ = ["Rewrite", "all_of", "replaced", "reversed_sections"]
-
 Rewrite = Callable[[str], str]
 
 

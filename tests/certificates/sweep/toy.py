@@ -11,8 +11,6 @@ from typing import Any
 from takagi.certificates.sweep import Axis, SweepMap, Task
 from takagi.models import ModelError
 
-__all__ = ["deadly", "product", "slow_product", "toy", "troubled"]
-
 
 def toy(
     point: Any = None,

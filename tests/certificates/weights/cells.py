@@ -26,8 +26,6 @@ from takagi.models import (
     table_function,
 )
 
-__all__ = ["EVIDENCE", "LAWLESS", "column", "cubic", "plant_document", "sampled", "verdicts"]
-
 Data = dict[str, Any]
 x, u, w = sp.symbols("x u w", real=True)
 GAINS = [[[1.0]], [[1.5]]]

@@ -35,8 +35,6 @@ from tests.lmi.compleib import SYSTEMS
 from tests.lmi.norms import third_order
 from tests.lmi.solver.control import control1
 
-__all__ = ["NUMBERS", "STATUSES"]
-
 GEVP: list[Any] = [[[-1, 2], [1, -3]], [[-0.8, 1.5], [1.3, -2.7]], [[-1.4, 0.9], [0.7, -2.0]]]
 B58 = [[[1.0], [0.0]], [[25.0], [0.0]]]
 BOOK_PAIR: list[Any] = [[[-0.6, 0.3], [0.1, -0.5]], [[-0.5, 0.2], [0.3, -0.5]]]

@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from takagi.lmi import LMI, Condition, Constant, Term, Unknown
 
-__all__ = ["OPTIMUM", "control1", "matrices"]
-
 # Borchers (1999), SDPLIB 1.2, table of optimal objective values: 1.778463e+01.
 OPTIMUM = 17.78463
 SIZES = (10, 5)

@@ -22,7 +22,7 @@ from takagi.lmi import (
 )
 from takagi.lmi.gains.requirements.limits import limits_of
 from takagi.lmi.parameter_search.multiplier_bound import adjoint, excluded_from
-from takagi.lmi.parameter_search.parameter_pencil import allowed_value
+from takagi.lmi.parameter_search.parameter_pencil import ParameterPencil
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]
@@ -89,18 +89,19 @@ def test_gains_that_are_limited(sample_time: float | None) -> None:
 
 
 def test_the_value_is_what_the_unknowns_show() -> None:
-    """``allowed_value`` of the best unknowns is the value; a hair beyond, an LMI is violated."""
+    """What the best unknowns allow is the value; a hair beyond, an LMI is violated."""
     condition = common_lyapunov_condition(triple())
     found = extreme_parameter(condition, "alpha")
     P = found.best["P"]
+    pencil = ParameterPencil.of(condition, "alpha", largest=True)
 
-    assert allowed_value(condition, "alpha", {"P": P}) == pytest.approx(found.value, rel=1e-9)
+    assert pencil.allowed({"P": P}, 0.0) == pytest.approx(found.value, rel=1e-9)
     rates = [
         -np.linalg.eigvals(np.linalg.inv(P[0]) @ (A.T @ P[0] + P[0] @ A)).real.max() / 2
         for A in triple()
     ]
     assert min(rates) == pytest.approx(found.value, rel=1e-9)
-    assert np.isnan(allowed_value(condition, "alpha", {"P": -P}))
+    assert np.isnan(pencil.allowed({"P": -P}, 0.0))
 
 
 def test_unknowns_without_a_margin_are_not_handed_back() -> None:

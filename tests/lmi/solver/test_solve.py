@@ -21,9 +21,10 @@ from takagi.lmi import (
 )
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.cone.assemble import assemble
+from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program
 from takagi.lmi.decision import decide as stages
 from takagi.lmi.solver.cvxpy_solvers import with_cvxpy
-from takagi.lmi.solver.solve import ConeProgram, Raw, Session, SolverRow, attempts, cone_program
+from takagi.lmi.solver.solve import Session, attempts
 
 
 def stable() -> Condition:

@@ -6,8 +6,6 @@ from pathlib import Path
 
 from takagi.models import Plant, load_model
 
-__all__ = ["ROOM", "plant_of"]
-
 # Cooling acts alike everywhere, heating more where it is warm; at the effort 0 both are at 1/16.
 ROOM = """
 format = 1

@@ -10,8 +10,6 @@ from takagi.reports.code.controller_program import ControllerProgram, controller
 from takagi.reports.gains_file.envelope import dump_gains
 from takagi.reports.gains_file.turbine import gain_file
 
-__all__ = ["program_of"]
-
 
 def program_of(design: TurbineDesign) -> ControllerProgram:
     """Return it as `takagi export` reads it from the file."""

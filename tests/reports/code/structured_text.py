@@ -11,8 +11,6 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-__all__ = ["FunctionBlock"]
-
 TOKEN = re.compile(
     r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:E[+-]?\d+)?)|(?P<word>[A-Za-z_]\w*)"
     r"|(?P<sign>:=|<=|>=|<>|\*\*|\.\.|[-+*/()\[\],;:=<>]))",

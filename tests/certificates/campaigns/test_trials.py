@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 import pytest
 
 from takagi.certificates.campaign import certified_loop
-from takagi.certificates.campaign.trial_laws import effort_sharing_trial, published_trial
-from takagi.certificates.campaign.trial_plant import TrialCommand, TrialRotor, advance, rotor_of
-from takagi.certificates.campaign.trials import CYCLES, LOST, STAYS, Disturbance, tried
 from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.document.certificate_file import turbine_data
 from takagi.models import Turbine, full_load_model, nrel5mw, partial_load_model
 from takagi.models.laws import Measurement, PublishedLaw, published_law
 from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.regional_schedule import regional_schedule
+
+laws: Any = import_module("trial_laws")
+plant: Any = import_module("trial_plant")
+trials: Any = import_module("disturbance_trials")
+advance, rotor_of = plant.advance, plant.rotor_of
 
 NAMES = ("paper", "paper-two-integrators")
 
@@ -53,7 +56,7 @@ def test_published_laws_are_those_that_run(schedules: Any, name: str) -> None:
     data = published_law_data(law)
     rotor = rotor_of(turbine_data(law.turbine, []))
     ramp = law.coupling.speed_ramp
-    trial = published_trial(
+    trial = laws.published_trial(
         data, rotor, ramp_start=np.full(n, ramp.start), ramp_width=np.full(n, ramp.width)
     )
     wind = draw.uniform(4, 25, n)
@@ -74,7 +77,7 @@ def test_published_laws_are_those_that_run(schedules: Any, name: str) -> None:
 def test_coherent_law_is_the_one_that_runs(built: Any) -> None:
     """With its own filter: both states move as the law says."""
     loop, law, draw, n = certified_loop(built.document), built.law, np.random.default_rng(8), 40
-    trial = effort_sharing_trial(loop, law.wind_filter)
+    trial = laws.effort_sharing_trial(loop, law.wind_filter)
     own = np.stack([draw.uniform(-0.02, 0.02, n), draw.uniform(3.1, 24.9, n)])
     wind, pitch = draw.uniform(3, 25, n), draw.uniform(0, 0.4, n)
     speed = np.interp(own[1], loop.wind, loop.tables[0]) + draw.uniform(-0.03, 0.03, n)
@@ -94,9 +97,9 @@ def test_second_order_drive_rings_as_its_damping_says(built: Any) -> None:
     state = np.array([[1.267], [0.2], [0.0]])
     one = np.ones(1)
 
-    def still(speed: Any, pitch: Any, own: Any, wind: Any) -> TrialCommand:
+    def still(speed: Any, pitch: Any, own: Any, wind: Any) -> Any:
         torque = rotor.acceleration(speed, pitch, wind) / rotor.gear_scale
-        return TrialCommand(torque, 0.21 * one, np.zeros((0, 1)))
+        return plant.TrialCommand(torque, 0.21 * one, np.zeros((0, 1)))
 
     highest = 0.0
     for _ in range(200):
@@ -110,39 +113,37 @@ def test_second_order_drive_rings_as_its_damping_says(built: Any) -> None:
 @pytest.mark.slow
 def test_outcomes_are_told_apart(built: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """A law that holds the trim stays, one that waves pitch cycles, one that lets go is lost."""
-    from takagi.certificates.campaign import trials
-
     monkeypatch.setattr(trials, "DURATION", 30.0)
     monkeypatch.setattr(trials, "JUDGED", 8.0)
     rotor = rotor_of(built.document["model"])
     wind, speed = np.full(3, 18.0), np.full(3, 1.267)
     rest = np.stack([speed, np.full(3, 0.25), 0 * wind, 0 * wind])
 
-    def law(omega: Any, pitch: Any, own: Any, v: Any) -> TrialCommand:
+    def law(omega: Any, pitch: Any, own: Any, v: Any) -> Any:
         hold = rotor.acceleration(omega, pitch, v) + 0.5 * (omega - 1.267)
         torque = np.where([True, True, False], hold / rotor.gear_scale, 0.0)
         asked = 0.25 + np.array([0.0, 0.01, 0.0]) * np.sin(own[0])
-        return TrialCommand(torque, asked, np.ones((1, 3)))
+        return plant.TrialCommand(torque, asked, np.ones((1, 3)))
 
-    found = tried(
+    found = trials.tried(
         rotor,
         law,
         rest,
         wind,
-        [Disturbance("speed", speed=-0.01)] * 3,
+        [trials.Disturbance("speed", speed=-0.01)] * 3,
         rated_speed=1.267,
     )
-    assert found.code.tolist() == [STAYS, CYCLES, LOST]
+    assert found.code.tolist() == [trials.STAYS, trials.CYCLES, trials.LOST]
     assert found.moves[1] == pytest.approx(0.02, rel=0.1)
 
 
 def test_a_gust_comes_and_goes() -> None:
     """1 - cos: nothing before and after, its height in the middle."""
-    gust = Disturbance("gust", gust=3.0, lasts=10.0)
+    gust = trials.Disturbance("gust", gust=3.0, lasts=10.0)
     assert [gust.wind(t) for t in (0.0, 5.0, 10.0, 15.0, 60.0)] == pytest.approx([0, 0, 3, 0, 0])
 
 
 def test_rotor_is_a_value(built: Any) -> None:
     """The first-order drive is the design model's own unless another is asked for."""
-    assert isinstance(rotor := rotor_of(built.document["model"]), TrialRotor)
+    assert isinstance(rotor := rotor_of(built.document["model"]), plant.TrialRotor)
     assert (rotor.frequency, rotor.lag) == (0.0, 0.2)

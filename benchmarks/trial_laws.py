@@ -17,14 +17,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from trial_plant import TrialCommand, TrialLaw, TrialRotor
 
 from takagi.certificates.campaign.loop import CertifiedLoop
 from takagi.certificates.campaign.motion import Drive, at_wind, demanded
-from takagi.certificates.campaign.trial_plant import TrialCommand, TrialLaw, TrialRotor
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-
-__all__ = ["effort_sharing_trial", "published_trial"]
 
 # Smaller steps give a secant over this width around the midpoint [rad/s, rad].
 STEPS = (1e-4, 1e-4)

@@ -16,11 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from trial_plant import TrialLaw, TrialRotor, advance
 
-from takagi.certificates.campaign.trial_plant import TrialLaw, TrialRotor, advance
 from takagi.models.arrays import Floats
-
-__all__ = ["CYCLES", "DISTURBANCES", "LOST", "STAYS", "Disturbance", "TrialOutcome", "tried"]
 
 Codes = NDArray[np.int64]
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from disturbance_trials import CYCLES, LOST, STAYS
 from numpy.typing import NDArray
 
-from takagi.certificates.campaign.trials import CYCLES, LOST, STAYS
 from takagi.models.arrays import Floats
 from takagi.reports.csv_text import csv_text
 from takagi.reports.figures.style import COLOURS, house_style, new_figure
@@ -17,8 +17,6 @@ from takagi.reports.figures.style import COLOURS, house_style, new_figure
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-__all__ = ["Boundary", "boundary_csv", "boundary_figure"]
 
 WORDS = {STAYS: "stays", CYCLES: "cycles", LOST: "loses the trim"}
 MARKS = {STAYS: ("o", COLOURS[4]), CYCLES: ("s", COLOURS[5]), LOST: ("X", COLOURS[6])}

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from takagi.models.laws.published.coupling_filter import coupling_filter
-from takagi.models.laws.published.equilibrium import equilibria
+from takagi.models.laws.published.equilibrium import equilibrium
 from takagi.models.laws.published.equilibrium_point import Equilibrium
 from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
-
-__all__ = ["PlacementRow", "placement_rows"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +78,7 @@ def placement_rows(
             tracking_time=5.0 if law.tracking_time is None else law.tracking_time,
             speed_setpoint=law.speed_setpoint,
         )
-        rows.append(_row(placement, equilibria(tried, winds)))
+        rows.append(_row(placement, [equilibrium(tried, float(v)) for v in winds]))
     return tuple(rows)
 
 

@@ -19,8 +19,6 @@ import numpy as np
 from takagi.certificates.campaign.spline_patches import Patches, spline_patches
 from takagi.models.arrays import Floats
 
-__all__ = ["TrialCommand", "TrialRotor", "TrialLaw", "advance", "rotor_of"]
-
 
 class TrialCommand(NamedTuple):
     """Commands of a law: torque [N m], pitch [rad]; derivatives of its own states, (m, n)."""
