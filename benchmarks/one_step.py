@@ -37,7 +37,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np  # noqa: E402  the threads are counted when numpy is loaded
 from measure import PAGE, placed, table  # noqa: E402
 
-from takagi.certificates.checker.kernel.certificate import check_document  # noqa: E402
+from takagi.certificates.checker.replay.certificate import check_document  # noqa: E402
 from takagi.certificates.claims.turbine.effort_sharing import (  # noqa: E402
     DEFAULT_BOX,
     DEFAULT_UNCERTAINTY,

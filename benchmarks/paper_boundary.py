@@ -24,7 +24,7 @@ from trial_laws import effort_sharing_trial, published_trial
 from trial_plant import TrialRotor, rotor_of
 
 from takagi.certificates.campaign.loop import certified_loop
-from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.turbine.published import (
     published_candidate,
     published_claim,

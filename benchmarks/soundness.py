@@ -31,8 +31,8 @@ from measure import PAGE, placed, table  # noqa: E402
 from modes import Known, TooLong, as_read  # noqa: E402
 
 from takagi.certificates import CertificateError, Verdict, certify  # noqa: E402
-from takagi.certificates.checker.kernel.claim_kinds import replay  # noqa: E402
-from takagi.certificates.checker.kernel.model_loop import read_family  # noqa: E402
+from takagi.certificates.checker.replay.claim_kinds import replay  # noqa: E402
+from takagi.certificates.checker.replay.model_loop import read_family  # noqa: E402
 from takagi.models import TSModel  # noqa: E402
 
 Counts = Counter[str]

@@ -22,9 +22,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.certificates.checker.kernel.certificate import check
     from takagi.certificates.checker.kernel.refusal import CertificateError
     from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
+    from takagi.certificates.checker.replay.certificate import check
     from takagi.certificates.claims.plant.certification import (
         Certificate,
         certify,
@@ -61,7 +61,7 @@ _HOME = {
     "TurbineDesign": "design.turbine.result",
     "Verdict": "checker.kernel.result",
     "certify": "claims.plant.certification",
-    "check": "checker.kernel.certificate",
+    "check": "checker.replay.certificate",
     "closed_loop_equilibria": "equilibrium.search",
     "design_turbine": "design.turbine.design",
     "law_from_gains": "design.given.runnable_law",

@@ -16,7 +16,7 @@ import pytest
 
 from takagi.certificates import Verdict, check
 from takagi.certificates.checker.kernel.reader import number, read_json
-from takagi.certificates.checker.turbine.wind_rate import Range
+from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range
 
 ROOT = Path(__file__).resolve().parents[1]
 STORED = ROOT / "docs" / "figures" / "nrel5mw-certificate.json"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.checker.kernel.claim_kinds import KINDS
+from takagi.certificates.checker.replay.claim_kinds import KINDS
 from tests.test_lmi_guide import blocks, printed
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "claims.md"

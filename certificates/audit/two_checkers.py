@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.checker.kernel.certificate import check, check_document
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked
+from takagi.certificates.checker.replay.certificate import check, check_document
 from takagi.certificates.cross_check import Opinion, Refusal, judge, judge_document
 from takagi.certificates.cross_check.opinion import CONTAINING, LOOPS, NOT_REPLAYED
 

@@ -12,8 +12,8 @@ words/        numbers in words, rounded to the safe side
 
 from __future__ import annotations
 
-from takagi.certificates.checker.kernel.certificate import check
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
+from takagi.certificates.checker.replay.certificate import check
 
 __all__ = ["CertificateError", "Checked", "Claim", "Verdict", "check"]

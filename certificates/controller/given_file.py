@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.controller.content import VERSION
-from takagi.certificates.checker.files.differing import differing, shown
+from takagi.certificates.checker.files.differences import differing, shown
 from takagi.certificates.checker.files.gain_file import expected_file
 from takagi.certificates.checker.kernel.reader import read_json, read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.files.model_content import model_content
-from takagi.certificates.checker.kernel.certificate import FORMAT, VERSION
 from takagi.certificates.checker.kernel.reader import Number, digest
+from takagi.certificates.checker.replay.certificate import FORMAT, VERSION
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.splines.surface import Surface
 from takagi.models.turbine.data import Turbine

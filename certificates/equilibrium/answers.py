@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Checked
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.document.certificate_file import certificate_document
 
 

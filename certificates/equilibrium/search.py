@@ -9,7 +9,7 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.equilibrium import RestReader, rest_reader
+from takagi.certificates.checker.turbine.equilibria.equilibrium_claim import RestReader, rest_reader
 from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.document.certificate_file import effort_sharing_law_data, turbine_data
 from takagi.certificates.equilibrium.answers import ClosedLoopEquilibria, EquilibriumCell

@@ -14,11 +14,11 @@ from collections.abc import Iterator
 from itertools import combinations
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.fuzzy_decay import inequalities
 from takagi.certificates.checker.kinds.simplex_polynomial import Polynomial
+from takagi.certificates.checker.loop.polytopic_loop import Family
 from takagi.certificates.requests.loop.weight_points import (
     Corners,
     Point,

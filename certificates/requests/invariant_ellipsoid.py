@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
+from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
 from takagi.certificates.requests.decay import common_function
 from takagi.certificates.requests.loop.decimals import rounded_down, short
 from takagi.certificates.requests.loop.exact_floats import stack_of

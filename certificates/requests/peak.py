@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import block_diag
 from scipy.optimize import minimize_scalar
 
-from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
+from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
 from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.disturbance_channel import (
     Output,

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_claim
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
 from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.turbine.published import (
     PublishedCandidate,
     claiming_what_holds,

@@ -146,7 +146,7 @@ def _run(
 ) -> CampaignReport:
     from takagi.certificates.campaign.outside import INSIDE
     from takagi.certificates.campaign.runs import DURATION, run_campaign
-    from takagi.certificates.checker.kernel.certificate import check
+    from takagi.certificates.checker.replay.certificate import check
     from takagi.reports.campaign.folder import CampaignReport
 
     path = options["certificate"]

@@ -15,7 +15,7 @@ PAGE = Path(__file__).parents[1] / "certificate.md"
 FIRST, LAST = "<!-- trusted: made by `make docs` -->\n", "<!-- end trusted -->"
 TURBINE = "a turbine: the claims of `takagi design nrel5mw`"
 DECAY = "one claim `decay` of a model of matrices"
-ROOMS = ("kernel", "arithmetic", "kinds", "plant", "turbine")
+ROOMS = ("replay", "kernel", "arithmetic", "loop", "kinds", "plant", "turbine")
 
 
 def page() -> str:

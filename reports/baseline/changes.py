@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from takagi.certificates.checker.files.differing import Difference, differing, in_words, shown
+from takagi.certificates.checker.files.differences import Difference, differing, in_words, shown
 from takagi.certificates.checker.files.model_content import beside_the_claims
 from takagi.certificates.checker.kernel.reader import Number
 

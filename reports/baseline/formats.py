@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.words.shown import at_least, at_most
+from takagi.certificates.checker.words.rounded import at_least, at_most
 from takagi.reports.baseline.changes import listed_changes
 from takagi.reports.baseline.comparison import CertificateComparison, Moved
 

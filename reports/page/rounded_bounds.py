@@ -1,7 +1,7 @@
 """Numbers of proved bounds as text, rounded in the direction that keeps the sentence true.
 
 Every reader of a verdict writes its bounds by these: terminal, page, appendix.  They are the
-checker's own words (``takagi.certificates.checker.words.shown``) for floats, each of which stands
+checker's own words (``takagi.certificates.checker.words.rounded``) for floats, each of which stands
 for the decimal that it is written as.
 """
 
@@ -11,7 +11,7 @@ from decimal import Decimal
 from fractions import Fraction
 from math import ceil, floor
 
-from takagi.certificates.checker.words import shown
+from takagi.certificates.checker.words import rounded as shown
 
 Bound = float | Fraction
 

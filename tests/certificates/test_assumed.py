@@ -11,8 +11,8 @@ from xml.etree import ElementTree
 import pytest
 
 from takagi.certificates import check
-from takagi.certificates.checker.kernel.certificate import check_document
-from takagi.certificates.checker.words.assumed import ASSUMED, assumed
+from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker.words.assumptions import ASSUMED, assumed
 from takagi.certificates.claims.turbine.loop_claims import loop_claims
 from takagi.cli.main import main
 from takagi.reports import ci_formats

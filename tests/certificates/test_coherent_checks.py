@@ -13,11 +13,16 @@ import pytest
 from takagi.certificates import CertificateError
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES, Corners, Stated
-from takagi.certificates.checker.turbine.coherent_inputs import Law, Subject
-from takagi.certificates.checker.turbine.coherent_loop import Loop
-from takagi.certificates.checker.turbine.coherent_moving import Moving
-from takagi.certificates.checker.turbine.coherent_residual import residual
+from takagi.certificates.checker.turbine.effort_sharing.corners import (
+    BOUNDS,
+    RANGES,
+    Corners,
+    Stated,
+)
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Subject
+from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
+from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
+from takagi.certificates.checker.turbine.effort_sharing.table_residual import residual
 from takagi.lmi.analysis.invariant_ellipsoid import largest_scale
 from takagi.models.loops.effort_sharing.cells import CellLoop
 from takagi.models.loops.effort_sharing.vertices import loop_vertices

@@ -14,8 +14,8 @@ import pytest
 
 from takagi.certificates.audit.two_checkers import cross_checked_document
 from takagi.certificates.checker import CertificateError, Verdict, check
-from takagi.certificates.checker.kernel.certificate import check_document
-from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES
+from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker.turbine.effort_sharing.corners import BOUNDS, RANGES
 from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_UNCERTAINTY,
     effort_sharing_candidate,

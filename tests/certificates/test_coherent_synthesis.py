@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import DesignSettings, Verdict, design_turbine
-from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_BOX,
     DEFAULT_UNCERTAINTY,

@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import CertificateError, Verdict, check
-from takagi.certificates.checker.files.companions import compare_model
-from takagi.certificates.checker.kernel.certificate import check_document
-from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES
+from takagi.certificates.checker.files.given_files import compare_model
+from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker.turbine.effort_sharing.corners import BOUNDS, RANGES
 
 Document = dict[str, Any]
 Reseal = Callable[[Document], Document]

@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates import CertificateError
-from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.kernel.model_loop import read_family
+from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.replay.model_loop import read_family
 
 Rows = list[list[Fraction]]
 ENTRY = st.integers(-9, 9).map(Fraction)

@@ -21,7 +21,7 @@ from takagi.certificates.checker.arithmetic.interval import (
     product,
 )
 from takagi.certificates.checker.arithmetic.powers import power, whole_power
-from takagi.certificates.checker.words.shown import at_least, at_most
+from takagi.certificates.checker.words.rounded import at_least, at_most
 
 RATIONALS = st.fractions(min_value=-1000, max_value=1000, max_denominator=10**30)
 SHARES = st.fractions(min_value=0, max_value=1, max_denominator=1000)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from takagi.certificates import CertificateError, certify, check
-from takagi.certificates.checker.files.companions import EARLIER
+from takagi.certificates.checker.files.given_files import EARLIER
 from takagi.certificates.checker.kernel import reader
 from takagi.certificates.document.certificate_file import dumps
 from takagi.models import sector_model

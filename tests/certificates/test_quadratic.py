@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates.checker import CertificateError, Verdict
-from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.document.certificate_file import certificate_document
 
 Rows = list[list[float]]

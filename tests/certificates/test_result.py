@@ -8,8 +8,8 @@ import pytest
 
 from takagi.certificates import Claim
 from takagi.certificates.checker import CertificateError, Verdict
-from takagi.certificates.checker.kernel.certificate import concluded
-from takagi.certificates.checker.kernel.claim_kinds import OWN_READING, RESTING, replay
+from takagi.certificates.checker.replay.certificate import concluded
+from takagi.certificates.checker.replay.claim_kinds import OWN_READING, RESTING, replay
 
 PROVED, DISPROVED, UNDECIDED = Verdict.PROVED, Verdict.DISPROVED, Verdict.UNDECIDED
 

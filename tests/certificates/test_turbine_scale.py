@@ -8,7 +8,7 @@ from fractions import Fraction
 import pytest
 
 from takagi.certificates import DesignSettings
-from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_BOX,
     effort_sharing_candidate,

@@ -13,8 +13,8 @@ import pytest
 
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker.files.turbine_file import compare_turbine
-from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_UNCERTAINTY,
     effort_sharing_claim,

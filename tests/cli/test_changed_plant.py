@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import CertificateError, check
-from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import digest
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.design.plant.design import certify_filed, design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import as_read

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from takagi.certificates.checker import Claim, Verdict, check
-from takagi.certificates.checker.kernel.certificate import concluded
+from takagi.certificates.checker.replay.certificate import concluded
 from takagi.cli.main import main
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates import Claim, Verdict
-from takagi.certificates.checker.kernel.certificate import concluded
+from takagi.certificates.checker.replay.certificate import concluded
 from takagi.reports.appendix import appendix_files
 from takagi.reports.appendix.tex import Tex, decimal, escape, scientific, unit, with_decimals
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from takagi.certificates import Claim, Verdict
-from takagi.certificates.checker.kernel.certificate import concluded
+from takagi.certificates.checker.replay.certificate import concluded
 from takagi.reports.appendix import appendix_files
 from takagi.reports.output import write_folder
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import TurbineDesign
-from takagi.certificates.checker.kernel.certificate import concluded
+from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.controller.content import bound, gain_file_of
 from takagi.certificates.controller.plant_members import plant_members

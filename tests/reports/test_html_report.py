@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Claim, DesignSettings, TurbineDesign, Verdict
-from takagi.certificates.checker.kernel.certificate import concluded
+from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.design.claim_summary import claim_summary
 from takagi.certificates.document.certificate_file import dumps
 from takagi.cli.terminal.turbine_summary import as_text

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from takagi.certificates import Claim, Verdict
-from takagi.certificates.checker.kernel.certificate import concluded
+from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.reports.appendix import plant_appendix
 from takagi.reports.output import write_folder

@@ -8,7 +8,7 @@ import control
 import numpy as np
 import pytest
 
-from takagi.certificates.checker.kernel.certificate import concluded
+from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import ModelError
 from takagi.reports.figures.plant.phase_plane import ellipse, planes

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Claim, Verdict
-from takagi.certificates.checker.kernel.certificate import concluded
+from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant

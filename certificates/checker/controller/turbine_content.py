@@ -20,11 +20,11 @@ def turbine_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, A
     coherent = law["name"] == "coherent"
     # Imported here: only one of the two is needed.
     if coherent:
-        from takagi.certificates.checker.controller.coherent_program import coherent_program
+        from takagi.certificates.checker.controller.effort_sharing_program import coherent_program
 
         written = coherent_program(law)
     else:
-        from takagi.certificates.checker.controller.paper_program import paper_program
+        from takagi.certificates.checker.controller.published_program import paper_program
 
         written = paper_program(law)
     return {

@@ -14,7 +14,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, Protocol
 
-from takagi.certificates.checker.files.differing import in_words
+from takagi.certificates.checker.files.differences import in_words
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.plant.expression import Scope, read_expression

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.controller.content import FORMAT, file_content
-from takagi.certificates.checker.files.differing import Difference, differing, shown
+from takagi.certificates.checker.files.differences import Difference, differing, shown
 from takagi.certificates.checker.kernel.reader import member, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains
 

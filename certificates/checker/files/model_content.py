@@ -19,7 +19,7 @@ from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from takagi.certificates.checker.files.differing import Difference, differing, shown
+from takagi.certificates.checker.files.differences import Difference, differing, shown
 from takagi.certificates.checker.files.toml_file import file_content, read_toml
 from takagi.certificates.checker.kernel.refusal import CertificateError
 

@@ -21,7 +21,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.checker.files.differing import in_words
+from takagi.certificates.checker.files.differences import in_words
 from takagi.certificates.checker.files.file_blend import FileBlend
 from takagi.certificates.checker.files.model_content import OtherModel, inside_folder
 from takagi.certificates.checker.files.plant_units import in_si

@@ -22,11 +22,11 @@ from typing import Any
 
 from takagi.certificates.checker.arithmetic.interval import ONE, point
 from takagi.certificates.checker.arithmetic.spline import Spline
+from takagi.certificates.checker.files.frozen_wake import scaled_slopes
 from takagi.certificates.checker.files.model_content import OtherModel, inside_folder
 from takagi.certificates.checker.files.toml_file import file_content, read_toml
 from takagi.certificates.checker.kernel.reader import matrix, member, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.turbine.frozen_wake import scaled_slopes
 
 __all__ = ["compare_turbine"]
 

@@ -27,11 +27,11 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix, mean
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.decay import check_decay
+from takagi.certificates.checker.loop.polytopic_loop import Family
 
 __all__ = ["check_box_enlargement", "enlarged"]
 

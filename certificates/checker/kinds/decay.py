@@ -20,11 +20,11 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.blends import blends_of
-from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
+from takagi.certificates.checker.loop.blends import blends_of
+from takagi.certificates.checker.loop.polytopic_loop import Family
 
 __all__ = ["check_decay", "decrease", "decrease_factor"]
 

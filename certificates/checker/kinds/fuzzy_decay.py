@@ -33,15 +33,15 @@ from itertools import product
 from math import factorial
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import MOST_WORK, Family
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import integer, member, number, numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
-from takagi.certificates.checker.kinds.averages import refuse_averages
 from takagi.certificates.checker.kinds.decay import decrease_factor
-from takagi.certificates.checker.kinds.halvings import leaves
 from takagi.certificates.checker.kinds.simplex_polynomial import Exponent, Polynomial, exponents
+from takagi.certificates.checker.loop.averages import refuse_averages
+from takagi.certificates.checker.loop.halvings import leaves
+from takagi.certificates.checker.loop.polytopic_loop import MOST_WORK, Family
 
 __all__ = ["check_fuzzy_decay", "inequalities"]
 

@@ -27,13 +27,13 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.blends import blends_of
-from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.decay import decrease_factor
+from takagi.certificates.checker.loop.blends import blends_of
+from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
 
 __all__ = ["check_gain_rounding"]
 

@@ -18,13 +18,13 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.reader import numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
-from takagi.certificates.checker.kinds.box_of_validity import reaches_at_most, row_of
 from takagi.certificates.checker.kinds.input_rate import why_rate_fails
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet, read_invariant_set
+from takagi.certificates.checker.loop.box_of_validity import reaches_at_most, row_of
+from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
 
 __all__ = ["check_input_limits"]
 

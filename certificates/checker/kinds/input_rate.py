@@ -29,13 +29,13 @@ from itertools import combinations_with_replacement, permutations, product
 from math import comb
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import Family, Stack, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, mean
 from takagi.certificates.checker.kernel.reader import member, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kinds.box_of_validity import reaches_at_most, row_of
-from takagi.certificates.checker.kinds.halvings import pieces
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet
+from takagi.certificates.checker.loop.box_of_validity import reaches_at_most, row_of
+from takagi.certificates.checker.loop.halvings import pieces
+from takagi.certificates.checker.loop.polytopic_loop import Family, Stack, bounded
 
 __all__ = ["membership_corners", "motion_rows", "why_rate_fails"]
 

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.reader import text
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.invariant_set import read_invariant_set
+from takagi.certificates.checker.loop.polytopic_loop import Family
 
 __all__ = ["check_invariant_ellipsoid"]
 

@@ -32,17 +32,17 @@ from fractions import Fraction
 from itertools import product
 from typing import Any
 
-from takagi.certificates.checker.kernel.blends import blends_of
-from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kinds.box_of_validity import beyond_range, outside_of
-from takagi.certificates.checker.kinds.disturbed_path import (
+from takagi.certificates.checker.kinds.disturbance_channel import (
     entrance,
     quadratic_change,
     scaled_identity,
 )
+from takagi.certificates.checker.loop.blends import blends_of
+from takagi.certificates.checker.loop.box_of_validity import beyond_range, outside_of
+from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
 
 __all__ = ["InvariantSet", "read_invariant_set"]
 

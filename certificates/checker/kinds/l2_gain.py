@@ -21,17 +21,17 @@ from __future__ import annotations
 
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
-from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs, outside_of
-from takagi.certificates.checker.kinds.disturbed_path import (
+from takagi.certificates.checker.kinds.disturbance_channel import (
     paths,
     quadratic_change,
     scaled_identity,
 )
+from takagi.certificates.checker.loop.box_of_validity import bounded_inputs, outside_of
+from takagi.certificates.checker.loop.polytopic_loop import Family
 
 __all__ = ["check_l2_gain"]
 

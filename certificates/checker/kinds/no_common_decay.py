@@ -37,12 +37,12 @@ from math import prod
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.exponential import exp_above
-from takagi.certificates.checker.kernel.family import Family, Stack, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import Number, integer, member, number, numbers, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.decay import decrease
+from takagi.certificates.checker.loop.polytopic_loop import Family, Stack, bounded
 
 __all__ = ["check_no_common_decay"]
 

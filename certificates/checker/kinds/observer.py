@@ -34,15 +34,15 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from takagi.certificates.checker.kernel.blends import blends_of
-from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix, read_stack
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
-from takagi.certificates.checker.kinds.averages import refuse_averages
 from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
-from takagi.certificates.checker.kinds.disturbed_path import zero
+from takagi.certificates.checker.kinds.disturbance_channel import zero
+from takagi.certificates.checker.loop.averages import refuse_averages
+from takagi.certificates.checker.loop.blends import blends_of
+from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
 
 __all__ = [
     "check_observed_feedback",

@@ -20,18 +20,18 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
-from takagi.certificates.checker.kinds.disturbed_path import (
+from takagi.certificates.checker.kinds.disturbance_channel import (
     Path,
     paths,
     scaled_identity,
     zero,
 )
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet, read_invariant_set
+from takagi.certificates.checker.loop.polytopic_loop import Family
 
 __all__ = ["check_peak"]
 

@@ -11,13 +11,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import read_stack
 from takagi.certificates.checker.kernel.reader import Number, member
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Found, Outcome
 from takagi.certificates.checker.kinds.decay import check_decay
 from takagi.certificates.checker.kinds.no_common_decay import check_no_common_decay
+from takagi.certificates.checker.loop.polytopic_loop import Family
 
 __all__ = ["check_impossibility", "check_quadratic"]
 

@@ -17,12 +17,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from takagi.certificates.checker.kernel.blends import blends_of
-from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
+from takagi.certificates.checker.loop.blends import blends_of
+from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
 
 __all__ = ["check_region"]
 

@@ -35,17 +35,17 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.exponential import exp_below
-from takagi.certificates.checker.kernel.family import Family, bounded
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix, read_stack
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
-from takagi.certificates.checker.kinds.box_of_validity import (
+from takagi.certificates.checker.loop.box_of_validity import (
     beyond_range,
     outside_of,
     reaches_at_most,
     row_of,
 )
+from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
 
 __all__ = ["check_sampled_loop"]
 

@@ -29,11 +29,11 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi
-from takagi.certificates.checker.kernel.family import closed_by
 from takagi.certificates.checker.kernel.matrices import read_stack
 from takagi.certificates.checker.kernel.reader import canonical, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
+from takagi.certificates.checker.loop.polytopic_loop import closed_by
 from takagi.certificates.checker.plant.blend import Acting, Blend, read_blend, secant
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.expression import Scope, read_expression
@@ -102,7 +102,7 @@ def _check_share(plant: PlantNodes, blend: Blend, low: Fraction, high: Fraction)
         raise Refused("the share has no range")
     if not (rest + side[0] <= low and high <= rest + side[1]):
         # Imported here, as in every refusal: the message is not a part of a proof.
-        from takagi.certificates.checker.words.shown import at_least, at_most
+        from takagi.certificates.checker.words.rounded import at_least, at_most
 
         raise Refused(
             f"the share takes values from {at_most(low, 9)} to {at_least(high, 9)}, not only those "
@@ -145,7 +145,7 @@ def _check_acts(ranges: Ranges, blend: Blend, acting: Acting) -> None:
     try:
         ranges.prove_within(acting.effectiveness, least, LARGEST, what)
     except Refused as error:
-        from takagi.certificates.checker.words.shown import at_most
+        from takagi.certificates.checker.words.rounded import at_most
 
         raise Refused(str(error).replace("{}", at_most(least, 6))) from error
 

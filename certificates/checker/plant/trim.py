@@ -48,7 +48,7 @@ def compared_trim(plant: PlantNodes, gains: Any, where: str) -> Fraction:
 
 def _apart(name: str, rest: Fraction, stated: Fraction) -> str:
     # Imported here: the check ends here without a verdict.
-    from takagi.certificates.checker.words.shown import at_least
+    from takagi.certificates.checker.words.rounded import at_least
 
     places = f"{at_least(rest, 12)} in the plant, at {at_least(stated, 12)} in the law"
     return f"{name} rests at {places}"

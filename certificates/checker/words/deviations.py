@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.loop.polytopic_loop import Family
 
 __all__ = ["deviations"]
 

@@ -12,7 +12,7 @@ from fractions import Fraction
 from math import factorial, isqrt
 
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.words.shown import at_least, at_most
+from takagi.certificates.checker.words.rounded import at_least, at_most
 
 __all__ = ["reaches", "shown_size", "square_root_above", "square_root_below", "volume_below"]
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet
-from takagi.certificates.checker.words.shown import at_least, exactly
+from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.words.rounded import at_least, exactly
 from takagi.certificates.checker.words.validity import granted
 
 __all__ = ["letters", "motion", "shown_level", "where_valid"]

@@ -13,6 +13,6 @@ def in_words(found: Outcome) -> Claim:
     """Return the claim with the verdict that was found, and its sentence."""
     if isinstance(found, Claim):
         return found
-    words = import_module(f"takagi.certificates.checker.words.{found.words}")
+    words = import_module(f"takagi.certificates.checker.words.sentences.{found.words}")
     name, text = words.said(**found.given)
     return Claim(name, found.verdict, text)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from takagi.certificates.checker.kernel.family import Family
+from takagi.certificates.checker.loop.polytopic_loop import Family
 
 __all__ = ["granted", "undisturbed", "while_valid"]
 
@@ -12,7 +12,7 @@ def granted(family: Family, *, disturbances_too: bool = True) -> str:
     known = set(family.inputs)
     if not disturbances_too:
         # Imported here: a kind that assumes all ranges does not need it.
-        from takagi.certificates.checker.kinds.box_of_validity import pushing
+        from takagi.certificates.checker.loop.box_of_validity import pushing
 
         known |= pushing(family)
     names = [name for name in family.other_box or {} if name not in known]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.plant.certification import Certificate
 from takagi.certificates.claims.plant.sampled_premises import refuse_sampled
 from takagi.certificates.document.certificate_file import certificate_document, content_of

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
-from takagi.certificates.checker.kernel.certificate import check, check_document
 from takagi.certificates.checker.kernel.reader import read_json
 from takagi.certificates.checker.kernel.result import Checked, Verdict
+from takagi.certificates.checker.replay.certificate import check, check_document
 from takagi.certificates.claims.plant.sampled_premises import refuse_sampled
 from takagi.certificates.document.certificate_file import certificate_document, dumps
 from takagi.certificates.document.plant_embedding import plant_and_claim

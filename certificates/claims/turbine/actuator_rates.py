@@ -1,6 +1,7 @@
 """How fast the actuators move on a certified set: the candidate of a claim ``actuator-rates``.
 
-The bounds themselves are those of the checker (``certificates/checker/turbine/actuator_rates.py``),
+The bounds themselves are those of the checker
+(``certificates/checker/turbine/effort_sharing/actuator_rates.py``),
 rounded up; computed here, in floating point, are B and the largest |v_s''| that the torque's rate
 limit allows. Nothing is proved here.
 """
@@ -16,13 +17,13 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates.checker.kernel.reader import number, read_text
-from takagi.certificates.checker.turbine.actuator_rates import (
+from takagi.certificates.checker.turbine.effort_sharing.actuator_rates import (
     CellRates,
     cell_rates,
     largest_bends,
     torque_step,
 )
-from takagi.certificates.checker.turbine.coherent_inputs import Subject
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 from takagi.models.intervals.interval import exact
 
 # Of B found in floating point.

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from takagi.certificates.checker.words.shown import at_least, at_most
+from takagi.certificates.checker.words.rounded import at_least, at_most
 from takagi.certificates.claims.turbine.largest_wind_error import (
     EffortSharingCandidate,
     RequestedLoops,

@@ -12,10 +12,10 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.checker.kernel.claim_kinds import replay
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict
+from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.claims.turbine.actuator_rates import actuator_rates_claim
 from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_claim

@@ -7,7 +7,7 @@ cell, and the law's filter tau_f: the largest allowed schedule rate
 
 as lines between the nodes and a few winds more, nowhere steeper than STEEPEST / tau_f; and under it
 the largest r that the claim's inequalities leave, a linear program in r
-(``certificates/checker/turbine/wind_rate.py``).  Nothing is proved here.
+(``certificates/checker/turbine/effort_sharing/wind_rate.py``).  Nothing is proved here.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from takagi.certificates.checker.turbine.wind_rate import Range, left_behind
+from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, left_behind
 from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import exact
 

@@ -35,7 +35,7 @@ from takagi.certificates.cross_check.plant.expression import (
 )
 
 MOST_VARIABLES, MOST_PREMISES, MOST_ENTRIES = 64, 12, 1 << 20
-LETTERS = {"A": ("n", "n"), "B": ("n", "m"), "C": ("p", "n"), "D": ("p", "m"), "E": ("n", "q")}
+MATRIX_SIZES = {"A": ("n", "n"), "B": ("n", "m"), "C": ("p", "n"), "D": ("p", "m"), "E": ("n", "q")}
 FUNCTIONS = set(
     "sin cos tan asin acos atan exp log sqrt sinh cosh tanh asinh acosh atanh abs erf sign".split()
 )
@@ -143,7 +143,7 @@ def read_plant(model: Any) -> TreePlant:
         _new(premise.name, taken)
     size = {"n": n, "m": len(inputs), "p": len(outputs), "q": len(pushes)}
     entries = {}
-    for letter, (rows, columns) in LETTERS.items():
+    for letter, (rows, columns) in MATRIX_SIZES.items():
         if size[rows] and size[columns]:
             given = _rows(entry(embedding, letter), size[rows])
             entries[letter] = [[parsed(one) for one in _rows(row, size[columns])] for row in given]

@@ -175,7 +175,7 @@ def _schedules(
 
 def _require_same(made: Mapping[str, Any], stated: Any, path: Path) -> None:
     """Refuse a file whose tables are another turbine's, or another version's."""
-    from takagi.certificates.checker.files.differing import differing, shown
+    from takagi.certificates.checker.files.differences import differing, shown
     from takagi.certificates.checker.kernel.reader import read_text
 
     read = read_text(json.dumps({"law": made}), "law")["law"]

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import member, number, numbers, read_json, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_UNCERTAINTY,
     effort_sharing_candidate,

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.turbine.loop_claims import loop_document
 from takagi.certificates.controller.content import bound
 from takagi.certificates.design.step_clock import StepClock, Tell

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.certificates.checker.kinds.disturbed_path import paths
+from takagi.certificates.checker.kinds.disturbance_channel import paths
 from takagi.certificates.requests.loop.exact_floats import as_read, floats
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models.arrays import Floats

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.certificates.checker.kernel.claim_kinds import replay
-from takagi.certificates.checker.kernel.family import Family
-from takagi.certificates.checker.kernel.model_loop import read_family
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.checker.kinds.averages import why_averages_fail
+from takagi.certificates.checker.loop.averages import why_averages_fail
+from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.replay.claim_kinds import replay
+from takagi.certificates.checker.replay.model_loop import read_family
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.model_data import pdc_law_data, ts_model_data
 from takagi.certificates.document.plant_embedding import law_members

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from takagi.certificates.checker.kernel.claim_kinds import replay
-from takagi.certificates.checker.kernel.family import Blend, Family, Stack
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.checker.kinds.halvings import halved
+from takagi.certificates.checker.loop.halvings import halved
+from takagi.certificates.checker.loop.polytopic_loop import Blend, Family, Stack
+from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.requests.loop.weight_points import (
     Point,

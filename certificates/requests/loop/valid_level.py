@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from takagi.certificates.checker.kinds.box_of_validity import bounded_inputs
+from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models.arrays import Floats
 

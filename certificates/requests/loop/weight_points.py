@@ -14,8 +14,8 @@ from itertools import combinations_with_replacement, product
 from math import comb, lcm, prod
 from typing import Any, TypeAlias
 
-from takagi.certificates.checker.kernel.family import Blend, Family, Stack
 from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.loop.polytopic_loop import Blend, Family, Stack
 
 Point: TypeAlias = tuple[tuple[int, ...], ...]
 # Of each premise, the weights at the corners of a piece.

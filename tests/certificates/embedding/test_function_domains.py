@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError, Claim, Verdict
-from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.document.certificate_file import certificate_document
 
 Data = dict[str, Any]

@@ -8,7 +8,12 @@ import pytest
 
 from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.interval import ONE, UNIT, ZERO, Interval, enclose
-from takagi.certificates.checker.turbine.rest_count import Count, Piece, Span, count_zeros
+from takagi.certificates.checker.turbine.equilibria.zero_count import (
+    Count,
+    Piece,
+    Span,
+    count_zeros,
+)
 
 
 def parabola(winds: Span, span: Span) -> Dual:

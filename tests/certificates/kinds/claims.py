@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from takagi.certificates import Claim
-from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.document.certificate_file import certificate_document
 
 Data = dict[str, Any]

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kinds.box_enlargement import enlarged
+from takagi.certificates.checker.loop.polytopic_loop import Family
 from takagi.certificates.requests import BoxEnlargement
 from takagi.models import Premise, TSModel
 from tests.certificates.kinds.claims import law_data, model_data, said_of

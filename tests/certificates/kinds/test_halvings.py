@@ -11,10 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.kinds.halvings import pieces
+from takagi.certificates.checker.loop.halvings import pieces
+from takagi.certificates.checker.loop.polytopic_loop import Family
 from takagi.certificates.coq import coq_file
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.cross_check.loop.pieces import leaves

@@ -215,7 +215,7 @@ def test_more_corners_than_can_be_checked_are_refused() -> None:
 def test_more_work_than_a_reader_waits_for_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Corners count: two disturbances have two that are not opposite."""
     model, claim = line()
-    monkeypatch.setattr("takagi.certificates.checker.kernel.family.MOST_WORK", 16)
+    monkeypatch.setattr("takagi.certificates.checker.loop.polytopic_loop.MOST_WORK", 16)
 
     assert said_of(model, None, claim).verdict is Verdict.PROVED
     with pytest.raises(CertificateError, match="too many"):

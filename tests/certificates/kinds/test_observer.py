@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.checker.kernel.model_loop import read_family
 from takagi.certificates.checker.kinds.observer import check_observer
+from takagi.certificates.checker.replay.model_loop import read_family
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.requests import ClaimedLoop, ObservedFeedback, ObserverError
 from takagi.certificates.requests.loop.exact_floats import as_read

@@ -13,7 +13,7 @@ import sympy as sp
 from scipy.linalg import expm
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.model_data import pdc_law_data

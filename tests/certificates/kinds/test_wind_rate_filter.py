@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.turbine.wind_rate import Range, left_behind
+from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, left_behind
 from takagi.certificates.claims.turbine.wind_rate_claim import rate_range, wind_rate_claim
 from takagi.models.laws import Measurement
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker.files.companions import EARLIER, compare_model
+from takagi.certificates.checker.files.given_files import EARLIER, compare_model
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.document.certificate_file import content_of

@@ -6,9 +6,9 @@ import json
 from functools import cache
 from typing import Any
 
-from takagi.certificates.checker.kernel.family import Family
-from takagi.certificates.checker.kernel.model_loop import read_family
 from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.replay.model_loop import read_family
 
 __all__ = ["loop", "read"]
 

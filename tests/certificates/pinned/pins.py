@@ -23,15 +23,16 @@ from takagi.certificates import CertificateError, Claim
 from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.exponential import FINE
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval
-from takagi.certificates.checker.kernel.family import Family
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.result import Found
+from takagi.certificates.checker.loop.polytopic_loop import Family
 from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.pinned import loops, shapes, texts
 
 FOLDER = Path(__file__).parent
 CHECKER = "takagi.certificates.checker"
 INDENT = "    "
+ROOMS = ("arithmetic", "kernel", "kinds", "plant", "replay", "words")
 # What was found of these is pinned by its values; ``words.txt`` has their sentences.
 AS_VALUES = ("decay", "box_enlargement", "own_matrices")
 
@@ -98,14 +99,17 @@ class _Room:
         self._room = room
 
     def __getattr__(self, name: str) -> Any:
-        return importlib.import_module(f"{CHECKER}.{self._room}.{name}")
+        found = importlib.import_module(f"{CHECKER}.{self._room}.{name}")
+        return _Room(f"{self._room}.{name}") if hasattr(found, "__path__") else found
 
 
 _NAMES: dict[str, Any] = {
     **{name: getattr(shapes, name) for name in shapes.__all__},
     **{name: getattr(texts, name) for name in texts.__all__},
     **{name: getattr(loops, name) for name in loops.__all__},
-    **{room: _Room(room) for room in ("arithmetic", "kernel", "kinds", "plant", "words")},
+    **{room: _Room(room) for room in ROOMS},
+    # ``loop`` is a function of the pins.
+    "closed_loop": _Room("loop"),
     "Dual": Dual,
     "F": Fraction,
     "FINE": FINE,

@@ -44,9 +44,19 @@ def test_kinds(heading: str, first: int) -> None:
     compare("kinds", heading, first)
 
 
+@of("loop")
+def test_loop(heading: str, first: int) -> None:
+    compare("loop", heading, first)
+
+
 @of("plant")
 def test_plant(heading: str, first: int) -> None:
     compare("plant", heading, first)
+
+
+@of("replay")
+def test_replay(heading: str, first: int) -> None:
+    compare("replay", heading, first)
 
 
 @of("words")

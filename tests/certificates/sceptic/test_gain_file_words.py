@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from takagi.certificates.checker.files.differing import Difference
+from takagi.certificates.checker.files.differences import Difference
 from takagi.certificates.checker.files.gain_file import MOST_COUNTED, _told
 from takagi.certificates.checker.kernel.reader import Number
 

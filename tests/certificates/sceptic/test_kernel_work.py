@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError
-from takagi.certificates.checker.kernel.certificate import MOST_CLAIMS, check_document
-from takagi.certificates.checker.kernel.family import bounded
+from takagi.certificates.checker.loop.polytopic_loop import bounded
+from takagi.certificates.checker.replay.certificate import MOST_CLAIMS, check_document
 from takagi.certificates.document.certificate_file import certificate_document
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 

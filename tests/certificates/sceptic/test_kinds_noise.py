@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates import Verdict
-from takagi.certificates.checker.kernel.family import Family
-from takagi.certificates.checker.kernel.model_loop import read_family
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kinds.h2_norm import check_h2_norm
+from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.replay.model_loop import read_family
 from tests.certificates.kinds.claims import model_data, said_of
 
 Data = dict[str, Any]

@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates import Verdict
-from takagi.certificates.checker.kernel.model_loop import read_family
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kinds.decay import check_decay
+from takagi.certificates.checker.replay.model_loop import read_family
+from takagi.certificates.checker.words.rounded import exactly
 from takagi.certificates.checker.words.saying import in_words
-from takagi.certificates.checker.words.shown import exactly
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Data = dict[str, Any]

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.coherent_inputs import Plant
-from takagi.certificates.checker.turbine.paper_inputs import Overlaps, PaperLaw
-from takagi.certificates.checker.turbine.paper_loop import Ends, Loop
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
+from takagi.certificates.checker.turbine.published.inputs import Overlaps, PaperLaw
+from takagi.certificates.checker.turbine.published.loop import Ends, Loop
 from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.document.certificate_file import certificate_document, turbine_data
 from takagi.models import nrel5mw
@@ -188,7 +188,7 @@ def test_law_and_its_differences_lie_in_the_brackets(
 
 def test_brackets_are_not_so_wide_that_anything_passes(monkeypatch: pytest.MonkeyPatch) -> None:
     """With the two weights of full load exchanged points leave."""
-    from takagi.certificates.checker.turbine.paper_loop import Loop as Checked
+    from takagi.certificates.checker.turbine.published.loop import Loop as Checked
 
     weights = vars(Checked)["full_weights"].func
     monkeypatch.setattr(Checked, "full_weights", property(lambda self: weights(self)[::-1]))

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker.turbine.coherent_inputs import Plant
-from takagi.certificates.checker.turbine.paper_inputs import Overlaps, PaperLaw
-from takagi.certificates.checker.turbine.paper_loop import Ends
-from takagi.certificates.checker.words import paper as words
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
+from takagi.certificates.checker.turbine.published.inputs import Overlaps, PaperLaw
+from takagi.certificates.checker.turbine.published.loop import Ends
+from takagi.certificates.checker.words.sentences import published as words
 from tests.certificates.pinned.turbine.inputs import read
 
 DECIMALS = st.integers(1, 10**13).map(lambda k: Fraction(k, 10**12))

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.replay.certificate import check_document
 from tests.certificates.conftest import resealed
 
 WIDER = {
@@ -69,9 +69,9 @@ def test_the_residual_has_the_trim_torque_and_its_own_share(short: dict[str, Any
 
     from takagi.certificates.checker.arithmetic.interval import ONE
     from takagi.certificates.checker.kernel.reader import read_text
-    from takagi.certificates.checker.turbine.coherent_inputs import Subject
-    from takagi.certificates.checker.turbine.coherent_moving import Moving
-    from takagi.certificates.checker.turbine.coherent_residual import residual
+    from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
+    from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
+    from takagi.certificates.checker.turbine.effort_sharing.table_residual import residual
     from takagi.certificates.document.certificate_file import dumps
 
     read = read_text(dumps(short), "certificate")

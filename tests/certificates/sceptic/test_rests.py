@@ -16,14 +16,14 @@ from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.interval import ONE, UNIT, ZERO, Interval
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant
-from takagi.certificates.checker.turbine.coherent_rest import coherent_rests
-from takagi.certificates.checker.turbine.equilibrium import rest_reader
-from takagi.certificates.checker.turbine.paper_inputs import PaperLaw
-from takagi.certificates.checker.turbine.paper_one_rest import OneIntegrator
-from takagi.certificates.checker.turbine.paper_rest import bends, paper_rests
-from takagi.certificates.checker.turbine.paper_two_rest import TwoIntegrators
-from takagi.certificates.checker.turbine.rest_count import Piece, Span, count_zeros
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
+from takagi.certificates.checker.turbine.equilibria.effort_sharing import coherent_rests
+from takagi.certificates.checker.turbine.equilibria.equilibrium_claim import rest_reader
+from takagi.certificates.checker.turbine.equilibria.one_integrator import OneIntegrator
+from takagi.certificates.checker.turbine.equilibria.published import bends, paper_rests
+from takagi.certificates.checker.turbine.equilibria.two_integrators import TwoIntegrators
+from takagi.certificates.checker.turbine.equilibria.zero_count import Piece, Span, count_zeros
+from takagi.certificates.checker.turbine.published.inputs import PaperLaw
 from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.document.certificate_file import turbine_data
 from takagi.models.laws.published.law import PublishedLawName
@@ -174,7 +174,7 @@ def test_states_beyond_the_reference_speed_of_some_winds_are_not_their_rests(bui
 
 def test_pitch_held_at_the_very_end_of_the_table_is_looked_at(built: Built) -> None:
     """A largest pitch that is the table's end: the balance there is bracketed, not left out."""
-    from takagi.certificates.checker.turbine.coherent_rest import _Rest
+    from takagi.certificates.checker.turbine.equilibria.effort_sharing import _Rest
     from takagi.certificates.document.certificate_file import effort_sharing_law_data
 
     data = {"model": turbine_data(TURBINE, []), "gains": effort_sharing_law_data(built.law)}

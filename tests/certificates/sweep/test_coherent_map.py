@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Verdict
-from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.turbine.effort_sharing import (
     effort_sharing_candidate,
     effort_sharing_claim,

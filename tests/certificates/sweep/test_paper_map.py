@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates import Checked, TurbineDesign, Verdict
-from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.turbine.published import (
     published_candidate,
     published_claim,

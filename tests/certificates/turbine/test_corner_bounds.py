@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, Corners, Stated
+from takagi.certificates.checker.turbine.effort_sharing.corners import BOUNDS, Corners, Stated
 
 # A cell without a residual whose one free coefficient is the lag's rate T.  P was searched for:
 # it decreases along the loop for T from 0.5 to 1 1/s, and not for T = 1.5 1/s.

@@ -14,9 +14,9 @@ import pytest
 
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.turbine.coherent_corners import BOUNDS, RANGES
-from takagi.certificates.checker.turbine.coherent_inputs import Subject
-from takagi.certificates.checker.turbine.coherent_loop import Loop
+from takagi.certificates.checker.turbine.effort_sharing.corners import BOUNDS, RANGES
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
+from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 
 # Two units of the last decimal, for two roundings of one.
 STEP = Fraction(2, 10**7)

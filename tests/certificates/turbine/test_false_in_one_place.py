@@ -11,8 +11,8 @@ from itertools import product
 
 import pytest
 
-from takagi.certificates.checker.turbine.interval_family import contraction_failure
-from takagi.certificates.checker.turbine.wind_rate import Range, left_behind
+from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, left_behind
+from takagi.certificates.checker.turbine.published.interval_matrices import contraction_failure
 
 F = Fraction
 WIND, FILTER, PHI = [F(8), F(9), F(10)], F(1), F(1, 5)

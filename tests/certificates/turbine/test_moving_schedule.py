@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.checker.turbine.coherent_inputs import Law
-from takagi.certificates.checker.turbine.coherent_moving import Moving
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
+from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
 
 OVERLAP = Fraction(1)
 

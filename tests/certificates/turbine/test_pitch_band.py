@@ -9,8 +9,8 @@ from typing import Any
 
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.turbine.coherent_inputs import Subject
-from takagi.certificates.checker.turbine.coherent_loop import Loop
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
+from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 
 
 def last_cell(document: dict[str, Any], rate: str, pitch_max: Fraction | None = None) -> Loop:

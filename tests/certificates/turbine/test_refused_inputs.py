@@ -10,7 +10,7 @@ import pytest
 
 from takagi.certificates.checker import CertificateError
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.turbine.coherent_inputs import (
+from takagi.certificates.checker.turbine.effort_sharing.inputs import (
     Box,
     Law,
     Plant,

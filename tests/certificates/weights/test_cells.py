@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker.kernel.claim_kinds import KINDS, OWN_READING, RESTING
+from takagi.certificates.checker.replay.claim_kinds import KINDS, OWN_READING, RESTING
 from takagi.certificates.document.certificate_file import certificate_document
 from tests.certificates.weights.cells import EVIDENCE, LAWLESS, column, verdicts
 

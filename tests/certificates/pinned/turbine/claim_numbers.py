@@ -9,18 +9,15 @@ from typing import Any
 
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.arithmetic.interval import enclose, point
-from takagi.certificates.checker.kernel.certificate import check_document
+from takagi.certificates.checker.files import frozen_wake
 from takagi.certificates.checker.kernel.reader import Number
-from takagi.certificates.checker.turbine import (
-    actuator_rates,
-    earlier,
-    frozen_wake,
-    interval_family,
-    wind_rate,
-)
-from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant, Subject
-from takagi.certificates.checker.turbine.spans import gaps, merged
-from takagi.certificates.checker.words import equilibrium
+from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker.turbine.effort_sharing import actuator_rates, wind_rate
+from takagi.certificates.checker.turbine.effort_sharing import prerequisite as earlier
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant, Subject
+from takagi.certificates.checker.turbine.published import interval_matrices as interval_family
+from takagi.certificates.checker.turbine.published.wind_intervals import gaps, merged
+from takagi.certificates.checker.words.sentences import equilibrium
 from tests.certificates.pinned.turbine.corner_numbers import largest
 from tests.certificates.pinned.turbine.inputs import CELLS, Document, document, read, sealed
 from tests.certificates.pinned.turbine.values import Named, said

@@ -9,11 +9,11 @@ from itertools import product
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.interval import ONE
-from takagi.certificates.checker.turbine import coherent_residual
-from takagi.certificates.checker.turbine.coherent_corners import Stated
-from takagi.certificates.checker.turbine.coherent_inputs import Subject
-from takagi.certificates.checker.turbine.coherent_loop import Loop
-from takagi.certificates.checker.turbine.coherent_moving import Moving
+from takagi.certificates.checker.turbine.effort_sharing import table_residual as coherent_residual
+from takagi.certificates.checker.turbine.effort_sharing.corners import Stated
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
+from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
+from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
 from tests.certificates.pinned.turbine.inputs import CELLS, read
 from tests.certificates.pinned.turbine.values import Named, said
 

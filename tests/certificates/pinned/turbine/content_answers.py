@@ -10,11 +10,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from takagi.certificates.checker.files import (
-    differing,
-    model_content,
-)
-from takagi.certificates.checker.files.companions import unconnected
+from takagi.certificates.checker.files import differences as differing
+from takagi.certificates.checker.files import model_content
+from takagi.certificates.checker.files.given_files import unconnected
 from takagi.certificates.checker.files.toml_file import read_toml
 from takagi.certificates.checker.kernel.reader import Number
 from tests.certificates.pinned.turbine.inputs import as_read

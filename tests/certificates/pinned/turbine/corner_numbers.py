@@ -7,11 +7,12 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.certificate import check_document
 from takagi.certificates.checker.kernel.reader import Number, matrix
-from takagi.certificates.checker.turbine import coherent, coherent_corners
-from takagi.certificates.checker.turbine.coherent_corners import Corners, Stated, bounds_row
-from takagi.certificates.checker.turbine.coherent_inputs import Law, Settling
+from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker.turbine.effort_sharing import corners as coherent_corners
+from takagi.certificates.checker.turbine.effort_sharing import loop_claim as coherent
+from takagi.certificates.checker.turbine.effort_sharing.corners import Corners, Stated, bounds_row
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Settling
 from tests.certificates.pinned.turbine.coherent_numbers import stated, subject
 from tests.certificates.pinned.turbine.inputs import CELLS, document, read
 from tests.certificates.pinned.turbine.values import Named, said

@@ -12,22 +12,19 @@ from unittest.mock import patch
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.interval import ONE, UNIT, ZERO, Interval, point
+from takagi.certificates.checker.files import frozen_wake
 from takagi.certificates.checker.kernel.reader import Number, matrix
-from takagi.certificates.checker.turbine import (
-    actuator_rates,
-    coherent,
-    coherent_rest,
-    equilibrium,
-    frozen_wake,
-    interval_family,
-    wind_rate,
-)
-from takagi.certificates.checker.turbine.coherent_corners import Corners
-from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant, Settling, Subject
-from takagi.certificates.checker.turbine.coherent_loop import Loop
-from takagi.certificates.checker.turbine.coherent_moving import Moving
-from takagi.certificates.checker.turbine.coherent_rest import EDGE, _Rest
-from takagi.certificates.checker.turbine.wind_rate import Range
+from takagi.certificates.checker.turbine.effort_sharing import actuator_rates, wind_rate
+from takagi.certificates.checker.turbine.effort_sharing import loop_claim as coherent
+from takagi.certificates.checker.turbine.effort_sharing.corners import Corners
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant, Settling, Subject
+from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
+from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
+from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range
+from takagi.certificates.checker.turbine.equilibria import effort_sharing as coherent_rest
+from takagi.certificates.checker.turbine.equilibria import equilibrium_claim as equilibrium
+from takagi.certificates.checker.turbine.equilibria.effort_sharing import EDGE, _Rest
+from takagi.certificates.checker.turbine.published import interval_matrices as interval_family
 from tests.certificates.pinned.turbine.coherent_numbers import other, stated, subject
 from tests.certificates.pinned.turbine.inputs import read
 from tests.certificates.pinned.turbine.pairs_and_limits import refused

@@ -9,8 +9,8 @@ from typing import Any
 from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.interval import ONE, UNIT, ZERO, Interval
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine import rest_count
-from takagi.certificates.checker.turbine.rest_count import Excess, Piece, Span
+from takagi.certificates.checker.turbine.equilibria import zero_count as rest_count
+from takagi.certificates.checker.turbine.equilibria.zero_count import Excess, Piece, Span
 from tests.certificates.pinned.turbine.values import Named
 
 F = Fraction

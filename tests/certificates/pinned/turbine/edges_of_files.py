@@ -14,14 +14,14 @@ from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.controller import plant_program
 from takagi.certificates.checker.files import (
-    companions,
     file_blend,
     model_content,
     plant_file,
     table_file,
     turbine_file,
 )
-from takagi.certificates.checker.files.differing import Difference
+from takagi.certificates.checker.files import given_files as companions
+from takagi.certificates.checker.files.differences import Difference
 from takagi.certificates.checker.files.plant_units import in_si
 from takagi.certificates.checker.kernel.reader import Number
 from tests.certificates.pinned.turbine.inputs import read

@@ -19,15 +19,17 @@ from takagi.certificates.checker.arithmetic.interval import (
     point,
 )
 from takagi.certificates.checker.kernel.reader import Number
-from takagi.certificates.checker.turbine import paper, paper_one_rest, paper_two_rest
-from takagi.certificates.checker.turbine.paper_balance import RestPlace
-from takagi.certificates.checker.turbine.paper_inputs import Overlaps, Region
-from takagi.certificates.checker.turbine.paper_loop import Ends, Loop
-from takagi.certificates.checker.turbine.paper_one_rest import LONGEST, OneIntegrator
-from takagi.certificates.checker.turbine.paper_rest import bends, paper_rests
-from takagi.certificates.checker.turbine.paper_two_rest import TwoIntegrators
-from takagi.certificates.checker.turbine.rest_count import Count
-from takagi.certificates.checker.words import paper as words
+from takagi.certificates.checker.turbine.equilibria import one_integrator as paper_one_rest
+from takagi.certificates.checker.turbine.equilibria import two_integrators as paper_two_rest
+from takagi.certificates.checker.turbine.equilibria.one_integrator import LONGEST, OneIntegrator
+from takagi.certificates.checker.turbine.equilibria.published import bends, paper_rests
+from takagi.certificates.checker.turbine.equilibria.published_balance import RestPlace
+from takagi.certificates.checker.turbine.equilibria.two_integrators import TwoIntegrators
+from takagi.certificates.checker.turbine.equilibria.zero_count import Count
+from takagi.certificates.checker.turbine.published import loop_claim as paper
+from takagi.certificates.checker.turbine.published.inputs import Overlaps, Region
+from takagi.certificates.checker.turbine.published.loop import Ends, Loop
+from takagi.certificates.checker.words.sentences import published as words
 from tests.certificates.pinned.turbine.inputs import as_read, document
 from tests.certificates.pinned.turbine.pairs_and_limits import refused
 from tests.certificates.pinned.turbine.paper_numbers import boxes, law_of, plant

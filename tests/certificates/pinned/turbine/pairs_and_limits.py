@@ -11,19 +11,16 @@ from typing import Any
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.interval import UNIT, ZERO
+from takagi.certificates.checker.files import frozen_wake
 from takagi.certificates.checker.kernel.reader import Number
-from takagi.certificates.checker.turbine import (
-    actuator_rates,
-    frozen_wake,
-    interval_family,
-    paper,
-    paper_loop,
-    rest_count,
-    wind_rate,
-)
-from takagi.certificates.checker.turbine.coherent_inputs import Plant
-from takagi.certificates.checker.turbine.coherent_loop import Loop
-from takagi.certificates.checker.turbine.paper_loop import Ends
+from takagi.certificates.checker.turbine.effort_sharing import actuator_rates, wind_rate
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
+from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
+from takagi.certificates.checker.turbine.equilibria import zero_count as rest_count
+from takagi.certificates.checker.turbine.published import interval_matrices as interval_family
+from takagi.certificates.checker.turbine.published import loop as paper_loop
+from takagi.certificates.checker.turbine.published import loop_claim as paper
+from takagi.certificates.checker.turbine.published.loop import Ends
 from tests.certificates.pinned.turbine.coherent_numbers import other, stated, subject
 from tests.certificates.pinned.turbine.inputs import read
 from tests.certificates.pinned.turbine.paper_numbers import boxes, law_of, plant

@@ -6,11 +6,11 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.turbine import paper
-from takagi.certificates.checker.turbine.coherent_inputs import Plant
-from takagi.certificates.checker.turbine.paper_inputs import PaperLaw
-from takagi.certificates.checker.words import paper as words
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
+from takagi.certificates.checker.turbine.published import loop_claim as paper
+from takagi.certificates.checker.turbine.published.inputs import PaperLaw
 from takagi.certificates.checker.words.saying import in_words
+from takagi.certificates.checker.words.sentences import published as words
 from tests.certificates.pinned.turbine.inputs import as_read, document, read
 from tests.certificates.pinned.turbine.paper_numbers import LAWS
 from tests.certificates.pinned.turbine.values import Named, said

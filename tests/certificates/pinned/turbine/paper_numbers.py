@@ -11,10 +11,10 @@ from typing import Any
 
 from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.interval import ONE, UNIT, enclose
-from takagi.certificates.checker.turbine import paper_loop
-from takagi.certificates.checker.turbine.coherent_inputs import Plant
-from takagi.certificates.checker.turbine.paper_inputs import PaperLaw, Region
-from takagi.certificates.checker.turbine.paper_loop import Ends, Loop, interpolated
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
+from takagi.certificates.checker.turbine.published import loop as paper_loop
+from takagi.certificates.checker.turbine.published.inputs import PaperLaw, Region
+from takagi.certificates.checker.turbine.published.loop import Ends, Loop, interpolated
 from tests.certificates.pinned.turbine.inputs import read
 from tests.certificates.pinned.turbine.values import Named, said
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from takagi.certificates.checker.files.companions import compare_model
+from takagi.certificates.checker.files.given_files import compare_model
 from tests.certificates.pinned.turbine.inputs import Document, as_read
 from tests.certificates.pinned.turbine.values import said
 

@@ -8,11 +8,9 @@ from unittest.mock import patch
 
 from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine import (
-    equilibrium,
-)
-from takagi.certificates.checker.turbine.paper_rest import PaperRests, bends
-from takagi.certificates.checker.turbine.rest_count import Count, Span
+from takagi.certificates.checker.turbine.equilibria import equilibrium_claim as equilibrium
+from takagi.certificates.checker.turbine.equilibria.published import PaperRests, bends
+from takagi.certificates.checker.turbine.equilibria.zero_count import Count, Span
 from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.pinned.turbine.inputs import as_read, read
 from tests.certificates.pinned.turbine.inputs import read as coherent_read

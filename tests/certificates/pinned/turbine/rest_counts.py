@@ -14,10 +14,8 @@ from takagi.certificates.checker.arithmetic.interval import (
     point,
 )
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine import (
-    rest_count,
-)
-from takagi.certificates.checker.turbine.rest_count import Piece, Span
+from takagi.certificates.checker.turbine.equilibria import zero_count as rest_count
+from takagi.certificates.checker.turbine.equilibria.zero_count import Piece, Span
 from tests.certificates.pinned.turbine.values import Named
 
 F = Fraction

@@ -8,13 +8,15 @@ from itertools import product
 from typing import Any
 from unittest.mock import patch
 
-from takagi.certificates.checker.turbine import (
-    coherent_rest,
-    equilibrium,
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
+from takagi.certificates.checker.turbine.equilibria import effort_sharing as coherent_rest
+from takagi.certificates.checker.turbine.equilibria import equilibrium_claim as equilibrium
+from takagi.certificates.checker.turbine.equilibria.effort_sharing import (
+    CoherentRests,
+    _Rest,
+    coherent_rests,
 )
-from takagi.certificates.checker.turbine.coherent_inputs import Law, Plant
-from takagi.certificates.checker.turbine.coherent_rest import CoherentRests, _Rest, coherent_rests
-from takagi.certificates.checker.turbine.rest_count import Count, Span
+from takagi.certificates.checker.turbine.equilibria.zero_count import Count, Span
 from tests.certificates.pinned.turbine.inputs import CELLS
 from tests.certificates.pinned.turbine.inputs import read as coherent_read
 from tests.certificates.pinned.turbine.values import Named, said

@@ -17,12 +17,10 @@ from takagi.certificates.checker.arithmetic.interval import (
     enclose,
     point,
 )
-from takagi.certificates.checker.turbine import (
-    paper_one_rest,
-)
-from takagi.certificates.checker.turbine.paper_one_rest import OneIntegrator
-from takagi.certificates.checker.turbine.paper_rest import paper_rests
-from takagi.certificates.checker.turbine.rest_count import Count, Span
+from takagi.certificates.checker.turbine.equilibria import one_integrator as paper_one_rest
+from takagi.certificates.checker.turbine.equilibria.one_integrator import OneIntegrator
+from takagi.certificates.checker.turbine.equilibria.published import paper_rests
+from takagi.certificates.checker.turbine.equilibria.zero_count import Count, Span
 from tests.certificates.pinned.turbine.rests_of_paper import (
     FULL,
     LATE,

@@ -16,13 +16,13 @@ from takagi.certificates.checker.arithmetic.interval import (
     ZERO,
     enclose,
 )
-from takagi.certificates.checker.turbine.coherent_inputs import Plant
-from takagi.certificates.checker.turbine.paper_balance import RestPlace
-from takagi.certificates.checker.turbine.paper_inputs import PaperLaw
-from takagi.certificates.checker.turbine.paper_one_rest import OneIntegrator
-from takagi.certificates.checker.turbine.paper_rest import bends, paper_rests
-from takagi.certificates.checker.turbine.paper_two_rest import TwoIntegrators
-from takagi.certificates.checker.turbine.rest_count import Count
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
+from takagi.certificates.checker.turbine.equilibria.one_integrator import OneIntegrator
+from takagi.certificates.checker.turbine.equilibria.published import bends, paper_rests
+from takagi.certificates.checker.turbine.equilibria.published_balance import RestPlace
+from takagi.certificates.checker.turbine.equilibria.two_integrators import TwoIntegrators
+from takagi.certificates.checker.turbine.equilibria.zero_count import Count
+from takagi.certificates.checker.turbine.published.inputs import PaperLaw
 from tests.certificates.pinned.turbine.inputs import read
 from tests.certificates.pinned.turbine.paper_numbers import LAWS
 from tests.certificates.pinned.turbine.values import Named, said

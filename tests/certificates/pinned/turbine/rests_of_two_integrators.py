@@ -14,12 +14,10 @@ from takagi.certificates.checker.arithmetic.interval import (
     ZERO,
     enclose,
 )
-from takagi.certificates.checker.turbine import (
-    paper_two_rest,
-)
-from takagi.certificates.checker.turbine.paper_rest import paper_rests
-from takagi.certificates.checker.turbine.paper_two_rest import TwoIntegrators
-from takagi.certificates.checker.turbine.rest_count import Count, Span
+from takagi.certificates.checker.turbine.equilibria import two_integrators as paper_two_rest
+from takagi.certificates.checker.turbine.equilibria.published import paper_rests
+from takagi.certificates.checker.turbine.equilibria.two_integrators import TwoIntegrators
+from takagi.certificates.checker.turbine.equilibria.zero_count import Count, Span
 from tests.certificates.pinned.turbine.rests_of_paper import (
     FULL,
     LATE,

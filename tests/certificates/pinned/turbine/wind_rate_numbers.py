@@ -7,11 +7,8 @@ from fractions import Fraction
 from itertools import product
 from typing import Any
 
-from takagi.certificates.checker.turbine import (
-    actuator_rates,
-    wind_rate,
-)
-from takagi.certificates.checker.turbine.wind_rate import Range
+from takagi.certificates.checker.turbine.effort_sharing import actuator_rates, wind_rate
+from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range
 from tests.certificates.pinned.turbine.coherent_numbers import subject
 from tests.certificates.pinned.turbine.inputs import CELLS, read
 from tests.certificates.pinned.turbine.values import Named, said

@@ -1,0 +1,128 @@
+r"""The exact channel from a disturbance to an output through the loop, blend by blend.
+
+    x' = A x + B w,   y = C x + D w        (x+ in the place of x' in discrete time)
+
+with A and C of the closed loop. The claim selects the channel:
+
+    "disturbance": "disturbances"   B = E_i, D = 0
+    "disturbance": "inputs"         B = B_i, D = D_i: w is added to the input, u = -K x + w
+    "output": absent                C = C_i - D_i K_j of the model
+    "output": {"C", "D", "F"}       y = C x + D u + F w of its own, stacks of one or r matrices;
+                                    D and F may be left out; one of each for a secant embedding,
+                                    because its weights cannot be evaluated
+
+Means over the pairs of a ``Blend`` are taken of every matrix alike, so the loop is a blend of these
+paths, and what is convex in (A, B, C, D) holds for the loop when it holds for each of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
+from takagi.certificates.checker.kernel.reader import member, text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.loop.averages import refuse_averages
+from takagi.certificates.checker.loop.blends import blends_of
+from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
+
+__all__ = ["Path", "entrance", "paths", "quadratic_change", "scaled_identity", "zero"]
+
+Stack = tuple[Matrix, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """The channel of one blend; ``D`` is None if there is no direct feedthrough from w to y."""
+
+    label: str
+    A: Matrix
+    B: Matrix
+    C: Matrix
+    D: Matrix | None
+
+    @property
+    def through(self) -> Matrix:
+        """D, with its zeros written out."""
+        return zero(self.C.shape[0], self.B.shape[1]) if self.D is None else self.D
+
+
+def zero(rows: int, columns: int) -> Matrix:
+    """Return a matrix of zeros."""
+    return Matrix([[0] * columns for _ in range(rows)])
+
+
+def paths(claim: Any, family: Family, where: str) -> Iterator[Path]:
+    """Yield the path of every blend.
+
+    Raises
+    ------
+    CertificateError : a disturbance that is not known, a matrix that is missing or does not fit.
+    """
+    way, entering_stack = entrance(claim, family, where)
+    whole, F = _with_output(claim, family, entering_stack[0].shape[1], where)
+    if not whole.C:
+        raise CertificateError(f"{where}: the model has no output, and the claim gives none")
+    direct: list[Stack] = [F] if F else []
+    if way == "inputs" and whole.D:
+        direct.append(whole.D)
+    blends = blends_of(replace(whole, more=(entering_stack, *direct)), claim, where)
+    bounded(len(blends), whole.order + entering_stack[0].shape[1])
+    for blend in blends:
+        B, *through = map(blend.of, blend.family.more)
+        D = sum(through[1:], through[0]) if through else None
+        yield Path(blend.label, blend.A, B, blend.C, D)
+
+
+def entrance(claim: Any, family: Family, where: str) -> tuple[str, Stack]:
+    """Return how w enters the loop, and its matrices: E, or B.
+
+    Raises
+    ------
+    CertificateError : an unknown kind of disturbance, or one that the model does not have.
+    """
+    way = text(claim, "disturbance", where)
+    if way not in ("disturbances", "inputs"):
+        raise CertificateError(f"{where}.disturbance: {way!a} is not 'disturbances' or 'inputs'")
+    stack = family.E if way == "disturbances" else family.B
+    if not stack:
+        raise CertificateError(f"{where}.disturbance: the model has no {way}")
+    return way, stack
+
+
+def _with_output(claim: Any, family: Family, width: int, where: str) -> tuple[Family, Stack]:
+    """Return the family with the claim's output in place of its own, and F."""
+    if "output" not in claim:
+        return family, ()
+    place = f"{where}.output"
+    given = member(claim, "output", where)
+    C = read_stack(given, "C", place)
+    D = read_stack(given, "D", place) if "D" in given else ()
+    F = read_stack(given, "F", place) if "F" in given else ()
+    height, inputs = C[0].shape[0], family.B[0].shape[1] if family.B else 0
+    for key, stack, columns in (("C", C, family.order), ("D", D, inputs), ("F", F, width)):
+        if stack and (stack[0].shape != (height, columns) or len(stack) not in (1, family.rules)):
+            raise CertificateError(
+                f"{place}.{key}: {height} by {columns} is needed, one or {family.rules} of them"
+            )
+    if any(len(stack) > 1 for stack in (C, D, F)):
+        refuse_averages(family, "output", place)
+    return replace(family, C=C, D=D), F
+
+
+def quadratic_change(
+    A: Matrix, B: Matrix, P: Matrix, *, discrete: bool
+) -> tuple[Matrix, Matrix, Matrix]:
+    """Return (F, G, H): V' or V(x+) - V(x) = -x'Fx + 2 x'Gw + w'Hw for V = x'Px."""
+    PA, PB = P @ A, P @ B
+    if not discrete:
+        return -(PA + PA.T), PB, zero(B.shape[1], B.shape[1])
+    return P - A.T @ PA, A.T @ PB, B.T @ PB
+
+
+def scaled_identity(size: int, value: Fraction) -> Matrix:
+    """Return value times the identity."""
+    return value * Matrix.identity(size)

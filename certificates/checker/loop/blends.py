@@ -1,0 +1,24 @@
+"""The blends that a claim is shown for: those of its loop, or of each piece of its weights."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from takagi.certificates.checker.loop.polytopic_loop import Blend, Family
+
+__all__ = ["blends_of"]
+
+
+def blends_of(family: Family, claim: Any, where: str) -> list[Blend]:
+    """Return the groups of the loop, on every piece of the weights that the claim has.
+
+    Raises
+    ------
+    CertificateError : pieces that are not those of the loop's weights.
+    """
+    if "halvings" in claim:
+        # Imported here: few claims cut their weights into pieces.
+        from takagi.certificates.checker.loop.halvings import pieces
+
+        return [blend for piece in pieces(claim, family, where) for blend in piece.blends()]
+    return family.blends()

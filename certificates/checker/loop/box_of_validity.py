@@ -1,0 +1,104 @@
+r"""Check that an ellipsoid {x'Px <= c} lies in the box where the model represents its plant.
+
+    |a x| <= b on the ellipsoid   exactly when   c a P^-1 a' <= b^2:   [[P, a'], [a, b^2 / c]] >= 0
+
+for P > 0, by Schur.  The box of a model has ranges of states, which the ellipsoid must satisfy, and
+of inputs, which u = -K_j x must satisfy for every gain (u = 0 without gains). Ranges of
+disturbances are bounded by the claim or assumed. Ranges of other signals in the premises are
+assumed, and the verdict names them.
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.2.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
+
+__all__ = [
+    "beyond_range",
+    "bounded_inputs",
+    "outside_of",
+    "pushing",
+    "reaches_at_most",
+    "row_of",
+]
+
+Range = tuple[Fraction, Fraction]
+
+
+def reaches_at_most(P: Matrix, level: Fraction, row: Matrix, limit: Fraction) -> bool:
+    """Return whether |row x| <= limit wherever x'Px <= level, for P > 0 and level > 0."""
+    if limit < 0:
+        return False
+    corner = Matrix.of([[limit**2 / level]])
+    return Matrix.blocks([[P, row.T], [row, corner]]).is_positive_semidefinite
+
+
+def row_of(matrix: Matrix, k: int) -> Matrix:
+    """Return row k as a matrix of one row."""
+    return Matrix([list(matrix.rows[k])], matrix.below)
+
+
+def outside_of(family: Family, P: Matrix, level: Fraction, added: Sequence[Fraction] = ()) -> str:
+    """Return the side of the box that {x'Px <= level} may cross; empty if it crosses none.
+
+    Parameters
+    ----------
+    added : bounds on what is added to each input from outside, (m,); () for nothing.
+    """
+    one = Matrix.identity(family.order)
+    if len({*family.states, *family.inputs}) < len(family.states) + len(family.inputs):
+        return "a state and an input have one name, so that the box does not say which it bounds"
+    bounded(len(family.box) + len(bounded_inputs(family)) * len(family.K), family.order + 1)
+    for k, side in enumerate(family.box):
+        if side is not None and not reaches_at_most(P, level, row_of(one, k), _half(side)):
+            return f"the ellipsoid may leave the range of {family.states[k]} in the model's box"
+    for k, side in bounded_inputs(family).items():
+        room = _half(side) - (added[k] if added else 0)
+        if room < 0:
+            return f"what is added to {family.inputs[k]} may leave its range in the model's box"
+        for j, gain in enumerate(family.K):
+            if not reaches_at_most(P, level, row_of(gain, k), room):
+                return (
+                    f"gain {j + 1} may take {family.inputs[k]} out of its range in the model's box"
+                )
+    return ""
+
+
+def bounded_inputs(family: Family) -> dict[int, Range]:
+    """Return the ranges of the inputs that the box bounds, by the input's place."""
+    return {
+        family.inputs.index(name): side
+        for name, side in (family.other_box or {}).items()
+        if name in family.inputs
+    }
+
+
+def beyond_range(family: Family, bounds: Sequence[Fraction]) -> str:
+    """Return which disturbance |w_k| <= bounds_k may leave its range in the box; empty for none.
+
+    A signal that only schedules (its column of E is zero) is left to ``words.validity``.
+    """
+    moved = pushing(family)
+    for name, side in (family.other_box or {}).items():
+        if name in moved and bounds[family.disturbances.index(name)] > _half(side):
+            return f"{name} is bounded less tightly than in the model's box"
+    return ""
+
+
+def pushing(family: Family) -> set[str]:
+    """Return the disturbances with a nonzero column of E."""
+    return {
+        name
+        for k, name in enumerate(family.disturbances)
+        if any(row[k] for E in family.E for row in E.rows)
+    }
+
+
+def _half(side: Range) -> Fraction:
+    """Return the largest b with [-b, b] in the range; negative where 0 is outside."""
+    return min(-side[0], side[1])

@@ -1,0 +1,127 @@
+"""From a file to verdicts: strict reading, comparison of hashes, replay of every claim."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from takagi.certificates.checker.kernel import reader
+from takagi.certificates.checker.kernel.reader import integer, member, text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Checked, Outcome, Verdict
+from takagi.certificates.checker.replay.claim_kinds import KINDS, replay
+
+__all__ = ["FORMAT", "VERSION", "check", "check_document", "concluded"]
+
+FORMAT, VERSION, MOST_CLAIMS = "takagi-certificate", 1, 200
+WITHOUT = "checked without a {} file: the verdict is about the {} inside the certificate"
+
+
+def check(
+    path: Path | str, *, gains: Path | str | None = None, model: Path | str | None = None
+) -> Checked:
+    """Return the verdict on every claim of a certificate file.
+
+    Parameters
+    ----------
+    gains : a gain file; its law and all other contents must be those of the certificate.
+    model : the model's data file; its contents must be those the certificate was made for.
+
+    Raises
+    ------
+    CertificateError : a file is unreadable, damaged, or of another version.
+    OtherGains : the certificate is not about the given gain file.
+    OtherModel : the certificate is not about the given model; the first difference is named.
+    """
+    data = reader.read_json(Path(path))
+    _require_whole(data, str(path))
+    messages = [WITHOUT.format("gain", "gains"), WITHOUT.format("model", "plant")]
+    if gains is None and model is None:
+        return _replayed(data, str(path), messages)
+    # Imported here, so that a check without files does not depend on the code that reads them.
+    from takagi.certificates.checker.files import given_files as companions
+
+    if gains is not None:
+        from takagi.certificates.checker.files.gain_file import compare_gains
+
+        messages[0] = compare_gains(data, gains)
+    if model is not None:
+        messages[1] = companions.compare_model(data, model)
+    checked = _replayed(data, str(path), [message for message in messages if message])
+    return companions.of_the_files(data, checked)
+
+
+def check_document(document: Mapping[str, Any]) -> Checked:
+    """Return the verdict on a certificate in memory, as if it were read from its file.
+
+    Raises
+    ------
+    CertificateError : as for ``check``.
+    """
+    data = reader.read_text(json.dumps(document), "certificate")
+    _require_whole(data, "certificate")
+    return _replayed(data, "certificate", [])
+
+
+def _require_whole(data: dict[str, Any], path: str) -> None:
+    """Refuse another format or version, and parts that are not those of the hashes."""
+    if text(data, "format", "certificate") != FORMAT:
+        raise CertificateError(f"{path}: the format is not {FORMAT!r}")
+    if integer(data, "version", "certificate") != VERSION:
+        raise CertificateError(f"{path}: this checker reads version {VERSION}; use a matching one")
+    hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
+    # A hash detects accidental changes; a controller without a claim may have no hash.
+    told = isinstance(hashes, dict) and "controller" in hashes
+    for part in ("model", "gains", "claims", *(["controller"] if told else [])):
+        if text(hashes, part, "provenance.sha256") != reader.digest(data.get(part)):
+            why = f"the {part} are not those the certificate was made for (its hash differs)"
+            raise CertificateError(f"{path}: {why}; make it again with 'takagi certify'")
+
+
+def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
+    claims = reader.listed(data, "claims", path, 1, MOST_CLAIMS)
+    kinds = [text(claim, "kind", f"claims[{i}]") for i, claim in enumerate(claims)]
+    model, gains = member(data, "model", "certificate"), data.get("gains")
+    family = None
+    if any(kind in KINDS for kind in kinds):
+        # Imported here: a turbine's loop does not need it, because it is not a sum over rules.
+        from takagi.certificates.checker.replay.model_loop import read_family
+
+        family = read_family(model, gains)
+    found: list[Outcome] = []
+    for i, claim in enumerate(claims):
+        text(claim, "name", f"claims[{i}]")
+        found.append(replay(claim, data, family, found, f"claims[{i}]"))
+    if isinstance(model, dict) and model.get("kind") == "plant":
+        # Imported here: for a turbine or for matrices no model has to contain a plant.
+        from takagi.certificates.checker.replay.containment import of_the_plant
+
+        found = of_the_plant(found, kinds, path)
+    return concluded(found, messages, kinds)
+
+
+def concluded(found: Sequence[Outcome], notes: list[str], kinds: Sequence[str] = ()) -> Checked:
+    """Return the verdict on the whole, and then each claim in words.
+
+    Parameters
+    ----------
+    notes : the messages.
+    kinds : of the claims, in the same order: each says what it assumes.
+    """
+    verdicts = {one.verdict for one in found}
+    overall = Verdict.UNDECIDED
+    if Verdict.DISPROVED in verdicts:
+        overall = Verdict.DISPROVED
+    elif verdicts == {Verdict.PROVED}:
+        overall = Verdict.PROVED
+    # Imported here, as all words are: no verdict depends on it.
+    from takagi.certificates.checker.words.assumptions import assumed
+    from takagi.certificates.checker.words.saying import in_words
+
+    claims = [in_words(one) for one in found]
+    if kinds:
+        claims = [replace(a, assumes=assumed(k)) for a, k in zip(claims, kinds, strict=True)]
+    return Checked(overall, claims, notes)

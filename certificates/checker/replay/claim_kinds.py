@@ -1,0 +1,83 @@
+"""Which function replays which kind of claim.
+
+Modules are listed by name and imported only when a certificate has such a claim. So a verdict loads
+only the code that it needs.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Outcome
+
+if TYPE_CHECKING:
+    from takagi.certificates.checker.loop.polytopic_loop import Family
+
+__all__ = ["KINDS", "OWN_READING", "RESTING", "replay"]
+
+# Claims about the loop of model and gains.
+KINDS = {
+    "decay": "kinds.decay.check_decay",
+    "no-common-decay": "kinds.no_common_decay.check_no_common_decay",
+    "fuzzy-decay": "kinds.fuzzy_decay.check_fuzzy_decay",
+    "region": "kinds.region.check_region",
+    "gain-rounding": "kinds.gain_rounding.check_gain_rounding",
+    "box-enlargement": "kinds.box_enlargement.check_box_enlargement",
+    "l2-gain": "kinds.l2_gain.check_l2_gain",
+    "h2-norm": "kinds.h2_norm.check_h2_norm",
+    "peak": "kinds.peak.check_peak",
+    "invariant-ellipsoid": "kinds.invariant_ellipsoid.check_invariant_ellipsoid",
+    "input-limits": "kinds.input_limits.check_input_limits",
+    "observer": "kinds.observer.check_observer",
+    "observed-feedback": "kinds.observer.check_observed_feedback",
+    "transient": "kinds.transient.check_transient",
+    "sampled-loop": "kinds.sampled_loop.check_sampled_loop",
+}
+# Claims that read model and gains in their own way, or contain their own matrices.
+OWN_READING = {
+    "coherent-loop": "turbine.effort_sharing.loop_claim.check_coherent",
+    "paper-loop": "turbine.published.loop_claim.check_paper",
+    "equilibrium": "turbine.equilibria.equilibrium_claim.check_equilibrium",
+    "effort-blend": "plant.effort_blend.check_effort_blend",
+    "sector-embedding": "plant.sector_embedding.check_embedding",
+    "secant-embedding": "plant.secant_embedding.check_secant_embedding",
+    "quadratic-decay": "kinds.quadratic.check_quadratic",
+    "no-common-quadratic": "kinds.quadratic.check_impossibility",
+}
+# Claims that depend on an earlier claim: they get the whole file and the earlier verdicts.
+RESTING = {
+    "wind-rate": "turbine.effort_sharing.wind_rate.check_wind_rate",
+    "actuator-rates": "turbine.effort_sharing.actuator_rates.check_actuator_rates",
+}
+
+
+def replay(
+    claim: Any, data: Any, family: Family | None, found: list[Outcome], where: str
+) -> Outcome:
+    """Return the verdict on one claim of a file.
+
+    Parameters
+    ----------
+    data : the whole file; claims of ``KINDS`` do not need it, all others do.
+    family : the loop of model and gains; needed for claims of ``KINDS``.
+    found : the verdicts on the claims before this one.
+
+    Raises
+    ------
+    CertificateError : a kind that is not known, or a claim that is malformed.
+    """
+    kind = claim["kind"]
+    if kind in RESTING and data is not None:
+        place, given = RESTING[kind], [data, found]
+    elif kind in OWN_READING and data is not None:
+        place, given = OWN_READING[kind], [data["model"], data.get("gains")]
+    elif kind in KINDS and family is not None:
+        place, given = KINDS[kind], [family]
+    else:
+        raise CertificateError(f"{where}.kind: {kind!r} is not one that this checker replays")
+    module, _, name = place.rpartition(".")
+    function = getattr(import_module(f"takagi.certificates.checker.{module}"), name)
+    outcome: Outcome = function(claim, *given, where)
+    return outcome

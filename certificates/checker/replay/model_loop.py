@@ -1,0 +1,31 @@
+"""The loop that the model and the gains of a certificate make, by the kind of model."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from takagi.certificates.checker.kernel import reader
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.loop.polytopic_loop import Family, closed_by, vertices
+
+__all__ = ["read_family"]
+
+
+def read_family(model: Any, gains: Any, where: str = "model") -> Family:
+    """Return the loop of a certificate's ``model`` and ``gains``, every number as written.
+
+    Raises
+    ------
+    CertificateError : a kind that is not known, shapes that do not fit, gains of another model.
+    """
+    kind = reader.member(model, "kind", where)
+    if kind == "takagi-sugeno":
+        plain = vertices(model, where)
+    elif kind == "plant":
+        # Imported here: matrices alone need nothing of what is known about plants.
+        from takagi.certificates.checker.plant.sector_embedding import plant_family
+
+        plain = plant_family(model, where)
+    else:
+        raise CertificateError(f"{where}.kind: {kind!a} has no vertices for this claim")
+    return plain if gains is None else closed_by(plain, gains, "gains")

@@ -1,0 +1,402 @@
+r"""Enclosure of the closed loop with a published law, and of its slopes.
+
+    omega' = T_r(omega, beta, v)/J - n_g T/J,     T = max(phi(u_1), 0)
+    beta'  = (beta_ref - beta)/tau_beta,          beta_ref = f_1(omega) u_2 within pitch limits
+    u      = -k_w (omega - omega_ref(v)) - k_p beta + k_I x, gains multilinear in premise weights
+    x'     = omega_ref - omega, for two integrators plus (carried out - u)/(tau k_I)
+
+phi passes torque, is a parabola over the torque overlap and then rated torque.  Premises are
+averages of dT_r/domega (a) and dT_r/dbeta (b) between the trim of the wind and the state, each
+over J; the average of a second derivative with weight s or 1 - s lies in half of its range.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import product
+
+from takagi.certificates.checker.arithmetic.dual import Dual, chained, greater, lesser, still
+from takagi.certificates.checker.arithmetic.interval import (
+    ONE,
+    UNIT,
+    ZERO,
+    Interval,
+    enclose,
+    hull,
+    point,
+)
+from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
+from takagi.certificates.checker.turbine.published.inputs import Overlaps, PaperLaw, Region
+
+__all__ = ["Ends", "Loop", "blended", "interpolated"]
+
+HALF = Interval(ONE // 2, ONE // 2)
+
+
+@dataclass(frozen=True)
+class Ends:
+    """A range of winds, and a line of states over it with half widths around it, exactly.
+
+    Attributes
+    ----------
+    wind : (v_1, v_2), equal for a point.
+    states : z_0 at both.
+    widths : half widths r; zero for the line itself.
+    """
+
+    wind: tuple[Fraction, Fraction]
+    states: tuple[list[Fraction], list[Fraction]]
+    widths: list[Fraction]
+
+
+class Loop:
+    """The loop over a piece of wind; ``seeds`` chooses along what slopes are taken.
+
+    seeds "states": one direction per state, of length r.  "line": along the centres, per unit of
+    wind.  "none": values only.
+    """
+
+    def __init__(
+        self, plant: Plant, law: PaperLaw, overlaps: Overlaps, ends: Ends, seeds: str
+    ) -> None:
+        self.plant, self.law, self.overlaps, self.ends = plant, law, overlaps, ends
+        count = {"states": law.states, "line": 1, "none": 0}[seeds]
+        v1, v2 = ends.wind
+        pace = UNIT if seeds == "line" else ZERO
+        self.wind = Dual(enclose(v1, v2), (pace,) * count)
+        self.state = []
+        for i, (first, last, r) in enumerate(zip(*ends.states, ends.widths, strict=True)):
+            low, high = min(first, last) - r, max(first, last) + r
+            if i == 1:
+                low, high = max(low, law.pitch_min), min(high, law.pitch_max)
+            slopes = [ZERO] * count
+            if seeds == "states":
+                slopes[i] = point(r)
+            elif seeds == "line":
+                slopes[0] = point((last - first) / (v2 - v1))
+            self.state.append(Dual(enclose(low, high), tuple(slopes)))
+        self.speed, self.pitch = self.state[:2]
+        self.sharp = seeds == "none"
+
+    # ------------------------------------------------------------------ the field
+    def rates(self, torque_end: int | None = None, free: bool | None = None) -> list[Dual]:
+        """Return z'.
+
+        Parameters
+        ----------
+        torque_end : the end of the range of phi' to use; None uses the whole range.
+        free : whether pitch is free or at a limit; None covers both.
+        """
+        plant, law = self.plant, self.law
+        torque, torque_rest = self._torque(torque_end)
+        angle, angle_rest = self._angle(free)
+        turning = (angle - self.pitch).by(point(1 / plant.lag))
+        if turning.value.magnitude() > point(plant.rate_limit)[0]:
+            raise Refused("the set may demand more than the pitch rate limit")
+        rates = [self.rotor - torque.by(point(plant.gear_per_inertia)), turning]
+        if law.tracking_time is None:
+            return [*rates, -self.error]
+        pace = point(1 / law.tracking_time)
+        for rest, region, weights in (
+            (torque_rest, law.partial, self.partial_weights),
+            (angle_rest, law.full, self.full_weights),
+        ):
+            rates.append((rest / blended(region, 2, weights)).by(pace) - self.error)
+        return rates
+
+    def choices(self) -> list[tuple[int, bool]]:
+        """Return the (torque_end, free) whose hull holds every Jacobian."""
+        low, high = self._torque_slope()
+        ends = (0,) if low == high else (0, 1)
+        may_be_free, may_be_held = self._pitch_cases()
+        cases = [case for case, there in ((True, may_be_free), (False, may_be_held)) if there]
+        return list(product(ends, cases))
+
+    # ------------------------------------------------------------------ rotor and reference
+    @cached_property
+    def rotor(self) -> Dual:
+        """T_r / J = c v^2 c_Q(omega R / v, beta)."""
+        c, radius, v = (
+            point(self.plant.torque_per_inertia),
+            point(self.plant.radius),
+            self.wind.value,
+        )
+        ratio, angle = self._ratio(None, True, False), self.pitch.value
+        bounds = self.plant.surface.bounds
+        value, by_ratio = bounds(ratio, angle), bounds(ratio, angle, 1, 0)
+        cv, cvv = c * v, c * v.square()
+        by_wind = cv * (value + value - ratio * by_ratio)
+        return chained(
+            cvv * value,
+            (cv * radius * by_ratio, self.speed),
+            (cvv * bounds(ratio, angle, 0, 1), self.pitch),
+            (by_wind, self.wind),
+        )
+
+    @cached_property
+    def error(self) -> Dual:
+        """omega - omega_ref(v)."""
+        law, radius = self.law, self.plant.radius
+        v = self._held_wind(law.cut_in, law.cut_out)
+        floor = lesser(still(point(law.minimum_speed), v), v.by(point(law.largest_ratio / radius)))
+        wanted = greater(v.by(point(law.optimal_ratio / radius)), floor)
+        return self.speed - lesser(wanted, still(point(law.setpoint), v))
+
+    # ------------------------------------------------------------------ premises and gains
+    @cached_property
+    def partial_weights(self) -> list[Dual]:
+        region = self.law.partial
+        trim = self._column(region, region.pitch)
+        return [_weight(self._speed_premise(region, trim), region.bounds[0])]
+
+    @cached_property
+    def full_weights(self) -> list[Dual]:
+        region = self.law.full
+        first = _weight(self._speed_premise(region, self.pitch), region.bounds[0])
+        return [first, _weight(self._pitch_premise(region), region.bounds[1])]
+
+    def _speed_premise(self, region: Region, angle: Dual) -> Dual:
+        c, radius = point(self.plant.torque_per_inertia), point(self.plant.radius)
+        wind, trim = (
+            self._held_wind(region.wind[0], region.wind[-1]),
+            self._column(region, region.speed),
+        )
+        ratio, bounds = self._ratio(region, True, True), self.plant.surface.bounds
+        first, second = bounds(ratio, angle.value, 1, 0), bounds(ratio, angle.value, 2, 0)
+        cr = c * radius
+        crv = cr * wind.value
+        half = HALF * (cr * radius * second)
+        found = chained(
+            crv * first,
+            (half, trim),
+            (half, self.speed),
+            (crv * bounds(ratio, angle.value, 1, 1), angle),
+            (cr * (first - ratio * second), wind),
+        )
+        if not self.sharp:
+            return found
+        cvv = c * wind.value.square()
+        at_trim = cvv * bounds(self._ratio(region, False, True), angle.value)
+        at_state = cvv * bounds(self._ratio(region, True, False), angle.value)
+        return _quotient(found, at_state - at_trim, self.speed.value - trim.value)
+
+    def _pitch_premise(self, region: Region) -> Dual:
+        c, radius = point(self.plant.torque_per_inertia), point(self.plant.radius)
+        wind, trim = (
+            self._held_wind(region.wind[0], region.wind[-1]),
+            self._column(region, region.pitch),
+        )
+        speed, bounds = self._column(region, region.speed), self.plant.surface.bounds
+        ratio = self._ratio(region, False, True)
+        angle = hull(trim.value, self.pitch.value)
+        first, mixed = bounds(ratio, angle, 0, 1), bounds(ratio, angle, 1, 1)
+        cv, cvv = c * wind.value, c * wind.value.square()
+        half = HALF * (cvv * bounds(ratio, angle, 0, 2))
+        found = chained(
+            cvv * first,
+            (half, trim),
+            (half, self.pitch),
+            (cv * radius * mixed, speed),
+            (cv * (first + first - ratio * mixed), wind),
+        )
+        if not self.sharp:
+            return found
+        rise = cvv * (bounds(ratio, self.pitch.value) - bounds(ratio, trim.value))
+        return _quotient(found, rise, self.pitch.value - trim.value)
+
+    def _held_wind(self, lowest: Fraction, highest: Fraction) -> Dual:
+        """Return the wind limited to a range; this is exact, since cells end where ranges end."""
+        low, high = self.ends.wind
+        held = [min(max(v, lowest), highest) for v in (low, high)]
+        moving = low < highest and high > lowest
+        still_too = low < lowest or high > highest or not moving
+        slope = Interval(0 if still_too else ONE, ONE if moving else 0)
+        return self.wind.through(enclose(held[0], held[1]), slope)
+
+    def _column(self, region: Region, column: list[Fraction]) -> Dual:
+        """Return a column of the trim table at the wind: linear between nodes, held beyond."""
+        low, high = self.ends.wind
+        places = [low, *(v for v in region.wind if low < v < high), high]
+        values = [interpolated(region.wind, column, v) for v in places]
+        runs = [
+            (b - a) / (last - first)
+            for first, last, a, b in zip(places, places[1:], values, values[1:], strict=False)
+            if last > first
+        ] or [Fraction(0)]
+        return self.wind.through(enclose(min(values), max(values)), enclose(min(runs), max(runs)))
+
+    def _ratio(self, region: Region | None, of_state: bool, of_trim: bool) -> Interval:
+        """Return the range of omega R / v for the state's speed, the trim's, or all between.
+
+        Speeds and (held) wind are lines between the table's nodes, so the ratio is monotone there.
+        """
+        low, high = self.ends.wind
+        nodes = region.wind if region else []
+        first, last = (z[0] for z in self.ends.states)
+        r, found = self.ends.widths[0], []
+        for v in [low, *(node for node in nodes if low < node < high), high]:
+            at = min(max(v, nodes[0]), nodes[-1]) if region else v
+            if of_state:
+                share = (v - low) / (high - low) if high > low else Fraction(0)
+                middle = first + share * (last - first)
+                found += [(middle - r) / at, (middle + r) / at]
+            if of_trim and region:
+                found.append(interpolated(region.wind, region.speed, v) / at)
+        return enclose(min(found) * self.plant.radius, max(found) * self.plant.radius)
+
+    # ------------------------------------------------------------------ torque
+    @cached_property
+    def torque_command(self) -> Dual:
+        region, weights = self.law.partial, self.partial_weights
+        speed, integral = blended(region, 0, weights), blended(region, 2, weights)
+        return integral * self.state[2] - speed * self.error
+
+    def _torque(self, end: int | None) -> tuple[Dual, Dual]:
+        u, slope = self.torque_command, self._torque_slope()
+        if end is not None:
+            slope = Interval(slope[end], slope[end])
+        low, high = (self._passed(x) for x in u.value)
+        gap = Interval(high.low - u.value.high, low.high - u.value.low)
+        return u.through(Interval(low.low, high.high), slope), u.through(gap, slope - UNIT)
+
+    def _passed(self, x: int) -> Interval:
+        """Return a bracket of max(phi, 0) at x / 10^36."""
+        limit, half = self.law.rated_torque, self.overlaps.torque / 2
+        u = Fraction(x, ONE)
+        if u >= limit + half:
+            return point(limit)
+        if u <= limit - half:
+            return Interval(max(x, 0), max(x, 0))
+        return point(limit - (limit + half - u) ** 2 / (4 * half))
+
+    def _torque_slope(self) -> Interval:
+        """Return the range of the slope of max(phi, 0): it falls from 1 to 0 for u > 0."""
+        low, high = self.torque_command.value
+        limit, whole = self.law.rated_torque, self.overlaps.torque
+        steepest, flattest = (
+            min(max((limit + whole / 2 - Fraction(x, ONE)) / whole, Fraction(0)), Fraction(1))
+            for x in (low, high)
+        )
+        bracket = enclose(flattest, steepest)
+        return Interval(0 if low < 0 else bracket.low, 0 if high <= 0 else min(bracket.high, ONE))
+
+    # ------------------------------------------------------------------ pitch
+    @cached_property
+    def pitch_command(self) -> Dual:
+        speed, angle, integral = (
+            blended(self.law.full, kind, self.full_weights) for kind in range(3)
+        )
+        return integral * self.state[-1] - speed * self.error - angle * self.pitch
+
+    @cached_property
+    def share(self) -> Dual:
+        """f_1(omega)."""
+        low, high = (
+            (Fraction(x, ONE) - self.overlaps.start) / self.overlaps.width for x in self.speed.value
+        )
+        a, b = (min(max(s, Fraction(0)), Fraction(1)) for s in (low, high))
+        if not self.law.smooth:
+            least, most = (Fraction(low >= 0 and high <= 1), Fraction(high > 0 and low < 1))
+            value = enclose(a, b)
+        else:
+            steep = [6 * a * (1 - a), 6 * b * (1 - b)]
+            least = min(steep)
+            most = Fraction(3, 2) if 2 * a < 1 < 2 * b else max(steep)
+            value = enclose(a * a * (3 - 2 * a), b * b * (3 - 2 * b))
+        width = self.overlaps.width
+        return self.speed.through(value, enclose(least / width, most / width))
+
+    def _pitch_cases(self) -> tuple[bool, bool]:
+        """Return whether pitch may be free, and whether it may be held at a limit."""
+        low, high = (self.share * self.pitch_command).value
+        bottom, top = point(self.law.pitch_min), point(self.law.pitch_max)
+        return high >= bottom[0] and low <= top[1], low < bottom[1] or high > top[0]
+
+    def _angle(self, free: bool | None) -> tuple[Dual, Dual]:
+        u = self.pitch_command
+        blended = self.share * u
+        bottom, top = point(self.law.pitch_min), point(self.law.pitch_max)
+        value = lesser(greater(_bare(blended), Dual(bottom, ())), Dual(top, ())).value
+        rest = self.share.plus(-UNIT) * u
+        limits = []
+        if blended.value[0] < bottom[1]:
+            limits.append(still(bottom, u) - u)
+        if blended.value[1] > top[0]:
+            limits.append(still(top, u) - u)
+        may_be_free, _ = self._pitch_cases()
+        parts = [rest, *limits] if may_be_free else limits
+        gap = hull(*(part.value for part in parts))
+        if free is None:
+            kept = [blended] if may_be_free else []
+            kept += [still(bottom, u)] if limits else []
+            return _joined(value, kept), _joined(gap, parts)
+        if free:
+            return Dual(value, blended.slopes), Dual(gap, rest.slopes)
+        return still(value, u), Dual(gap, (-u).slopes)
+
+
+def _bare(quantity: Dual) -> Dual:
+    return Dual(quantity.value, ())
+
+
+def _joined(value: Interval, parts: list[Dual]) -> Dual:
+    return Dual(
+        value, tuple(hull(*slopes) for slopes in zip(*(p.slopes for p in parts), strict=True))
+    )
+
+
+def _quotient(found: Dual, rise: Interval, step: Interval) -> Dual:
+    """Return the average slope as a quotient, if the step is certainly not zero."""
+    if step[0] <= 0 <= step[1]:
+        return found
+    sharp = rise / step
+    value = Interval(max(sharp.low, found.value.low), min(sharp.high, found.value.high))
+    if value.low > value.high:
+        raise Refused("two brackets of one number do not meet")
+    return Dual(value, found.slopes)
+
+
+def _weight(premise: Dual, bounds: tuple[Fraction, Fraction]) -> Dual:
+    shifted = premise.plus(point(-bounds[0])).by(point(1 / (bounds[1] - bounds[0])))
+    return shifted.clamped(ZERO, UNIT)
+
+
+def blended(region: Region, kind: int, weights: list[Dual]) -> Dual:
+    """Return a gain; it is affine in each weight, so the corners of the weights give its range."""
+    table = region.gains[kind]
+    value = _corner_range(table, [w.value for w in weights])
+    terms = []
+    for i, weight in enumerate(weights):
+        rest = [w.value for j, w in enumerate(weights) if j != i]
+        rises = {
+            corner[:i] + corner[i + 1 :]: gain - table[corner[:i] + (0,) + corner[i + 1 :]]
+            for corner, gain in table.items()
+            if corner[i] == 1
+        }
+        terms.append((_corner_range(rises, rest), weight))
+    return chained(value, *terms)
+
+
+def _corner_range(table: dict[tuple[int, ...], Fraction], weights: list[Interval]) -> Interval:
+    found = []
+    for at in product(*weights):
+        total = ZERO
+        for corner, gain in table.items():
+            share = UNIT
+            for up, w in zip(corner, at, strict=True):
+                share = share * (Interval(w, w) if up else Interval(ONE - w, ONE - w))
+            total = total + point(gain) * share
+        found.append(total)
+    return hull(*found)
+
+
+def interpolated(wind: list[Fraction], column: list[Fraction], at: Fraction) -> Fraction:
+    """Return a column of a table at a wind: linear between nodes, held beyond them."""
+    v = min(max(at, wind[0]), wind[-1])
+    k = 0
+    while k < len(wind) - 2 and wind[k + 1] <= v:
+        k += 1
+    return column[k] + (v - wind[k]) / (wind[k + 1] - wind[k]) * (column[k + 1] - column[k])

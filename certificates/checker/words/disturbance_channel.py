@@ -1,0 +1,28 @@
+"""The disturbance and the output in the sentence of a claim about their channel."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.words.deviations import deviations
+
+__all__ = ["path_deviations", "shown_path"]
+
+
+def shown_path(claim: Any, family: Family) -> str:
+    """Return a text about the source of w and of y."""
+    alone = ", without the model's disturbance" if family.E else ""
+    given = claim["disturbance"] == "disturbances"
+    way = "the model's disturbance" if given else f"added to u{alone}"
+    return f"w {way}, y {'of the claim' if 'output' in claim else 'the output of the model'}"
+
+
+def path_deviations(claim: Any, family: Family, others: str = "") -> str:
+    """Return the meaning of w, y and other letters with equilibrium values other than 0.
+
+    A w that is added to u is no deviation; an output that the claim writes itself is of x and u.
+    """
+    seen = {*others, *("xu" if "output" in claim else "y")}
+    seen |= {"w"} if claim["disturbance"] == "disturbances" else set()
+    return deviations(family, "".join(a for a in "xuyw" if a in seen))

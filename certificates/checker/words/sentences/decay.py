@@ -1,0 +1,25 @@
+"""What a proved claim of kind ``decay`` says."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.words.about import about
+from takagi.certificates.checker.words.rounded import at_least
+from takagi.certificates.checker.words.validity import undisturbed, while_valid
+
+__all__ = ["falling", "said"]
+
+
+def said(name: str, family: Family, alpha: Fraction, blends: int) -> tuple[str, str]:
+    """Return name and sentence."""
+    return name, (
+        f"V = x'Px {falling(alpha)}{undisturbed(family)} along {about(family)} "
+        f"(inequalities: {blends}){while_valid(family)}"
+    )
+
+
+def falling(alpha: Fraction) -> str:
+    """Return how V falls."""
+    return f"decays as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"

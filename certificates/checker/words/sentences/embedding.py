@@ -1,0 +1,56 @@
+"""What a proved claim of kind ``sector-embedding`` or ``secant-embedding`` says."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from fractions import Fraction
+
+from takagi.certificates.checker.plant.reading import PlantNodes
+from takagi.certificates.checker.plant.vertices import corners_of
+from takagi.certificates.checker.words.rounded import at_least, at_most
+
+__all__ = ["said"]
+
+
+def said(
+    name: str, plant: PlantNodes, boxes: int, removable: Collection[str], off: Fraction
+) -> tuple[str, str]:
+    """Return name and sentence.
+
+    Parameters
+    ----------
+    boxes : on which premises were bounded.
+    removable : where a quotient means its limit.
+    off : how far the law's trim is from the plant's rest.
+    """
+    left = "x'" if plant.sample_time is None else "x(t + T)"
+    what = f"{left} of the plant is the blend"
+    if plant.form == "secant":
+        what = "differences of the plant from rest are blends"
+    count = len(corners_of(plant.premises))
+    found = f"{what} of {count} exact vertices{_where(plant)}"
+    premises = len(plant.premises)
+    found += f"; {premises} premise{'s' * (premises != 1)} bounded on "
+    found += f"{boxes} box{'es' * (boxes != 1)} by outward rounding"
+    if plant.mass is not None:
+        found += "; the mass matrix has no zero determinant there"
+    if removable:
+        names = ", ".join(sorted(removable))
+        found += f"; where {names} = 0 a quotient means its limit"
+    return name, found + "; standard library alone" + _trim(off)
+
+
+def _where(plant: PlantNodes) -> str:
+    """Return the box, rounded inward, so that the sentence claims no more than was proved."""
+    box = ", ".join(
+        f"{v.label} in [{at_most(v.side[0], 15)}, {at_least(v.side[1], 15)}]"
+        for v in (*plant.states, *plant.inputs, *plant.disturbances)
+        if v.side is not None
+    )
+    return f" where {box}" if box else " everywhere"
+
+
+def _trim(off: Fraction) -> str:
+    if not off:
+        return ""
+    return f"; the claims are about the exact trim, which the law has to {at_most(off, 2)}"

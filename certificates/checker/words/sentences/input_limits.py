@@ -1,0 +1,56 @@
+"""What a proved claim of kind ``input-limits`` says, of sizes and of rates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+from takagi.certificates.checker.kinds.invariant_set import InvariantSet
+from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.words.about import about
+from takagi.certificates.checker.words.deviations import deviations
+from takagi.certificates.checker.words.invariant_set import (
+    letters,
+    motion,
+    shown_level,
+    where_valid,
+)
+from takagi.certificates.checker.words.rounded import at_least, at_most
+
+__all__ = ["said"]
+
+
+def said(
+    name: str,
+    family: Family,
+    held: InvariantSet,
+    limits: Sequence[Fraction],
+    rates: Sequence[Fraction] | None,
+    moving: Sequence[Fraction],
+) -> tuple[str, str]:
+    """Return name and sentence.
+
+    Parameters
+    ----------
+    rates : the limits on |u_k'|, or on the steps of u_k; None where none is claimed.
+    moving : the rates of memberships that they take for granted; () for none.
+    """
+    return name, (
+        f"|u_k| <= {_most(limits)} for u = -Kx, from anywhere in {{x'Px <= {shown_level(held)}}}"
+        f"{_rate(family, rates, moving)}, "
+        f"along {about(family)}; the set is invariant{where_valid(family)}; "
+        f"{motion(held, family)}{deviations(family, 'xu' + letters(held))}"
+    )
+
+
+def _rate(family: Family, rates: Sequence[Fraction] | None, moving: Sequence[Fraction]) -> str:
+    if rates is None:
+        return ""
+    move = "|u_k(x+) - u_k(x)|" if family.is_discrete else "|u_k'|"
+    shown = ", ".join(at_least(value, 6) for value in moving)
+    assumed = f" for memberships with |h_j'| <= {shown}" if moving else ""
+    return f" and {move} <= {_most(rates)}{assumed}"
+
+
+def _most(limits: Sequence[Fraction]) -> str:
+    return ", ".join(at_most(limit, 6) for limit in limits)

@@ -1,0 +1,36 @@
+"""What a proved claim of kind ``l2-gain`` says."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.words.about import about
+from takagi.certificates.checker.words.disturbance_channel import path_deviations, shown_path
+from takagi.certificates.checker.words.rounded import at_least, at_most
+from takagi.certificates.checker.words.validity import granted, while_valid
+
+__all__ = ["said"]
+
+
+def said(
+    name: str, claim: Any, family: Family, gain: Fraction, energy: Fraction | None
+) -> tuple[str, str]:
+    """Return name and sentence.
+
+    Parameters
+    ----------
+    energy : of w, the square root of that for which no state leaves the box; None if none is shown.
+    """
+    validity = while_valid(family)
+    if energy is not None:
+        validity = (
+            f"; for w of energy at most {at_least(energy, 6)}^2 no state leaves the model's box"
+            f"{granted(family)}"
+        )
+    return name, (
+        f"the energy of y is at most {at_most(gain, 6)}^2 times that of w, from rest, along "
+        f"{about(family)} ({shown_path(claim, family)}){validity}"
+        f"{path_deviations(claim, family)}"
+    )

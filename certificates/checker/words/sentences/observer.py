@@ -1,0 +1,31 @@
+"""What a proved claim of kind ``observer`` or ``observed-feedback`` says."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.words.sentences.decay import falling
+from takagi.certificates.checker.words.validity import undisturbed, while_valid
+
+__all__ = ["said"]
+
+
+def said(
+    name: str, family: Family, alpha: Fraction, *, feedback: bool, secants: bool
+) -> tuple[str, str]:
+    """Return name and sentence.
+
+    Parameters
+    ----------
+    feedback : whether it is about the loop with u = -K xhat, not about the error alone.
+    secants : whether a part of the plant is told by slopes.
+    """
+    what = "the loop with u = -K xhat" if feedback else "the error x - xhat of the observer"
+    assumed = "premises that the observer measures"
+    if secants:
+        assumed = "secants of f in the stated hull" + (f" and {assumed}" * (family.rules > 1))
+    return name, (
+        f"V of {what}, for {assumed}, {falling(alpha)}{undisturbed(family)} along every blend of "
+        f"{family.rules} rules{while_valid(family)}"
+    )

@@ -1,0 +1,40 @@
+"""What a proved claim of kind ``sampled-loop`` says."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
+from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.words.deviations import deviations
+from takagi.certificates.checker.words.ellipsoid_size import shown_size
+from takagi.certificates.checker.words.rounded import at_least, exactly
+from takagi.certificates.checker.words.validity import granted, undisturbed
+
+__all__ = ["said"]
+
+
+def said(
+    name: str, family: Family, step: Fraction, P: Matrix, level: Fraction, alpha: Fraction
+) -> tuple[str, str]:
+    """Return name and sentence."""
+    falls = f"falls as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"
+    inputs = f" ({', '.join(family.inputs)})" if family.inputs else ""
+    gains = f"{len(family.K)} gains" if len(family.K) > 1 else "one gain"
+    blends = f", along every blend of {family.rules} rules and of {gains}"
+    alone = family.rules == len(family.K) == 1
+    limited = any(side is not None for side in family.box) or bool(bounded_inputs(family))
+    start = f"{{x'Px <= {exactly(level)}}}" if limited else "anywhere"
+    assumed = granted(family, disturbances_too=False)
+    stays = (
+        f"; between samples too the plant stays in the model's box{assumed}"
+        f"{shown_size(P, level, family.states)}"
+        if limited
+        else assumed
+    )
+    return name, (
+        f"with a sample every {exactly(step)} s, the command u = -Kx{inputs} held until the next "
+        f"and computed in no time: from {start}, V = x'Px {falls} from sample to sample"
+        f"{undisturbed(family)}{'' if alone else blends}{stays}{deviations(family, 'xu')}"
+    )

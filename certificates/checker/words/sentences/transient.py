@@ -1,0 +1,31 @@
+"""What a proved claim of kind ``transient`` says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.words.about import about
+from takagi.certificates.checker.words.rounded import at_least, at_most
+from takagi.certificates.checker.words.validity import undisturbed, while_valid
+
+__all__ = ["said"]
+
+
+def said(
+    name: str,
+    family: Family,
+    alpha: Fraction,
+    scales: Sequence[Fraction],
+    kappa: Fraction,
+    share: Fraction,
+    time: Fraction,
+) -> tuple[str, str]:
+    """Return name and sentence."""
+    units = "" if set(scales) == {Fraction(1)} else " in the states over their scales"
+    return name, (
+        f"|x(t)| <= {at_most(kappa, 6)} exp(-{at_least(alpha, 6)} t) |x(0)|{units}, so at most "
+        f"{at_most(share, 6)} |x(0)| after {at_most(time, 6)} s,{undisturbed(family)} "
+        f"along {about(family)}{while_valid(family)}"
+    )
