@@ -17,6 +17,7 @@ from takagi.certificates.document.provenance import plain, provenance
 from takagi.certificates.sweep.axis import Axis
 from takagi.certificates.sweep.grid import SweepMap, Task
 from takagi.certificates.sweep.loop_answer import answer
+from takagi.certificates.sweep.loop_settings import AXES as AXES  # takagi sweep reads it here
 from takagi.certificates.sweep.loop_settings import loop_at, model_numbers
 from takagi.certificates.sweep.wind_ranges import wind_ranges
 from takagi.models.turbine.data import Turbine

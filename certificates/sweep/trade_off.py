@@ -18,6 +18,7 @@ from takagi.certificates.sweep.axis import Axis
 from takagi.certificates.sweep.effort_sharing_map import loop_settings
 from takagi.certificates.sweep.grid import PARTLY, PROVED, UNDECIDED, SweepMap, Task
 from takagi.certificates.sweep.loop_answer import answer, energy_cost
+from takagi.certificates.sweep.loop_settings import AXES as AXES  # takagi sweep reads it here
 from takagi.certificates.sweep.loop_settings import LoopSettings, loop_at
 from takagi.certificates.sweep.widest_set import widest_candidate
 from takagi.certificates.sweep.wind_ranges import WindRange, law_on, wind_ranges

@@ -5,7 +5,7 @@ The search uses floating point; its result is a candidate that the checker decid
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -118,16 +118,28 @@ class PublishedSearch:
         candidates = lyapunov_candidates(middle)
         if not candidates:
             return Unproved(wind, "the loop is not stable where it rests")
+
+        def sized(size: float) -> FoundCell | None:
+            for P in candidates:
+                try:
+                    found = self._with(wind, centre, units, P, size, bound)
+                except ModelError:
+                    # This box leaves the range that can be enclosed; another shape may stay inside.
+                    continue
+                if found is not None:
+                    return FoundCell(*found, rest)
+            return None
+
         if self.ladder:
             slowest = -max(np.linalg.eigvals(A).real.max() for A in middle)
-            return self._laddered(wind, centre, bound, candidates, rest, slowest)
+            return self._laddered(wind, sized, slowest)
         best: FoundCell | None = None
         for size in STARTS:
-            best = best or self._sized(wind, centre, bound, candidates, size, rest)
+            best = best or sized(size)
         if best is None:
             return Unproved(wind, "no quadratic function contracts on the boxes that were tried")
         for size in LARGER:
-            larger = self._sized(wind, centre, bound, candidates, size, rest)
+            larger = sized(size)
             if larger is None:
                 return best
             best = larger
@@ -136,15 +148,12 @@ class PublishedSearch:
     def _laddered(
         self,
         wind: tuple[float, float],
-        centre: Floats,
-        bound: Floats,
-        candidates: list[Floats],
-        rest: str,
+        sized: Callable[[float], FoundCell | None],
         slowest: float,
     ) -> FoundCell | Unproved:
         best: FoundCell | None = None
         for size in self.ladder:
-            found = self._sized(wind, centre, bound, candidates, size, rest)
+            found = sized(size)
             if found is not None and (best is None or found.decay_rate > best.decay_rate):
                 best = found
             if best is not None and best.decay_rate >= BRISK * slowest:
@@ -156,26 +165,6 @@ class PublishedSearch:
             f"stable where it rests (slowest at {slowest:.2g} 1/s), but no quadratic function "
             f"contracts on sets of {self.ladder[-1]:g} to {self.ladder[0]:g} rad/s in speed",
         )
-
-    def _sized(
-        self,
-        wind: tuple[float, float],
-        centre: Floats,
-        bound: Floats,
-        candidates: list[Floats],
-        size: float,
-        rest: str,
-    ) -> FoundCell | None:
-        units = UNITS[: centre.shape[1]]
-        for P in candidates:
-            try:
-                found = self._with(wind, centre, units, P, size, bound)
-            except ModelError:
-                # This box leaves the range that can be enclosed; another shape may stay inside.
-                continue
-            if found is not None:
-                return FoundCell(*found, rest)
-        return None
 
     def _with(
         self,
