@@ -11,8 +11,6 @@ from dataclasses import dataclass
 
 from takagi.certificates.checker.arithmetic.interval import UNIT, ZERO, Interval, hull
 
-__all__ = ["UNIT_RANGE", "Dual", "chained", "greater", "lesser", "still"]
-
 UNIT_RANGE = Interval(0, UNIT.high)
 
 

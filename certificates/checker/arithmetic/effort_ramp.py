@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-__all__ = ["psi", "share"]
-
 
 def psi(s: Fraction, eps: Fraction) -> Fraction:
     """Return the effort ramp."""

@@ -25,8 +25,6 @@ from takagi.certificates.checker.arithmetic.logarithm import (
 from takagi.certificates.checker.arithmetic.monotone import GUARD, PAD, PI_FINE, increasing
 from takagi.certificates.checker.kernel.refusal import Refused
 
-__all__ = ["function_of"]
-
 FARTHEST = 10**6  # of an angle, in rad: pi is known to 10^-48
 
 

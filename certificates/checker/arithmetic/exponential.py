@@ -6,8 +6,6 @@ from fractions import Fraction
 
 from takagi.certificates.checker.kernel.refusal import Refused
 
-__all__ = ["FINE", "exp_above", "exp_at", "exp_below"]
-
 FINE = 10**48
 LARGEST = 700 * FINE  # of an argument: e^709 is the largest double
 NEXT_TO_NOTHING = 200  # of x in e^-x, which no claim about a loop needs any closer

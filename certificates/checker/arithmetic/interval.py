@@ -15,8 +15,6 @@ from typing import NamedTuple, TypeVar
 
 from takagi.certificates.checker.kernel.refusal import Refused
 
-__all__ = ["ONE", "UNIT", "ZERO", "Interval", "enclose", "hull", "point", "product"]
-
 ONE = 10**36
 LARGEST = ONE * 10**320
 Exact = TypeVar("Exact", int, Fraction)

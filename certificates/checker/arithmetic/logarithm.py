@@ -9,9 +9,6 @@ from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 from takagi.certificates.checker.arithmetic.monotone import PAD, PI_FINE, increasing
 from takagi.certificates.checker.kernel.refusal import Refused
 
-__all__ = ["acosh_at", "asinh_at", "atanh_at", "error_function", "hyperbolic_cosine"]
-__all__ += ["hyperbolic_tangent", "log_at", "sinh_at"]
-
 ERF_ENDS = 10 * FINE  # beyond 10, erf is 1 to within e^-100 < 10^-43
 
 

@@ -11,8 +11,6 @@ from collections.abc import Callable
 from takagi.certificates.checker.arithmetic.exponential import FINE
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 
-__all__ = ["GUARD", "PAD", "PI_FINE", "increasing", "pi_interval"]
-
 GUARD = FINE // ONE
 # Units of FINE.  A series here has at most 60 terms, each of which errs by at most two units for
 # every earlier one, and is multiplied by at most 8 afterwards: 60 * 60 * 2 * 8 < 10^5.

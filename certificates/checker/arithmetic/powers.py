@@ -7,8 +7,6 @@ from math import isqrt
 from takagi.certificates.checker.arithmetic.interval import ONE, Exact, Interval
 from takagi.certificates.checker.kernel.refusal import Refused
 
-__all__ = ["power", "root", "whole_power"]
-
 
 def whole_power(a: tuple[Exact, Exact], exponent: int) -> tuple[Exact, Exact]:
     """Return the range of x^n for a whole n > 0, over 10^(36 n) where the ends are over 10^36."""

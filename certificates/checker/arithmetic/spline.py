@@ -20,8 +20,6 @@ from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 from takagi.certificates.checker.kernel.reader import increasing
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 
-__all__ = ["Spline"]
-
 DEGREE = 3
 PAD = ONE >> 40
 LARGEST_ENTRY = ONE << 20

@@ -14,8 +14,6 @@ from takagi.certificates.checker.controller.language import LANGUAGE
 from takagi.certificates.checker.controller.texts import law_texts
 from takagi.certificates.checker.kernel.reader import Number
 
-__all__ = ["FORMAT", "VERSION", "file_content"]
-
 FORMAT, VERSION = "takagi-gains", 3
 
 

@@ -13,8 +13,6 @@ from typing import Any
 
 from takagi.certificates.checker.controller.language import Part, keep, program, read, send, step
 
-__all__ = ["coherent_program"]
-
 EFFORT = "rad/s^2"
 SEEN = "limit(wind_estimate, first(wind), last(wind))"
 UNITS = {

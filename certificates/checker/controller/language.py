@@ -10,8 +10,6 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
-__all__ = ["LANGUAGE", "Part", "keep", "names_in", "program", "read", "send", "step"]
-
 Part = dict[str, Any]
 WORD = re.compile(r"(?<![\w.])[A-Za-z_]\w*(?!\w*\s*\()", re.ASCII)
 

@@ -7,8 +7,6 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.reader import Number
 
-__all__ = ["exact", "short"]
-
 
 def exact(value: Any) -> Fraction:
     """Return a number exactly; a text without names, such as ``"sqrt(2)"``, to 36 places."""

@@ -8,8 +8,6 @@ from typing import Any
 from takagi.certificates.checker.controller.numbers import exact, short
 from takagi.certificates.checker.controller.plant_program import plant_program
 
-__all__ = ["plant_content"]
-
 
 def plant_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = {"programs": [plant_program(model, law, own)]}

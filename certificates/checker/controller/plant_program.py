@@ -20,8 +20,6 @@ from takagi.certificates.checker.controller.language import (
 )
 from takagi.certificates.checker.kernel.reader import Number
 
-__all__ = ["plant_program"]
-
 
 def plant_program(model: Any, law: Any, own: Any) -> Part:
     """Return the program.

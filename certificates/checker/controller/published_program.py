@@ -14,8 +14,6 @@ from typing import Any
 from takagi.certificates.checker.controller.language import Part, keep, program, read, send, step
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["paper_program"]
-
 UNITS = {"a": "1/s", "b": "1/s^2 per rad", "d": "1/s per m/s"}
 # Steps [rad/s, rad, m/s] below which a secant is taken over the step itself.
 STEPS = {"a": "0.0001", "b": "0.0001", "d": "0.001"}

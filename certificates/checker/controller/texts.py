@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["law_texts"]
-
 RAMP = [
     "psi(s) = 0 for s <= -overlap",
     "psi(s) = (s + overlap)^2 / (4 overlap) for |s| <= overlap",

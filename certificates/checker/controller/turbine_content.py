@@ -13,8 +13,6 @@ from takagi.certificates.checker.controller.turbine_programs import (
 )
 from takagi.certificates.checker.kernel.reader import Number
 
-__all__ = ["turbine_content"]
-
 
 def turbine_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, Any]:
     coherent = law["name"] == "coherent"

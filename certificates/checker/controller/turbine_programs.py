@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from takagi.certificates.checker.controller.language import Part, keep, program, read, send, step
 
-__all__ = ["observer_program", "rate_limit_program"]
-
 
 def observer_program() -> Part:
     rotor = {

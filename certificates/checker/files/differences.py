@@ -9,8 +9,6 @@ from typing import Any, NamedTuple
 from takagi.certificates.checker.kernel.entry_path import EntryPath, path_in_one_word
 from takagi.certificates.checker.kernel.reader import Number, canonical
 
-__all__ = ["Difference", "differing", "in_words", "shown"]
-
 LONGEST, BEFORE = 60, 20
 
 

@@ -20,8 +20,6 @@ from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable
 
-__all__ = ["FileBlend"]
-
 ADDED = ("_idle", "_effort_rest", "_rest")
 
 

@@ -20,8 +20,6 @@ from takagi.certificates.checker.arithmetic.spline import Spline
 from takagi.certificates.checker.kernel.reader import number
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 
-__all__ = ["scaled_slopes"]
-
 NARROW = Fraction(1, 2**44)
 EDGE = Fraction(1, 10**20)
 

@@ -17,8 +17,6 @@ from takagi.certificates.checker.files.differences import Difference, differing,
 from takagi.certificates.checker.kernel.reader import member, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains
 
-__all__ = ["compare_gains", "expected_file"]
-
 # The number of differences that are reported, and that are counted.
 MOST_TOLD, MOST_COUNTED = 3, 1000
 

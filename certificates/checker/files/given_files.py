@@ -18,8 +18,6 @@ from takagi.certificates.checker.files.toml_file import file_content
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked, Verdict
 
-__all__ = ["compare_model", "of_the_files", "unconnected"]
-
 # Kinds with matrices in the claim itself: a gain or model file says nothing about them.
 SELF_CONTAINED = ("quadratic-decay", "no-common-quadratic")
 # Kinds about the model alone, which say nothing about the loop.

@@ -23,9 +23,6 @@ from takagi.certificates.checker.files.differences import Difference, differing,
 from takagi.certificates.checker.files.toml_file import file_content, read_toml
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["OtherModel", "beside_the_claims", "content_differences", "model_content", "told"]
-__all__ += ["inside_folder"]
-
 WORDS = ("description", "source")
 MOST_TOLD, MOST_COUNTED = 3, 1000
 LARGEST_EXACT, LARGEST_TABLE = 2**53, 16_000_000

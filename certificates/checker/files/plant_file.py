@@ -33,8 +33,6 @@ from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.ranges import Ranges
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable, read_plant
 
-__all__ = ["compare_plant"]
-
 MOST_EXPONENT = 100  # of ten, in a figure
 
 

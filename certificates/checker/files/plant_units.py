@@ -11,8 +11,6 @@ from fractions import Fraction
 
 from takagi.certificates.checker.kernel.refusal import Refused
 
-__all__ = ["in_si"]
-
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")
 PLACES = 12
 COHERENT = frozenset("kg m s A K mol cd rad N Pa J W C V Ohm S F Wb H T".split())

@@ -18,8 +18,6 @@ from takagi.certificates.checker.files.toml_file import file_content
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.table import Table
 
-__all__ = ["NEAR", "compare_table"]
-
 LARGEST_FILE, MOST_CELLS, LONGEST_CELL, MOST_EXPONENT = 16_000_000, 200_000, 60, 100
 NEAR = Fraction(1, 10**6)  # of the largest value; of a direction's length
 END = 3  # knots that are repeated at an end, besides the first and the last

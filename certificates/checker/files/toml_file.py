@@ -10,8 +10,6 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["file_content", "read_toml"]
-
 LARGEST_FILE = 4_000_000
 # The time of the standard library's reader grows as the square of a dotted key's length.  The first
 # group holds the start of a word, so that a long word is not tried from each of its letters.

@@ -28,8 +28,6 @@ from takagi.certificates.checker.files.toml_file import file_content, read_toml
 from takagi.certificates.checker.kernel.reader import matrix, member, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 
-__all__ = ["compare_turbine"]
-
 PI = Fraction("3.14159265358979323846264338327950288419716939937511")
 FACTORS = {
     "-": Fraction(1),

@@ -12,9 +12,6 @@ from math import lcm
 
 from takagi.certificates.checker.kernel.refusal import Refused
 
-__all__ = ["is_positive_definite", "is_symmetric", "positive_definite_integers"]
-__all__ += ["to_integers"]
-
 Rows = Sequence[Sequence[int]]
 # Pivots grow to about size times bits bits, and there are size^3 products: about a minute.
 MOST_WORK = 10**10

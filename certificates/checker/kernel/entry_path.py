@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["EntryPath", "path_in_one_word"]
-
 EntryPath = tuple[str | int, ...]
 
 

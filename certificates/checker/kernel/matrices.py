@@ -13,8 +13,6 @@ from takagi.certificates.checker.kernel import definite
 from takagi.certificates.checker.kernel.reader import matrix, member
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 
-__all__ = ["LARGEST", "Matrix", "mean", "read_matrix", "read_stack"]
-
 # Exact elimination of larger matrices would take minutes.
 LARGEST = 80
 

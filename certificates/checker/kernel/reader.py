@@ -17,9 +17,6 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["Number", "canonical", "digest", "integer", "listed", "matrix", "member", "number"]
-__all__ += ["numbers", "read_json", "read_text", "text"]
-
 LARGEST_FILE = 16_000_000
 DEEPEST, MOST_PARTS = 40, 2_000_000
 LONGEST_NUMBER, LARGEST_EXPONENT = 60, 40

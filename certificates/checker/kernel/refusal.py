@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["CertificateError", "OtherGains", "Refused"]
-
 
 class CertificateError(ValueError):
     """The file is no certificate, is damaged, or does not belong to the given gains or model."""

@@ -13,8 +13,6 @@ from typing import Any, NamedTuple
 from takagi.certificates.checker.kernel.entry_path import EntryPath, path_in_one_word
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["place"]
-
 
 class _Odd(NamedTuple):
     """Stands for an entry that is refused; ``why`` is what the reader says of it."""

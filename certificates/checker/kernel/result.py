@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
-__all__ = ["Checked", "Claim", "Found", "Outcome", "Verdict"]
-
 
 class Verdict(Enum):
     """What may be claimed.  Only PROVED may be printed as a certificate."""

@@ -33,8 +33,6 @@ from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Ver
 from takagi.certificates.checker.kinds.decay import check_decay
 from takagi.certificates.checker.loop.polytopic_loop import Family
 
-__all__ = ["check_box_enlargement", "enlarged"]
-
 Stack = tuple[Matrix, ...]
 
 

@@ -26,8 +26,6 @@ from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Ver
 from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import Family
 
-__all__ = ["check_decay", "decrease", "decrease_factor"]
-
 
 def check_decay(claim: Any, family: Family, where: str) -> Outcome:
     """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""

@@ -29,8 +29,6 @@ from takagi.certificates.checker.loop.averages import refuse_averages
 from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
 
-__all__ = ["Path", "entrance", "paths", "quadratic_change", "scaled_identity", "zero"]
-
 Stack = tuple[Matrix, ...]
 
 

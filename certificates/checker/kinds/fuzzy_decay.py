@@ -43,8 +43,6 @@ from takagi.certificates.checker.loop.averages import refuse_averages
 from takagi.certificates.checker.loop.halvings import leaves
 from takagi.certificates.checker.loop.polytopic_loop import MOST_WORK, Family
 
-__all__ = ["check_fuzzy_decay", "inequalities"]
-
 Speeds = tuple[tuple[Fraction, ...], ...]
 Rates = list[list[Fraction] | None]
 HIGHEST, MOST_CORNERS = 8, 4096

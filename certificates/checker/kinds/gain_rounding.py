@@ -35,8 +35,6 @@ from takagi.certificates.checker.kinds.decay import decrease_factor
 from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
 
-__all__ = ["check_gain_rounding"]
-
 
 def check_gain_rounding(claim: Any, family: Family, where: str) -> Outcome:
     """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""

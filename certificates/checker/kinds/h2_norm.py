@@ -37,8 +37,6 @@ from takagi.certificates.checker.kinds.disturbance_channel import (
 )
 from takagi.certificates.checker.loop.polytopic_loop import Family
 
-__all__ = ["check_h2_norm"]
-
 
 def check_h2_norm(claim: Any, family: Family, where: str) -> Outcome:
     """Return the verdict on a claim with ``P``, ``norm`` and what ``disturbed_path`` reads."""

@@ -26,8 +26,6 @@ from takagi.certificates.checker.kinds.invariant_set import InvariantSet, read_i
 from takagi.certificates.checker.loop.box_of_validity import reaches_at_most, row_of
 from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
 
-__all__ = ["check_input_limits"]
-
 
 def check_input_limits(claim: Any, family: Family, where: str) -> Outcome:
     """Return the verdict on a claim with the module's evidence."""

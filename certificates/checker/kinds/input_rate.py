@@ -37,8 +37,6 @@ from takagi.certificates.checker.loop.box_of_validity import reaches_at_most, ro
 from takagi.certificates.checker.loop.halvings import pieces
 from takagi.certificates.checker.loop.polytopic_loop import Family, Stack, bounded
 
-__all__ = ["membership_corners", "motion_rows", "why_rate_fails"]
-
 MOST_RULES, MOST_MOVING = 24, 10
 
 

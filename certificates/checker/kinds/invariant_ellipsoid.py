@@ -17,8 +17,6 @@ from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Ver
 from takagi.certificates.checker.kinds.invariant_set import read_invariant_set
 from takagi.certificates.checker.loop.polytopic_loop import Family
 
-__all__ = ["check_invariant_ellipsoid"]
-
 
 def check_invariant_ellipsoid(claim: Any, family: Family, where: str) -> Outcome:
     """Return the verdict on a claim with the evidence of ``invariant_set``."""

@@ -44,8 +44,6 @@ from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.box_of_validity import beyond_range, outside_of
 from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
 
-__all__ = ["InvariantSet", "read_invariant_set"]
-
 MOST_DISTURBANCES = 10
 
 

@@ -33,8 +33,6 @@ from takagi.certificates.checker.kinds.disturbance_channel import (
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs, outside_of
 from takagi.certificates.checker.loop.polytopic_loop import Family
 
-__all__ = ["check_l2_gain"]
-
 
 def check_l2_gain(claim: Any, family: Family, where: str) -> Outcome:
     """Return the verdict on a claim with ``P``, ``gain`` and what ``disturbed_path`` reads."""

@@ -44,8 +44,6 @@ from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Ver
 from takagi.certificates.checker.kinds.decay import decrease
 from takagi.certificates.checker.loop.polytopic_loop import Family, Stack, bounded
 
-__all__ = ["check_no_common_decay"]
-
 Weights = list[Fraction]
 
 

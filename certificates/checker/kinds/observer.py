@@ -44,14 +44,6 @@ from takagi.certificates.checker.loop.averages import refuse_averages
 from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
 
-__all__ = [
-    "check_observed_feedback",
-    "check_observer",
-    "error_loops",
-    "joint_loops",
-    "secant_loops",
-]
-
 Stack = tuple[Matrix, ...]
 
 

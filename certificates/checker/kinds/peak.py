@@ -33,8 +33,6 @@ from takagi.certificates.checker.kinds.disturbance_channel import (
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet, read_invariant_set
 from takagi.certificates.checker.loop.polytopic_loop import Family
 
-__all__ = ["check_peak"]
-
 
 def check_peak(claim: Any, family: Family, where: str) -> Outcome:
     """Return the verdict on a claim with the module's evidence."""

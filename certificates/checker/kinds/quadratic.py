@@ -19,8 +19,6 @@ from takagi.certificates.checker.kinds.decay import check_decay
 from takagi.certificates.checker.kinds.no_common_decay import check_no_common_decay
 from takagi.certificates.checker.loop.polytopic_loop import Family
 
-__all__ = ["check_impossibility", "check_quadratic"]
-
 
 def check_quadratic(claim: Any, _model: Any, _gains: Any, where: str) -> Outcome:
     """Return the verdict on a claim of kind ``quadratic-decay``."""

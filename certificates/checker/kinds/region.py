@@ -24,8 +24,6 @@ from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Ver
 from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
 
-__all__ = ["check_region"]
-
 Part = tuple[Matrix, Matrix]
 MOST_PARTS, LARGEST_PART = 8, 4
 

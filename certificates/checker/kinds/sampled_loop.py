@@ -47,8 +47,6 @@ from takagi.certificates.checker.loop.box_of_validity import (
 )
 from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
 
-__all__ = ["check_sampled_loop"]
-
 HIGHEST = 20  # degree of Q
 
 

@@ -21,8 +21,6 @@ from math import comb, prod
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.refusal import Refused
 
-__all__ = ["Exponent", "Polynomial", "exponents"]
-
 Exponent = tuple[tuple[int, ...], ...]
 MOST_TERMS, MOST_PRODUCTS, MOST_WORK = 20_000, 1_000_000, 10**8
 

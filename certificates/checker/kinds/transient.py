@@ -34,8 +34,6 @@ from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
 from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import Family
 
-__all__ = ["check_transient"]
-
 
 def check_transient(claim: Any, family: Family, where: str) -> Outcome:
     """Return the verdict on a claim with the module's evidence."""

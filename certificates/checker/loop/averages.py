@@ -11,8 +11,6 @@ from __future__ import annotations
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.polytopic_loop import Family
 
-__all__ = ["refuse_averages", "why_averages_fail"]
-
 CURES = {
     "observer": (
         "an observer needs the weights",

@@ -6,8 +6,6 @@ from typing import Any
 
 from takagi.certificates.checker.loop.polytopic_loop import Blend, Family
 
-__all__ = ["blends_of"]
-
 
 def blends_of(family: Family, claim: Any, where: str) -> list[Blend]:
     """Return the groups of the loop, on every piece of the weights that the claim has.

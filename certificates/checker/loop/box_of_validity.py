@@ -18,15 +18,6 @@ from fractions import Fraction
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
 
-__all__ = [
-    "beyond_range",
-    "bounded_inputs",
-    "outside_of",
-    "pushing",
-    "reaches_at_most",
-    "row_of",
-]
-
 Range = tuple[Fraction, Fraction]
 
 

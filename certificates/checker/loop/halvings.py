@@ -29,8 +29,6 @@ from takagi.certificates.checker.kernel.reader import numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.polytopic_loop import Family, Stack, bounded
 
-__all__ = ["halved", "leaves", "pieces"]
-
 Piece = TypeVar("Piece")
 
 

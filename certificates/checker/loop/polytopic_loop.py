@@ -28,8 +28,6 @@ from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.matrices import Matrix, mean, read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["SECANTS", "Blend", "Family", "bounded", "closed_by", "vertices", "weights_of"]
-
 Stack = tuple[Matrix, ...]
 Pairs = tuple[tuple[int, int], ...]
 Side = tuple[Fraction, Fraction]

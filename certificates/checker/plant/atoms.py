@@ -17,8 +17,6 @@ from math import isqrt
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.polynomial import Polynomial, Quotient, Ring
 
-__all__ = ["Atoms"]
-
 MOST_FACTOR = 10_000  # tried as a divisor of a number under a root
 MOST_BITS = 256  # of such a number
 WORK_OF_FACTORS = 20  # in products of terms

@@ -13,8 +13,6 @@ from takagi.certificates.checker.plant.expression import NAME, Scope, read_expre
 from takagi.certificates.checker.plant.graph import FUNCTIONS
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable
 
-__all__ = ["Acting", "Blend", "read_blend", "secant"]
-
 
 @dataclass(frozen=True)
 class Acting:

@@ -8,8 +8,6 @@ from fractions import Fraction
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.graph import Graph, Node
 
-__all__ = ["derivative", "rebuilt", "substituted"]
-
 MOST_ORDER = 2  # of differentiation of a table: a cubic spline's third derivative jumps
 
 

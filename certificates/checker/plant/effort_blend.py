@@ -43,8 +43,6 @@ from takagi.certificates.checker.plant.reading import PlantNodes, read_plant
 from takagi.certificates.checker.plant.sector_embedding import KIND, plant_family
 from takagi.certificates.checker.plant.vertices import corners_of
 
-__all__ = ["check_effort_blend"]
-
 LEAST, LARGEST = Fraction(1, 10**40), Fraction(10**60)
 
 

@@ -22,8 +22,6 @@ from takagi.certificates.checker.plant.graph import Graph, Node, largest_bits
 from takagi.certificates.checker.plant.linear_sum import Ends
 from takagi.certificates.checker.plant.table import Table
 
-__all__ = ["Box", "Evaluator", "TooLong"]
-
 Box: TypeAlias = Mapping[str, Interval]
 
 

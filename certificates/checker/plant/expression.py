@@ -20,8 +20,6 @@ from fractions import Fraction
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.plant.graph import FUNCTIONS, Graph
 
-__all__ = ["NAME", "Scope", "read_expression"]
-
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,79}", re.ASCII)
 TOKEN = re.compile(
     r"[ \t\n]*(?:((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"

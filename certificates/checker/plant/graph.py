@@ -18,8 +18,6 @@ from typing import NamedTuple
 
 from takagi.certificates.checker.kernel.refusal import Refused
 
-__all__ = ["FUNCTIONS", "Graph", "Node", "largest_bits"]
-
 FUNCTIONS = frozenset(
     "sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log sqrt abs erf".split()
 )

@@ -27,8 +27,6 @@ from takagi.certificates.checker.plant.graph import Graph, Node
 from takagi.certificates.checker.plant.polynomial import Monomial, Polynomial, Quotient
 from takagi.certificates.checker.plant.table import Table
 
-__all__ = ["Algebra"]
-
 MOST_MULTIPLE = 32  # sin(n a) in sin(a), cos(a)
 MOST_RESTARTS = 100
 MOST_PARTS = 4  # of a sum inside sin and cos

@@ -16,8 +16,6 @@ from typing import NamedTuple, TypeAlias
 from takagi.certificates.checker.plant.derivative import rebuilt
 from takagi.certificates.checker.plant.graph import Graph, largest_bits
 
-__all__ = ["Ends", "LinearSum", "vanishing_sums", "with_variable"]
-
 # An interval with exact rational ends.
 Ends: TypeAlias = tuple[Fraction, Fraction]
 

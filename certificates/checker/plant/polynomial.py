@@ -16,8 +16,6 @@ from typing import NamedTuple, TypeAlias
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.graph import largest_bits
 
-__all__ = ["Monomial", "Polynomial", "Quotient", "Ring"]
-
 Monomial: TypeAlias = tuple[tuple[int, int], ...]
 Polynomial: TypeAlias = dict[Monomial, Fraction]
 

@@ -21,8 +21,6 @@ from takagi.certificates.checker.plant.evaluate import Box, Evaluator
 from takagi.certificates.checker.plant.graph import Graph
 from takagi.certificates.checker.plant.identity import Algebra
 
-__all__ = ["Form", "parted"]
-
 Poles = dict[str, int]
 
 

@@ -23,8 +23,6 @@ from takagi.certificates.checker.plant.linear_sum import (
 )
 from takagi.certificates.checker.plant.quotient_form import Form, parted
 
-__all__ = ["Ranges"]
-
 MOST_BOXES = 4_000  # of one bound
 MOST_IN_ALL = 40_000
 MOST_POLES, MOST_POWERS = 3, 8  # variables that vanish in one denominator, and their powers

@@ -20,8 +20,6 @@ from takagi.certificates.checker.plant.expression import NAME, Scope, read_expre
 from takagi.certificates.checker.plant.graph import FUNCTIONS, Graph
 from takagi.certificates.checker.plant.table import Table, read_table
 
-__all__ = ["PlantNodes", "Premise", "Rows", "Variable", "constant_bracket", "read_plant"]
-
 MOST_VARIABLES, MOST_PREMISES = 64, 12
 LARGEST_SIDE = 10**60
 LETTERS = {"A": ("n", "n"), "B": ("n", "m"), "C": ("p", "n"), "D": ("p", "m"), "E": ("n", "q")}

@@ -33,8 +33,6 @@ from takagi.certificates.checker.plant.sector_embedding import KIND, Entries
 from takagi.certificates.checker.plant.trim import compared_trim
 from takagi.certificates.checker.plant.vertices import entry_node, multi_affine_entries
 
-__all__ = ["check_secant_embedding"]
-
 
 def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
     """Return PROVED if differences from the equilibrium are blends of the vertices on the box.

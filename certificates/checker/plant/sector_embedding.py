@@ -47,8 +47,6 @@ from takagi.certificates.checker.plant.vertices import (
     vertex_stack,
 )
 
-__all__ = ["KIND", "Entries", "check_embedding", "plant_family"]
-
 KIND = "plant"
 MOST_MINORS = 4_000
 Entries: TypeAlias = list[list[MultiAffine]]

@@ -12,8 +12,6 @@ from takagi.certificates.checker.arithmetic.spline import Spline
 from takagi.certificates.checker.kernel.reader import matrix, member, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 
-__all__ = ["Table", "read_table"]
-
 FLAT = [Fraction(k) for k in (0, 0, 0, 0, 1, 1, 1, 1)]  # a direction in which nothing changes
 DEGREE = 3
 SIZE, CELL = Fraction(500), Fraction(1, 10)  # coefficients and cells that a ``Spline`` likes

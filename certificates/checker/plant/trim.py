@@ -10,8 +10,6 @@ from takagi.certificates.checker.kernel.reader import member, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.reading import PlantNodes
 
-__all__ = ["compared_trim"]
-
 SLACK = Fraction(1, 10**12)
 
 

@@ -16,8 +16,6 @@ from takagi.certificates.checker.plant.graph import Graph
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.reading import PlantNodes, Premise
 
-__all__ = ["MultiAffine", "corners_of", "entry_node", "multi_affine_entries", "vertex_stack"]
-
 MOST_NUMBERS = 1 << 20  # of all vertices together
 MultiAffine = dict[frozenset[str], Fraction]
 

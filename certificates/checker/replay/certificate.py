@@ -14,8 +14,6 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked, Outcome, Verdict
 from takagi.certificates.checker.replay.claim_kinds import KINDS, replay
 
-__all__ = ["FORMAT", "VERSION", "check", "check_document", "concluded"]
-
 FORMAT, VERSION, MOST_CLAIMS = "takagi-certificate", 1, 200
 WITHOUT = "checked without a {} file: the verdict is about the {} inside the certificate"
 

@@ -15,8 +15,6 @@ from takagi.certificates.checker.kernel.result import Outcome
 if TYPE_CHECKING:
     from takagi.certificates.checker.loop.polytopic_loop import Family
 
-__all__ = ["KINDS", "OWN_READING", "RESTING", "replay"]
-
 # Claims about the loop of model and gains.
 KINDS = {
     "decay": "kinds.decay.check_decay",

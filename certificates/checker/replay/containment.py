@@ -8,8 +8,6 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict
 from takagi.certificates.checker.replay.claim_kinds import KINDS
 
-__all__ = ["of_the_plant"]
-
 EMBEDDINGS = ("sector-embedding", "secant-embedding")
 
 

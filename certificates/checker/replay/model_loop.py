@@ -8,8 +8,6 @@ from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.polytopic_loop import Family, closed_by, vertices
 
-__all__ = ["read_family"]
-
 
 def read_family(model: Any, gains: Any, where: str = "model") -> Family:
     """Return the loop of a certificate's ``model`` and ``gains``, every number as written.

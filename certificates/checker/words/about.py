@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from takagi.certificates.checker.loop.polytopic_loop import Family
 
-__all__ = ["about"]
-
 
 def about(family: Family) -> str:
     """Return e.g. ``every blend of 4 rules with their gains``."""

@@ -7,8 +7,6 @@ print this list.
 
 from __future__ import annotations
 
-__all__ = ["assumed"]
-
 RIGID = ("rigid shaft, tower and blades", "wake without states of its own")
 DRIVES = ("torque at once and without rate limit", "first-order pitch drive")
 PROGRAM = ("continuous time", "exact speed")

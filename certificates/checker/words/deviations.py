@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from takagi.certificates.checker.loop.polytopic_loop import Family
 
-__all__ = ["deviations"]
-
 MEANT = {
     "x": "x is x - x*",
     "u": "u is u - u*",

@@ -7,8 +7,6 @@ from typing import Any
 from takagi.certificates.checker.loop.polytopic_loop import Family
 from takagi.certificates.checker.words.deviations import deviations
 
-__all__ = ["path_deviations", "shown_path"]
-
 
 def shown_path(claim: Any, family: Family) -> str:
     """Return a text about the source of w and of y."""

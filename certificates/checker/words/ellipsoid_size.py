@@ -14,8 +14,6 @@ from math import factorial, isqrt
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
-__all__ = ["reaches", "shown_size", "square_root_above", "square_root_below", "volume_below"]
-
 PI_BELOW = Fraction(31415926535897932, 10**16)
 LARGEST = 12  # states of which sizes are shown; minors of more take long
 BITS = 64

@@ -7,8 +7,6 @@ from takagi.certificates.checker.loop.polytopic_loop import Family
 from takagi.certificates.checker.words.rounded import at_least, exactly
 from takagi.certificates.checker.words.validity import granted
 
-__all__ = ["letters", "motion", "shown_level", "where_valid"]
-
 
 def motion(held: InvariantSet, family: Family) -> str:
     """Return how V moves outside the set, and for which disturbances."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal, Inexact
 from fractions import Fraction
 
-__all__ = ["at_least", "at_most", "exactly"]
-
 # Products of a few numbers from the reader have fewer digits than this limit.
 MANY = 400
 

@@ -6,8 +6,6 @@ from importlib import import_module
 
 from takagi.certificates.checker.kernel.result import Claim, Outcome
 
-__all__ = ["in_words"]
-
 
 def in_words(found: Outcome) -> Claim:
     """Return the claim with the verdict that was found, and its sentence."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from takagi.certificates.checker.loop.polytopic_loop import Family
 
-__all__ = ["granted", "undisturbed", "while_valid"]
-
 
 def granted(family: Family, *, disturbances_too: bool = True) -> str:
     """Return the ranges of the box that are assumed and not proved; empty for none."""

@@ -40,8 +40,6 @@ from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 from takagi.certificates.checker.turbine.effort_sharing.prerequisite import earlier_claim
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import read_ranges
 
-__all__ = ["CellRates", "cell_rates", "check_actuator_rates", "largest_bends", "torque_step"]
-
 
 class CellRates:
     """The bounds from the numbers of one cell, without B.

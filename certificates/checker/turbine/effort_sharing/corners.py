@@ -14,8 +14,6 @@ from takagi.certificates.checker.kernel import definite
 from takagi.certificates.checker.kernel.reader import number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["BOUNDS", "RANGES", "Corners", "Stated", "bounds_row"]
-
 UNIT = 10**7
 RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
 SLOPES = ("effectiveness_slope", "reference_slope")

@@ -10,8 +10,6 @@ from takagi.certificates.checker.arithmetic.spline import Spline
 from takagi.certificates.checker.kernel.reader import increasing, matrix, member, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["Box", "Law", "Plant", "Settling", "Subject", "Uncertainty"]
-
 MOST_WINDS = 2000
 
 

@@ -15,8 +15,6 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
 from takagi.certificates.checker.turbine.effort_sharing.table_residual import residual
 
-__all__ = ["Loop"]
-
 PIECES = 8
 
 

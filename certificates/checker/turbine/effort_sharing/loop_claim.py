@@ -43,8 +43,6 @@ from takagi.certificates.checker.turbine.effort_sharing.corners import Corners, 
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Settling, Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 
-__all__ = ["check_coherent"]
-
 Rows = list[list[Fraction]]
 # The wind cell, or None for all, and what is not proved.
 Failure = tuple[int | None, str]

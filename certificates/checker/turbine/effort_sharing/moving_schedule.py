@@ -21,8 +21,6 @@ from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval, enclose, point
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 
-__all__ = ["Moving"]
-
 ZERO, FULL = Fraction(0), Fraction(1)
 
 

@@ -8,8 +8,6 @@ from takagi.certificates.checker.kernel.reader import integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Outcome, Verdict
 
-__all__ = ["earlier_claim"]
-
 
 def earlier_claim(
     claim: Any, data: Any, found: list[Outcome], where: str, name: str, kind: str

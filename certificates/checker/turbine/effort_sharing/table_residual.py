@@ -17,8 +17,6 @@ from takagi.certificates.checker.arithmetic.effort_ramp import psi
 from takagi.certificates.checker.arithmetic.interval import ZERO, Interval, enclose, point
 from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
 
-__all__ = ["residual"]
-
 Jet = tuple[Interval, Interval, Interval]
 
 

@@ -33,8 +33,6 @@ from takagi.certificates.checker.kernel.result import Found, Outcome, Verdict
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.effort_sharing.prerequisite import earlier_claim
 
-__all__ = ["Range", "check_wind_rate", "left_behind", "read_ranges"]
-
 MOST_RANGES, MOST_NODES = 20, 5000
 # The property that is not proved, with {} for its wind.
 Place = tuple[str, Fraction | None]

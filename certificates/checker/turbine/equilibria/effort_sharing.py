@@ -41,8 +41,6 @@ from takagi.certificates.checker.turbine.equilibria.zero_count import (
     count_zeros,
 )
 
-__all__ = ["CoherentRests", "coherent_rests"]
-
 MOST_PARTS = 64
 # The table's ends are rounded in fixed point, so the range stays slightly inside.
 EDGE = Fraction(1, 10**20)

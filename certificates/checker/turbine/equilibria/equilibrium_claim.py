@@ -31,8 +31,6 @@ from takagi.certificates.checker.turbine.equilibria.published import bends, pape
 from takagi.certificates.checker.turbine.equilibria.zero_count import Span
 from takagi.certificates.checker.turbine.published.inputs import LAWS, PaperLaw
 
-__all__ = ["ANSWERS", "RestReader", "check_equilibrium", "rest_reader"]
-
 ANSWERS = ("one", "one at the trim", "one off the trim", "none", "several", "continuum")
 MOST_CELLS = 2000
 # Winds -> the answer at each of them; raises Refused if it is not known.

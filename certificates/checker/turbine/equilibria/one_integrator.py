@@ -23,8 +23,6 @@ from takagi.certificates.checker.turbine.equilibria.zero_count import (
     sign_over,
 )
 
-__all__ = ["OneIntegrator"]
-
 MOST_PARTS = 48
 # The curve is followed in s up to this multiple of the s of rated torque, then in pitch.
 LONGEST = 4096

@@ -35,8 +35,6 @@ from takagi.certificates.checker.turbine.equilibria.two_integrators import TwoIn
 from takagi.certificates.checker.turbine.equilibria.zero_count import Count, Span
 from takagi.certificates.checker.turbine.published.inputs import PaperLaw
 
-__all__ = ["PaperRests", "bends", "paper_rests"]
-
 
 @dataclass(frozen=True)
 class PaperRests:

@@ -18,8 +18,6 @@ from takagi.certificates.checker.turbine.equilibria.zero_count import Span
 from takagi.certificates.checker.turbine.published.inputs import PaperLaw, Region
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop, blended
 
-__all__ = ["EDGE", "PaperBalance", "RestPlace"]
-
 # The table's ends are rounded in fixed point, so the range stays slightly inside.
 EDGE = Fraction(1, 10**20)
 

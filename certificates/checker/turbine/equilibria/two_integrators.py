@@ -25,8 +25,6 @@ from takagi.certificates.checker.turbine.equilibria.zero_count import (
     sign_over,
 )
 
-__all__ = ["TwoIntegrators"]
-
 MOST_PARTS = 48
 PITCH_PIECES = 64
 STEEP = Interval(0, ONE << 60)

@@ -22,8 +22,6 @@ from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.interval import Interval, point
 from takagi.certificates.checker.kernel.refusal import Refused
 
-__all__ = ["ANY_SIGN", "Count", "Excess", "Piece", "Span", "count_zeros", "sign_over"]
-
 Span = tuple[Fraction, Fraction]
 # Of winds and of s: the bracket of f with its slopes along both, without slopes where f is not
 # defined all over the rectangle, and None where it is defined nowhere on it.

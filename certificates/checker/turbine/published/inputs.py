@@ -18,8 +18,6 @@ from takagi.certificates.checker.kernel.reader import (
 )
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["Overlaps", "PaperLaw", "Region"]
-
 LAWS = {"paper": 3, "paper-two-integrators": 4}
 SHAPES = ("smooth", "linear")
 KINDS = ("k_speed", "k_pitch", "k_integral")

@@ -22,8 +22,6 @@ from math import isqrt, lcm
 from takagi.certificates.checker.kernel.definite import positive_definite_integers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
-__all__ = ["UNIT", "contraction_failure"]
-
 UNIT = 10**7
 SHIFT = 20
 Rows = list[list[Fraction]]

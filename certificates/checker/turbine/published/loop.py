@@ -31,8 +31,6 @@ from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PaperLaw, Region
 
-__all__ = ["Ends", "Loop", "blended", "interpolated"]
-
 HALF = Interval(ONE // 2, ONE // 2)
 
 

@@ -29,8 +29,6 @@ from takagi.certificates.checker.turbine.published.interval_matrices import cont
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop
 from takagi.certificates.checker.turbine.published.wind_intervals import Span, gaps, merged
 
-__all__ = ["Cell", "check_paper"]
-
 MOST_CELLS = 5000
 MOST_CORNERS = 8
 Rows = list[list[Fraction]]

@@ -13,8 +13,6 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 from takagi.certificates.checker.words.saying import in_words
 
-__all__ = ["said"]
-
 NAME = "actuator rates of the coherent loop"
 ACTUATORS = ("pitch", "torque")
 MOST_REASONS = 12

@@ -8,8 +8,6 @@ from takagi.certificates.checker.kernel.result import Outcome
 from takagi.certificates.checker.words.rounded import at_least
 from takagi.certificates.checker.words.saying import in_words
 
-__all__ = ["said"]
-
 
 def said(what: str, theta: Fraction, decay: Outcome) -> tuple[str, str]:
     """Return name and sentence; ``what`` has been widened by ``theta``, or shrunk below 1."""

@@ -9,8 +9,6 @@ from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.rounded import at_least
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
-__all__ = ["falling", "said"]
-
 
 def said(name: str, family: Family, alpha: Fraction, blends: int) -> tuple[str, str]:
     """Return name and sentence."""

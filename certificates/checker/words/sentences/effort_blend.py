@@ -7,8 +7,6 @@ from fractions import Fraction
 from takagi.certificates.checker.plant.blend import Acting, Blend
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
-__all__ = ["said"]
-
 
 def said(name: str, blend: Blend, low: Fraction, high: Fraction, law: bool) -> tuple[str, str]:
     """Return name and sentence.

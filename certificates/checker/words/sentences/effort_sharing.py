@@ -15,8 +15,6 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import (
 )
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
-__all__ = ["said"]
-
 MOST_REASONS = 12
 
 

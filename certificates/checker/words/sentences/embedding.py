@@ -9,8 +9,6 @@ from takagi.certificates.checker.plant.reading import PlantNodes
 from takagi.certificates.checker.plant.vertices import corners_of
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
-__all__ = ["said"]
-
 
 def said(
     name: str, plant: PlantNodes, boxes: int, removable: Collection[str], off: Fraction

@@ -8,8 +8,6 @@ from takagi.certificates.checker.turbine.equilibria.equilibrium_claim import ANS
 from takagi.certificates.checker.turbine.published.wind_intervals import Span, gaps, merged
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
-__all__ = ["said"]
-
 MOST_LISTED = 12
 
 

@@ -11,8 +11,6 @@ from takagi.certificates.checker.words.rounded import at_least
 from takagi.certificates.checker.words.sentences.decay import falling
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
-__all__ = ["said"]
-
 
 def said(
     name: str, family: Family, alpha: Fraction, absolute: Matrix, relative: Fraction

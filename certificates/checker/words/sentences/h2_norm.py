@@ -11,8 +11,6 @@ from takagi.certificates.checker.words.disturbance_channel import path_deviation
 from takagi.certificates.checker.words.rounded import at_most
 from takagi.certificates.checker.words.validity import while_valid
 
-__all__ = ["said"]
-
 
 def said(name: str, claim: Any, family: Family, norm: Fraction, entering: Stack) -> tuple[str, str]:
     """Return name and sentence; ``entering`` are the matrices by which the noise comes in."""

@@ -17,8 +17,6 @@ from takagi.certificates.checker.words.invariant_set import (
 )
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
-__all__ = ["said"]
-
 
 def said(
     name: str,

@@ -14,8 +14,6 @@ from takagi.certificates.checker.words.invariant_set import (
     where_valid,
 )
 
-__all__ = ["said"]
-
 
 def said(name: str, family: Family, held: InvariantSet) -> tuple[str, str]:
     """Return name and sentence."""

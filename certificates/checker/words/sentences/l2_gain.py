@@ -11,8 +11,6 @@ from takagi.certificates.checker.words.disturbance_channel import path_deviation
 from takagi.certificates.checker.words.rounded import at_least, at_most
 from takagi.certificates.checker.words.validity import granted, while_valid
 
-__all__ = ["said"]
-
 
 def said(
     name: str, claim: Any, family: Family, gain: Fraction, energy: Fraction | None

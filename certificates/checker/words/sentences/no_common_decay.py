@@ -9,8 +9,6 @@ from takagi.certificates.checker.loop.polytopic_loop import Family
 from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.rounded import at_most
 
-__all__ = ["blend_name", "said"]
-
 MOST_NAMED = 4
 
 

@@ -7,8 +7,6 @@ from typing import Any
 from takagi.certificates.checker.words.sentences import no_common_decay
 from takagi.certificates.checker.words.sentences.own_matrices import OWN
 
-__all__ = ["said"]
-
 
 def said(**given: Any) -> tuple[str, str]:
     """Return name and sentence."""

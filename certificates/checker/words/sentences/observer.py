@@ -8,8 +8,6 @@ from takagi.certificates.checker.loop.polytopic_loop import Family
 from takagi.certificates.checker.words.sentences.decay import falling
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
-__all__ = ["said"]
-
 
 def said(
     name: str, family: Family, alpha: Fraction, *, feedback: bool, secants: bool

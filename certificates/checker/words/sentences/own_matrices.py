@@ -6,8 +6,6 @@ from typing import Any
 
 from takagi.certificates.checker.words.sentences import decay
 
-__all__ = ["OWN", "said"]
-
 OWN = "; of the matrices in the claim, which need not be those of model or gains"
 
 

@@ -12,8 +12,6 @@ from takagi.certificates.checker.words.disturbance_channel import path_deviation
 from takagi.certificates.checker.words.invariant_set import shown_level, where_valid
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
-__all__ = ["said"]
-
 
 def said(
     name: str, claim: Any, family: Family, held: InvariantSet, gain: Fraction, bound: Fraction

@@ -13,8 +13,6 @@ from takagi.certificates.checker.turbine.published.loop_claim import Cell
 from takagi.certificates.checker.turbine.published.wind_intervals import Span, merged
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 
-__all__ = ["said"]
-
 MOST_LISTED, MOST_NAMED = 12, 4
 FEW_SPANS = 3
 MOST_SPANS = 40

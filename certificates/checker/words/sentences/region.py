@@ -10,8 +10,6 @@ from takagi.certificates.checker.loop.polytopic_loop import Family
 from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 
-__all__ = ["in_words", "said"]
-
 DIGITS = 6
 
 

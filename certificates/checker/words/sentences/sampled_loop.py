@@ -12,8 +12,6 @@ from takagi.certificates.checker.words.ellipsoid_size import shown_size
 from takagi.certificates.checker.words.rounded import at_least, exactly
 from takagi.certificates.checker.words.validity import granted, undisturbed
 
-__all__ = ["said"]
-
 
 def said(
     name: str, family: Family, step: Fraction, P: Matrix, level: Fraction, alpha: Fraction

@@ -10,8 +10,6 @@ from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.rounded import at_least, at_most
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
-__all__ = ["said"]
-
 
 def said(
     name: str,

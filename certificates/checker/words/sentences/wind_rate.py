@@ -13,8 +13,6 @@ from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range
 from takagi.certificates.checker.words.rounded import at_least, at_most
 from takagi.certificates.checker.words.saying import in_words
 
-__all__ = ["said"]
-
 # The rates that the verdict names the winds of [m/s^2].
 TOLD = tuple(map(Fraction, ("0.02", "0.05", "0.1", "0.2", "0.5", "1", "1.5", "2", "3", "5")))
 
