@@ -14,7 +14,7 @@ from takagi.models.turbine import rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.trim import trim
 from takagi.models.turbine.wind_estimators import ImmersionInvarianceEstimator, KalmanWindFilter
 
-WATCHES = {
+WATCHES: dict[str, Observer] = {
     "observer": WindObserver(nrel5mw(), 0.8, 10.0),
     "kalman": KalmanWindFilter(nrel5mw(), 0.1),
     "immersion": ImmersionInvarianceEstimator(nrel5mw(), 50.0),
