@@ -38,7 +38,8 @@ def print_simulation(found: Simulation, written: Sequence[str]) -> None:
     terminal = sys.stdout.isatty()
     console = Console(file=sys.stdout, width=None if terminal else _WIDTH, highlight=False)
     console.print(
-        f"{found.turbine.name}, scenario {found.scenario}, {found.wake} wake{_sampling(found)}"
+        f"{found.turbine.name}, scenario {found.scenario}, {found.parts.wake} wake"
+        f"{_without(found)}{_sampling(found)}"
     )
     console.print()
     console.print(_table(table_rows(found), wide=console.width >= _WIDTH))
@@ -56,6 +57,16 @@ def print_simulation(found: Simulation, written: Sequence[str]) -> None:
             markup=False,
             soft_wrap=True,
         )
+
+
+def _without(found: Simulation) -> str:
+    """Return words on what is asked of the plant beside the usual."""
+    asked, words = found.parts, ""
+    if asked.without:
+        words += f", without {' and '.join(asked.without)}"
+    if asked.speed_filter is not None:
+        words += f", speed through {asked.speed_filter:g} rad/s"
+    return words + (f", ripple {asked.ripple:g}" if asked.ripple else "")
 
 
 def _sampling(found: Simulation) -> str:

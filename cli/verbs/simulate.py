@@ -45,10 +45,11 @@ def simulate(
 ) -> int:
     """Simulate laws on the nonlinear plant. A simulation proves nothing.
 
-    A wind turbine: the project's law, the published one and the reference's own side by side, with
-    a pitch drive and its limits, a torque rate limit and the tower's fore-aft mode; the wind
-    observer is in the loop. Another plant: its own equations under its law by rules, from corners
-    of its box or from --start, disturbances at rest.
+    A wind turbine: the project's law, the published one and the reference's own side by side, on
+    the validation plant: a wake that needs time, flap, tower and torsion modes, a second-order
+    pitch drive, a torque lag and the limits of both; the wind observer is in the loop. Another
+    plant: its own equations under its law by rules, from corners of its box or from --start,
+    disturbances at rest.
 
     With --certificate FILE, a wind turbine's: thousands of random runs of the certified loop,
     starts, winds and plants within what the file claims, each compared with every bound; the exit

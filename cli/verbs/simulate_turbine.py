@@ -48,9 +48,28 @@ def turbine_simulation(
         str,
         typer.Option(
             metavar="NAME",
-            help="Turbines: equilibrium, or dynamic: the wake needs time to follow pitch.",
+            help="Turbines: dynamic, a wake that needs time; or equilibrium.",
         ),
-    ] = "equilibrium",
+    ] = "dynamic",
+    without: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PART",
+            help="Turbines: tower, flap, torsion or torque-lag is left out; may be repeated.",
+        ),
+    ] = None,
+    speed_filter: Annotated[
+        float | None,
+        typer.Option(
+            metavar="RAD/S", help="Turbines: corner of a low-pass on the measured speed [rad/s]."
+        ),
+    ] = None,
+    ripple: Annotated[
+        float,
+        typer.Option(
+            metavar="SHARE", help="Turbines: three swings of the wind a turn, over the wind [-]."
+        ),
+    ] = 0.0,
     seed: Annotated[
         int | None, typer.Option(help="Turbines: of the turbulence; 0 or more. Scenario paper.")
     ] = None,
@@ -106,7 +125,12 @@ def _laws(
         require_folder_place(out, files=files, folders=("figures", "series"))
     from takagi.reports.simulation.filed_law import filed_laws
     from takagi.reports.simulation.laws import DEFAULT_LAWS, chosen_laws, require_law_names
-    from takagi.reports.simulation.runs import require_sampling, run_simulation, simulation_plant
+    from takagi.reports.simulation.runs import (
+        PlantParts,
+        require_sampling,
+        run_simulation,
+        simulation_plant,
+    )
     from takagi.reports.simulation.scenarios import scenario_winds
 
     # All that can be refused is refused before the long work.
@@ -115,7 +139,10 @@ def _laws(
     turbine, filed = source.model, None
     if law_from:
         turbine, filed = filed_laws(turbine, law_from, names)
-    simulation_plant(turbine, asked["wake"])
+    parts = PlantParts(
+        asked["wake"], tuple(asked["without"] or ()), asked["speed_filter"], asked["ripple"]
+    )
+    simulation_plant(turbine, parts)
     winds = scenario_winds(turbine, asked["scenario"], duration=duration, seed=asked["seed"])
     require_sampling(asked["sample_time"], asked["computation_time"])
     written: list[str] = []
@@ -129,12 +156,13 @@ def _laws(
 
         laws = filed or chosen_laws(turbine, names, files=source.files, tell=making)
         begin = _MAKING if steps else 0.0
-        same = ("scenario", "wake", "sample_time", "computation_time")
+        same = ("scenario", "sample_time", "computation_time")
         found = run_simulation(
             turbine,
             laws,
             winds,
             **{name: asked[name] for name in same},
+            parts=parts,
             tell=lambda step, done: tell(step, begin + (_SIMULATING - begin) * done),
         )
         if out is not None:

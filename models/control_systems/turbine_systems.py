@@ -32,7 +32,7 @@ def turbine_system(plant: SimulatedTurbine) -> control.NonlinearIOSystem:
 
     def update(t: float, x: Floats, u: Floats, params: Any) -> Floats:
         torque, reference, wind = map(float, u)
-        return np.array(run.derivative([float(one) for one in x], torque, reference, wind))
+        return run.derivative(np.asarray(x, dtype=np.float64), torque, reference, wind)
 
     return control.nlsys(
         update, None, name="turbine", states=names, inputs=INPUTS, outputs=names, dt=0
@@ -64,8 +64,8 @@ def turbine_statespace(plant: SimulatedTurbine, wind: float) -> control.StateSpa
     centre = np.array([*state, point.torque, point.pitch, wind])
 
     def rate(place: Floats) -> Floats:
-        *x, torque, reference, v = map(float, place)
-        return np.array(run.derivative(x, torque, reference, v))
+        torque, reference, v = map(float, place[n:])
+        return run.derivative(place[:n], torque, reference, v)
 
     J = np.zeros((n, n + 3))
     for k, name in enumerate([*names, *INPUTS]):

@@ -29,6 +29,7 @@ UNITS: dict[str, tuple[str, float]] = {
     "N m/s": ("N m/s", 1.0),
     "kN m/s": ("N m/s", 1e3),
     "N/m": ("N/m", 1.0),
+    "m/N": ("m/N", 1.0),
     "N s/m": ("N s/m", 1.0),
     "N m/rad": ("N m/rad", 1.0),
     "N m s/rad": ("N m s/rad", 1.0),

@@ -1,7 +1,8 @@
 """The nonlinear plant, wind, and the closed loop in time.
 
 wind, turbulence        wind series: steps, ramps, gusts; rotor-effective turbulence
-turbine_plant, dynamics, wake    the plants as values, and their right-hand sides
+turbine_plant           the plants as values
+equations, dynamics, wake    what they do in time, compiled; as functions of a plant; at rest
 closed_loop, history    a law on a plant in a wind, and what it leaves
 time_steps              samples of the law, and the plant's steps within them
 baseline                the reference's own controller as a law
@@ -17,6 +18,7 @@ from takagi.models.lazy_names import lazy_names
 if TYPE_CHECKING:
     from takagi.models.simulation.baseline import BaselineLaw
     from takagi.models.simulation.closed_loop import Diverged, Observer, simulate
+    from takagi.models.simulation.dynamics import equilibrium_state, plant_rate
     from takagi.models.simulation.history import History
     from takagi.models.simulation.metrics import Metrics, damage_equivalent_load, measure
     from takagi.models.simulation.scenario import (
@@ -61,10 +63,12 @@ __all__ = [
     "constant_wind",
     "damage_equivalent_load",
     "design_plant",
+    "equilibrium_state",
     "gust_wind",
     "measure",
     "paper_scenario",
     "paper_winds",
+    "plant_rate",
     "published_scenario",
     "published_winds",
     "ramp_wind",

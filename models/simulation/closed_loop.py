@@ -18,9 +18,10 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Command, Law, Measurement
 from takagi.models.laws.sampled import SampledLaw
-from takagi.models.simulation.dynamics import Dynamics, Loads, State, dynamics
+from takagi.models.simulation.dynamics import dynamics, loads
 from takagi.models.simulation.history import History
 from takagi.models.simulation.time_steps import (
+    TIME_STEP,
     fitting_step,
     sampled_program,
     step_counts,
@@ -62,12 +63,12 @@ class Diverged(ModelError):
 
 
 class _Sample(NamedTuple):
-    state: State
+    state: Floats
     wind: float
     wind_estimate: float
     command: Command
     torque: float
-    loads: Loads
+    flags: int
     law_state: Floats
 
 
@@ -88,7 +89,7 @@ def simulate(
     law : a law, or a ``SampledLaw`` with its own sample time, computation time and rate limits.
     observer : gives the wind estimate; None lets the law see the true wind.
     time_step : of the plant's fourth-order Runge-Kutta integration [s]; None takes the largest one
-        up to 0.02, which resolves all modes, that fits the sampling.
+        up to 0.02 that resolves the plant's modes and fits the sampling.
     controller_step : sampling of law, observer, torque and records [s], a multiple of time_step;
         None takes the law's own sample time, or time_step.
     progress : called with the share done, in (0, 1], about a hundred times.
@@ -100,7 +101,8 @@ def simulate(
     """
     program = sampled_program(law, time_step, controller_step)
     if time_step is None:
-        time_step = fitting_step(program.sample_time, program.computation_time)
+        longest = min(TIME_STEP, 1 / max(plant.fastest, 1e-9))
+        time_step = fitting_step(program.sample_time, program.computation_time, longest)
     inner, samples = step_counts(time_step, program.sample_time, wind)
     record: list[_Sample] = []
     for sample in _march(plant, program, wind, observer, time_step, inner, samples):
@@ -124,7 +126,7 @@ def _march(
     run, period = dynamics(plant), time_step * inner
     late = whole_steps(program.computation_time, time_step, "computation time")
     start, point = plant.initial_state(float(wind.speed[0]))
-    state = [float(value) for value in start]
+    state = start
     before = Command(point.torque, point.pitch)
     within = program.start(float(wind.speed[0]), before)
     estimator = np.zeros(0)
@@ -132,34 +134,31 @@ def _march(
         estimator = observer.initial_state(point.rotor_speed, float(wind.speed[0]))
     speed_at = _measured_speed(plant)
     # The wind at half steps, for the middle of a Runge-Kutta step.
-    winds = wind.at(wind.time[0] + np.arange(2 * inner * samples + 1) * (time_step / 2)).tolist()
+    winds = wind.at(wind.time[0] + np.arange(2 * inner * samples + 1) * (time_step / 2))
     for first in range(0, 2 * inner * samples + 1, 2 * inner):
-        if not isfinite(sum(state) + float(np.sum(within.law_state))):
+        if not isfinite(sum(state.tolist()) + sum(within.law_state.tolist())):
             raise Diverged(program.name, wind.name, first / 2 * time_step)
-        v = winds[first]
+        v = float(winds[first])
         seen = v if observer is None else observer.wind_estimate(estimator)
-        measurement = Measurement(state[speed_at], state[1], seen)
+        measurement = Measurement(float(state[speed_at]), float(state[1]), seen)
         law_state = within.law_state
         command, within = program.step(within, measurement)
         torque, limits = _limit_torque(plant, before.torque, float(command.torque), period)
         given = Command(torque, float(command.pitch))
-        loads = run.loads(state, given.pitch, v)
-        loads = loads._replace(flags=loads.flags | limits)
-        yield _Sample(state, v, seen, command, torque, loads, law_state)
+        yield _Sample(state, v, seen, command, torque, limits, law_state)
         if observer is not None:
             speed, pitch = measurement.rotor_speed, measurement.pitch
             mean = torque + late / inner * (before.torque - torque)
             rate = observer.state_rate(estimator, speed, pitch, mean)
             estimator = estimator + period * rate
-        for step in range(first, min(first + 2 * inner, len(winds) - 1), 2):
-            acting = before if step < first + 2 * late else given
-            state = _runge_kutta(run, state, acting.torque, acting.pitch, winds, step, time_step)
+        sent, ahead = np.array([*before, *given]), winds[first : first + 2 * inner + 1]
+        state = run.advance(state, sent, late, ahead, time_step)
         before = given
 
 
 def _measured_speed(plant: SimulatedTurbine) -> int:
     """Return which state is the measured speed: filtered, the generator's, or the rotor's."""
-    places = (plant.index(name) for name in ("filtered", "generator", "rotor speed"))
+    places = (plant.index(name) for name in ("filtered", "generator speed", "rotor speed"))
     return next(place for place in places if place is not None)
 
 
@@ -177,32 +176,6 @@ def _limit_torque(
     return torque, flags
 
 
-def _runge_kutta(
-    run: Dynamics,
-    state: State,
-    torque: float,
-    reference: float,
-    speeds: list[float],
-    at: int,
-    step: float,
-) -> State:
-    """Return the state one step later; wind is given at half steps from index ``at``."""
-    f, half = run.derivative, step / 2
-    k1 = f(state, torque, reference, speeds[at])
-    middle = speeds[at + 1]
-    k2 = f([x + half * k for x, k in zip(state, k1, strict=True)], torque, reference, middle)
-    k3 = f([x + half * k for x, k in zip(state, k2, strict=True)], torque, reference, middle)
-    last = [x + step * k for x, k in zip(state, k3, strict=True)]
-    k4 = f(last, torque, reference, speeds[at + 2])
-    sixth = step / 6
-    after = [
-        x + sixth * (a + 2 * (b + c) + d)
-        for x, a, b, c, d in zip(state, k1, k2, k3, k4, strict=True)
-    ]
-    run.hold(after)
-    return after
-
-
 def _history(
     plant: SimulatedTurbine, law: SampledLaw, wind: WindSeries, time: Floats, record: list[_Sample]
 ) -> History:
@@ -210,8 +183,10 @@ def _history(
     states = np.array([sample.state for sample in record])
     speed, pitch = states[:, 0], states[:, 1]
     references = np.array([float(sample.command.pitch) for sample in record])
+    winds = np.array([sample.wind for sample in record])
+    turning, thrust, flags = loads(plant, states, references, winds)
     torque = np.array([sample.torque for sample in record])
-    generator_at, tower_at = plant.index("generator"), plant.index("tower")
+    generator_at, tower_at = plant.index("generator speed"), plant.index("tower")
     generator = speed if generator_at is None else states[:, generator_at]
     still = np.zeros(len(record))
     top = still if tower_at is None else states[:, tower_at]
@@ -219,7 +194,7 @@ def _history(
     power = turbine.generator_efficiency * turbine.gear_ratio * torque * generator
     return History(
         time=time,
-        wind=np.array([sample.wind for sample in record]),
+        wind=winds,
         wind_estimate=np.array([float(sample.wind_estimate) for sample in record]),
         rotor_speed=speed.copy(),
         generator_speed=generator.copy(),
@@ -229,15 +204,16 @@ def _history(
         torque=torque,
         torque_command=np.array([float(sample.command.torque) for sample in record]),
         electrical_power=power,
-        rotor_torque=np.array([sample.loads.rotor_torque for sample in record]),
-        thrust=np.array([sample.loads.thrust for sample in record]),
+        rotor_torque=turning,
+        thrust=thrust,
         tower_displacement=top.copy(),
         tower_velocity=top_speed.copy(),
         tower_moment=turbine.hub_height
+        / turbine.tower_share
         * (turbine.tower_stiffness * top + turbine.tower_damping * top_speed),
         plant_states=states,
         law_states=np.array([sample.law_state for sample in record]),
-        flags=np.array([sample.loads.flags for sample in record], dtype=np.int64),
+        flags=flags | np.array([sample.flags for sample in record], dtype=np.int64),
         plant_state_names=plant.state_names,
         law_state_names=tuple(law.state_names),
         law_name=law.name,

@@ -1,94 +1,129 @@
-"""A plant as functions on Python floats, built once per plant: the inner loop of a simulation."""
+"""A plant as functions, built once per plant; its equations are in ``equations``.
+
+Numba is imported with the first plant that is built here, and its equations are compiled with
+their first call: some ten seconds once, after that they are read from the disk.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from math import inf
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from takagi.models.arrays import Floats
 from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine
-from takagi.models.simulation.wake import excess_sensitivity, wake_time_constant
-from takagi.models.splines.scalar_surface import scalar_surface
-from takagi.models.turbine.data import Turbine
+from takagi.models.splines.scalar_surface import patch_coefficients
+from takagi.models.turbine.data import FlapMode
 
-State = list[float]
-# A wind below this is no wind for a rotor; the tip-speed ratio is clipped long before [m/s].
-SMALLEST_WIND = 0.1
-
-
-class Loads(NamedTuple):
-    """Rotor torque [N m], thrust [N] and what of the table or drive is at its end."""
-
-    rotor_torque: float
-    thrust: float
-    flags: int
+if TYPE_CHECKING:
+    from takagi.models.simulation.equations import Constants
 
 
 class Dynamics(NamedTuple):
-    """The plant's right-hand side and its outputs; states are lists in the order of its names.
+    """The plant's right-hand side and its outputs; states are vectors in the order of its names.
 
     derivative(state, torque, pitch_reference, wind) -> state rate
     hold(state) : moves pitch and its rate back inside their limits, in place
-    loads(state, pitch_reference, wind) -> Loads
+    advance(state, sent, late, winds, step) -> state after the time steps of one sample, see
+        ``takagi.models.simulation.equations.advance``
     """
 
-    derivative: Callable[[State, float, float, float], State]
-    hold: Callable[[State], None]
-    loads: Callable[[State, float, float], Loads]
+    derivative: Callable[[Floats, float, float, float], Floats]
+    hold: Callable[[Floats], None]
+    advance: Callable[[Floats, Floats, int, Floats, float], Floats]
 
 
-Rotor = Callable[[float, float, float], tuple[float, float]]
-Drive = Callable[[State, float, State], None]
-Wake = Callable[[State, float, float, State], float]
+def loads(
+    plant: SimulatedTurbine, states: Floats, references: Floats, winds: Floats
+) -> tuple[Floats, Floats, NDArray[np.int64]]:
+    """Return rotor torque [N m], thrust [N] and ``Flag`` of the table and the drive, a row a state.
+
+    Parameters
+    ----------
+    states : (n, m).   references : pitch references [rad], (n,).   winds : [m/s], (n,).
+    """
+    from takagi.models.simulation import equations
+
+    turbine, constants = plant.turbine, _constants(plant)
+    turning, thrust, ratio, turned = equations.record(constants, states, references, winds)
+    (low, high), (least, most) = turbine.torque.x_range, turbine.torque.y_range
+    pitch = states[:, 1]
+    flags = np.zeros(len(states), dtype=np.int64)
+    for flag, stands in (
+        (Flag.TIP_SPEED_RATIO_CLIPPED, (ratio < low) | (ratio > high)),
+        (Flag.PITCH_OUTSIDE_TABLE, (pitch < least) | (pitch > most)),
+        (Flag.PITCH_RATE_LIMITED, np.abs(turned) >= plant.pitch_rate_limit),
+        (
+            Flag.PITCH_POSITION_LIMITED,
+            (references < turbine.pitch_min) | (references > turbine.pitch_max),
+        ),
+    ):
+        flags |= np.where(stands, flag.value, 0)
+    return turning, thrust, flags
 
 
 @lru_cache(maxsize=32)
 def dynamics(plant: SimulatedTurbine) -> Dynamics:
     """Return the functions of a plant."""
-    turbine = plant.turbine
-    rotor, drive, wake = _rotor(turbine), _drive(plant), _wake(plant)
-    top, twist_at, lag = (plant.index(n) for n in ("tower", "generator", "filtered"))
-    mass, damping, stiffness = turbine.tower_mass, turbine.tower_damping, turbine.tower_stiffness
-    n_g, corner = turbine.gear_ratio, plant.speed_filter or 0.0
-    shaft_k, shaft_c = turbine.shaft_stiffness, turbine.shaft_damping
-    rotor_inertia = turbine.rotor_inertia if plant.torsion else turbine.inertia
-    generator_inertia = turbine.gear_ratio**2 * turbine.generator_inertia
-    size = len(plant.state_names)
+    from takagi.models.simulation import equations
 
-    def derivative(state: State, torque: float, reference: float, wind: float) -> State:
-        rate = [0.0] * size
-        v = wind if top is None else wind - state[top + 1]
-        turning, thrust = rotor(state[0], state[1], v)
-        drive(state, reference, rate)
-        if wake is not None:
-            turning += wake(state, v, thrust, rate)
-        if top is not None:
-            speed = state[top + 1]
-            rate[top] = speed
-            rate[top + 1] = (thrust - damping * speed - stiffness * state[top]) / mass
-        measured = state[0]
-        load = n_g * torque
-        if twist_at is not None:
-            measured = state[twist_at]
-            slip = state[0] - measured
-            shaft = shaft_k * state[twist_at + 1] + shaft_c * slip
-            rate[twist_at] = (shaft - load) / generator_inertia
-            rate[twist_at + 1] = slip
-            load = shaft
-        rate[0] = (turning - load) / rotor_inertia
-        if lag is not None:
-            rate[lag] = corner * (measured - state[lag])
-        return rate
+    constants = _constants(plant)
 
-    return Dynamics(derivative, _hold(plant), _loads(plant, rotor, wake))
+    def derivative(state: Floats, torque: float, reference: float, wind: float) -> Floats:
+        after = np.empty(len(state))
+        place = np.ascontiguousarray(state, dtype=np.float64)
+        equations.rate(constants, place, torque, reference, wind, after)
+        return after
+
+    return Dynamics(
+        derivative,
+        lambda state: equations.hold(constants, state),
+        lambda state, sent, late, winds, step: equations.advance(
+            constants, state, sent, late, winds, step
+        ),
+    )
+
+
+def ready(plant: SimulatedTurbine) -> None:
+    """Compile what a simulation of the plant calls, or read it from the disk, before it runs."""
+    state, point = plant.initial_state(plant.turbine.cut_in)
+    sent = np.array([point.torque, point.pitch] * 2)
+    dynamics(plant).advance(state, sent, 0, np.full(1, point.wind), 1.0)
+    loads(plant, state[None], np.array([point.pitch]), np.array([point.wind]))
+
+
+def plant_rate(plant: SimulatedTurbine) -> Callable[[Floats, float, float, float], Floats]:
+    """Return f(state, torque, pitch_reference, wind) -> state rate; names: ``plant.state_names``.
+
+    What is sent to the generator is ``torque`` [N m, high-speed shaft], to the drive
+    ``pitch_reference`` [rad]; ``wind`` is undisturbed by the machine [m/s].  The function is smooth
+    wherever no limit acts and no table ends, so that central differences linearise it; the wake's
+    inner equation is solved to 1e-13.
+    """
+    return dynamics(plant).derivative
+
+
+def equilibrium_state(plant: SimulatedTurbine, wind: float) -> tuple[Floats, float, float]:
+    """Return (state, torque [N m], pitch reference [rad]) at rest in a constant wind [m/s].
+
+    Raises
+    ------
+    ModelError : a wind outside cut-in to cut-out.
+    """
+    from takagi.models.turbine.trim import trim
+
+    trim(plant.turbine, wind)
+    state, point = plant.initial_state(wind)
+    return state, point.torque, point.pitch
 
 
 def plant_derivative(
     plant: SimulatedTurbine,
-    state: Sequence[float],
+    state: Sequence[float] | Floats,
     torque: float,
     pitch_reference: float,
     wind: float,
@@ -97,112 +132,66 @@ def plant_derivative(
 
     Parameters
     ----------
-    torque : of the generator, on the high-speed shaft [N m].
-    pitch_reference [rad], wind [m/s] (undisturbed by the tower's own motion).
+    torque : sent to the generator, on the high-speed shaft [N m].
+    pitch_reference [rad], wind [m/s] (undisturbed by the machine's own motion).
     """
-    rate = dynamics(plant).derivative(list(state), torque, pitch_reference, wind)
-    return np.array(rate, dtype=np.float64)
+    place = np.asarray(state, dtype=np.float64)
+    return dynamics(plant).derivative(place, float(torque), float(pitch_reference), float(wind))
 
 
-def _rotor(turbine: Turbine) -> Rotor:
-    """Return (T_r, F) of speed, pitch and wind, coefficients held at the table's edge."""
-    c_q, c_t = scalar_surface(turbine.torque), scalar_surface(turbine.thrust)
-    radius, k = turbine.rotor_radius, turbine.torque_constant
-    k_thrust = k / radius
+@lru_cache(maxsize=32)
+def _constants(plant: SimulatedTurbine) -> Constants:
+    """Return what the equations know of a plant."""
+    from takagi.models.simulation.equations import Constants
 
-    def rotor(speed: float, pitch: float, wind: float) -> tuple[float, float]:
-        v = wind if wind > SMALLEST_WIND else SMALLEST_WIND
-        ratio = speed * radius / v
-        square = v * v
-        return k * square * c_q(ratio, pitch), k_thrust * square * c_t(ratio, pitch)
-
-    return rotor
-
-
-def _drive(plant: SimulatedTurbine) -> Drive:
-    """Return what writes the pitch drive's rates: reference and rate held inside their limits."""
     turbine = plant.turbine
-    low, high, limit = turbine.pitch_min, turbine.pitch_max, plant.pitch_rate_limit
-    frequency = turbine.pitch_drive_frequency
-    spring, friction = frequency**2, 2 * turbine.pitch_drive_damping * frequency
-    lag = turbine.pitch_time_constant
-
-    def first_order(state: State, reference: float, rate: State) -> None:
-        target = low if reference < low else high if reference > high else reference
-        wanted = (target - state[1]) / lag
-        rate[1] = -limit if wanted < -limit else limit if wanted > limit else wanted
-
-    def second_order(state: State, reference: float, rate: State) -> None:
-        target = low if reference < low else high if reference > high else reference
-        speed = state[2]
-        acceleration = spring * (target - state[1]) - friction * speed
-        if (speed >= limit and acceleration > 0) or (speed <= -limit and acceleration < 0):
-            acceleration = 0.0
-        rate[1] = -limit if speed < -limit else limit if speed > limit else speed
-        rate[2] = acceleration
-
-    return first_order if plant.drive == "first-order" else second_order
-
-
-def _wake(plant: SimulatedTurbine) -> Wake | None:
-    """Return what adds g(v) (beta - beta_w) to rotor torque and writes beta_w', or None."""
-    place = plant.index("wake")
-    if place is None:
-        return None
-    excess, radius = excess_sensitivity(plant.turbine), plant.turbine.rotor_radius
-    k_thrust = plant.turbine.torque_constant / radius
-
-    def wake(state: State, wind: float, thrust: float, rate: State) -> float:
-        v = wind if wind > SMALLEST_WIND else SMALLEST_WIND
-        gap = state[1] - state[place]
-        rate[place] = gap / wake_time_constant(thrust / (k_thrust * v * v), radius, v)
-        return excess(v) * gap
-
-    return wake
-
-
-def _hold(plant: SimulatedTurbine) -> Callable[[State], None]:
-    low, high, limit = plant.turbine.pitch_min, plant.turbine.pitch_max, plant.pitch_rate_limit
-    has_rate = plant.drive == "second-order"
-
-    def hold(state: State) -> None:
-        if has_rate:
-            state[2] = min(max(state[2], -limit), limit)
-        if not low <= state[1] <= high:
-            state[1] = min(max(state[1], low), high)
-            if has_rate:
-                # A blade that meets its stop stands; it may only leave inwards.
-                inwards = 1.0 if state[1] == low else -1.0
-                state[2] = inwards * max(inwards * state[2], 0.0)
-
-    return hold
-
-
-def _loads(
-    plant: SimulatedTurbine, rotor: Rotor, wake: Wake | None
-) -> Callable[[State, float, float], Loads]:
-    turbine = plant.turbine
-    top, limit = plant.index("tower"), plant.pitch_rate_limit
-    drive, size = _drive(plant), len(plant.state_names)
-    ratio_range, pitch_range = turbine.torque.x_range, turbine.torque.y_range
-
-    def loads(state: State, reference: float, wind: float) -> Loads:
-        v = wind if top is None else wind - state[top + 1]
-        turning, thrust = rotor(state[0], state[1], v)
-        rate = [0.0] * size
-        drive(state, reference, rate)
-        if wake is not None:
-            turning += wake(state, v, thrust, rate)
-        ratio = state[0] * turbine.rotor_radius / max(v, SMALLEST_WIND)
-        flags = 0
-        if not ratio_range[0] <= ratio <= ratio_range[1]:
-            flags |= Flag.TIP_SPEED_RATIO_CLIPPED.value
-        if not pitch_range[0] <= state[1] <= pitch_range[1]:
-            flags |= Flag.PITCH_OUTSIDE_TABLE.value
-        if abs(rate[1]) >= limit:
-            flags |= Flag.PITCH_RATE_LIMITED.value
-        if not turbine.pitch_min <= reference <= turbine.pitch_max:
-            flags |= Flag.PITCH_POSITION_LIMITED.value
-        return Loads(turning, thrust, flags)
-
-    return loads
+    flap = turbine.flap or FlapMode(0.0, 0.0, 0.0, 0.0)
+    places = {
+        "pitch_rate": "pitch rate",
+        "tower": "tower",
+        "flap": "blade-tip",
+        "generator": "generator speed",
+        "wake": "induced wind",
+        "torque": "generator torque",
+        "azimuth": "azimuth",
+        "filtered": "filtered",
+    }
+    found: dict[str, Any] = {
+        name: -1 if (place := plant.index(begin)) is None else place
+        for name, begin in places.items()
+    }
+    stiffness, damping = plant.shaft
+    tables: dict[str, Any] = {}
+    for name in ("torque", "thrust"):
+        x, y, patches = patch_coefficients(getattr(turbine, name))
+        tables |= {f"{name}_x": x, f"{name}_y": y, f"{name}_patches": patches}
+    return Constants(
+        **found,
+        radius=turbine.rotor_radius,
+        torque_constant=turbine.torque_constant,
+        rotor_inertia=turbine.rotor_inertia,
+        generator_inertia=turbine.gear_ratio**2 * turbine.generator_inertia,
+        gear_ratio=turbine.gear_ratio,
+        shaft_stiffness=stiffness,
+        shaft_damping=damping,
+        tower_mass=turbine.tower_mass,
+        tower_damping=turbine.tower_damping,
+        tower_stiffness=turbine.tower_stiffness,
+        tower_share=turbine.tower_share,
+        flap_frequency=flap.frequency,
+        flap_damping=flap.damping,
+        flap_compliance=flap.compliance,
+        flap_share=flap.velocity_share,
+        disc_induction=turbine.wake.induction,
+        wake_share=turbine.wake.time_share,
+        torque_lag=plant.torque_lag or inf,
+        pitch_lag=turbine.pitch_time_constant,
+        drive_frequency=turbine.pitch_drive_frequency,
+        drive_damping=turbine.pitch_drive_damping,
+        pitch_min=turbine.pitch_min,
+        pitch_max=turbine.pitch_max,
+        pitch_rate_limit=plant.pitch_rate_limit,
+        ripple=plant.ripple,
+        filter_corner=plant.speed_filter or 0.0,
+        **tables,
+    )

@@ -29,7 +29,8 @@ class History:
     electrical_power : efficiency times torque times generator speed [W].
     rotor_torque [N m], thrust [N] : aerodynamic, at the sample.
     tower_displacement [m], tower_velocity [m/s] : fore-aft, at the top; 0 without a tower.
-    tower_moment : fore-aft at the base, hub height times (stiffness x + damping x') [N m].
+    tower_moment : fore-aft at the base [N m]: hub height times (stiffness x + damping x') over the
+        turbine's ``tower_share``, which is thrust times hub height at rest.
     plant_states : (n, m), ``plant_state_names``.   law_states : (n, k), ``law_state_names``.
     flags : (n,) integers, sums of ``takagi.models.simulation.turbine_plant.Flag``.
     law_name, wind_name : words for tables.
@@ -86,7 +87,7 @@ class History:
             "pitch_reference": trim(turbine, turbine.cut_out).pitch,
             "torque": turbine.rated_torque,
             "electrical_power": turbine.rated_power,
-            "tower_displacement": thrust / turbine.tower_stiffness,
+            "tower_displacement": turbine.tower_share * thrust / turbine.tower_stiffness,
             "tower_moment": thrust * turbine.hub_height,
         }
         scaled = {name: np.asarray(getattr(self, name)) / base for name, base in bases.items()}

@@ -32,10 +32,10 @@ def sampled_program(
     return law
 
 
-def fitting_step(sample_time: float, computation_time: float) -> float:
-    """Return the largest step up to ``TIME_STEP`` that divides sample and computation time."""
+def fitting_step(sample_time: float, computation_time: float, longest: float = TIME_STEP) -> float:
+    """Return the largest step up to ``longest`` [s] that divides sample and computation time."""
     period, late = sample_time, computation_time
-    least = max(1, ceil(period / TIME_STEP - 1e-9))
+    least = max(1, ceil(period / longest - 1e-9))
     for count in range(least, least + MOST_STEPS):
         share = late * count / period
         if abs(share - round(share)) < 1e-9 * count:

@@ -7,17 +7,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntFlag
-from math import inf
+from math import inf, sqrt
 
 import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.simulation.wake import steady_induced_wind
 from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TrimPoint, trim
 
 DRIVES = ("first-order", "second-order")
+LARGEST_RIPPLE = 0.2
 
 
 class Flag(IntFlag):
@@ -47,16 +49,20 @@ class SimulatedTurbine:
     turbine : its figures.
     drive : ``"first-order"``: tau beta' = beta_ref - beta; ``"second-order"``:
         beta'' = w^2 (beta_ref - beta) - 2 zeta w beta'.
-    tower : the first fore-aft mode m x'' + c x' + k x = F; the rotor then feels v - x'.
-    torsion : rotor and generator as two masses with shaft stiffness and damping; the measured
-        speed is then the generator's.
-    wake : pitch meets a wake that needs time, see ``takagi.models.simulation.wake``.
+    tower : the first fore-aft mode; the rotor then meets the wind less the hub's velocity, which
+        is ``turbine.tower_share`` of the tower top's.
+    torsion : rotor and generator as two masses; the measured speed is then the generator's.
+    wake : the wake needs time; torque and thrust answer pitch, wind and speed more at first.
     pitch_rate_limit [rad/s], torque_rate_limit [N m/s] : inf for none.
     speed_filter : corner of a one-pole filter on the measured speed [rad/s]; None for none.
+    flap : the first collective flap mode.
+    torque_lag : first-order lag of the generator torque [s]; None for none.
+    ripple : amplitude of three swings of the wind per turn, over the wind [-]; 0 for none.
 
     Raises
     ------
-    ModelError : an unknown drive, or a limit or corner not above 0.
+    ModelError : an unknown drive, a limit, corner or lag not above 0, a ripple outside 0 to 0.2, or
+        flap for a turbine whose file has none.
     """
 
     turbine: Turbine
@@ -67,14 +73,27 @@ class SimulatedTurbine:
     pitch_rate_limit: float = inf
     torque_rate_limit: float = inf
     speed_filter: float | None = None
+    flap: bool = False
+    torque_lag: float | None = None
+    ripple: float = 0.0
 
     def __post_init__(self) -> None:
         if self.drive not in DRIVES:
             raise ModelError(f"pitch drive {self.drive!r} is not known; choose one of {DRIVES}")
-        for name in ("pitch_rate_limit", "torque_rate_limit", "speed_filter"):
+        for name in ("pitch_rate_limit", "torque_rate_limit", "speed_filter", "torque_lag"):
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise ModelError(f"{name} = {value:g} was given; it must be above 0")
+        if not 0 <= self.ripple <= LARGEST_RIPPLE:
+            raise ModelError(
+                f"ripple = {self.ripple:g} was given; 0 to {LARGEST_RIPPLE:g} of the wind is needed"
+            )
+        if self.flap and self.turbine.flap is None:
+            raise ModelError(
+                f"flap was asked for, but the file of {self.turbine.name} has no "
+                "blade.flap_frequency, blade.flap_damping, blade.flap_compliance and "
+                "blade.flap_velocity_share; add them, or leave the flap mode out"
+            )
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -84,13 +103,41 @@ class SimulatedTurbine:
             names.append("pitch rate [rad/s]")
         if self.tower:
             names += ["tower-top displacement [m]", "tower-top velocity [m/s]"]
+        if self.flap:
+            names += ["blade-tip displacement [m]", "blade-tip velocity [m/s]"]
         if self.torsion:
             names += ["generator speed, low-speed side [rad/s]", "shaft twist [rad]"]
         if self.wake:
-            names.append("wake pitch [rad]")
+            names.append("induced wind [m/s]")
+        if self.torque_lag is not None:
+            names.append("generator torque [N m]")
+        if self.ripple:
+            names.append("azimuth [rad]")
         if self.speed_filter is not None:
             names.append("filtered rotor speed [rad/s]")
         return tuple(names)
+
+    @property
+    def fastest(self) -> float:
+        """How fast the fastest part moves [rad/s]; a time step is to be below its inverse."""
+        generator = self.turbine.gear_ratio**2 * self.turbine.generator_inertia
+        reduced = self.turbine.rotor_inertia * generator / self.turbine.inertia
+        shaft = sqrt(self.shaft[0] / reduced) if self.torsion and reduced else 0.0
+        return max(shaft, 1 / self.torque_lag if self.torque_lag else 0.0)
+
+    @property
+    def shaft(self) -> tuple[float, float]:
+        """Stiffness [N m/rad] and damping [N m s/rad] between the two masses, low-speed side.
+
+        Those that give the torsion mode of the file, where it has one: the blades bend in their
+        plane too, so that the mode is softer than the shaft.
+        """
+        turbine, mode = self.turbine, self.turbine.torsion
+        if mode is None:
+            return turbine.shaft_stiffness, turbine.shaft_damping
+        generator = turbine.gear_ratio**2 * turbine.generator_inertia
+        reduced = turbine.rotor_inertia * generator / turbine.inertia
+        return reduced * mode.frequency**2, 2 * mode.damping * mode.frequency * reduced
 
     def index(self, name: str) -> int | None:
         """Return the place of the state whose name begins so, or None if it is not modelled."""
@@ -112,10 +159,12 @@ class SimulatedTurbine:
         start = {
             "rotor speed": speed,
             "pitch [": pitch,
-            "tower-top displacement": thrust / turbine.tower_stiffness,
+            "tower-top displacement": turbine.tower_share * thrust / turbine.tower_stiffness,
+            "blade-tip displacement": turbine.flap.compliance * thrust if turbine.flap else 0.0,
             "generator speed": speed,
-            "shaft twist": twist / turbine.shaft_stiffness,
-            "wake pitch": pitch,
+            "shaft twist": twist / self.shaft[0],
+            "induced wind": steady_induced_wind(turbine, speed, pitch, wind) if self.wake else 0.0,
+            "generator torque": point.torque,
             "filtered rotor speed": speed,
         }
         state = np.zeros(len(self.state_names))
@@ -130,21 +179,26 @@ def validation_plant(
     turbine: Turbine,
     *,
     tower: bool = True,
-    torsion: bool = False,
-    wake: bool = False,
+    torsion: bool | None = None,
+    wake: bool = True,
+    flap: bool | None = None,
     pitch_rate_limit: float | None = None,
     torque_rate_limit: float | None = None,
+    torque_lag: float | None = None,
     speed_filter: float | None = None,
+    ripple: float = 0.0,
 ) -> SimulatedTurbine:
-    """Return the rich plant: second-order pitch drive with limits, torque rate limit, tower.
+    """Return the rich plant: wake, flap, tower, torsion, second-order pitch drive, limits, lag.
 
     Parameters
     ----------
-    tower, torsion, wake, speed_filter : see ``SimulatedTurbine``.
+    tower, wake, speed_filter, ripple : see ``SimulatedTurbine``.
+    torsion, flap : None takes the mode where the turbine's file states it.
     pitch_rate_limit : [rad/s]; None takes the turbine's (8 deg/s for the NREL 5-MW).
     torque_rate_limit : [N m/s]; None takes the turbine's: 15 kN m/s for the NREL 5-MW, which is
         what its own controller was published with.  Other controllers of it allow 40 kN m/s: a
         law that needs more than the smaller one shall show that it does.
+    torque_lag : [s]; None takes the turbine's, none where its file has none; 0 for none.
     """
     if pitch_rate_limit is None:
         pitch_rate_limit = turbine.pitch_rate_limit
@@ -153,12 +207,15 @@ def validation_plant(
     return SimulatedTurbine(
         turbine,
         "second-order",
-        tower,
-        torsion,
-        wake,
-        pitch_rate_limit,
-        torque_rate_limit,
-        speed_filter,
+        tower=tower,
+        torsion=turbine.torsion is not None if torsion is None else torsion,
+        wake=wake,
+        pitch_rate_limit=pitch_rate_limit,
+        torque_rate_limit=torque_rate_limit,
+        speed_filter=speed_filter,
+        flap=turbine.flap is not None if flap is None else flap,
+        torque_lag=turbine.torque_lag if torque_lag is None else torque_lag or None,
+        ripple=ripple,
     )
 
 

@@ -63,6 +63,48 @@ class FrozenWake:
     source: str
 
 
+@dataclass(frozen=True, slots=True)
+class DiscWake:
+    """The wake of the validation plant: w' = (k_a a(c_T) v - w) / t_w.
+
+    Attributes
+    ----------
+    induction : k_a [-], induced wind where the blades work, over the momentum theory's disc mean.
+    time_share : t_w over Oye's first time constant [-].
+
+    The defaults, for a file without ``[wake]``, are the theory's mean, which understates the first
+    answers by some per cent, and the share that the NREL 5-MW turbine has.
+    """
+
+    induction: float = 1.0
+    time_share: float = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class FlapMode:
+    """The first collective flap mode of the validation plant.
+
+    Attributes
+    ----------
+    frequency [rad/s], damping [-] : structural, at rated speed.
+    compliance : blade-tip displacement over rotor thrust at rest [m/N].
+    velocity_share : velocity that the rotor feels over that of the blade tip [-].
+    """
+
+    frequency: float
+    damping: float
+    compliance: float
+    velocity_share: float
+
+
+@dataclass(frozen=True, slots=True)
+class TorsionMode:
+    """The first free-free torsion mode: frequency [rad/s] and damping [-]."""
+
+    frequency: float
+    damping: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Turbine:
     """A variable-speed, pitch-controlled turbine; SI units throughout, angles in rad.
@@ -89,6 +131,14 @@ class Turbine:
     torque : c_Q, the spline of c_P / lambda at the table's points; rotor torque is computed from
         it, so that it is a polynomial on every cell.  It agrees with ``power`` at those points.
     figures : every number of the file by ``"section.key"``, as given, with unit and source.
+
+    Of the validation plant alone, with what holds where the file has no such entry:
+
+    wake : of the disc.   flap : None, no flap mode.
+    tower_share : fore-aft velocity of the hub over that of the tower top [-], above 1 where the
+        top turns; 1.
+    torsion : None, rotor and generator on the shaft's own stiffness and damping.
+    torque_lag : first-order lag of the generator [s]; None for none.
     """
 
     name: str
@@ -124,6 +174,11 @@ class Turbine:
     thrust: Surface
     torque: Surface
     figures: Mapping[str, Figure]
+    wake: DiscWake = DiscWake()
+    flap: FlapMode | None = None
+    tower_share: float = 1.0
+    torsion: TorsionMode | None = None
+    torque_lag: float | None = None
 
     @property
     def inertia(self) -> float:

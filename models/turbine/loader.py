@@ -13,7 +13,15 @@ from takagi.models.files.coefficient_table import CoefficientTable, read_coeffic
 from takagi.models.files.library import resolve_model
 from takagi.models.files.toml_document import Document, read_document
 from takagi.models.splines.surface import Surface, interpolate
-from takagi.models.turbine.data import BaselineController, Figure, FrozenWake, Turbine
+from takagi.models.turbine.data import (
+    BaselineController,
+    DiscWake,
+    Figure,
+    FlapMode,
+    FrozenWake,
+    TorsionMode,
+    Turbine,
+)
 from takagi.models.turbine.file_figures import FileFigure, figure_at, read_figure, text_at
 from takagi.models.turbine.frozen_wake import WAKE, read_frozen_wake
 
@@ -56,6 +64,25 @@ _BASELINE = (
     FileFigure("baseline.region_2_speed", "region_2_speed", "rad/s", 1e-3, 1e4),
     FileFigure("baseline.region_25_speed", "region_25_speed", "rad/s", 1e-3, 1e4),
     FileFigure("baseline.region_3_speed", "region_3_speed", "rad/s", 1e-3, 1e4),
+)
+# Of the validation plant, each group whole or not at all; what holds without it: ``Turbine``.
+_GROUPS: tuple[tuple[FileFigure, ...], ...] = (
+    (
+        FileFigure("wake.induction", "induction", "-", 0, 3),
+        FileFigure("wake.time_share", "time_share", "-", 0.05, 5),
+    ),
+    (
+        FileFigure("blade.flap_frequency", "frequency", "rad/s", 0.1, 1e3),
+        FileFigure("blade.flap_damping", "damping", "-", 0, 1),
+        FileFigure("blade.flap_compliance", "compliance", "m/N", 0, 1),
+        FileFigure("blade.flap_velocity_share", "velocity_share", "-", 0, 1),
+    ),
+    (
+        FileFigure("drivetrain.torsion_frequency", "frequency", "rad/s", 0.1, 1e4),
+        FileFigure("drivetrain.torsion_damping", "damping", "-", 0, 1),
+    ),
+    (FileFigure("tower.velocity_share", "tower_share", "-", 0.5, 2),),
+    (FileFigure("generator.torque_lag", "torque_lag", "s", 1e-4, 10),),
 )
 _TOP = ("format", "kind", "name", "description")
 _FREE_SECTION = "reference"
@@ -108,6 +135,7 @@ def _turbine(document: Document) -> Turbine:
         name=text_at(document, "name"),
         baseline=baseline,
         frozen_wake=FrozenWake((), (), (), ""),
+        **_validation_figures(document, figures),
         figures=MappingProxyType(figures),
         **parts,
     )
@@ -157,6 +185,19 @@ def nrel5mw() -> Turbine:
     return load_turbine("nrel5mw")
 
 
+def _validation_figures(document: Document, figures: dict[str, Figure]) -> dict[str, Any]:
+    """Return what the file says of the validation plant alone, without groups that it has not."""
+    found: dict[str, Any] = {}
+    for group, maker in zip(_GROUPS, ("wake", "flap", "torsion", None, None), strict=True):
+        places = [f.path.partition(".") for f in group]
+        if not any(key in document.data.get(section, {}) for section, _, key in places):
+            continue
+        values = {f.attribute: figure_at(document, f, figures) for f in group}
+        kinds = {"wake": DiscWake, "flap": FlapMode, "torsion": TorsionMode}
+        found |= values if maker is None else {maker: kinds[maker](**values)}
+    return found
+
+
 def _check_kind(document: Document) -> None:
     kind = document.data.get("kind")
     if kind != "turbine":
@@ -172,7 +213,8 @@ def _check_kind(document: Document) -> None:
 
 def _check_known(document: Document) -> None:
     """Refuse fields that no reader uses: they are misspelt more often than superfluous."""
-    known = [f.path for f in (*_FIELDS, *_BASELINE)] + list(_OTHER)
+    optional = [f for group in _GROUPS for f in group]
+    known = [f.path for f in (*_FIELDS, *optional, *_BASELINE)] + list(_OTHER)
     sections = list(dict.fromkeys(path.partition(".")[0] for path in known)) + [_FREE_SECTION]
     for section, content in document.data.items():
         if section in _TOP:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.sampled import SampledLaw, require_times
 from takagi.models.simulation.closed_loop import Diverged, Observer
+from takagi.models.simulation.dynamics import ready
 from takagi.models.simulation.history import History
 from takagi.models.simulation.metrics import Metrics
 from takagi.models.simulation.scenario import Case, run_cases
@@ -18,6 +19,8 @@ from takagi.models.turbine.data import Turbine
 from takagi.reports.simulation.laws import ChosenLaws
 
 WAKES = ("equilibrium", "dynamic")
+# What a simulation can leave out of the validation plant, beside the wake.
+PARTS = ("tower", "flap", "torsion", "torque-lag")
 # Fractions above which the table gets a remark [-].
 WORTH_TELLING = 0.01
 FIGHTING = 5.0
@@ -87,7 +90,7 @@ class Simulation:
 
     turbine: Turbine
     scenario: str
-    wake: str
+    parts: PlantParts
     winds: tuple[WindSeries, ...]
     chosen: ChosenLaws
     runs: tuple[Run, ...]
@@ -100,19 +103,54 @@ class Simulation:
         return tuple(run for run in self.runs if run.diverged is not None)
 
 
-def simulation_plant(turbine: Turbine, wake: str) -> SimulatedTurbine:
-    """Return the validation plant with a wake in equilibrium or one that needs time.
+@dataclass(frozen=True, slots=True)
+class PlantParts:
+    """What a simulation asks of the validation plant.
+
+    Attributes
+    ----------
+    wake : one of ``WAKES``: one that needs time, or one in equilibrium.
+    without : of ``PARTS``, those that are left out.
+    speed_filter : corner of a low-pass on the measured speed [rad/s]; None for none.
+    ripple : three swings of the wind a turn, over the wind [-].
 
     Raises
     ------
-    ModelError : an unknown wake.
+    ModelError : an unknown wake or part.
     """
-    if wake not in WAKES:
-        raise ModelError(
-            f"wake {wake!r} is not known{did_you_mean(wake, WAKES)}; choose one of "
-            f"{', '.join(WAKES)}"
-        )
-    return validation_plant(turbine, wake=wake == "dynamic")
+
+    wake: str = "dynamic"
+    without: tuple[str, ...] = ()
+    speed_filter: float | None = None
+    ripple: float = 0.0
+
+    def __post_init__(self) -> None:
+        for what, names, known in (("wake", (self.wake,), WAKES), ("part", self.without, PARTS)):
+            for name in names:
+                if name not in known:
+                    raise ModelError(
+                        f"{what} {name!r} is not known{did_you_mean(name, known)}; choose one of "
+                        f"{', '.join(known)}"
+                    )
+
+
+def simulation_plant(turbine: Turbine, parts: PlantParts) -> SimulatedTurbine:
+    """Return the validation plant with what is asked of it.
+
+    Raises
+    ------
+    ModelError : a filter or ripple out of range.
+    """
+    return validation_plant(
+        turbine,
+        tower="tower" not in parts.without,
+        flap=False if "flap" in parts.without else None,
+        torsion=False if "torsion" in parts.without else None,
+        torque_lag=0.0 if "torque-lag" in parts.without else None,
+        wake=parts.wake == "dynamic",
+        speed_filter=parts.speed_filter,
+        ripple=parts.ripple,
+    )
 
 
 def require_sampling(sample_time: float, computation_time: float) -> None:
@@ -137,7 +175,7 @@ def run_simulation(
     winds: Sequence[WindSeries],
     *,
     scenario: str,
-    wake: str = "equilibrium",
+    parts: PlantParts | None = None,
     sample_time: float = TIME_STEP,
     computation_time: float = 0.0,
     tell: Tell | None = None,
@@ -147,21 +185,22 @@ def run_simulation(
     Parameters
     ----------
     scenario : its name, for titles.
-    wake : one of ``WAKES``.
+    parts : of the plant; None takes all that the turbine's file states.
     sample_time, computation_time : of the laws' program [s], see ``SampledLaw``.
     tell : called with the step in words and the share done.
 
     Raises
     ------
-    ModelError : an unknown wake, or times that make no program.
+    ModelError : a filter or ripple out of range, or times that make no program.
     """
-    plant = simulation_plant(turbine, wake)
+    parts = parts or PlantParts()
+    plant = simulation_plant(turbine, parts)
     sampled = {
         name: SampledLaw(law, sample_time, computation_time) for name, law in chosen.laws.items()
     }
     runs = tuple(_runs(plant, sampled, chosen.observer, winds, tell))
     return Simulation(
-        turbine, scenario, wake, tuple(winds), chosen, runs, sample_time, computation_time
+        turbine, scenario, parts, tuple(winds), chosen, runs, sample_time, computation_time
     )
 
 
@@ -173,6 +212,9 @@ def _runs(
     tell: Tell | None,
 ) -> Iterator[Run]:
     total, done = len(laws) * len(winds), 0
+    if tell is not None:
+        tell("the plant's equations, compiled once", 0.0)
+    ready(plant)
     for name, law in laws.items():
         for wind in winds:
             progress = _part(tell, f"{name}, {wind.name}", done, total)

@@ -13,7 +13,7 @@ from takagi.models.simulation.history import History
 from takagi.models.simulation.turbine_plant import Flag
 from takagi.reports.csv_text import csv_text
 from takagi.reports.simulation.laws import LAW_NAMES
-from takagi.reports.simulation.runs import Run, Simulation
+from takagi.reports.simulation.runs import Run, Simulation, simulation_plant
 from takagi.reports.simulation.scenarios import SCENARIOS
 
 # Metric -> (title, unit, decimals), in the table's order.
@@ -32,12 +32,18 @@ Energy and power are electrical. Overspeed and speed deviation are shares of rat
 overspeed below zero means that rated speed was never reached. The tower's damage-equivalent load is
 that of the fore-aft moment at the base (rainflow counting, exponent 4, 1 Hz). The actuators fight
 while pitch is more than 0.5 deg above fine pitch and torque more than 5 % below rated."""
-PLANT = {
-    "equilibrium": "the wake follows pitch at once (coefficient table)",
-    "dynamic": (
-        "the wake needs time to follow pitch: torque first answers by the published frozen-wake "
-        "sensitivity, linear in pitch, which for pitch movements of several degrees overstates it"
-    ),
+WAKE_WORDS = {
+    "equilibrium": "a wake that follows at once (coefficient tables)",
+    "dynamic": "a wake that needs time, so that torque and thrust first answer by more",
+}
+# State that a part brings with it, and the part in words.
+PART_WORDS = {
+    "tower": "tower fore-aft mode",
+    "blade-tip": "first collective flap mode",
+    "generator speed": "drivetrain torsion",
+    "generator torque": "a lag of the generator torque",
+    "azimuth": "a ripple of the wind three times a turn",
+    "filtered": "a low-pass on the measured speed",
 }
 # Sample distance of the written series [s]; finer samples add nothing about the loop.
 SERIES_STEP = 0.1
@@ -74,7 +80,7 @@ def as_markdown(simulation: Simulation, *, figures: Sequence[str] = ()) -> str:
         f"# {simulation.turbine.name}: scenario {simulation.scenario}",
         "",
         f"{about[0].upper()}{about[1:]}. Nonlinear plant with second-order pitch drive, limits on "
-        f"pitch, its rate and the torque rate, and tower fore-aft mode; {PLANT[simulation.wake]}; "
+        f"pitch, its rate and the torque rate; {_plant_words(simulation)}; "
         f"{observer}. The laws run every {1e3 * simulation.sample_time:g} ms"
         f"{_late(simulation)}. Every loop starts at rest at the first wind.",
         "",
@@ -89,6 +95,12 @@ def as_markdown(simulation: Simulation, *, figures: Sequence[str] = ()) -> str:
     for figure in figures:
         lines += ["", f"![{figure}]({figure})"]
     return "\n".join(lines) + "\n"
+
+
+def _plant_words(simulation: Simulation) -> str:
+    plant = simulation_plant(simulation.turbine, simulation.parts)
+    parts = [words for state, words in PART_WORDS.items() if plant.index(state) is not None]
+    return ", ".join([WAKE_WORDS[simulation.parts.wake], *parts])
 
 
 def _late(simulation: Simulation) -> str:
@@ -121,7 +133,10 @@ def as_json(simulation: Simulation, *, files: Sequence[str] = ()) -> str:
     content = {
         "turbine": simulation.turbine.name,
         "scenario": simulation.scenario,
-        "wake": simulation.wake,
+        "wake": simulation.parts.wake,
+        "without": list(simulation.parts.without),
+        "speed_filter": simulation.parts.speed_filter,
+        "ripple": simulation.parts.ripple,
         "sample_time": simulation.sample_time,
         "computation_time": simulation.computation_time,
         "winds": [
@@ -131,6 +146,8 @@ def as_json(simulation: Simulation, *, files: Sequence[str] = ()) -> str:
         "laws": {name: LAW_NAMES.get(name, "") for name in simulation.chosen.laws},
         "units": {
             "duration": "s",
+            "speed_filter": "rad/s",
+            "ripple": "-",
             "sample_time": "s",
             "computation_time": "s",
             **{name: unit for name, (_, unit, _) in COLUMNS.items()},

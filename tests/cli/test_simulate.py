@@ -65,14 +65,33 @@ def test_json_names_the_files_it_wrote(tmp_path: Path, capsys: Capture) -> None:
 
 
 def test_dynamic_wake_changes_what_pitch_does(capsys: Capture) -> None:
-    """Below rated wind nothing moves pitch and the two agree; above they differ."""
+    """Torque and thrust answer wind and pitch by more at first, below rated wind and above."""
     rows = []
     for wake in ("equilibrium", "dynamic"):
         assert main([*QUICK, "--wake", wake, "--json"]) == 0
         rows.append([row["energy"] for row in json.loads(capsys.readouterr().out)["rows"]])
 
-    assert rows[0][0] == rows[1][0]
+    assert rows[0][0] != rows[1][0]
     assert rows[0][2] != rows[1][2]
+
+
+def test_parts_of_the_plant_can_be_left_out(capsys: Capture) -> None:
+    """The answer names them, and each changes the tower's load."""
+    asked = (
+        (),
+        ("--without", "flap"),
+        ("--without", "torsion", "--without", "torque-lag"),
+        ("--speed-filter", "4"),
+        ("--ripple", "0.01"),
+    )
+    answers = []
+    for words in asked:
+        assert main([*QUICK, *words, "--json"]) == 0
+        answers.append(json.loads(capsys.readouterr().out))
+
+    assert answers[2]["without"] == ["torsion", "torque-lag"]
+    assert (answers[3]["speed_filter"], answers[4]["ripple"]) == (4.0, 0.01)
+    assert len({answer["rows"][2]["tower_del"] for answer in answers}) == len(asked)
 
 
 @pytest.mark.slow
@@ -133,6 +152,9 @@ def test_divergence_has_its_own_status(monkeypatch: pytest.MonkeyPatch, capsys: 
         (("--duration", "soon"), "a valid number"),
         (("--scenario", "storm"), "paper, step, gust, ramp"),
         (("--wake", "none"), "equilibrium, dynamic"),
+        (("--without", "towr"), "did you mean 'tower'"),
+        (("--speed-filter", "0"), "speed_filter = 0"),
+        (("--ripple", "3"), "0 to 0.2 of the wind"),
         (("--scenario", "step", "--seed", "1"), "no turbulence"),
         (("--seed", "-1"), "0 or more"),
     ],

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,14 +13,27 @@ from numpy.typing import NDArray
 
 from takagi.models import ModelError, Surface
 from takagi.models.simulation import SimulatedTurbine, design_plant, validation_plant
-from takagi.models.simulation.dynamics import dynamics, plant_derivative
-from takagi.models.simulation.wake import wake_time_constant
+from takagi.models.simulation.dynamics import (
+    dynamics,
+    equilibrium_state,
+    loads,
+    plant_derivative,
+    plant_rate,
+)
+from takagi.models.simulation.equations import LEAST_FLOW, induction, wake_time
 from takagi.models.splines.scalar_surface import patch_coefficients, scalar_surface
 from takagi.models.splines.surface import interpolate
-from takagi.models.turbine import nrel5mw, rotor_thrust, rotor_torque
+from takagi.models.turbine import load_turbine, nrel5mw, rotor_thrust, rotor_torque
+from takagi.models.turbine.data import DiscWake
 from takagi.models.turbine.trim import trim
 
 Array = NDArray[np.float64]
+
+
+def stiff(**parts: Any) -> SimulatedTurbine:
+    """Return the rich plant of the NREL 5-MW turbine with only these parts beside the drive."""
+    none = {"tower": False, "torsion": False, "wake": False, "flap": False, "torque_lag": 0.0}
+    return validation_plant(nrel5mw(), **(none | parts))
 
 
 def jacobian(plant: SimulatedTurbine, wind: float) -> Array:
@@ -86,21 +102,22 @@ def test_patches_meet_their_neighbours() -> None:
 def test_right_hand_side_is_the_formula(
     speed: float, pitch: float, wind: float, torque: float, rate: float, tower_speed: float
 ) -> None:
-    """Rotor, pitch drive and tower, with the vectorised aerodynamics at v - x_T'."""
+    """Rotor, pitch drive and tower, with the vectorised aerodynamics at the hub's own wind."""
     turbine = nrel5mw()
     reference, displacement = 0.2, 0.3
     found = plant_derivative(
-        validation_plant(turbine),
+        stiff(tower=True),
         [speed, pitch, rate, displacement, tower_speed],
         torque,
         reference,
         wind,
     )
-    relative = wind - tower_speed
+    relative = wind - turbine.tower_share * tower_speed
     turning = float(rotor_torque(turbine, speed, pitch, relative))
     pull = float(rotor_thrust(turbine, speed, pitch, relative))
     w, zeta = 2 * np.pi, 0.7
-    swing = pull - turbine.tower_damping * tower_speed - turbine.tower_stiffness * displacement
+    swing = turbine.tower_share * pull - turbine.tower_damping * tower_speed
+    swing -= turbine.tower_stiffness * displacement
 
     assert found[0] == pytest.approx(
         (turning - turbine.gear_ratio * torque) / turbine.inertia, abs=1e-9
@@ -126,33 +143,68 @@ def test_design_plant_is_the_stiff_one() -> None:
 @pytest.mark.parametrize("wind", [5.0, 8.0, 11.0, 14.0, 25.0])
 def test_every_plant_rests_at_its_initial_state(wind: float) -> None:
     """All options together: no state moves at trim."""
-    plant = validation_plant(nrel5mw(), torsion=True, wake=True, speed_filter=1.57)
-    state, point = plant.initial_state(wind)
-    rate = plant_derivative(plant, state.tolist(), point.torque, point.pitch, wind)
+    plant = validation_plant(nrel5mw(), speed_filter=1.57)
+    state, torque, pitch = equilibrium_state(plant, wind)
+    rate = plant_rate(plant)(state, torque, pitch, wind)
 
-    assert len(state) == len(plant.state_names) == 9
-    assert rate == pytest.approx(np.zeros(9), abs=1e-9)
+    assert len(state) == len(plant.state_names) == 12
+    assert rate == pytest.approx(np.zeros(12), abs=1e-9)
 
 
 def test_tower_and_shaft_modes() -> None:
-    """0.324 Hz fore-aft and 2.22 Hz free-free torsion: figures of the OpenFAST 5-MW deck.
+    """0.324 Hz fore-aft and 1.64 Hz torsion, as in OpenFAST; 2.22 Hz with the shaft alone.
 
     Aerodynamic damping widens the tower's share to several per cent, its frequency stays.
     """
-    eigenvalues = np.linalg.eigvals(jacobian(validation_plant(nrel5mw(), torsion=True), 14.0))
+    turbine = nrel5mw()
+    eigenvalues = np.linalg.eigvals(jacobian(stiff(tower=True, torsion=True), 14.0))
     waves = np.sort(np.abs(eigenvalues[eigenvalues.imag > 1e-3])) / (2 * np.pi)
     tower = eigenvalues[np.argmin(np.abs(np.abs(eigenvalues) / (2 * np.pi) - 0.324))]
+    shaft = replace(turbine, torsion=None)
+    alone = np.linalg.eigvals(
+        jacobian(SimulatedTurbine(shaft, "first-order", tower=False, torsion=True), 14.0)
+    )
 
-    assert waves == pytest.approx([0.324, 1.0, 2.22], rel=0.01)
+    assert waves == pytest.approx([0.324, 1.0, 1.64], rel=0.01)
     assert 0.03 < -tower.real / abs(tower) < 0.12
+    assert np.abs(alone).max() / (2 * np.pi) == pytest.approx(2.22, rel=0.01)
+
+
+def test_flap_moves_the_rotor() -> None:
+    """f'' = w^2 (C F - f) - 2 d w f', and the rotor meets the wind less 0.6 f'."""
+    turbine, plant = nrel5mw(), stiff(flap=True)
+    assert turbine.flap is not None
+    found = plant_derivative(plant, [1.2, 0.1, 0.0, 3.0, 0.5], 4e4, 0.1, 13.0)
+    met = 13.0 - turbine.flap.velocity_share * 0.5
+    thrust = float(rotor_thrust(turbine, 1.2, 0.1, met))
+    w, d = turbine.flap.frequency, turbine.flap.damping
+    bend = w**2 * (turbine.flap.compliance * thrust - 3.0) - 2 * d * w * 0.5
+
+    assert found[3:] == pytest.approx([0.5, bend])
+    assert found[0] * turbine.inertia == pytest.approx(
+        float(rotor_torque(turbine, 1.2, 0.1, met)) - 97 * 4e4
+    )
+
+
+def test_torque_lags_and_the_wind_ripples() -> None:
+    """The rotor feels T, with t_g T' = T_sent - T, and three swings of the wind a turn."""
+    turbine, plant = nrel5mw(), stiff(torque_lag=0.1, ripple=0.02)
+    found = plant_derivative(plant, [1.2, 0.1, 0.0, 3e4, np.pi / 9], 4e4, 0.1, 13.0)
+    met = 13.0 * (1 + 0.02 * np.cos(np.pi / 3))
+
+    assert plant.state_names[3:] == ("generator torque [N m]", "azimuth [rad]")
+    assert found[3:] == pytest.approx([1e5, 1.2])
+    assert found[0] * turbine.inertia == pytest.approx(
+        float(rotor_torque(turbine, 1.2, 0.1, met)) - 97 * 3e4
+    )
 
 
 def test_drive_keeps_its_rate_and_its_stops() -> None:
     """At 8 deg/s nothing accelerates outwards; at fine pitch the blade stands."""
     turbine = nrel5mw()
-    plant, limit = validation_plant(turbine), turbine.pitch_rate_limit
+    plant, limit = stiff(tower=True), turbine.pitch_rate_limit
     fast = plant_derivative(plant, [1.2, 0.1, limit, 0.0, 0.0], 4e4, 1.5, 12.0)
-    state = [1.2, -0.01, -0.1, 0.0, 0.0]
+    state = np.array([1.2, -0.01, -0.1, 0.0, 0.0])
     dynamics(plant).hold(state)
 
     assert (fast[1], fast[2]) == (limit, 0.0)
@@ -160,44 +212,80 @@ def test_drive_keeps_its_rate_and_its_stops() -> None:
     assert plant_derivative(plant, [1.2, 0.1, limit, 0.0, 0.0], 4e4, 0.0, 12.0)[2] < 0
 
 
-@pytest.mark.parametrize("wind", [11.4, 12.0, 16.0, 20.0, 25.0])
+@pytest.mark.parametrize("wind", [11.4, 12.0, 13.0, 16.0, 20.0, 25.0])
 def test_fast_pitch_meets_the_published_frozen_wake_sensitivity(wind: float) -> None:
-    """omega dT_r/dbeta with the wake held: Jonkman et al. (2009), NREL/TP-500-38060."""
+    """omega dT_r/dbeta with the wake held: Jonkman et al. (2009), NREL/TP-500-38060.
+
+    The wake is fitted to OpenFAST alone, so this is a second opinion: within 4 % from 13 m/s, and
+    11 % below, where the table's own slope bends.
+    """
     turbine = nrel5mw()
     published = turbine.frozen_wake.power_sensitivity[turbine.frozen_wake.wind.index(wind)]
-    plant = validation_plant(turbine, tower=False, wake=True)
-    by_pitch = jacobian(plant, wind)[0, 1] * turbine.inertia
+    by_pitch = jacobian(stiff(wake=True), wind)[0, 1] * turbine.inertia
+    close = 0.04 if wind >= 13.0 else 0.11
 
-    assert by_pitch * turbine.rated_rotor_speed == pytest.approx(published, rel=0.01)
+    assert by_pitch * turbine.rated_rotor_speed == pytest.approx(published, rel=close)
 
 
 def test_slow_pitch_meets_the_table() -> None:
-    """With the wake in balance with the pitch, torque is the table's; its time is some seconds."""
-    turbine = nrel5mw()
-    plant = validation_plant(turbine, tower=False, wake=True)
+    """With the wake in balance, torque and thrust are the table's; its time is some seconds."""
+    turbine, plant = nrel5mw(), stiff(wake=True)
     point = trim(turbine, 14.0)
     moved = point.pitch + 0.05
-    found = plant_derivative(
-        plant, [point.rotor_speed, moved, 0.0, moved], point.torque, moved, 14.0
-    )
     table = float(rotor_torque(turbine, point.rotor_speed, moved, 14.0))
+    thrust = float(rotor_thrust(turbine, point.rotor_speed, moved, 14.0))
+    c_t = thrust / (turbine.torque_constant / turbine.rotor_radius * 14.0**2)
+    rest = turbine.wake.induction * induction(c_t)[0] * 14.0
+    state = np.array([point.rotor_speed, moved, 0.0, rest])
+    found = plant_derivative(plant, state, point.torque, moved, 14.0)
+    turning, pull, _ = loads(plant, state[None], np.array([moved]), np.array([14.0]))
     lag = -1 / jacobian(plant, 14.0)[3, 3]
 
     assert found[0] * turbine.inertia == pytest.approx(table - 97 * point.torque)
-    assert found[3] == 0.0
-    assert 4.0 < lag < 10.0
+    assert found[3] == pytest.approx(0.0, abs=1e-12)
+    assert (turning[0], pull[0]) == pytest.approx((table, thrust), rel=1e-11)
+    assert 2.0 < lag < 10.0
 
 
-def test_wake_time_constant_by_hand() -> None:
-    """Oye: c_T = 8/9 has a = 1/3, so 1.1 / (1 - 1.3 / 3) R / v; a stays at 0.5 beyond c_T = 1."""
-    assert wake_time_constant(8 / 9, 63.0, 11.4) == pytest.approx(1.1 / (1.7 / 3) * 63.0 / 11.4)
-    assert wake_time_constant(0.0, 63.0, 25.0) == pytest.approx(1.1 * 63.0 / 25.0)
-    assert wake_time_constant(1.3, 63.0, 10.0) == pytest.approx(1.1 / 0.35 * 6.3)
+@pytest.mark.parametrize("model", ["nrel5mw", "iea15mw"])
+def test_one_wind_gives_one_flow_at_the_disc(model: str) -> None:
+    """v (1 - k_a a) grows with v at every speed and pitch of the table: v_e is well defined."""
+    turbine = load_turbine(model)
+    ratios = np.linspace(*turbine.thrust.x_range, 400)
+    for pitch in np.linspace(*turbine.thrust.y_range, 60):
+        a = [induction(float(c))[0] for c in turbine.thrust(ratios, pitch)]
+        flow = (1 - np.minimum(turbine.wake.induction * np.array(a), 1 - LEAST_FLOW)) / ratios
+
+        assert np.all(np.diff(flow) < 0), pitch
+
+
+def test_wake_time_by_hand() -> None:
+    """Oye: c_T = 8/9 has a = 1/3, so 1.1 / (1 - 1.3 / 3) R / v; a stays at 0.5 far beyond."""
+    assert induction(8 / 9) == pytest.approx((1 / 3, 0.75))
+    assert induction(8 / 9 + 1e-9)[0] == pytest.approx(1 / 3, abs=1e-8)
+    assert wake_time(8 / 9, 63.0, 11.4) == pytest.approx(1.1 / (1.7 / 3) * 63.0 / 11.4)
+    assert wake_time(0.0, 63.0, 25.0) == pytest.approx(1.1 * 63.0 / 25.0)
+    assert wake_time(1.3, 63.0, 10.0) == pytest.approx(1.1 / 0.35 * 6.3)
 
 
 def test_misuse_is_told() -> None:
-    """Unknown drive, limits not above 0."""
+    """Unknown drive, limits not above 0, a flap mode that the file does not describe."""
     with pytest.raises(ModelError, match="'third-order' is not known"):
         SimulatedTurbine(nrel5mw(), "third-order")
     with pytest.raises(ModelError, match="torque_rate_limit = 0"):
         validation_plant(nrel5mw(), torque_rate_limit=0.0)
+    with pytest.raises(ModelError, match="ripple = 0.5"):
+        validation_plant(nrel5mw(), ripple=0.5)
+    with pytest.raises(ModelError, match=r"no blade\.flap_frequency"):
+        validation_plant(replace(nrel5mw(), flap=None), flap=True)
+
+
+def test_own_files_need_none_of_the_new_entries() -> None:
+    """Without them: no flap mode, a stiff shaft, the hub at the tower top, the theory's wake."""
+    bare = replace(
+        nrel5mw(), flap=None, torsion=None, wake=DiscWake(), tower_share=1.0, torque_lag=None
+    )
+    names = validation_plant(bare).state_names
+
+    assert names[-1] == "induced wind [m/s]"
+    assert not any(name.startswith(("blade", "shaft", "generator")) for name in names)

@@ -31,6 +31,7 @@ from takagi.reports.simulation import (
     table_rows,
 )
 from takagi.reports.simulation.figures import slug
+from takagi.reports.simulation.runs import PlantParts
 from takagi.reports.simulation.tables import COLUMNS, notes
 
 TURBINE = nrel5mw()
@@ -235,7 +236,7 @@ def test_laws_and_wakes_that_are_not_known_are_refused() -> None:
     with pytest.raises(ModelError, match="no law"):
         chosen_laws(TURBINE, [])
     with pytest.raises(ModelError, match="did you mean 'dynamic'"):
-        run_simulation(TURBINE, ChosenLaws({}, None), [], scenario="paper", wake="dynamics")
+        PlantParts("dynamics")
 
 
 def test_a_run_starts_at_the_trim_of_its_first_wind() -> None:

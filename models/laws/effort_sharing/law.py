@@ -29,7 +29,9 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from dataclasses import dataclass
+from functools import lru_cache
 from math import exp
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,7 +45,7 @@ from takagi.models.laws.effort_sharing.feedforward import (
 )
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule
 from takagi.models.laws.protocol import Command, Measurement
-from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
+from takagi.models.ramps.effort_ramp import effort_ramp_slope
 from takagi.models.turbine.data import Turbine
 
 # Slow beside tower, flap and wake (0.5 s and 3 to 8 s for 5 MW): an estimate from rotor speed sees
@@ -163,23 +165,23 @@ class EffortSharingLaw:
 
     def command(self, state: ArrayLike, measurement: Measurement) -> Command:
         """Return torque [N m, high-speed shaft] and pitch reference [rad]."""
-        wind = self._schedule_wind(state, measurement)
-        return self._command(state, measurement, self._wind_rate(wind, measurement))
+        x, wind = self._unpacked(state, measurement)
+        return self._command(x, wind, measurement, self._wind_rate(wind, measurement))
 
-    def _command(self, state: ArrayLike, measurement: Measurement, rate: float) -> Command:
+    def _command(self, x: float, wind: float, measurement: Measurement, rate: float) -> Command:
         """Return the command with ``rate`` [m/s^2] as v_f'."""
-        x, wind = float(np.asarray(state)[0]), self._schedule_wind(state, measurement)
-        k, share = self._place(wind)
-        table, ahead = self.schedule, self.feedforward
+        table = _columns(self)
+        k, share = _place(table.wind, wind)
         signal = measurement.rotor_speed - _between(table.rotor_speed, k, share) - x
         effort = _between(table.trim_effort, k, share)
-        effort += _between(self.gains.proportional, k, share) * signal
-        limit = float(ahead.effort_limit[k])
-        taken = min(max(float(ahead.inertia[k]) * rate, -limit), limit)
-        reserve = _ramp(-effort, table.overlap) + taken
+        effort += _between(table.proportional, k, share) * signal
+        limit = table.effort_limit[k]
+        taken = min(max(table.inertia[k] * rate, -limit), limit)
+        overlap = self.schedule.overlap
+        reserve = _ramp(-effort, overlap) + taken
         torque = self.rated_torque - self.effort_torque * reserve
-        shed = _ramp(effort, table.overlap) + ahead.pitch_lead * rate * self._shed_slope(
-            k, share, signal, effort
+        shed = _ramp(effort, overlap) + self.feedforward.pitch_lead * rate * _shed_slope(
+            table, overlap, k, share, signal, effort
         )
         pitch = self.pitch_min + shed / _between(table.effectiveness, k, share)
         return Command(
@@ -189,14 +191,16 @@ class EffortSharingLaw:
 
     def state_rate(self, state: ArrayLike, measurement: Measurement) -> Floats:
         """Return (x', v_f'); the integrator is held at its limit."""
-        x = float(np.asarray(state)[0])
-        wind = self._schedule_wind(state, measurement)
-        k, share = self._place(wind)
-        error = measurement.rotor_speed - _between(self.schedule.rotor_speed, k, share)
-        rate = -float(self.gains.integral_rate[k]) * error
-        if abs(x) >= self.integral_limit and rate * x > 0:
-            rate = 0.0
+        x, wind = self._unpacked(state, measurement)
+        rate = self._integral_rate(x, wind, measurement)
         return np.array([rate, self._wind_rate(wind, measurement)])
+
+    def _integral_rate(self, x: float, wind: float, measurement: Measurement) -> float:
+        table = _columns(self)
+        k, share = _place(table.wind, wind)
+        error = measurement.rotor_speed - _between(table.rotor_speed, k, share)
+        rate = -table.integral_rate[k] * error
+        return 0.0 if abs(x) >= self.integral_limit and rate * x > 0 else rate
 
     def advance(self, state: ArrayLike, measurement: Measurement, time: float) -> Floats:
         """Return the state ``time`` [s] later, the measurement held.
@@ -205,13 +209,13 @@ class EffortSharingLaw:
         any ratio of sample time to tau_f is stable; the integral takes an Euler step and stops at
         its limit.
         """
-        x, wind = (float(value) for value in np.asarray(state))
-        rate = float(self.state_rate(state, measurement)[0])
+        x, kept = (float(value) for value in np.asarray(state))
+        rate = self._integral_rate(x, self._unpacked(state, measurement)[1], measurement)
         limit = self.integral_limit
         if self.wind_filter > 0:
             seen = self._inside(measurement.wind_estimate)
-            wind = seen + (wind - seen) * exp(-time / self.wind_filter)
-        return np.array([min(max(x + time * rate, -limit), limit), wind])
+            kept = seen + (kept - seen) * exp(-time / self.wind_filter)
+        return np.array([min(max(x + time * rate, -limit), limit), kept])
 
     def sample(
         self, state: ArrayLike, measurement: Measurement, time: float
@@ -225,8 +229,8 @@ class EffortSharingLaw:
         later = self.advance(state, measurement, time)
         if self.wind_filter <= 0:
             return self.command(state, measurement), later
-        rate = (float(later[1]) - float(np.asarray(state)[1])) / time
-        return self._command(state, measurement, rate), later
+        x, wind = self._unpacked(state, measurement)
+        return self._command(x, wind, measurement, (float(later[1]) - wind) / time), later
 
     def pitch_share(self, wind: float) -> float:
         """Return f1 = psi'(q*(v)), the share of pitch in the loop at the trim."""
@@ -235,14 +239,15 @@ class EffortSharingLaw:
 
     def gain_pair(self, wind: float) -> tuple[float, float]:
         """Return (gamma_e, gamma_I) = (gamma, gamma nu) in 1/s and 1/s^2."""
-        k, share = self._place(self._inside(wind))
-        gamma = _between(self.gains.proportional, k, share)
-        return gamma, gamma * float(self.gains.integral_rate[k])
+        table = _columns(self)
+        k, share = _place(table.wind, self._inside(wind))
+        gamma = _between(table.proportional, k, share)
+        return gamma, gamma * table.integral_rate[k]
 
-    def _schedule_wind(self, state: ArrayLike, measurement: Measurement) -> float:
-        if self.wind_filter <= 0:
-            return self._inside(measurement.wind_estimate)
-        return float(np.asarray(state)[1])
+    def _unpacked(self, state: ArrayLike, measurement: Measurement) -> tuple[float, float]:
+        """Return x and the schedule wind."""
+        x, wind = np.asarray(state, dtype=np.float64).tolist()
+        return x, wind if self.wind_filter > 0 else self._inside(measurement.wind_estimate)
 
     def _wind_rate(self, wind: float, measurement: Measurement) -> float:
         """Return v_f' [m/s^2]; 0 without a filter."""
@@ -250,41 +255,59 @@ class EffortSharingLaw:
             return 0.0
         return (self._inside(measurement.wind_estimate) - wind) / self.wind_filter
 
-    def _shed_slope(self, k: int, share: float, signal: float, effort: float) -> float:
-        """Return b d/dv_f [psi(U) / b] at fixed e - x [rad/s^2 per m/s]."""
-        table, gains = self.schedule, self.gains.proportional
-        width = float(table.wind[k + 1] - table.wind[k])
-        moved = float(table.trim_effort[k + 1] - table.trim_effort[k])
-        moved += float(gains[k + 1] - gains[k]) * signal
-        bent = float(table.effectiveness[k + 1] - table.effectiveness[k])
-        bent /= _between(table.effectiveness, k, share)
-        slope = _ramp_slope(effort, table.overlap)
-        return (slope * moved - _ramp(effort, table.overlap) * bent) / width
-
     def _inside(self, wind: float) -> float:
-        nodes = self.schedule.wind
+        nodes = _columns(self).wind
         return float(min(max(wind, nodes[0]), nodes[-1]))
 
-    def _place(self, wind: float) -> tuple[int, float]:
-        nodes = self.schedule.wind
-        k = min(max(bisect_right(nodes, wind) - 1, 0), len(nodes) - 2)
-        return k, float((wind - nodes[k]) / (nodes[k + 1] - nodes[k]))
+
+class _Columns(NamedTuple):
+    """The law's tables as plain numbers, which a simulation reads at every sample."""
+
+    wind: tuple[float, ...]
+    rotor_speed: tuple[float, ...]
+    trim_effort: tuple[float, ...]
+    effectiveness: tuple[float, ...]
+    proportional: tuple[float, ...]
+    integral_rate: tuple[float, ...]
+    inertia: tuple[float, ...]
+    effort_limit: tuple[float, ...]
 
 
-def _between(column: Floats, k: int, share: float) -> float:
-    return float(column[k]) + share * float(column[k + 1] - column[k])
+@lru_cache(maxsize=32)
+def _columns(law: EffortSharingLaw) -> _Columns:
+    homes = (*(law.schedule,) * 4, *(law.gains,) * 2, *(law.feedforward,) * 2)
+    found = zip(homes, _Columns._fields, strict=True)
+    return _Columns(*(tuple(getattr(home, name).tolist()) for home, name in found))
+
+
+def _place(nodes: tuple[float, ...], wind: float) -> tuple[int, float]:
+    k = min(max(bisect_right(nodes, wind) - 1, 0), len(nodes) - 2)
+    return k, (wind - nodes[k]) / (nodes[k + 1] - nodes[k])
+
+
+def _shed_slope(
+    table: _Columns, overlap: float, k: int, share: float, signal: float, effort: float
+) -> float:
+    """Return b d/dv_f [psi(U) / b] at fixed e - x [rad/s^2 per m/s]."""
+    width = table.wind[k + 1] - table.wind[k]
+    moved = table.trim_effort[k + 1] - table.trim_effort[k]
+    moved += (table.proportional[k + 1] - table.proportional[k]) * signal
+    bent = table.effectiveness[k + 1] - table.effectiveness[k]
+    bent /= _between(table.effectiveness, k, share)
+    slope = min(max((effort + overlap) / (2 * overlap), 0.0), 1.0)
+    return (slope * moved - _ramp(effort, overlap) * bent) / width
+
+
+def _between(column: tuple[float, ...], k: int, share: float) -> float:
+    return column[k] + share * (column[k + 1] - column[k])
 
 
 def _ramp(effort: float, overlap: float) -> float:
     """Return psi for one float; the array form costs ten times as much in a simulation's loop."""
     if effort <= -overlap:
         return 0.0
-    return effort if effort >= overlap else float(effort_ramp(effort, overlap))
-
-
-def _ramp_slope(effort: float, overlap: float) -> float:
-    """Return psi' for one float."""
-    return min(max((effort + overlap) / (2 * overlap), 0.0), 1.0)
+    above = effort + overlap
+    return effort if effort >= overlap else above * above / (4 * overlap)
 
 
 # Names that earlier versions had.

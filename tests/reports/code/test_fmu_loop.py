@@ -184,12 +184,12 @@ def test_a_turbine_in_a_wind_that_steps(turbine_design: TurbineDesign, tmp_path:
     )
 
     def slope(x: Floats, u: Floats) -> Floats:
-        return np.array(plant.derivative(x.tolist(), *map(float, u)))
+        return plant.derivative(x, *map(float, u))
 
     def hold(x: Floats) -> Floats:
-        held = x.tolist()
+        held = x.copy()
         plant.hold(held)
-        return np.array(held)
+        return held
 
     run, x = ProgramRun(program), np.array([1.1, 0.02])
     winds = [9.0 + 0.5 * (k // 40) for k in range(401)]

@@ -1,0 +1,358 @@
+r"""The plant's equations, compiled: its right-hand side, limits, loads and time steps.
+
+Rotor and disc flow, all with the flow at the disc u = v_h - w - share_f f', v_h = v_r - share_y y':
+
+    v_r  = v (1 + r cos 3 theta)                    the wind, with the ripple of three blades
+    v_e  : v_e (1 - k_a a(lambda_e, beta)) = u      the wind whose steady flow at the disc is u
+    T_r  = k v_e^2 c_Q(lambda_e, beta),     F = (k / R) v_e^2 c_T(lambda_e, beta)
+    w'   = (k_a a(lambda_h, beta) v_h - w) / t_w,   t_w = share_t 1.1 / (1 - 1.3 a) R / v_h
+
+with lambda_e = omega R / v_e, lambda_h = omega R / v_h, and a(c_T(lambda, beta)) of ``induction``.
+Without a wake v_e = u.  Then the parts that move:
+
+    flap     f'' = w_f^2 (C_f F - f) - 2 d_f w_f f'
+    tower    m y'' = share_y F - c y' - k y
+    shaft    J_r omega' = T_r - S,   n_g^2 J_g omega_g' = S - n_g T,   S = k_s phi + c_s phi',
+             phi' = omega - omega_g
+    drive    beta'' = w_b^2 (beta_ref - beta) - 2 d_b w_b beta',  or  t_b beta' = beta_ref - beta
+    torque   t_g T' = T_sent - T
+    filter   w_m' = c (measured speed - w_m)
+
+A part whose place is -1 is not there.  All functions live in this file because numba keeps what it
+compiled by the file's own date: a function of another file could change unnoticed.
+
+Sources: docs/validation-plant.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import cos, sqrt
+from typing import Any, NamedTuple, TypeVar, cast
+
+import numba
+import numpy as np
+
+from takagi.models.arrays import Floats
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+# A wind below this is no wind for a rotor; the tip-speed ratio is clipped long before [m/s].
+SMALLEST_WIND = 0.1
+# Momentum theory ends here; beyond it a(c_T) goes on along its tangent.  Glauert's empirical
+# relation does about the same up to c_T = 1.2.
+LAST_MOMENTUM = 8.0 / 9.0
+# The flow at the disc keeps this share of the wind at least.
+LEAST_FLOW = 0.1
+# Of the wake's time, as Oye's formula has it.
+LARGEST_INDUCTION = 0.5
+# Newton's steps for v_e, and when it is found [-].
+MOST_STEPS, CLOSE = 60, 1e-13
+
+
+class Constants(NamedTuple):
+    """What the equations know of a plant: places of states (-1: not there), figures, tables."""
+
+    pitch_rate: int
+    tower: int
+    flap: int
+    generator: int
+    wake: int
+    torque: int
+    azimuth: int
+    filtered: int
+    radius: float
+    torque_constant: float
+    rotor_inertia: float
+    generator_inertia: float
+    gear_ratio: float
+    shaft_stiffness: float
+    shaft_damping: float
+    tower_mass: float
+    tower_damping: float
+    tower_stiffness: float
+    tower_share: float
+    flap_frequency: float
+    flap_damping: float
+    flap_compliance: float
+    flap_share: float
+    disc_induction: float
+    wake_share: float
+    torque_lag: float
+    pitch_lag: float
+    drive_frequency: float
+    drive_damping: float
+    pitch_min: float
+    pitch_max: float
+    pitch_rate_limit: float
+    ripple: float
+    filter_corner: float
+    torque_x: Floats
+    torque_y: Floats
+    torque_patches: Floats
+    thrust_x: Floats
+    thrust_y: Floats
+    thrust_patches: Floats
+
+
+def _compiled(function: _Function) -> _Function:
+    """Return a function compiled at its first call, kept on disk where there is a place for it.
+
+    Numba keeps it beside this file, in the user's cache folder if that cannot be written, or
+    where NUMBA_CACHE_DIR says; with no place at all every process compiles anew.
+    """
+    try:
+        made = numba.njit(cache=True, error_model="numpy")(function)
+    except RuntimeError:
+        made = numba.njit(error_model="numpy")(function)
+    return cast(_Function, made)
+
+
+@_compiled
+def _cell(corners: Floats, x: float) -> int:
+    """Return the cell of a coordinate that lies inside the table."""
+    low, high = 0, len(corners) - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if x >= corners[middle]:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@_compiled
+def _surface(
+    corners_x: Floats, corners_y: Floats, patches: Floats, x: float, y: float
+) -> tuple[float, float]:
+    """Return a coefficient and its slope along x; outside the table it is held at the edge."""
+    inside = corners_x[0] < x < corners_x[-1]
+    x = min(max(x, corners_x[0]), corners_x[-1])
+    y = min(max(y, corners_y[0]), corners_y[-1])
+    i, j = _cell(corners_x, x), _cell(corners_y, y)
+    c, x, y = patches[i, j], x - corners_x[i], y - corners_y[j]
+    a0 = c[0, 0] + y * (c[0, 1] + y * (c[0, 2] + y * c[0, 3]))
+    a1 = c[1, 0] + y * (c[1, 1] + y * (c[1, 2] + y * c[1, 3]))
+    a2 = c[2, 0] + y * (c[2, 1] + y * (c[2, 2] + y * c[2, 3]))
+    a3 = c[3, 0] + y * (c[3, 1] + y * (c[3, 2] + y * c[3, 3]))
+    slope = a1 + x * (2.0 * a2 + x * 3.0 * a3) if inside else 0.0
+    return a0 + x * (a1 + x * (a2 + x * a3)), slope
+
+
+@_compiled
+def _thrust_coefficient(p: Constants, ratio: float, pitch: float) -> tuple[float, float]:
+    return _surface(p.thrust_x, p.thrust_y, p.thrust_patches, ratio, pitch)
+
+
+@_compiled
+def induction(thrust_coefficient: float) -> tuple[float, float]:
+    """Return a(c_T) = (1 - sqrt(1 - c_T)) / 2, its tangent beyond c_T = 8/9, and the slope."""
+    if thrust_coefficient > LAST_MOMENTUM:
+        return 1.0 / 3.0 + 0.75 * (thrust_coefficient - LAST_MOMENTUM), 0.75
+    root = sqrt(1.0 - thrust_coefficient)
+    return (1.0 - root) / 2.0, 0.25 / root
+
+
+@_compiled
+def _disc_induction(p: Constants, speed: float, pitch: float, wind: float) -> tuple[float, float]:
+    """Return k_a a at a wind in equilibrium, and the slope of v (1 - k_a a) by v."""
+    ratio = speed * p.radius / wind
+    coefficient, by_ratio = _thrust_coefficient(p, ratio, pitch)
+    a, by_coefficient = induction(coefficient)
+    found = p.disc_induction * a
+    if found > 1.0 - LEAST_FLOW:
+        return 1.0 - LEAST_FLOW, LEAST_FLOW
+    return found, 1.0 - found + p.disc_induction * by_coefficient * by_ratio * ratio
+
+
+@_compiled
+def _equivalent_wind(p: Constants, speed: float, pitch: float, flow: float, guess: float) -> float:
+    """Return v_e with v_e (1 - k_a a(v_e)) = flow: Newton's method inside a bracket."""
+    low, high, wind = 0.0, flow / LEAST_FLOW, guess
+    if not low < wind < high:
+        wind = flow
+    for _ in range(MOST_STEPS):
+        share, slope = _disc_induction(p, speed, pitch, wind)
+        over = wind * (1.0 - share) - flow
+        if over > 0.0:
+            high = wind
+        else:
+            low = wind
+        after = wind - over / slope if slope > 0.0 else low
+        if not low < after < high:
+            after = (low + high) / 2.0
+        if abs(after - wind) <= CLOSE * wind:
+            return after
+        wind = after
+    return wind
+
+
+@_compiled
+def wake_time(thrust_coefficient: float, radius: float, wind: float) -> float:
+    """Return 1.1 / (1 - 1.3 a) R / v [s], a at most 0.5: Oye's first time constant."""
+    a = min(induction(thrust_coefficient)[0], LARGEST_INDUCTION)
+    return 1.1 / (1.0 - 1.3 * a) * radius / wind
+
+
+@_compiled
+def loads(p: Constants, state: Floats, wind: float) -> tuple[float, float, float, float]:
+    """Return T_r [N m], F [N], the tip-speed ratio of v_e, and v_h, the wind that the hub meets."""
+    met = wind
+    if p.azimuth >= 0:
+        met *= 1.0 + p.ripple * cos(3.0 * state[p.azimuth])
+    if p.tower >= 0:
+        met -= p.tower_share * state[p.tower + 1]
+    v = met
+    if p.flap >= 0:
+        v -= p.flap_share * state[p.flap + 1]
+    if p.wake >= 0:
+        flow = max(v - state[p.wake], SMALLEST_WIND)
+        v = _equivalent_wind(p, state[0], state[1], flow, v)
+    v = max(v, SMALLEST_WIND)
+    ratio = state[0] * p.radius / v
+    c_q, _ = _surface(p.torque_x, p.torque_y, p.torque_patches, ratio, state[1])
+    c_t, _ = _thrust_coefficient(p, ratio, state[1])
+    k = p.torque_constant * v * v
+    return k * c_q, k / p.radius * c_t, ratio, met
+
+
+@_compiled
+def pitch_speed(p: Constants, state: Floats, reference: float) -> float:
+    """Return beta' [rad/s]: reference and rate held inside their limits."""
+    limit = p.pitch_rate_limit
+    if p.pitch_rate >= 0:
+        moving: float = state[p.pitch_rate]
+    else:
+        moving = (min(max(reference, p.pitch_min), p.pitch_max) - state[1]) / p.pitch_lag
+    return min(max(moving, -limit), limit)
+
+
+@_compiled
+def _drive(p: Constants, state: Floats, reference: float, after: Floats) -> None:
+    """Write the pitch drive's rates."""
+    after[1] = pitch_speed(p, state, reference)
+    if p.pitch_rate < 0:
+        return
+    speed, limit = state[p.pitch_rate], p.pitch_rate_limit
+    target = min(max(reference, p.pitch_min), p.pitch_max)
+    acceleration = p.drive_frequency**2 * (target - state[1])
+    acceleration -= 2.0 * p.drive_damping * p.drive_frequency * speed
+    if (speed >= limit and acceleration > 0.0) or (speed <= -limit and acceleration < 0.0):
+        acceleration = 0.0
+    after[p.pitch_rate] = acceleration
+
+
+@_compiled
+def _wake(p: Constants, state: Floats, met: float, after: Floats) -> None:
+    """Write w'."""
+    v = max(met, SMALLEST_WIND)
+    share, _ = _disc_induction(p, state[0], state[1], v)
+    coefficient, _ = _thrust_coefficient(p, state[0] * p.radius / v, state[1])
+    time = p.wake_share * wake_time(coefficient, p.radius, v)
+    after[p.wake] = (share * v - state[p.wake]) / time
+
+
+@_compiled
+def _shaft(p: Constants, state: Floats, turning: float, torque: float, after: Floats) -> float:
+    """Write the rates of rotor, generator and twist; return the speed that is measured."""
+    load, measured = p.gear_ratio * torque, float(state[0])
+    if p.generator < 0:
+        after[0] = (turning - load) / (p.rotor_inertia + p.generator_inertia)
+        return measured
+    measured = float(state[p.generator])
+    slip = state[0] - measured
+    shaft = p.shaft_stiffness * state[p.generator + 1] + p.shaft_damping * slip
+    after[0] = (turning - shaft) / p.rotor_inertia
+    after[p.generator] = (shaft - load) / p.generator_inertia
+    after[p.generator + 1] = slip
+    return measured
+
+
+@_compiled
+def rate(
+    p: Constants, state: Floats, torque: float, reference: float, wind: float, after: Floats
+) -> None:
+    """Write the states' rates: torque [N m] and pitch reference [rad] as sent, wind [m/s]."""
+    turning, thrust, _, met = loads(p, state, wind)
+    _drive(p, state, reference, after)
+    acting = torque
+    if p.torque >= 0:
+        acting = state[p.torque]
+        after[p.torque] = (torque - acting) / p.torque_lag
+    measured = _shaft(p, state, turning, acting, after)
+    if p.tower >= 0:
+        y, moving = state[p.tower], state[p.tower + 1]
+        push = p.tower_share * thrust - p.tower_damping * moving - p.tower_stiffness * y
+        after[p.tower] = moving
+        after[p.tower + 1] = push / p.tower_mass
+    if p.flap >= 0:
+        f, moving = state[p.flap], state[p.flap + 1]
+        after[p.flap] = moving
+        after[p.flap + 1] = p.flap_frequency**2 * (p.flap_compliance * thrust - f)
+        after[p.flap + 1] -= 2.0 * p.flap_damping * p.flap_frequency * moving
+    if p.wake >= 0:
+        _wake(p, state, met, after)
+    if p.azimuth >= 0:
+        after[p.azimuth] = state[0]
+    if p.filtered >= 0:
+        after[p.filtered] = p.filter_corner * (measured - state[p.filtered])
+
+
+@_compiled
+def hold(p: Constants, state: Floats) -> None:
+    """Move pitch and its rate back inside their limits."""
+    low, high, limit, at = p.pitch_min, p.pitch_max, p.pitch_rate_limit, p.pitch_rate
+    if at >= 0:
+        state[at] = min(max(state[at], -limit), limit)
+    if not low <= state[1] <= high:
+        state[1] = min(max(state[1], low), high)
+        if at >= 0:
+            # A blade that meets its stop stands; it may only leave inwards.
+            state[at] = max(state[at], 0.0) if state[1] == low else min(state[at], 0.0)
+
+
+@_compiled
+def advance(
+    p: Constants,
+    state: Floats,
+    sent: Floats,
+    late: int,
+    winds: Floats,
+    step: float,
+) -> Floats:
+    """Return the state after the classical Runge-Kutta steps of one sample.
+
+    Parameters
+    ----------
+    sent : torque and pitch reference before, then those of this sample, which act from step
+        ``late`` on.
+    winds : at half steps, (2 steps + 1,) [m/s].
+    """
+    size, half = len(state), step / 2.0
+    k1, k2, k3, k4 = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    x = state.copy()
+    for number in range(len(winds) // 2):
+        act = 0 if number < late else 2
+        torque, reference = sent[act], sent[act + 1]
+        first, middle, last = winds[2 * number], winds[2 * number + 1], winds[2 * number + 2]
+        rate(p, x, torque, reference, first, k1)
+        rate(p, x + half * k1, torque, reference, middle, k2)
+        rate(p, x + half * k2, torque, reference, middle, k3)
+        rate(p, x + step * k3, torque, reference, last, k4)
+        x = x + step / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+        hold(p, x)
+    return x
+
+
+@_compiled
+def record(
+    p: Constants, states: Floats, references: Floats, winds: Floats
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return torque [N m], thrust [N], tip-speed ratio and pitch rate [rad/s] of many states."""
+    size = len(states)
+    turning, thrust = np.empty(size), np.empty(size)
+    ratio, turned = np.empty(size), np.empty(size)
+    for k in range(size):
+        turning[k], thrust[k], ratio[k], _ = loads(p, states[k], winds[k])
+        turned[k] = pitch_speed(p, states[k], references[k])
+    return turning, thrust, ratio, turned

@@ -1,0 +1,125 @@
+"""A law that swings in OpenFAST swings on the validation plant, and rests where it rests there.
+
+Sources: README.md here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from takagi.certificates.checker.kernel.reader import read_json
+from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data, read_law
+from takagi.models import WindObserver
+from takagi.models.arrays import Floats
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.sampled import SampledLaw
+from takagi.models.simulation import SimulatedTurbine, simulate, step_wind, validation_plant
+from takagi.models.turbine import nrel5mw
+
+HERE = Path(__file__).parent
+FAST, SLOW = 0.05, 5.0
+
+
+class Rest(NamedTuple):
+    """Standard deviations after 100 s: pitch [deg], tower base and rotor torque [MN m]; torque."""
+
+    pitch: float
+    tower: float
+    torque: float
+    series: Floats
+
+
+@lru_cache(maxsize=1)
+def law_and_observer() -> tuple[EffortSharingLaw, WindObserver]:
+    """Return the law of the file and its observer."""
+    path = HERE / "swinging_law.json"
+    stated = read_json(path)["observer"]
+    observer = WindObserver(nrel5mw(), float(stated["l1"]), float(stated["l2"]))
+    return effort_sharing_law_from_data(read_law(path)), observer
+
+
+def rest(plant: SimulatedTurbine, wind: float, wind_filter: float, duration: float = 200.0) -> Rest:
+    """Return what is left of a step of the wind from 10 m/s after 100 s."""
+    law, observer = law_and_observer()
+    program = SampledLaw(replace(law, wind_filter=wind_filter), 0.02)
+    begin = 10.0 if wind != 10.0 else 9.0
+    series = step_wind(begin, wind, duration, begin=5.0)
+    history = simulate(plant, program, series, observer=observer)
+    late = history.time > 105.0
+    torque = history.rotor_torque[late]
+    return Rest(
+        float(np.degrees(history.pitch[late].std())),
+        float(history.tower_moment[late].std()) / 1e6,
+        float(torque.std()) / 1e6,
+        torque,
+    )
+
+
+@pytest.mark.parametrize("wind", [12.0, 13.0])
+def test_the_law_swings_where_it_swings_in_openfast(wind: float) -> None:
+    """OpenFAST: 3.1 deg and 38 MN m at 12 m/s, 3.6 deg and 47 MN m at 13 m/s, without end."""
+    left = rest(validation_plant(nrel5mw()), wind, FAST)
+
+    assert 1.0 < left.pitch < 5.0
+    assert 20.0 < left.tower < 60.0
+
+
+def test_the_law_rests_where_it_rests_in_openfast() -> None:
+    """14 m/s: what is left is a tenth of it (OpenFAST 0.07 deg and 1.7 MN m), and it decays."""
+    left = rest(validation_plant(nrel5mw()), 14.0, FAST)
+
+    assert left.pitch < 0.3
+    assert left.tower < 4.0
+
+
+@pytest.mark.parametrize("part", ["flap", "tower", "wake"])
+def test_every_part_has_its_share_in_it(part: str) -> None:
+    """OpenFAST at 12 m/s: 0.6 deg with rigid blades, 2.2 rigid tower, 2.1 wake in equilibrium."""
+    left = rest(validation_plant(nrel5mw(), **{part: False}), 12.0, FAST)
+
+    assert left.pitch < (0.6 if part == "flap" else 3.0)
+    assert left.tower < 20.0
+
+
+@pytest.mark.parametrize(
+    "wind",
+    [
+        pytest.param(float(wind), marks=() if wind in (8, 12, 13, 18) else pytest.mark.slow)
+        for wind in range(4, 26)
+    ],
+)
+def test_the_law_with_a_slow_filter_rests_everywhere(wind: float) -> None:
+    """5 s: pitch within 0.05 deg after 100 s."""
+    left = rest(validation_plant(nrel5mw()), wind, SLOW)
+
+    assert left.pitch < 0.05
+    assert left.tower < 0.5
+
+
+@pytest.mark.parametrize("wind", [12.0, 18.0])
+def test_speed_without_a_filter_swings_the_shaft(wind: float) -> None:
+    """A quick drive, pitch and the shaft at 1.64 Hz; a low-pass of 4 rad/s on speed ends it.
+
+    OpenFAST, slow wind filter, 12 m/s: pitch 0.6 deg, rotor torque 0.7 MN m at 1.6 Hz.
+    """
+    quick = replace(nrel5mw(), pitch_time_constant=0.1)
+    limit = quick.pitch_rate_limit
+    plant = SimulatedTurbine(
+        quick, "first-order", torsion=True, wake=True, flap=True, pitch_rate_limit=limit
+    )
+    left = rest(plant, wind, SLOW)
+    spectrum = np.abs(
+        np.fft.rfft((left.series - left.series.mean()) * np.hanning(len(left.series)))
+    )
+    frequency = np.fft.rfftfreq(len(left.series), 0.02)[spectrum.argmax()]
+
+    assert 0.3 < left.pitch < 1.5
+    assert left.torque > 0.1
+    assert frequency == pytest.approx(1.64, abs=0.05)
+    assert rest(replace(plant, speed_filter=4.0), wind, SLOW).pitch < 0.01
